@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+# Install rules: headers, library, CMake package `bn` with target bn::bn, and pkg-config `bn`.
+include(CMakePackageConfigHelpers)
+set(bn_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/bn")
+
+install(TARGETS bn EXPORT bn_targets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY include/bn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(EXPORT bn_targets NAMESPACE bn:: FILE bnTargets.cmake DESTINATION ${bn_package_dir})
+
+configure_package_config_file(cmake/bnConfig.cmake.in "${CMAKE_CURRENT_BINARY_DIR}/bnConfig.cmake"
+    INSTALL_DESTINATION ${bn_package_dir})
+write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/bnConfigVersion.cmake"
+    VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/bnConfig.cmake"
+              "${CMAKE_CURRENT_BINARY_DIR}/bnConfigVersion.cmake" DESTINATION ${bn_package_dir})
+
+# Relative to the .pc file, so that an installed tree can be moved.
+file(RELATIVE_PATH bn_pc_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
+set(bn_pc_cflags "")
+if(BN_BUILD_SHARED)
+    set(bn_pc_cflags " -DBN_SHARED")
+endif()
+configure_file(cmake/bn.pc.in "${CMAKE_CURRENT_BINARY_DIR}/bn.pc" @ONLY)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/bn.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")

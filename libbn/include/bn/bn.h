@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * libbn: blue noise for path tracers. This header is the whole public API and its manual.
+ *
+ * CONVENTIONS
+ *
+ * Results. Every function that can fail returns a bn_result; it prints nothing and never aborts. Unless
+ * a function says otherwise, outputs are untouched when it fails.
+ * Options. A function that takes an options structure accepts NULL for the defaults. Start from the
+ * matching bn_*_options_default(), which fills struct_size, and change what you need. A structure of an
+ * older, shorter version of this header is taken with defaults for what it lacks; one of a newer version
+ * is taken when the part this library does not know is all zero bytes, else BN_ERROR_UNSUPPORTED.
+ * Arrays. Masks and images are row-major, x fastest: element (x, y, z) of a mask is at
+ * ranks[(z * height + y) * width + x]. Every array comes with its element count; a count that is not the
+ * product of the extents is BN_ERROR_SIZE_MISMATCH.
+ * Ranks. A mask holds every rank 0 .. count - 1 exactly once and tiles the plane (it is toroidal).
+ * Threads. Every function may be called from any number of threads. Objects are immutable once created.
+ * Reproducibility. The samplers and the classical mask generators give the same bits for the same seed
+ * on every machine, compiler and thread count.
+ */
+#ifndef BN_BN_H
+#define BN_BN_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The one place that holds the version; the build files read it from here. */
+#define BN_VERSION_MAJOR 0
+#define BN_VERSION_MINOR 1
+#define BN_VERSION_PATCH 0
+
+#if defined(BN_SHARED) && defined(_WIN32)
+#if defined(BN_BUILDING)
+#define BN_API __declspec(dllexport)
+#else
+#define BN_API __declspec(dllimport)
+#endif
+#elif defined(__GNUC__)
+#define BN_API __attribute__((visibility("default")))
+#else
+#define BN_API
+#endif
+
+/* ---- Results -------------------------------------------------------------------------------------- */
+
+typedef int32_t bn_result;
+
+enum {
+    BN_SUCCESS = 0,
+    BN_ERROR_INVALID_ARGUMENT = 1, /* an argument is NULL, zero, not finite or out of its range */
+    BN_ERROR_SIZE_MISMATCH = 2,    /* an array's count is not the product of its extents */
+    BN_ERROR_OUT_OF_MEMORY = 3,    /* an allocation failed, or the work would not fit in memory */
+    BN_ERROR_BAD_DATA = 4,         /* ranks that are no permutation, NaN among values, a foreign file */
+    BN_ERROR_UNSUPPORTED = 5,      /* an option of a newer header, or a combination not offered */
+    BN_ERROR_RUNTIME = 6,          /* ONNX Runtime is missing or failed */
+    BN_ERROR_IO = 7,               /* a file cannot be opened, read or written */
+    BN_ERROR_CANCELLED = 8         /* a progress callback asked to stop */
+};
+
+/* A short English description of a result; never NULL, also for values that are no result. */
+BN_API const char *bn_result_string(bn_result result);
+
+/* The version of the library that is linked, as "major.minor.patch". */
+BN_API const char *bn_version_string(void);
+
+/* Called now and then by long work with fraction in [0, 1], always from the calling thread.
+ * Return non-zero to cancel: the work returns BN_ERROR_CANCELLED. */
+typedef int32_t (*bn_progress)(void *user, double fraction);
+
+/* ---- Domains --------------------------------------------------------------------------------------
+ * A domain names one decision of a path: "the lens", "the light sample of bounce 3". Samples of one
+ * domain are well distributed over a pixel's indices and blue over the screen; samples of different
+ * domains are independent. Derive domains along the call tree, so that adding a decision somewhere does
+ * not change the samples of another:
+ *
+ *     uint32_t bounce = bn_domain_child(BN_DOMAIN_ROOT, depth);
+ *     uint32_t light  = bn_domain_child(bounce, KEY_LIGHT);
+ *
+ * A domain has four dimensions: (0, 1) and (2, 3) are the pairs to spend on two-dimensional decisions.
+ * A frame number is a key like any other. */
+#define BN_DOMAIN_ROOT 0u
+
+/* The child of a domain by a key: a hash, any values are good. Cost: about a nanosecond. */
+BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
+
+/* ---- Samplers ------------------------------------------------------------------------------------- */
+
+typedef struct bn_sampler bn_sampler;
+
+enum {
+    /* The sampler to use: progressive, blue on screen in both pairs of every domain. In each pixel every
+     * power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3). */
+    BN_SAMPLER_BLUE = 0,
+    /* Owen-scrambled Sobol' (0,2)-sequences, padded, independent in each pixel: what to compare with. */
+    BN_SAMPLER_SOBOL = 1,
+    /* Independent uniform numbers. */
+    BN_SAMPLER_WHITE = 2,
+    /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka, "Screen-Space
+     * Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020).
+     * Good when exactly samples_per_pixel samples are taken, no better than SOBOL when stopped early. */
+    BN_SAMPLER_ZORDER = 3,
+    /* A mask drives an Owen-scrambled Sobol' sequence: the classical use of blue-noise textures. */
+    BN_SAMPLER_MASK = 4
+};
+
+typedef struct bn_sampler_options {
+    size_t struct_size;         /* sizeof(bn_sampler_options) */
+    int32_t kind;               /* BN_SAMPLER_..., default BN_SAMPLER_BLUE */
+    uint32_t samples_per_pixel; /* 0 (default): unknown. Else a hint: quality is tuned for that count;
+                                   indices beyond it go on as ever. ZORDER rounds it up to a power of two
+                                   (at most 2^16) and takes 0 as 256. */
+    uint64_t seed;              /* default 0; different seeds give independent pictures */
+    const uint32_t *mask_ranks; /* kind MASK: a permutation, copied. NULL (default): the built-in 64x64 */
+    uint32_t mask_width;        /* extents of mask_ranks, in texels; 0 when mask_ranks is NULL */
+    uint32_t mask_height;
+} bn_sampler_options;
+
+static inline bn_sampler_options bn_sampler_options_default(void) {
+    bn_sampler_options options = {sizeof(bn_sampler_options), BN_SAMPLER_BLUE, 0, 0, NULL, 0, 0};
+    return options;
+}
+
+/* Creates a sampler. Errors: INVALID_ARGUMENT (sampler NULL, unknown kind, a mask with only one extent
+ * zero, more than 2^24 texels, or given to another kind than MASK), BAD_DATA (mask_ranks is no
+ * permutation), UNSUPPORTED, OUT_OF_MEMORY. On failure *sampler is NULL. */
+BN_API bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **sampler);
+BN_API void bn_sampler_destroy(bn_sampler *sampler);
+
+/* Draws. The sample `index` of a pixel (x, y) in a domain: a pure function of its arguments, so order,
+ * threads, tiles, crops and restarts cannot change it. Coordinates may be negative; every index up to
+ * 2^32 - 1 is a new sample. Draws need a valid sampler, cannot fail, allocate nothing and lock nothing.
+ *
+ * bn_sample_4d_u32 gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) * 2^-24,
+ * always in [0, 1). The 2-D draw is the first two, the 1-D draw the first of the 4-D draw. */
+BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                          uint32_t domain);
+BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                         uint32_t domain, float out[2]);
+BN_API void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                         uint32_t domain, float out[4]);
+BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                             uint32_t domain, uint32_t out[4]);
+
+/* Many draws at once: out[height][width][index_count][4], bit-equal to bn_sample_4d. The block covers
+ * pixels x0 .. x0 + width - 1, y0 .. y0 + height - 1 and indices first_index .. first_index +
+ * index_count - 1. Errors: INVALID_ARGUMENT (sampler or out NULL, an extent zero, a range that runs past
+ * the last coordinate or index), SIZE_MISMATCH. */
+BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
+                                 uint32_t height, uint32_t first_index, uint32_t index_count,
+                                 uint32_t domain, float *out, size_t out_count);
+
+/* ---- Making masks --------------------------------------------------------------------------------- */
+
+typedef struct bn_void_and_cluster_options {
+    size_t struct_size;      /* sizeof(bn_void_and_cluster_options) */
+    double sigma;            /* standard deviation of the Gaussian, in texels; default 1.5. About 1.5 is
+                                best seen from near, 1.9 from further away. In [0.25, 16] */
+    double initial_fraction; /* share of texels in the initial pattern; default 0.1, in (0, 0.5] */
+    uint64_t seed;           /* default 0 */
+    bn_progress progress;    /* default NULL */
+    void *progress_user;
+} bn_void_and_cluster_options;
+
+static inline bn_void_and_cluster_options bn_void_and_cluster_options_default(void) {
+    bn_void_and_cluster_options options = {sizeof(bn_void_and_cluster_options), 1.5, 0.1, 0, NULL, NULL};
+    return options;
+}
+
+/* Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993) on a torus
+ * of width x height x depth texels; 1 for the extents a mask does not have. Writes every rank once.
+ * Errors: INVALID_ARGUMENT, SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels),
+ * CANCELLED (ranks untouched), UNSUPPORTED. */
+BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
+                                     uint32_t height, uint32_t depth, uint32_t *ranks, size_t count);
+
+/* Ranks of values: ranks[i] is the number of values that are smaller than values[i], or equal and at a
+ * smaller position. Errors: INVALID_ARGUMENT (a NULL, zero count, more than 2^32 - 1 values), BAD_DATA
+ * (NaN), OUT_OF_MEMORY. */
+BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
+
+/* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A rank
+ * that is not below count counts as count - 1; 0 for a count of 0. */
+BN_API float bn_rank_to_float(uint32_t rank, size_t count);
+
+/* ---- Masks that ship ------------------------------------------------------------------------------ */
+
+/* The built-in mask of size x size texels, its ranks 0 .. size * size - 1, in static storage; NULL when
+ * there is none of that size. */
+BN_API const uint16_t *bn_builtin_mask(uint32_t size);
+
+/* The same as 32-bit ranks. Errors: INVALID_ARGUMENT (ranks NULL, no such size), SIZE_MISMATCH. */
+BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count);
+
+/* ---- Measuring masks ------------------------------------------------------------------------------ */
+
+/* The dithering error E_sigma of a 2-D mask, lower is better: the root mean square, over texels and the
+ * 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t, where m = (rank + 0.5) / count and
+ * G_sigma is a toroidal Gaussian of sigma texels, applied as the transfer function exp(-2 pi^2 sigma^2
+ * f^2). White noise has 0.1152 at sigma 1. Errors: INVALID_ARGUMENT (NULL, a zero extent, sigma not
+ * finite or negative), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY. */
+BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
+                               double sigma, double *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
