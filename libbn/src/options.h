@@ -6,8 +6,8 @@
 #include <bn/bn.h>
 #include <string.h>
 
-/* Copies what the caller's structure holds over `options`, which the caller has filled with defaults.
- * `given` may be NULL. Every options structure starts with its struct_size. */
+/* Copies what the caller's structure holds over `options`, which the caller has filled with
+ * defaults. `given` may be NULL. Every options structure starts with its struct_size. */
 static inline bn_result bn_options_read(void *options, size_t size, const void *given) {
     size_t given_size;
     const unsigned char *bytes = (const unsigned char *)given;

@@ -7,16 +7,26 @@
 
 const char *bn_result_string(bn_result result) {
     switch (result) {
-    case BN_SUCCESS: return "success";
-    case BN_ERROR_INVALID_ARGUMENT: return "invalid argument";
-    case BN_ERROR_SIZE_MISMATCH: return "array count does not match the extents";
-    case BN_ERROR_OUT_OF_MEMORY: return "out of memory";
-    case BN_ERROR_BAD_DATA: return "bad data";
-    case BN_ERROR_UNSUPPORTED: return "not supported by this version";
-    case BN_ERROR_RUNTIME: return "ONNX Runtime is missing or failed";
-    case BN_ERROR_IO: return "input or output failed";
-    case BN_ERROR_CANCELLED: return "cancelled";
-    default: return "unknown result";
+    case BN_SUCCESS:
+        return "success";
+    case BN_ERROR_INVALID_ARGUMENT:
+        return "invalid argument";
+    case BN_ERROR_SIZE_MISMATCH:
+        return "array count does not match the extents";
+    case BN_ERROR_OUT_OF_MEMORY:
+        return "out of memory";
+    case BN_ERROR_BAD_DATA:
+        return "bad data";
+    case BN_ERROR_UNSUPPORTED:
+        return "not supported by this version";
+    case BN_ERROR_RUNTIME:
+        return "ONNX Runtime is missing or failed";
+    case BN_ERROR_IO:
+        return "input or output failed";
+    case BN_ERROR_CANCELLED:
+        return "cancelled";
+    default:
+        return "unknown result";
     }
 }
 

@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The sampler object and its draws. BLUE, SOBOL and WHITE are the inline functions of bn_draw.h;
+ * this file adds ZORDER and MASK, which need 64-bit arithmetic or memory of their own. */
+#include "sampler.h"
+#include "hash.h"
+#include "options.h"
+#include <stdlib.h>
+
+extern const uint32_t bn_data_blue_table[];
+
+enum { BN_BLUE_TABLE_LOG2 = 7, BN_MORTON_BITS = 12, BN_ZORDER_MAX_LOG2 = 16 };
+
+/* ---- ZORDER
+ * --------------------------------------------------------------------------------------- The
+ * pixels of a 4096 x 4096 tile along a Morton curve with its digits scrambled own consecutive
+ * blocks of 2^k points of one Owen-scrambled Sobol' sequence; indices from 2^k on continue the
+ * block of a pixel with a scrambling of the pixel's own, as BLUE does. */
+
+static uint64_t reverse_bits64(uint64_t v) {
+    return (uint64_t)bn_reverse_bits((uint32_t)v) << 32 | bn_reverse_bits((uint32_t)(v >> 32));
+}
+
+static uint64_t sobol_second64(uint64_t digits) {
+    digits ^= (digits << 1) & 0xaaaaaaaaaaaaaaaau;
+    digits ^= (digits << 2) & 0xccccccccccccccccu;
+    digits ^= (digits << 4) & 0xf0f0f0f0f0f0f0f0u;
+    digits ^= (digits << 8) & 0xff00ff00ff00ff00u;
+    digits ^= (digits << 16) & 0xffff0000ffff0000u;
+    return digits ^ ((digits << 32) & 0xffffffff00000000u);
+}
+
+/* Spreads the low 16 bits to the even positions. */
+static uint32_t morton_spread(uint32_t v) {
+    v &= 0xffffu;
+    v = (v | v << 8) & 0x00ff00ffu;
+    v = (v | v << 4) & 0x0f0f0f0fu;
+    v = (v | v << 2) & 0x33333333u;
+    return (v | v << 1) & 0x55555555u;
+}
+
+/* One dimension: the Owen scrambling of the whole picture, left for the pixel's own where the
+ * digits that come from indices beyond the block begin. */
+static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t picture_key,
+                                uint32_t pixel_key) {
+    uint32_t first = bn_owen((uint32_t)(block_digits >> 32), picture_key);
+    uint32_t shifted = (uint32_t)((block_digits ^ later) >> 32);
+    return bn_draw_continue(first, shifted, (uint32_t)(later >> 32), pixel_key);
+}
+
+static void draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                        uint32_t domain, uint32_t out[4]) {
+    const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
+    const uint32_t block_mask = (1u << k) - 1u;
+    /* Tiles of 4096 x 4096 pixels are pictures of their own. */
+    uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
+                              bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
+    uint32_t key = bn_hash32(tile ^ bn_hash32(domain + sampler->table.seed[0]));
+    key = bn_hash32(key ^ sampler->table.seed[1]);
+    uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
+                      morton_spread((uint32_t)y & coordinate_mask) << 1;
+    for (uint32_t pair = 0; pair < 2u; ++pair) {
+        key = bn_hash32(key + 0x9e3779b9u);
+        uint32_t pixel =
+            bn_owen(morton << (32 - 2 * BN_MORTON_BITS), key) >> (32 - 2 * BN_MORTON_BITS);
+        uint32_t pixel_key = bn_hash32(pixel ^ bn_hash32(key ^ 0x5bd1e995u));
+        /* The order inside the block, and of the later blocks, is the pixel's own. */
+        uint32_t order_key = bn_hash32(pixel_key ^ (index >> k));
+        uint32_t low =
+            k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
+        uint64_t block = reverse_bits64((uint64_t)pixel << k | low);
+        uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
+        uint64_t later_second = sobol_second64(later), block_second = sobol_second64(block);
+        uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
+        block_second ^= later_second & top;
+        out[2 * pair] =
+            zorder_scramble(block, later, bn_hash32(key ^ 1u), bn_hash32(pixel_key ^ 1u));
+        out[2 * pair + 1] = zorder_scramble(block_second, later_second & ~top, bn_hash32(key ^ 2u),
+                                            bn_hash32(pixel_key ^ 2u));
+    }
+}
+
+/* ---- MASK
+ * ----------------------------------------------------------------------------------------- One
+ * Owen-scrambled Sobol' sequence for all pixels, rotated on the torus by the value of the mask,
+ * looked up at a shift of its own for every dimension (Cranley and Patterson, "Randomization of
+ * Number Theoretic Methods for Multiple Integration", 1976). In integers: a rotation cannot round
+ * to one. */
+
+static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
+    int64_t sum = ((int64_t)coordinate + shift) % extent;
+    return (uint32_t)(sum < 0 ? sum + extent : sum);
+}
+
+static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                      uint32_t domain, uint32_t out[4]) {
+    uint32_t key = bn_hash32(bn_hash32(domain + sampler->table.seed[0]) ^ sampler->table.seed[1]);
+    uint32_t reversed = bn_reverse_bits(index);
+    for (uint32_t pair = 0; pair < 2u; ++pair) {
+        key = bn_hash32(key + 0x9e3779b9u);
+        uint32_t digits = bn_owen_reversed(reversed, key);
+        out[2 * pair] = bn_owen(digits, bn_hash32(key ^ 1u));
+        out[2 * pair + 1] = bn_owen(bn_sobol_second(digits), bn_hash32(key ^ 2u));
+    }
+    for (uint32_t dimension = 0; dimension < 4u; ++dimension) {
+        uint32_t w = sampler->mask_width, h = sampler->mask_height;
+        key = bn_hash32(key + 0x85ebca6bu);
+        uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);
+        uint32_t shift_y = (uint32_t)((uint64_t)bn_hash32(key) * h >> 32);
+        out[dimension] += sampler->mask[(size_t)wrap(y, shift_y, h) * w + wrap(x, shift_x, w)];
+    }
+}
+
+/* ---- Draws
+ * ---------------------------------------------------------------------------------------- */
+
+void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                      uint32_t domain, uint32_t out[4]) {
+    const bn_draw_table *table = &sampler->table;
+    switch (table->kind) {
+    case BN_SAMPLER_BLUE:
+        bn_draw_blue(table, x, y, index, domain, out);
+        break;
+    case BN_SAMPLER_SOBOL:
+        bn_draw_sobol(table, x, y, index, domain, out);
+        break;
+    case BN_SAMPLER_WHITE:
+        bn_draw_white(table, x, y, index, domain, out);
+        break;
+    case BN_SAMPLER_ZORDER:
+        draw_zorder(sampler, x, y, index, domain, out);
+        break;
+    default:
+        draw_mask(sampler, x, y, index, domain, out);
+        break;
+    }
+}
+
+void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
+                  float out[4]) {
+    uint32_t bits[4];
+    bn_sample_4d_u32(sampler, x, y, index, domain, bits);
+    for (int i = 0; i < 4; ++i) out[i] = bn_draw_float(bits[i]);
+}
+
+void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
+                  float out[2]) {
+    uint32_t bits[4];
+    bn_sample_4d_u32(sampler, x, y, index, domain, bits);
+    for (int i = 0; i < 2; ++i) out[i] = bn_draw_float(bits[i]);
+}
+
+float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                   uint32_t domain) {
+    uint32_t bits[4];
+    bn_sample_4d_u32(sampler, x, y, index, domain, bits);
+    return bn_draw_float(bits[0]);
+}
+
+/* ---- Life of a sampler
+ * ---------------------------------------------------------------------------- */
+
+/* Values of ranks as 32-bit fractions, in the middle of their intervals. */
+static bn_result mask_values(const uint32_t *ranks, size_t count, uint32_t *values) {
+    bn_result result = BN_SUCCESS;
+    unsigned char *seen = calloc(count, 1);
+    if (seen == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < count; ++i) {
+        if (ranks[i] >= count || seen[ranks[i]]) {
+            result = BN_ERROR_BAD_DATA;
+            break;
+        }
+        seen[ranks[i]] = 1;
+        values[i] = (uint32_t)((((uint64_t)ranks[i] * 2u + 1u) << 31) / count);
+    }
+    free(seen);
+    return result;
+}
+
+static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sampler) {
+    enum { builtin_size = 64 };
+    uint32_t w = builtin_size, h = builtin_size, *builtin = NULL;
+    const uint32_t *ranks = options->mask_ranks;
+    if (ranks != NULL) {
+        w = options->mask_width;
+        h = options->mask_height;
+    }
+    size_t count = (size_t)w * h;
+    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    sampler->mask = malloc(count * sizeof *sampler->mask);
+    if (ranks == NULL) builtin = malloc(count * sizeof *builtin);
+    if (sampler->mask != NULL && (ranks != NULL || builtin != NULL)) {
+        result = builtin != NULL ? bn_builtin_mask_copy(builtin_size, builtin, count) : BN_SUCCESS;
+        if (result == BN_SUCCESS) {
+            result = mask_values(builtin != NULL ? builtin : ranks, count, sampler->mask);
+        }
+    }
+    sampler->mask_width = w;
+    sampler->mask_height = h;
+    free(builtin);
+    return result;
+}
+
+static bn_result check_options(const bn_sampler_options *options) {
+    if (options->kind < BN_SAMPLER_BLUE || options->kind > BN_SAMPLER_MASK) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (options->mask_ranks == NULL) {
+        return options->mask_width == 0 && options->mask_height == 0 ? BN_SUCCESS
+                                                                     : BN_ERROR_INVALID_ARGUMENT;
+    }
+    uint64_t texels = (uint64_t)options->mask_width * options->mask_height;
+    if (options->kind != BN_SAMPLER_MASK || texels == 0 || texels > 1u << 24) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    return BN_SUCCESS;
+}
+
+bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **sampler) {
+    bn_sampler_options o = bn_sampler_options_default();
+    if (sampler == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    *sampler = NULL;
+    bn_result result = bn_options_read(&o, sizeof o, options);
+    if (result == BN_SUCCESS) result = check_options(&o);
+    if (result != BN_SUCCESS) return result;
+
+    bn_sampler *s = calloc(1, sizeof *s);
+    if (s == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    uint64_t key = bn_mix64(o.seed + 0x9e3779b97f4a7c15u);
+    s->table.version = BN_DRAW_TABLE_VERSION;
+    s->table.kind = o.kind;
+    s->table.seed[0] = (uint32_t)key;
+    s->table.seed[1] = (uint32_t)(key >> 32);
+    s->table.size_log2 = BN_BLUE_TABLE_LOG2;
+    s->table.pixels = bn_data_blue_table;
+    s->table.sampler = s;
+    bn_digit_tables_fill(&s->table.digits);
+    if (o.kind == BN_SAMPLER_ZORDER) {
+        uint32_t spp = o.samples_per_pixel == 0 ? 256 : o.samples_per_pixel;
+        while (s->zorder_log2 < BN_ZORDER_MAX_LOG2 && 1u << s->zorder_log2 < spp) ++s->zorder_log2;
+    } else if (o.kind == BN_SAMPLER_MASK) {
+        result = copy_mask(&o, s);
+        if (result != BN_SUCCESS) {
+            bn_sampler_destroy(s);
+            return result;
+        }
+    }
+    *sampler = s;
+    return BN_SUCCESS;
+}
+
+void bn_sampler_destroy(bn_sampler *sampler) {
+    if (sampler == NULL) return;
+    free(sampler->mask);
+    free(sampler);
+}
+
+const bn_draw_table *bn_sampler_table(const bn_sampler *sampler) {
+    return &sampler->table;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Many draws at once. */
+#include "sampler.h"
+
+bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
+                          uint32_t height, uint32_t first_index, uint32_t index_count,
+                          uint32_t domain, float *out, size_t out_count) {
+    if (sampler == NULL || out == NULL || width == 0 || height == 0 || index_count == 0) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (width - 1u > (uint32_t)INT32_MAX - (uint32_t)x0 ||
+        height - 1u > (uint32_t)INT32_MAX - (uint32_t)y0 ||
+        index_count - 1u > UINT32_MAX - first_index) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    /* The product without overflow: three divisions instead of one multiplication. */
+    size_t pixels = out_count / 4u / index_count;
+    if (out_count % 4u != 0 || out_count / 4u % index_count != 0 || pixels % width != 0 ||
+        pixels / width != height) {
+        return BN_ERROR_SIZE_MISMATCH;
+    }
+    for (uint32_t row = 0; row < height; ++row) {
+        for (uint32_t column = 0; column < width; ++column) {
+            int32_t x = (int32_t)((uint32_t)x0 + column), y = (int32_t)((uint32_t)y0 + row);
+            for (uint32_t i = 0; i < index_count; ++i, out += 4) {
+                bn_sample_4d(sampler, x, y, first_index + i, domain, out);
+            }
+        }
+    }
+    return BN_SUCCESS;
+}

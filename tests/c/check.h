@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What every C test uses: CHECK counts and prints failures, check_result ends the program. */
+#ifndef BN_TESTS_CHECK_H
+#define BN_TESTS_CHECK_H
+
+#include <stdio.h>
+
+static int check_failures;
+static int check_count;
+
+#define CHECK(condition)                                                                           \
+    do {                                                                                           \
+        ++check_count;                                                                             \
+        if (!(condition)) {                                                                        \
+            if (++check_failures <= 50) printf("%s:%d: %s\n", __FILE__, __LINE__, #condition);     \
+        }                                                                                          \
+    } while (0)
+
+/* The exit status of the program: 0 when something was checked and nothing failed. */
+static inline int check_result(void) {
+    printf("%d checks, %d failed\n", check_count, check_failures);
+    return check_failures == 0 && check_count > 0 ? 0 : 1;
+}
+
+#endif

@@ -1,0 +1,332 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The sampler object and its draws: creation, ranges, determinism, block and inline forms, nets,
+ * independence of domains and seeds, uniformity. How blue the samples are is tested in
+ * tests/quality. */
+#include "check.h"
+#include <bn/bn_draw.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { KINDS = 5 };
+
+static bn_sampler *make(int32_t kind, uint32_t samples_per_pixel, uint64_t seed) {
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *sampler = NULL;
+    options.kind = kind;
+    options.samples_per_pixel = samples_per_pixel;
+    options.seed = seed;
+    bn_result result = bn_sampler_create(&options, &sampler);
+    if (result != BN_SUCCESS) {
+        printf("cannot create a sampler: %s\n", bn_result_string(result));
+        exit(1);
+    }
+    return sampler;
+}
+
+static uint32_t random_u32(void) {
+    static uint32_t counter;
+    return bn_hash32(bn_hash32(++counter) + 77u);
+}
+
+static void test_create(void) {
+    bn_sampler *sampler = NULL;
+    bn_sampler_options o = bn_sampler_options_default();
+    CHECK(bn_sampler_create(NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sampler_create(NULL, &sampler) == BN_SUCCESS && sampler != NULL);
+    bn_sampler_destroy(sampler);
+    bn_sampler_destroy(NULL);
+
+    for (int32_t kind = -3; kind < 9; ++kind) {
+        o.kind = kind;
+        bn_result expected = kind >= 0 && kind < KINDS ? BN_SUCCESS : BN_ERROR_INVALID_ARGUMENT;
+        sampler = (bn_sampler *)&o;
+        CHECK(bn_sampler_create(&o, &sampler) == expected);
+        CHECK((sampler != NULL) == (expected == BN_SUCCESS));
+        bn_sampler_destroy(sampler);
+    }
+
+    uint32_t ranks[6] = {3, 1, 0, 5, 4, 2};
+    o = bn_sampler_options_default();
+    o.kind = BN_SAMPLER_MASK;
+    o.mask_ranks = ranks;
+    o.mask_width = 3;
+    o.mask_height = 2;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_SUCCESS);
+    bn_sampler_destroy(sampler);
+    o.mask_height = 0;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT && sampler == NULL);
+    o.mask_height = 2;
+    o.kind = BN_SAMPLER_BLUE;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
+    o.kind = BN_SAMPLER_MASK;
+    ranks[0] = 1;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_BAD_DATA);
+    ranks[0] = 6;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_BAD_DATA && sampler == NULL);
+    o.mask_width = 1u << 31;
+    o.mask_height = 1u << 31;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
+    o.mask_ranks = NULL;
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
+}
+
+/* Older and newer versions of the options structure. */
+static void test_struct_size(void) {
+    struct {
+        bn_sampler_options options;
+        unsigned char tail[16];
+    } newer;
+    memset(&newer, 0, sizeof newer);
+    newer.options = bn_sampler_options_default();
+    newer.options.struct_size = sizeof newer;
+    bn_sampler *a = NULL, *b = NULL;
+    CHECK(bn_sampler_create(&newer.options, &a) == BN_SUCCESS);
+    bn_sampler_destroy(a);
+    newer.tail[9] = 1;
+    CHECK(bn_sampler_create(&newer.options, &a) == BN_ERROR_UNSUPPORTED && a == NULL);
+
+    /* A structure that ends before the seed: the seed written there is not read. */
+    bn_sampler_options o = bn_sampler_options_default();
+    o.kind = BN_SAMPLER_SOBOL;
+    o.seed = 99;
+    o.struct_size = offsetof(bn_sampler_options, seed);
+    CHECK(bn_sampler_create(&o, &a) == BN_SUCCESS);
+    b = make(BN_SAMPLER_SOBOL, 0, 0);
+    uint32_t u[4], v[4];
+    bn_sample_4d_u32(a, 1, 2, 3, 4, u);
+    bn_sample_4d_u32(b, 1, 2, 3, 4, v);
+    CHECK(memcmp(u, v, sizeof u) == 0);
+    bn_sampler_destroy(a);
+    bn_sampler_destroy(b);
+    o.struct_size = 3;
+    CHECK(bn_sampler_create(&o, &a) == BN_ERROR_INVALID_ARGUMENT);
+    o.struct_size = 0;
+    CHECK(bn_sampler_create(&o, &a) == BN_ERROR_INVALID_ARGUMENT);
+}
+
+/* All forms of a draw agree, at ordinary and at extreme arguments. */
+static void test_forms(void) {
+    static const int32_t coordinates[] = {0, 1, -1, 127, 128, 4095, 4096, INT32_MAX, INT32_MIN};
+    static const uint32_t indices[] = {0, 1, 2, 255, 256, 257, 65535, 65536, 1u << 31, UINT32_MAX};
+    enum { NC = sizeof coordinates / sizeof *coordinates, NI = sizeof indices / sizeof *indices };
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make(kind, kind == BN_SAMPLER_ZORDER ? 16 : 0, 5);
+        for (int i = 0; i < NC * NC * NI; ++i) {
+            int32_t x = coordinates[i % NC], y = coordinates[i / NC % NC];
+            uint32_t index = indices[i / NC / NC], domain = bn_domain_child(7, (uint32_t)i);
+            uint32_t bits[4], inline_bits[4];
+            float four[4], two[2], inline_four[4];
+            bn_sample_4d_u32(s, x, y, index, domain, bits);
+            bn_draw_4d_u32(bn_sampler_table(s), x, y, index, domain, inline_bits);
+            bn_sample_4d(s, x, y, index, domain, four);
+            bn_draw_4d(bn_sampler_table(s), x, y, index, domain, inline_four);
+            bn_sample_2d(s, x, y, index, domain, two);
+            CHECK(memcmp(bits, inline_bits, sizeof bits) == 0);
+            CHECK(memcmp(four, inline_four, sizeof four) == 0);
+            for (int d = 0; d < 4; ++d) {
+                CHECK(four[d] == (float)(bits[d] >> 8) * 0x1p-24f);
+                CHECK(four[d] >= 0.0f && four[d] < 1.0f);
+            }
+            CHECK(memcmp(two, four, sizeof two) == 0);
+            CHECK(bn_sample_1d(s, x, y, index, domain) == four[0]);
+        }
+        bn_sampler_destroy(s);
+    }
+}
+
+static void test_block(void) {
+    enum { W = 5, H = 4, N = 7, COUNT = W * H * N * 4 };
+    float out[COUNT];
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make(kind, 0, 11);
+        static const int32_t starts[][2] = {{0, 0}, {-3, 126}, {INT32_MAX - W + 1, INT32_MIN}};
+        static const uint32_t firsts[] = {0, 250, UINT32_MAX - N + 1};
+        for (int start = 0; start < 3; ++start) {
+            int32_t x0 = starts[start][0], y0 = starts[start][1];
+            CHECK(bn_sample_block(s, x0, y0, W, H, firsts[start], N, 3, out, COUNT) == BN_SUCCESS);
+            for (int i = 0; i < W * H * N; ++i) {
+                float u[4];
+                bn_sample_4d(s, x0 + i / N % W, y0 + i / N / W, firsts[start] + (uint32_t)(i % N),
+                             3, u);
+                CHECK(memcmp(u, out + 4 * i, sizeof u) == 0);
+            }
+        }
+        bn_sampler_destroy(s);
+    }
+    bn_sampler *s = make(BN_SAMPLER_BLUE, 0, 0);
+    const bn_result invalid = BN_ERROR_INVALID_ARGUMENT, mismatch = BN_ERROR_SIZE_MISMATCH;
+    CHECK(bn_sample_block(NULL, 0, 0, W, H, 0, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, NULL, COUNT) == invalid);
+    CHECK(bn_sample_block(s, 0, 0, 0, H, 0, N, 0, out, 0) == invalid);
+    CHECK(bn_sample_block(s, 0, 0, W, 0, 0, N, 0, out, 0) == invalid);
+    CHECK(bn_sample_block(s, 0, 0, W, H, 0, 0, 0, out, 0) == invalid);
+    CHECK(bn_sample_block(s, INT32_MAX - W + 2, 0, W, H, 0, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(s, 0, INT32_MAX - H + 2, W, H, 0, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(s, 0, 0, W, H, UINT32_MAX - N + 2, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, out, COUNT - 1) == mismatch);
+    CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, out, COUNT + 4) == mismatch);
+    /* Extents whose product wraps around to the count given. */
+    CHECK(bn_sample_block(s, INT32_MIN, INT32_MIN, 1u << 31, 1u << 31, 0, 4, 0, out, 0) ==
+          mismatch);
+    bn_sampler_destroy(s);
+}
+
+/* Whether points first .. first + 2^m - 1 have one point in every elementary interval of area 2^-m.
+ */
+static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, int pair,
+                  uint32_t first, int m) {
+    static uint32_t points[4096][4];
+    static unsigned char seen[4096];
+    uint32_t count = 1u << m;
+    for (uint32_t i = 0; i < count; ++i) bn_sample_4d_u32(s, x, y, first + i, domain, points[i]);
+    for (int a = 0; a <= m; ++a) {
+        memset(seen, 0, count);
+        for (uint32_t i = 0; i < count; ++i) {
+            uint32_t u = a == 0 ? 0 : points[i][2 * pair] >> (32 - a);
+            uint32_t v = a == m ? 0 : points[i][2 * pair + 1] >> (32 - m + a);
+            uint32_t cell = u << (m - a) | v;
+            if (seen[cell]++) return 0;
+        }
+    }
+    return 1;
+}
+
+/* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs. */
+static void test_nets(void) {
+    static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER};
+    for (int k = 0; k < 3; ++k) {
+        bn_sampler *s = make(kinds[k], 64, 3);
+        for (int pixel = 0; pixel < 24; ++pixel) {
+            int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
+            uint32_t domain = random_u32();
+            for (int pair = 0; pair < 2; ++pair) {
+                for (int m = 0; m <= 12; ++m) {
+                    CHECK(is_net(s, x, y, domain, pair, 0, m));
+                    CHECK(is_net(s, x, y, domain, pair, 5u << m, m));
+                }
+            }
+        }
+        bn_sampler_destroy(s);
+    }
+}
+
+/* Samples of distant indices never repeat: 2^16 samples spread over all indices have no more equal
+ * 64-bit values of a pair than chance has (expected 1e-10). */
+static int compare_u64(const void *a, const void *b) {
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void test_no_repeats(void) {
+    enum { N = 1 << 16 };
+    uint64_t *values = malloc(N * sizeof *values);
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make(kind, 0, 0);
+        for (uint32_t i = 0; i < N; ++i) {
+            uint32_t u[4];
+            bn_sample_4d_u32(s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
+            values[i] = (uint64_t)u[0] << 32 | u[1];
+        }
+        qsort(values, N, sizeof *values, compare_u64);
+        int repeats = 0;
+        for (int i = 1; i < N; ++i) repeats += values[i] == values[i - 1];
+        CHECK(repeats == 0);
+        bn_sampler_destroy(s);
+    }
+    free(values);
+}
+
+/* The correlation of the first sample of two streams over a 64x64 picture, times sqrt(pixels):
+ * about standard normal when they are independent and white; blue streams vary less or more
+ * together with the shift, so the limit is generous: |z| > 6 has probability 2e-9 per pair for
+ * white noise. */
+static double correlation(const bn_sampler *s, const bn_sampler *t, uint32_t d, uint32_t e, int i,
+                          int j) {
+    double sum = 0.0;
+    for (int32_t y = 0; y < 64; ++y) {
+        for (int32_t x = 0; x < 64; ++x) {
+            float u[4], v[4];
+            bn_sample_4d(s, x, y, 0, d, u);
+            bn_sample_4d(t, x, y, 0, e, v);
+            sum += (u[i] - 0.5) * (v[j] - 0.5) * 12.0;
+        }
+    }
+    return sum / 64.0;
+}
+
+static void test_independence(void) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make(kind, 0, 1), *t = make(kind, 0, 2);
+        /* The same arguments give the same samples: the statistic sees dependence. */
+        CHECK(correlation(s, s, 5, 5, 0, 0) > 30.0);
+        for (uint32_t pair = 0; pair < 40; ++pair) {
+            uint32_t d = bn_domain_child(BN_DOMAIN_ROOT, pair);
+            uint32_t e = bn_domain_child(BN_DOMAIN_ROOT, pair + 1000);
+            int i = (int)(pair & 3u), j = (int)(pair >> 2 & 3u);
+            CHECK(fabs(correlation(s, s, d, e, i, j)) < 6.0);
+            CHECK(fabs(correlation(s, t, d, d, i, j)) < 6.0);
+            if (i != j) CHECK(fabs(correlation(s, s, d, d, i, j)) < 6.0);
+        }
+        bn_sampler_destroy(s);
+        bn_sampler_destroy(t);
+    }
+}
+
+/* Chi-square of the first sample over 2^16 domains in 16 x 16 cells, for each pair: the statistic
+ * has mean 255 and standard deviation 22.6; beyond 6 deviations has probability below 1e-7 in each
+ * of 10 tests. */
+static void test_uniform(void) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make(kind, 0, 4);
+        for (int pair = 0; pair < 2; ++pair) {
+            double cells[256] = {0}, chi = 0.0;
+            for (uint32_t i = 0; i < 1u << 16; ++i) {
+                uint32_t u[4];
+                bn_sample_4d_u32(s, 3, -8, 0, bn_domain_child(1, i), u);
+                cells[(u[2 * pair] >> 28) << 4 | u[2 * pair + 1] >> 28] += 1.0;
+            }
+            for (int i = 0; i < 256; ++i) chi += (cells[i] - 256.0) * (cells[i] - 256.0) / 256.0;
+            CHECK(fabs(chi - 255.0) < 6.0 * 22.6);
+        }
+        bn_sampler_destroy(s);
+    }
+}
+
+/* Estimates go on improving: the error of a smooth integrand over pixels falls at least as fast as
+ * Sobol' sequences promise (for white noise, as the square root). */
+static void test_convergence(void) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make(kind, 0, 4);
+        double previous = INFINITY;
+        for (uint32_t count = 16; count <= 4096; count *= 16) {
+            double square = 0.0;
+            for (int32_t pixel = 0; pixel < 64; ++pixel) {
+                double sum = 0.0;
+                for (uint32_t i = 0; i < count; ++i) {
+                    float u[4];
+                    bn_sample_4d(s, pixel, 3 * pixel, i, 1, u);
+                    sum += u[0] * u[1] + u[2] * u[3] - 0.5;
+                }
+                square += sum * sum / ((double)count * count) / 64.0;
+            }
+            double error = sqrt(square);
+            CHECK(error < previous * (kind == BN_SAMPLER_WHITE ? 0.4 : 0.15));
+            previous = error;
+        }
+        bn_sampler_destroy(s);
+    }
+}
+
+int main(void) {
+    test_create();
+    test_struct_size();
+    test_forms();
+    test_block();
+    test_nets();
+    test_no_repeats();
+    test_independence();
+    test_uniform();
+    test_convergence();
+    return check_result();
+}
