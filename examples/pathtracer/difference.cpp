@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blue noise moves error to high frequencies, where the eye and any later filter average it away.
+// What is left is the error after a Gaussian: separable, in double, two passes over the picture.
+#include "difference.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+std::vector<double> gaussian_weights(double sigma) {
+    const int radius = static_cast<int>(4 * sigma + 0.5);
+    std::vector<double> weights;
+    double sum = 0;
+    for (int i = -radius; i <= radius; ++i) {
+        weights.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+        sum += weights.back();
+    }
+    for (double &weight : weights) weight /= sum;
+    return weights;
+}
+
+// An index mirrored into 0 .. size - 1, the edge value repeated: c b a | a b c | c b a.
+int mirror(int i, int size) {
+    const int period = 2 * size;
+    i = (i % period + period) % period;
+    return i < size ? i : period - 1 - i;
+}
+
+// Filters `lines` lines of `size` elements: element i of line j is at data[j * line_step + i *
+// step].
+void filter_lines(std::vector<double> &data, const std::vector<double> &weights, int size,
+                  size_t step, int lines, size_t line_step) {
+    const int radius = static_cast<int>(weights.size() / 2);
+    std::vector<double> line(static_cast<size_t>(size + 2 * radius));
+    for (int j = 0; j < lines; ++j) {
+        double *first = &data[static_cast<size_t>(j) * line_step];
+        for (int i = -radius; i < size + radius; ++i)
+            line[static_cast<size_t>(i + radius)] =
+                first[static_cast<size_t>(mirror(i, size)) * step];
+        for (int i = 0; i < size; ++i) {
+            double sum = 0;
+            for (size_t k = 0; k < weights.size(); ++k)
+                sum += weights[k] * line[static_cast<size_t>(i) + k];
+            first[static_cast<size_t>(i) * step] = sum;
+        }
+    }
+}
+
+} // namespace
+
+double blurred_rmse(const Image &image, const Image &reference, double sigma) {
+    const int columns = width(image.crop), rows = height(image.crop);
+    const size_t count = pixel_count(image.crop);
+    double total = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        std::vector<double> error(count);
+        for (size_t i = 0; i < count; ++i)
+            error[i] = static_cast<double>(image.rgb[3 * i + c]) -
+                       static_cast<double>(reference.rgb[3 * i + c]);
+        if (sigma > 0) {
+            const std::vector<double> weights = gaussian_weights(sigma);
+            const auto row_length = static_cast<size_t>(columns);
+            filter_lines(error, weights, columns, 1, rows, row_length);
+            filter_lines(error, weights, rows, row_length, columns, 1);
+        }
+        for (double e : error) total += e * e;
+    }
+    return std::sqrt(total / (3 * static_cast<double>(count)));
+}
+
+Image image_crop(const Image &image, const Crop &crop) {
+    Image result{image.full_width, image.full_height, crop,
+                 std::vector<float>(3 * pixel_count(crop))};
+    const auto row_length = static_cast<size_t>(3 * width(crop));
+    for (int y = crop.y0; y < crop.y1; ++y) {
+        const Crop &have = image.crop;
+        const size_t skipped_rows =
+            static_cast<size_t>(y - have.y0) * static_cast<size_t>(width(have));
+        const float *from = &image.rgb[3 * (skipped_rows + static_cast<size_t>(crop.x0 - have.x0))];
+        std::copy(from, from + row_length,
+                  &result.rgb[static_cast<size_t>(y - crop.y0) * row_length]);
+    }
+    return result;
+}

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far a picture is from its reference, as it is and as seen from a distance.
+#pragma once
+
+#include "image.h"
+
+// The root mean square over pixels and channels of image - reference after a Gaussian of sigma
+// pixels, cut off at four sigma, the picture mirrored at its edges; sigma 0 is the plain RMSE. Both
+// images hold the same pixels.
+double blurred_rmse(const Image &image, const Image &reference, double sigma);
+
+// The part of an image inside a crop that lies within its own.
+Image image_crop(const Image &image, const Crop &crop);

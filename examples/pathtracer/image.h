@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A linear RGB picture, or the part of one inside a crop.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+// The pixels x0 <= x < x1, y0 <= y < y1 of a picture; y grows downwards.
+struct Crop {
+    int x0, y0, x1, y1;
+};
+
+inline int width(const Crop &crop) {
+    return crop.x1 - crop.x0;
+}
+inline int height(const Crop &crop) {
+    return crop.y1 - crop.y0;
+}
+inline size_t pixel_count(const Crop &crop) {
+    return static_cast<size_t>(width(crop)) * static_cast<size_t>(height(crop));
+}
+
+struct Image {
+    int full_width, full_height; // of the whole picture
+    Crop crop;                   // the pixels that are held
+    std::vector<float> rgb;      // height(crop) rows of width(crop) pixels of 3
+};

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finding what a ray hits, with Embree 3 or 4: they differ in the context argument of queries.
+#include "intersect.h"
+
+#include <limits>
+#include <string>
+
+#include "error.h"
+
+#if BN_EMBREE_MAJOR == 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#if defined(__SSE__) || defined(_M_X64)
+#include <xmmintrin.h>
+#endif
+
+struct Geometry {
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+};
+
+void GeometryDelete::operator()(Geometry *geometry) const {
+    if (geometry->scene) rtcReleaseScene(geometry->scene);
+    if (geometry->device) rtcReleaseDevice(geometry->device);
+    delete geometry;
+}
+
+namespace {
+
+void record_error(void *user, RTCError, const char *message) {
+    auto *first = static_cast<std::string *>(user);
+    if (first->empty()) *first = message ? message : "unknown error";
+}
+
+RTCRay make_ray(Vec3 origin, Vec3 direction, float far) {
+    RTCRay ray;
+    ray.org_x = origin.x;
+    ray.org_y = origin.y;
+    ray.org_z = origin.z;
+    ray.tnear = 0;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.time = 0;
+    ray.tfar = far;
+    ray.mask = 0xffffffffu;
+    ray.id = 0;
+    ray.flags = 0;
+    return ray;
+}
+
+} // namespace
+
+GeometryPointer geometry_build(const Scene &scene) {
+    std::string error;
+    GeometryPointer geometry(new Geometry);
+    geometry->device = rtcNewDevice(nullptr);
+    if (!geometry->device) throw Error("Embree cannot start on this machine");
+    rtcSetDeviceErrorFunction(geometry->device, record_error, &error);
+
+    // Robust: rays do not slip through the seam between neighbouring surfaces.
+    geometry->scene = rtcNewScene(geometry->device);
+    rtcSetSceneFlags(geometry->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(geometry->scene, RTC_BUILD_QUALITY_HIGH);
+
+    RTCGeometry quads = rtcNewGeometry(geometry->device, RTC_GEOMETRY_TYPE_QUAD);
+    void *vertices = rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                             sizeof(Vec3), scene.vertices.size());
+    void *indices = rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4,
+                                            sizeof(Quad), scene.quads.size());
+    if (vertices && indices) {
+        std::copy(scene.vertices.begin(), scene.vertices.end(), static_cast<Vec3 *>(vertices));
+        std::copy(scene.quads.begin(), scene.quads.end(), static_cast<Quad *>(indices));
+        rtcCommitGeometry(quads);
+        rtcAttachGeometry(geometry->scene, quads);
+        rtcCommitScene(geometry->scene);
+    }
+    rtcReleaseGeometry(quads);
+
+    rtcSetDeviceErrorFunction(geometry->device, nullptr, nullptr);
+    if (!error.empty()) throw Error("Embree cannot take in the scene: " + error);
+    return geometry;
+}
+
+void geometry_thread_begin() {
+#if defined(__SSE__) || defined(_M_X64)
+    const unsigned flush_to_zero = 0x8000, denormals_are_zero = 0x0040;
+    _mm_setcsr(_mm_getcsr() | flush_to_zero | denormals_are_zero);
+#endif
+}
+
+bool intersect(const Geometry &geometry, const Ray &ray, Hit &hit) {
+    RTCRayHit query;
+    query.ray = make_ray(ray.origin, ray.direction, std::numeric_limits<float>::infinity());
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if BN_EMBREE_MAJOR == 4
+    rtcIntersect1(geometry.scene, &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(geometry.scene, &context, &query);
+#endif
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    hit.distance = query.ray.tfar;
+    hit.quad = query.hit.primID;
+    hit.normal = normalize({query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z});
+    return true;
+}
+
+bool occluded(const Geometry &geometry, Vec3 from, Vec3 to) {
+    RTCRay ray = make_ray(from, to - from, 1);
+#if BN_EMBREE_MAJOR == 4
+    rtcOccluded1(geometry.scene, &ray);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(geometry.scene, &context, &ray);
+#endif
+    return ray.tfar < 0;
+}

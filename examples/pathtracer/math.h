@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors, orthonormal frames and the maps from the unit square that the path tracer needs.
+//
+// Maps from the unit square decide how much of a sampler's quality survives. The concentric map of
+// the disc (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997) keeps areas and
+// hardly stretches; the polar map has a seam that tears neighbouring samples apart. The frame is
+// Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+constexpr float PI = 3.14159265358979f;
+
+struct Vec2 {
+    float x, y;
+};
+
+struct Vec3 {
+    float x, y, z;
+};
+
+inline Vec3 operator+(Vec3 a, Vec3 b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vec3 operator-(Vec3 a, Vec3 b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Vec3 operator*(Vec3 a, Vec3 b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+inline Vec3 operator*(float s, Vec3 v) {
+    return {s * v.x, s * v.y, s * v.z};
+}
+inline Vec3 operator-(Vec3 v) {
+    return {-v.x, -v.y, -v.z};
+}
+inline Vec3 &operator+=(Vec3 &a, Vec3 b) {
+    return a = a + b;
+}
+inline Vec3 &operator*=(Vec3 &a, Vec3 b) {
+    return a = a * b;
+}
+
+inline float dot(Vec3 a, Vec3 b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline Vec3 cross(Vec3 a, Vec3 b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline float length(Vec3 v) {
+    return std::sqrt(dot(v, v));
+}
+inline Vec3 normalize(Vec3 v) {
+    return (1 / length(v)) * v;
+}
+inline float max_component(Vec3 v) {
+    return std::max(v.x, std::max(v.y, v.z));
+}
+inline float max_magnitude(Vec3 v) {
+    return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+}
+
+// An orthonormal frame around a unit normal.
+struct Frame {
+    Vec3 tangent, bitangent, normal;
+};
+
+inline Frame frame_around(Vec3 n) {
+    const float sign = std::copysign(1.0f, n.z);
+    const float a = -1 / (sign + n.z);
+    const float b = n.x * n.y * a;
+    return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+}
+
+inline Vec3 to_world(const Frame &f, Vec3 v) {
+    return v.x * f.tangent + v.y * f.bitangent + v.z * f.normal;
+}
+
+// Sine and cosine of an angle in [-pi/4, pi/4]: the first terms of the series, good to the last
+// bits of a float there.
+inline void small_sin_cos(float angle, float &sine, float &cosine) {
+    const float s = angle * angle;
+    sine = angle * (1 + s * (-1.0f / 6 + s * (1.0f / 120 + s * (-1.0f / 5040))));
+    cosine = 1 + s * (-0.5f + s * (1.0f / 24 + s * (-1.0f / 720 + s * (1.0f / 40320))));
+}
+
+// The unit square to the unit disc, areas kept.
+inline Vec2 square_to_disc(Vec2 u) {
+    const float a = 2 * u.x - 1, b = 2 * u.y - 1;
+    float sine, cosine;
+    if (std::abs(a) > std::abs(b)) {
+        small_sin_cos(PI / 4 * (b / a), sine, cosine);
+        return {a * cosine, a * sine};
+    }
+    if (b == 0) return {0, 0};
+    small_sin_cos(PI / 4 * (a / b), sine, cosine);
+    return {b * sine, b * cosine};
+}
+
+// The unit square to directions around +z, with density cosine / pi per steradian.
+inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
+    const Vec2 d = square_to_disc(u);
+    return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line: one row per option, numbers checked against their range where they are read.
+#include "options.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+#include "error.h"
+
+namespace {
+
+constexpr int MAX_EXTENT = 65536;         // pixels a side
+constexpr uint64_t MAX_PIXELS = 1u << 28; // rendered at once; 3 GiB of picture
+constexpr uint32_t MAX_SPP = 1u << 24;
+constexpr uint32_t MAX_DEPTH = 1024;
+constexpr uint32_t MAX_THREADS = 1024;
+
+// The whole text as a number in [low, high].
+template <typename Number>
+bool parse_number(const std::string &text, Number low, Number high, Number &value) {
+    const char *end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && stop == end && value >= low && value <= high;
+}
+
+template <typename Number>
+Number number(const std::string &option, const std::string &text, Number low, Number high) {
+    Number value{};
+    if (!parse_number(text, low, high, value))
+        throw Error(option + " takes a whole number from " + std::to_string(low) + " to " +
+                    std::to_string(high) + ", not '" + text + "'");
+    return value;
+}
+
+// Splits "12x34" or "1,2,3,4" into exactly `count` numbers.
+bool parse_list(const std::string &text, char separator, int low, int high, int *values,
+                int count) {
+    size_t begin = 0;
+    for (int i = 0; i < count; ++i) {
+        const size_t end = i + 1 < count ? text.find(separator, begin) : text.size();
+        if (end == std::string::npos) return false;
+        if (!parse_number(text.substr(begin, end - begin), low, high, values[i])) return false;
+        begin = end + 1;
+    }
+    return true;
+}
+
+void parse_size(Options &options, const std::string &text) {
+    int extents[2];
+    if (!parse_list(text, 'x', 1, MAX_EXTENT, extents, 2))
+        throw Error("--size takes WIDTHxHEIGHT, each from 1 to " + std::to_string(MAX_EXTENT) +
+                    ", not '" + text + "'");
+    options.width = extents[0];
+    options.height = extents[1];
+}
+
+void parse_crop(Options &options, const std::string &text) {
+    int v[4];
+    if (!parse_list(text, ',', 0, MAX_EXTENT, v, 4) || v[0] >= v[2] || v[1] >= v[3])
+        throw Error("--crop takes x0,y0,x1,y1 with x0 < x1 and y0 < y1, not '" + text + "'");
+    options.crop = Crop{v[0], v[1], v[2], v[3]};
+}
+
+void parse_exposure(Options &options, const std::string &text) {
+    const char *end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, options.exposure);
+    if (error != std::errc() || stop != end || !(std::abs(options.exposure) <= 64))
+        throw Error("--exposure takes stops from -64 to 64, not '" + text + "'");
+}
+
+void check(const Options &o) {
+    if (o.output.empty()) throw Error("give the output with -o out.exr (see --help)");
+    if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
+        throw Error("the output must be named something.exr, not '" + o.output + "'");
+    const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
+    if (crop.x1 > o.width || crop.y1 > o.height)
+        throw Error("--crop goes beyond the picture of " + std::to_string(o.width) + "x" +
+                    std::to_string(o.height) + " pixels; set --size");
+    if (pixel_count(crop) > MAX_PIXELS)
+        throw Error("at most " + std::to_string(MAX_PIXELS) +
+                    " pixels are rendered at once; render the picture in parts with --crop");
+    if (o.first_sample > UINT32_MAX - (o.spp - 1))
+        throw Error("--first-sample and --spp run past the last sample, number " +
+                    std::to_string(UINT32_MAX));
+}
+
+} // namespace
+
+const char *options_help() {
+    return R"(Usage: pathtracer [options] -o out.exr
+
+Renders a scene with a sampler of libbn into out.exr and a preview out.png beside it.
+
+  --scene NAME           what to render (default cornell); see --list
+  --sampler NAME         where samples come from (default blue); see --list
+  --spp N                samples per pixel (default 16)
+  --declare N            tell the sampler that N samples per pixel will be taken (default: not told)
+  --mask builtin|FILE    the mask of the sampler "mask": a greyscale PNG (default builtin)
+  --seed N               seed of the sampler (default 0)
+  --first-sample N       number of the first sample of each pixel (default 0)
+  --size WxH             pixels of the picture (default 512x512)
+  --crop x0,y0,x1,y1     render only pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
+  --max-depth N          surface bounces (default 8); 0 shows lights only
+  --threads N            (default: one per core)
+  --reference ref.exr    print the error against this picture: RMSE, and RMSE after Gaussian filters
+  --exposure EV          brightness of the preview, in stops (default 0)
+  --quiet                print errors and the error against the reference only
+  --list                 list scenes and samplers
+  --help                 this text
+)";
+}
+
+Options parse_options(int argc, const char *const *argv) {
+    Options options;
+    options.threads = std::max(1u, std::thread::hardware_concurrency());
+    for (int i = 1; i < argc; ++i) {
+        const std::string name = argv[i];
+        const auto is = [&](const char *other) { return name == other; };
+        if (is("--quiet")) {
+            options.quiet = true;
+        } else if (is("--list")) {
+            options.list = true;
+        } else if (is("--help") || is("-h")) {
+            options.help = true;
+        } else {
+            static const char *const with_value[] = {
+                "--scene",   "--sampler",      "--spp",      "--declare", "--mask",
+                "--seed",    "--first-sample", "--size",     "--crop",    "--max-depth",
+                "--threads", "--reference",    "--exposure", "-o"};
+            bool known = false;
+            for (const char *option : with_value) known = known || is(option);
+            if (!known) throw Error("there is no option '" + name + "'; see --help");
+            if (i + 1 == argc) throw Error(name + " needs a value; see --help");
+            const std::string value = argv[++i];
+
+            if (is("--scene")) options.scene = value;
+            if (is("--sampler")) options.sampler.name = value;
+            if (is("--spp")) options.spp = number(name, value, 1u, MAX_SPP);
+            if (is("--declare")) options.sampler.declared_spp = number(name, value, 0u, UINT32_MAX);
+            if (is("--mask")) options.sampler.mask = value;
+            if (is("--seed")) options.sampler.seed = number<uint64_t>(name, value, 0, UINT64_MAX);
+            if (is("--first-sample")) options.first_sample = number(name, value, 0u, UINT32_MAX);
+            if (is("--size")) parse_size(options, value);
+            if (is("--crop")) parse_crop(options, value);
+            if (is("--max-depth")) options.max_depth = number(name, value, 0u, MAX_DEPTH);
+            if (is("--threads")) options.threads = number(name, value, 1u, MAX_THREADS);
+            if (is("--reference")) options.reference = value;
+            if (is("--exposure")) parse_exposure(options, value);
+            if (is("-o")) options.output = value;
+        }
+    }
+    if (!options.help && !options.list) check(options);
+    return options;
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "image.h"
+#include "sampler.h"
+
+struct Options {
+    std::string scene = "cornell";
+    SamplerSettings sampler;
+    uint32_t spp = 16;
+    uint32_t first_sample = 0;
+    int width = 512, height = 512;
+    std::optional<Crop> crop; // inside the picture
+    uint32_t max_depth = 8;
+    unsigned threads; // default: one per core
+    float exposure = 0;
+    std::string reference;
+    std::string output;
+    bool quiet = false;
+    bool list = false;
+    bool help = false;
+};
+
+// Throws Error. With --help or --list nothing else is checked.
+Options parse_options(int argc, const char *const *argv);
+
+// The text of --help.
+const char *options_help();

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// PNG through libpng's simplified interface: previews out, masks in.
+#include "png_image.h"
+
+#include <png.h>
+
+#include <cmath>
+
+#include "error.h"
+
+namespace {
+
+// Linear up to the shoulder, above it an exponential of the same slope that ends at 1.
+float tone_curve(float v) {
+    const float shoulder = 0.6f, rest = 1 - shoulder;
+    return v < shoulder ? v : 1 - rest * std::exp((shoulder - v) / rest);
+}
+
+float srgb_encode(float v) {
+    return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+}
+
+} // namespace
+
+std::vector<char> png_encode_preview(const Image &image, float exposure) {
+    const float gain = std::exp2(exposure);
+    std::vector<uint8_t> pixels(image.rgb.size());
+    for (size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<uint8_t>(255 * srgb_encode(tone_curve(gain * image.rgb[i])) + 0.5f);
+
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = static_cast<png_uint_32>(width(image.crop));
+    png.height = static_cast<png_uint_32>(height(image.crop));
+    png.format = PNG_FORMAT_RGB;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+    std::vector<char> bytes(size);
+    if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
+        throw Error(std::string("the preview cannot be encoded: ") + png.message);
+    bytes.resize(size);
+    return bytes;
+}
+
+GreyImage png_read_grey(const std::string &path) {
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    if (!png_image_begin_read_from_file(&png, path.c_str()))
+        throw Error("cannot read the PNG file " + path + ": " + png.message);
+    const uint64_t pixels = static_cast<uint64_t>(png.width) * png.height;
+    if (pixels > 1u << 24) {
+        png_image_free(&png);
+        throw Error("the mask " + path + " is too large: at most 2^24 texels");
+    }
+    png.format = PNG_FORMAT_LINEAR_Y;
+    GreyImage image{png.width, png.height, std::vector<uint16_t>(pixels)};
+    if (!png_image_finish_read(&png, nullptr, image.values.data(), 0, nullptr))
+        throw Error("cannot read the PNG file " + path + ": " + png.message);
+    return image;
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Creating a libbn sampler from the command line's names.
+#include "sampler.h"
+
+#include "error.h"
+#include "png_image.h"
+
+namespace {
+
+std::vector<uint32_t> read_mask(const std::string &path, uint32_t &width, uint32_t &height) {
+    const GreyImage image = png_read_grey(path);
+    const std::vector<float> values(image.values.begin(), image.values.end());
+    std::vector<uint32_t> ranks(values.size());
+    const bn_result result = bn_ranks_from_values(values.data(), values.size(), ranks.data());
+    if (result != BN_SUCCESS) throw Error("mask " + path + ": " + bn_result_string(result));
+    width = image.width;
+    height = image.height;
+    return ranks;
+}
+
+} // namespace
+
+const std::vector<SamplerEntry> &sampler_entries() {
+    static const std::vector<SamplerEntry> entries = {
+        {"blue", "progressive blue noise in both pairs of every domain", BN_SAMPLER_BLUE},
+        {"sobol", "Owen-scrambled Sobol', independent in each pixel", BN_SAMPLER_SOBOL},
+        {"white", "independent uniform numbers", BN_SAMPLER_WHITE},
+        {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
+        {"mask", "a blue-noise mask drives Sobol'", BN_SAMPLER_MASK},
+    };
+    return entries;
+}
+
+SamplerPointer sampler_create(const SamplerSettings &settings) {
+    const SamplerEntry *chosen = nullptr;
+    std::string known;
+    for (const SamplerEntry &entry : sampler_entries()) {
+        if (settings.name == entry.name) chosen = &entry;
+        known += (known.empty() ? "" : ", ") + std::string(entry.name);
+    }
+    if (!chosen)
+        throw Error("there is no sampler '" + settings.name + "'; the samplers are " + known);
+
+    bn_sampler_options options = bn_sampler_options_default();
+    options.kind = chosen->kind;
+    options.samples_per_pixel = settings.declared_spp;
+    options.seed = settings.seed;
+    std::vector<uint32_t> ranks;
+    if (!settings.mask.empty()) {
+        if (chosen->kind != BN_SAMPLER_MASK)
+            throw Error("--mask goes with --sampler mask, not with '" + settings.name + "'");
+        if (settings.mask != "builtin") {
+            ranks = read_mask(settings.mask, options.mask_width, options.mask_height);
+            options.mask_ranks = ranks.data();
+        }
+    }
+
+    bn_sampler *sampler = nullptr;
+    const bn_result result = bn_sampler_create(&options, &sampler);
+    if (result != BN_SUCCESS)
+        throw Error("the sampler '" + settings.name +
+                    "' cannot be created: " + bn_result_string(result));
+    return SamplerPointer(sampler);
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the path tracer uses libbn: the part to read first when putting the library into a renderer.
+//
+// Every decision of a path has a domain, and domains follow the call tree:
+//
+//     root ─ pixel                  (0,1) position in the pixel
+//          └ bounce 0, 1, ... ─ light     (0,1) point on the light   (2) which light
+//                             └ scatter   (0,1) direction            (2) roulette
+//
+// One 4-D draw serves what belongs together. Two-dimensional decisions stay on the pairs (0,1) and
+// (2,3), where samples are blue and stratified; different domains are independent, so a further
+// decision gets a domain of its own and no other one notices. Draws are pure functions of pixel,
+// index and domain: nothing is stored, and threads, tiles and crops cannot change a picture.
+#pragma once
+
+#include <bn/bn.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "math.h"
+
+struct SamplerDelete {
+    void operator()(bn_sampler *sampler) const { bn_sampler_destroy(sampler); }
+};
+using SamplerPointer = std::unique_ptr<bn_sampler, SamplerDelete>;
+
+struct SamplerEntry {
+    const char *name;
+    const char *summary;
+    int32_t kind; // BN_SAMPLER_...
+};
+
+// The samplers of libbn, in the order of --list.
+const std::vector<SamplerEntry> &sampler_entries();
+
+struct SamplerSettings {
+    std::string name = "blue";
+    uint64_t seed = 0;
+    uint32_t declared_spp = 0; // 0: unknown
+    std::string mask;          // "builtin" or a greyscale PNG; only for the sampler "mask"
+};
+
+// Throws Error naming the known samplers, or saying what is wrong with the mask.
+SamplerPointer sampler_create(const SamplerSettings &settings);
+
+enum : uint32_t { KEY_PIXEL, KEY_BOUNCE };  // children of the root
+enum : uint32_t { KEY_LIGHT, KEY_SCATTER }; // children of a bounce
+
+inline uint32_t pixel_domain() {
+    return bn_domain_child(BN_DOMAIN_ROOT, KEY_PIXEL);
+}
+inline uint32_t bounce_domain(uint32_t bounce) {
+    return bn_domain_child(bn_domain_child(BN_DOMAIN_ROOT, KEY_BOUNCE), bounce);
+}
+inline uint32_t light_domain(uint32_t bounce_domain) {
+    return bn_domain_child(bounce_domain, KEY_LIGHT);
+}
+inline uint32_t scatter_domain(uint32_t bounce_domain) {
+    return bn_domain_child(bounce_domain, KEY_SCATTER);
+}
+
+// The sampler as one sample of one pixel sees it.
+struct PixelSample {
+    const bn_sampler *sampler;
+    int32_t x, y;
+    uint32_t index;
+};
+
+struct Draw {
+    float u[4]; // each in [0, 1)
+};
+
+inline Draw draw(const PixelSample &s, uint32_t domain) {
+    Draw result;
+    bn_sample_4d(s.sampler, s.x, s.y, s.index, domain, result.u);
+    return result;
+}
+
+inline Vec2 pair01(const Draw &d) {
+    return {d.u[0], d.u[1]};
+}
