@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of arguments: every error names the argument and holds its value; nothing is truncated or wrapped."""
+
+from __future__ import annotations
+
+import math
+import operator
+import reprlib
+from typing import Any, Callable, NoReturn, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+Seed = Union[int, np.random.Generator]
+Progress = Callable[[float], Any]
+Ranks = npt.NDArray[np.uint32]
+
+INT32 = (-(2**31), 2**31 - 1)
+UINT32 = (0, 2**32 - 1)
+UINT64 = (0, 2**64 - 1)
+
+
+def _out_of_range(name: str, value: object, low: float, high: float) -> NoReturn:
+    raise ValueError(f"{name} must be in {low} .. {high}, not {value}")
+
+
+def integer(name: str, value: object, low: int, high: int) -> int:
+    """An integer of any kind (no bool, no float) in low .. high."""
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be an integer, not {value!r}")
+    try:
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{name} must be an integer, not {reprlib.repr(value)}") from None
+    if not low <= number <= high:
+        _out_of_range(name, number, low, high)
+    return number
+
+
+def real(name: str, value: object, low: float, high: float, low_included: bool = True) -> float:
+    """A finite real number in [low, high] or (low, high]."""
+    if isinstance(value, (bool, np.bool_, str, bytes)):
+        raise TypeError(f"{name} must be a number, not {value!r}")
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, not {reprlib.repr(value)}") from None
+    if not (math.isfinite(number) and low <= number <= high and (low_included or number != low)):
+        bracket = "[" if low_included else "("
+        raise ValueError(f"{name} must be in {bracket}{low}, {high}], not {number}")
+    return number
+
+
+def seed(value: Seed) -> int:
+    """A seed as an integer; a Generator is advanced by one draw."""
+    if isinstance(value, np.random.Generator):
+        return int(value.integers(UINT64[1], dtype=np.uint64, endpoint=True))
+    return integer("seed", value, *UINT64)
+
+
+def callback(name: str, value: Optional[Progress]) -> Optional[Progress]:
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be callable or None, not {reprlib.repr(value)}")
+    return value
+
+
+def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
+    """An array of integers in low .. high as dtype; any integer type is taken when its values fit."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise TypeError(f"{name} must be an array of integers, not {reprlib.repr(value)}") from None
+    if array.size == 0 and not isinstance(value, (np.ndarray, np.generic)):
+        array = array.astype(dtype)
+    if array.dtype.kind == "O" and all(isinstance(v, int) for v in array.flat):
+        pass  # Python integers beyond 64 bits: the range check below names one
+    elif array.dtype.kind not in "iu":
+        raise TypeError(f"{name} must hold integers, not {array.dtype} ({reprlib.repr(value)})")
+    if array.size:
+        for extreme in (int(array.min()), int(array.max())):
+            if not low <= extreme <= high:
+                _out_of_range(name, extreme, low, high)
+    return np.require(array, dtype, ["ALIGNED"])
+
+
+def shape(value: object, max_ndim: int) -> tuple[int, ...]:
+    """The extents of a mask: one integer or a sequence of 1 to max_ndim, each at least 1."""
+    if isinstance(value, (str, bytes)):
+        raise TypeError(f"shape must be a tuple of integers, not {value!r}")
+    try:
+        extents: tuple[object, ...] = tuple(value)  # type: ignore[arg-type]
+    except TypeError:
+        extents = (value,)
+    if not 1 <= len(extents) <= max_ndim:
+        raise ValueError(f"shape must have 1 to {max_ndim} extents, not {reprlib.repr(value)}")
+    return tuple(integer("shape", extent, 1, UINT32[1]) for extent in extents)
+
+
+def ranks(name: str, value: object) -> Ranks:
+    """A mask of two dimensions as uint32 in C order; that it is a permutation is checked by the library."""
+    array = integers(name, value, np.uint32, *UINT32)
+    if array.ndim != 2 or array.size == 0:
+        raise ValueError(f"{name} must have shape (height, width), not {array.shape}")
+    return np.ascontiguousarray(array)

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line ``bluenoise``; also ``python -m bluenoise``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import sys
+from pathlib import Path
+from typing import Any, Callable, Optional, Sequence
+
+from . import __version__, _files
+from . import mask as make_mask
+from . import measure as measure_mask
+from ._masks import METHODS
+
+
+def main(argv: Optional[Sequence[str]] = None) -> int:
+    """Runs one command; returns the exit status: 0, 1 after an error, 130 after Ctrl-C (2 for wrong usage)."""
+    options = _parser().parse_args(argv)
+    run: Callable[[argparse.Namespace], None] = options.run
+    try:
+        run(options)
+    except KeyboardInterrupt:
+        print("bluenoise: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of the output has gone: nothing to say and nobody to say it to
+        return 1
+    except (ValueError, TypeError, MemoryError, OSError, ImportError, RuntimeError) as error:
+        text = " ".join(str(error).split()) or type(error).__name__
+        print(f"bluenoise: {text}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="bluenoise", description="Blue-noise masks: make, measure, dither with them."
+    )
+    parser.add_argument("--version", action="version", version=f"bluenoise {__version__}")
+    commands = parser.add_subparsers(metavar="command", required=True)
+
+    command = commands.add_parser(
+        "mask", help="make a mask", description="Makes a mask as a 16-bit PNG or .npy of ranks."
+    )
+    command.add_argument("--size", required=True, type=_size, metavar="WxH[xD]", help="in texels")
+    command.add_argument("--method", default="void-and-cluster", choices=METHODS)
+    command.add_argument("--seed", default=0, type=_integer, help="0 to 2**64 - 1 (default 0)")
+    command.add_argument("--sigma", type=float, help="void-and-cluster: Gaussian in texels (1.5)")
+    command.add_argument("--initial-fraction", type=float, help="void-and-cluster: share (0.1)")
+    command.add_argument("--quiet", action="store_true", help="no progress")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="FILE")
+    command.set_defaults(run=_mask)
+
+    command = commands.add_parser(
+        "measure", help="measure a mask", description="Measures a mask; see bluenoise.measure."
+    )
+    command.add_argument("mask", type=Path, help="a grey picture or .npy")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=_measure)
+    return parser
+
+
+def _size(text: str) -> tuple[int, ...]:
+    """WxH or WxHxD as a shape, slowest extent first."""
+    if not re.fullmatch(r"[0-9]+(x[0-9]+){0,2}", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not W, WxH or WxHxD, for example 128x128")
+    return tuple(int(extent) for extent in reversed(text.split("x")))
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not an integer") from None
+
+
+def _progress(quiet: bool) -> Optional[Callable[[float], None]]:
+    """Shows per cent on a terminal; None elsewhere."""
+    if quiet or not sys.stderr.isatty():
+        return None
+    shown = -1
+
+    def show(fraction: float) -> None:
+        nonlocal shown
+        percent = int(100 * fraction)
+        if percent != shown:
+            shown = percent
+            print(f"\r{percent:3d} %", end="\n" if percent == 100 else "", file=sys.stderr, flush=True)
+
+    return show
+
+
+def _mask(options: argparse.Namespace) -> None:
+    shape, path = options.size, options.output
+    _files.check_output(path, (".png", ".npy"))
+    if path.suffix.lower() == ".png":
+        _files.pillow()
+        if len(shape) == 3:
+            raise ValueError("a mask of three dimensions does not fit in a PNG: write .npy")
+    given = {"sigma": options.sigma, "initial_fraction": options.initial_fraction}
+    given = {name: value for name, value in given.items() if value is not None}
+    progress = _progress(options.quiet)
+    if progress is not None and "progress" in METHODS[options.method]:
+        given["progress"] = progress
+    ranks = make_mask(shape, method=options.method, seed=options.seed, **given)
+    given.pop("progress", None)
+    text = "".join(f", {name} {value}" for name, value in given.items())
+    description = f"bluenoise {__version__}: {options.method}, seed {options.seed}{text}"
+    if not _files.save_mask(path, ranks, description):
+        print(
+            f"bluenoise: {path} has 65536 levels for {ranks.size} ranks; .npy keeps every rank",
+            file=sys.stderr,
+        )
+
+
+def _measure(options: argparse.Namespace) -> None:
+    values = _files.load_mask(options.mask)
+    figures = measure_mask(values)
+    if options.json:
+        figures["size"] = [values.shape[1], values.shape[0]]
+        print(json.dumps(_without_nan(figures)))
+        return
+    print(f"size           {values.shape[1]} x {values.shape[0]}")
+    print(f"every rank once {'yes' if figures['exact'] else 'no'}")
+    for name in ("e_0.75", "e_1", "e_1.5", "e_2"):
+        print(f"{name.upper():14s} {figures[name]:.5f}")
+    print(f"anisotropy     {figures['anisotropy']:.2f} dB")
+    print("low frequency  " + "  ".join(f"{g:g}: {p:.3f}" for g, p in figures["low_frequency"].items()))
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _without_nan(item) for key, item in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arguments import Progress, Ranks
+
+__version__: str
+sampler_kinds: dict[str, int]
+
+class CancelledError(RuntimeError): ...
+class RuntimeMissingError(RuntimeError): ...
+
+class Sampler:
+    def __init__(
+        self, kind: int, seed: int, samples_per_pixel: int, mask: Optional[Ranks]
+    ) -> None: ...
+    def sample(
+        self,
+        x: npt.NDArray[np.int32],
+        y: npt.NDArray[np.int32],
+        index: npt.NDArray[np.uint32],
+        domain: npt.NDArray[np.uint32],
+        dims: int,
+    ) -> npt.NDArray[np.float32]: ...
+    def block(
+        self,
+        x0: int,
+        y0: int,
+        width: int,
+        height: int,
+        first_index: int,
+        index_count: int,
+        domain: int,
+    ) -> npt.NDArray[np.float32]: ...
+
+def domain_child(domain: int, key: int) -> int: ...
+def void_and_cluster(
+    depth: int,
+    height: int,
+    width: int,
+    sigma: float,
+    initial_fraction: float,
+    seed: int,
+    progress: Optional[Progress],
+) -> Ranks: ...
+def ranks_from_values(values: npt.NDArray[np.float32]) -> Ranks: ...
+def ranks_to_float(ranks: Ranks, count: int) -> npt.NDArray[np.float32]: ...
+def builtin_mask(size: int) -> Optional[Ranks]: ...
+def builtin_mask_exists(size: int) -> bool: ...
+def mask_error(ranks: Ranks, sigma: float) -> float: ...

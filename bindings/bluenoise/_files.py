@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Masks and pictures in files, for the command line: read whole, written beside and renamed."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+_PNG_LEVELS = 2**16
+
+
+def pillow() -> Any:
+    """The module PIL.Image."""
+    try:
+        from PIL import Image
+    except ImportError:
+        raise ImportError("pictures need Pillow: pip install 'bluenoise[image]'") from None
+    return Image
+
+
+def check_output(path: Path, suffixes: Sequence[str]) -> None:
+    """Raises before any work is done when path has none of the suffixes or cannot be written."""
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"output must end in {' or '.join(suffixes)}, not {path.name!r}")
+    if path.is_dir():
+        raise IsADirectoryError(f"output {path} is a folder")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"the folder {path.parent} does not exist")
+    if not os.access(path.parent, os.W_OK):
+        raise PermissionError(f"the folder {path.parent} cannot be written to")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A name beside path to write to; it becomes path when the block ends well, else it is removed."""
+    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        yield beside
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def open_picture(path: Path) -> Any:
+    """A picture, read completely."""
+    Image = pillow()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            picture = Image.open(path)
+            picture.load()
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path} does not exist") from None
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        raise ValueError(f"{path} has too many pixels") from None
+    except (OSError, SyntaxError, ValueError) as error:
+        raise ValueError(f"{path} cannot be read as a picture: {error}") from None
+    return picture
+
+
+def load_mask(path: Path) -> npt.NDArray[Any]:
+    """A mask from a .npy file or a picture of one channel."""
+    if path.suffix.lower() == ".npy":
+        try:
+            array: npt.NDArray[Any] = np.load(path, allow_pickle=False)
+        except FileNotFoundError:
+            raise FileNotFoundError(f"{path} does not exist") from None
+        except (OSError, ValueError, EOFError) as error:
+            raise ValueError(f"{path} cannot be read as an array: {error}") from None
+    else:
+        picture = open_picture(path)
+        array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
+        if picture.mode in ("P", "PA"):
+            raise ValueError(f"{path} has a palette; a mask is a grey picture")
+    if array.ndim != 2:
+        raise ValueError(f"{path} has shape {array.shape}; a mask to be measured has two dimensions")
+    return array
+
+
+def save_mask(path: Path, ranks: npt.NDArray[np.uint32], description: str) -> bool:
+    """Writes ranks as .npy, or as a 16-bit PNG of the values (rank + 0.5) / n * 65536, rounded down. False when the
+    PNG has fewer levels than there are ranks."""
+    with replacing(path) as beside:
+        if path.suffix.lower() == ".npy":
+            np.save(beside, ranks)
+            return True
+        from PIL.PngImagePlugin import PngInfo
+
+        texels = np.atleast_2d(ranks).astype(np.uint64)
+        levels = ((2 * texels + 1) * (_PNG_LEVELS // 2) // np.uint64(ranks.size)).astype(np.uint16)
+        text = PngInfo()
+        text.add_text("Description", description)
+        pillow().fromarray(levels).save(beside, pnginfo=text)
+    return ranks.size <= _PNG_LEVELS

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Making masks and turning ranks into values."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from typing import Any, Callable, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _core
+from ._arguments import Progress, Ranks, Seed
+
+_BUILTIN_SIZES = (16, 32, 64, 128, 256)
+_MAX_TEXELS = 2**31 - 1
+
+
+def mask(
+    shape: Any, *, method: str = "void-and-cluster", seed: Seed = 0, **options: Any
+) -> Ranks:
+    """Makes a mask: uint32 ranks of the given shape, (n,), (h, w) or (d, h, w), every rank 0 .. n - 1 once.
+
+    A mask is toroidal: it tiles without seams. The same arguments give the same bits on every machine.
+
+    Parameters
+    ----------
+    shape
+        One to three extents of at least 1, at most 2**31 - 1 texels together; or one integer.
+    method
+        ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993.
+        ``"white"``: a random permutation. ``"builtin"``: a mask that ships, square only, optimised for hours.
+    seed
+        Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. 0 for ``"builtin"``.
+    options
+        For ``"void-and-cluster"``: ``sigma``, the standard deviation of its Gaussian in texels, 0.25 to 16 (1.5);
+        ``initial_fraction``, the share of texels of the initial pattern, above 0 to 0.5 (0.1); ``progress``, called
+        now and then with the fraction done: a true result stops with ``CancelledError``, an exception comes through.
+
+    Raises ``ValueError`` (unknown method, number out of range), ``TypeError`` (wrong type, unknown option) and
+    ``MemoryError``. Ctrl-C interrupts.
+
+    >>> mask((64, 64), seed=1).max()
+    4095
+    """
+    extents = arguments.shape(shape, 3)
+    if not isinstance(method, str):
+        raise TypeError(f"method must be a string, not {method!r}")
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
+    if math.prod(extents) > _MAX_TEXELS:
+        raise MemoryError(f"shape {extents} has more than 2**31 - 1 texels")
+    for name, value in options.items():
+        if name not in METHODS[method]:
+            raise TypeError(f"method {method!r} has no option {name} (given as {value!r})")
+    return _MAKERS[method](extents, seed, **options)
+
+
+def _void_and_cluster(
+    shape: tuple[int, ...],
+    seed: Seed,
+    *,
+    sigma: float = 1.5,
+    initial_fraction: float = 0.1,
+    progress: Optional[Progress] = None,
+) -> Ranks:
+    depth, height, width = (1,) * (3 - len(shape)) + shape
+    ranks = _core.void_and_cluster(
+        depth,
+        height,
+        width,
+        arguments.real("sigma", sigma, 0.25, 16),
+        arguments.real("initial_fraction", initial_fraction, 0, 0.5, low_included=False),
+        arguments.seed(seed),
+        arguments.callback("progress", progress),
+    )
+    return ranks.reshape(shape)
+
+
+def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
+    """Sorts 48 random bits per texel of the library's white sampler, so bits do not depend on NumPy."""
+    count = math.prod(shape)
+    sampler = _core.Sampler(_core.sampler_kinds["white"], arguments.seed(seed), 0, None)
+    bits = (sampler.block(0, 0, 1, 1, 0, count, 0)[0, 0, :, :2] * 2**24).astype(np.uint64)
+    order = np.argsort((bits[:, 0] << np.uint64(24)) | bits[:, 1], kind="stable")
+    ranks = np.empty(count, np.uint32)
+    ranks[order] = np.arange(count, dtype=np.uint32)
+    return ranks.reshape(shape)
+
+
+def _builtin(shape: tuple[int, ...], seed: Seed) -> Ranks:
+    sizes = [size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size)]
+    if len(shape) != 2 or shape[0] != shape[1] or shape[0] not in sizes:
+        known = ", ".join(f"({size}, {size})" for size in sizes)
+        raise ValueError(f"shape of a built-in mask must be one of {known}, not {shape}")
+    if not isinstance(seed, int) or seed != 0:
+        raise ValueError(f"seed must be 0 for method 'builtin', not {seed!r}")
+    ranks = _core.builtin_mask(shape[0])
+    assert ranks is not None
+    return ranks
+
+
+_MAKERS: dict[str, Callable[..., Ranks]] = {
+    "void-and-cluster": _void_and_cluster,
+    "white": _white,
+    "builtin": _builtin,
+}
+
+# Method -> the names of its options.
+METHODS = {
+    name: tuple(inspect.signature(maker).parameters)[2:] for name, maker in _MAKERS.items()
+}
+
+
+def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[np.float32]:
+    """The values of ranks, float32 in [0, 1): (rank + 0.5) / count in double, rounded down, at most 1 - 2**-24.
+
+    ``ranks`` holds integers from 0 to count - 1, of any shape; ``count`` is by default the number of elements, so give
+    it for a part of a mask. Raises ``ValueError`` for a rank that is not below count, ``TypeError`` for no integers.
+    """
+    array = np.asarray(ranks)
+    if count is None:
+        count = array.size
+    count = arguments.integer("count", count, 0, 2**32)
+    if array.size == 0:
+        return np.zeros(array.shape, np.float32)
+    texels = arguments.integers("ranks", ranks, np.uint32, 0, count - 1)
+    return _core.ranks_to_float(np.ascontiguousarray(texels).reshape(-1), count).reshape(array.shape)

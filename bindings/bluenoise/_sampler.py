@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samplers: pure functions of (x, y, index, domain)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _core
+
+if TYPE_CHECKING:
+    from ._qmc import SamplerEngine
+
+_MAX_MASK_TEXELS = 2**24
+
+
+class Sampler:
+    """Samples in [0, 1) for every pixel, index and domain, well spread over a pixel's indices and, for the
+    kinds ``"blue"``, ``"zorder"`` and ``"mask"``, with errors that are blue noise on the screen.
+
+    A sample depends on nothing but the sampler's arguments and its own: order, tiles, threads and restarts cannot
+    change it. Samplers are immutable, hashable, equal when their arguments are, and can be pickled.
+
+    Parameters
+    ----------
+    kind
+        ``"blue"``: progressive and blue on the screen, the one to use. ``"sobol"``: Owen-scrambled Sobol', each pixel
+        on its own. ``"white"``: independent uniform numbers. ``"zorder"``: one Sobol' sequence along a Morton curve
+        (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering
+        of Pixels", 2020), made for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask that shifts a Sobol'
+        sequence, the classical use of blue-noise textures.
+    seed
+        Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. Different seeds give
+        independent pictures.
+    samples_per_pixel
+        0 when unknown; else a hint (up to 2**32 - 1) for which count to be best. Larger indices go on as ever.
+    mask
+        For kind ``"mask"``: integers of shape (height, width), every rank 0 .. n - 1 once, at most 2**24 texels.
+        None: the built-in 64 x 64.
+
+    Raises ``ValueError`` for an unknown kind, a number out of range or a mask that is no permutation, ``TypeError``
+    for a wrong type.
+
+    >>> sampler = Sampler("blue", seed=1)
+    >>> sampler.sample(3, 5, index=0).shape
+    (4,)
+    """
+
+    __slots__ = ("_core", "_kind", "_mask", "_samples_per_pixel", "_seed")
+
+    _core: _core.Sampler
+    _kind: str
+    _mask: Optional[arguments.Ranks]
+    _samples_per_pixel: int
+    _seed: int
+
+    def __init__(
+        self,
+        kind: str = "blue",
+        *,
+        seed: arguments.Seed = 0,
+        samples_per_pixel: int = 0,
+        mask: Optional[npt.ArrayLike] = None,
+    ) -> None:
+        if not isinstance(kind, str):
+            raise TypeError(f"kind must be a string, not {kind!r}")
+        if kind not in _core.sampler_kinds:
+            raise ValueError(f"kind must be one of {', '.join(_core.sampler_kinds)}, not {kind!r}")
+        ranks = None
+        if mask is not None:
+            if kind != "mask":
+                raise ValueError(f"mask needs kind 'mask', not {kind!r}")
+            ranks = arguments.ranks("mask", mask).copy()
+            if ranks.size > _MAX_MASK_TEXELS:
+                raise ValueError(f"mask must have at most 2**24 texels, not {ranks.shape}")
+            ranks.setflags(write=False)
+        count = arguments.integer("samples_per_pixel", samples_per_pixel, *arguments.UINT32)
+        number = arguments.seed(seed)
+        put = object.__setattr__
+        put(self, "_core", _core.Sampler(_core.sampler_kinds[kind], number, count, ranks))
+        put(self, "_kind", str(kind))
+        put(self, "_seed", number)
+        put(self, "_samples_per_pixel", count)
+        put(self, "_mask", ranks)
+
+    @property
+    def kind(self) -> str:
+        """The name of the kind."""
+        return self._kind
+
+    @property
+    def seed(self) -> int:
+        """The seed, as an integer also when a Generator was given."""
+        return self._seed
+
+    @property
+    def samples_per_pixel(self) -> int:
+        """The declared count; 0 when unknown."""
+        return self._samples_per_pixel
+
+    @property
+    def mask(self) -> Optional[arguments.Ranks]:
+        """The mask that was given, uint32, read-only; else None."""
+        return self._mask
+
+    def sample(
+        self,
+        x: npt.ArrayLike,
+        y: npt.ArrayLike,
+        index: npt.ArrayLike,
+        domain: npt.ArrayLike = 0,
+        dims: int = 4,
+    ) -> npt.NDArray[np.float32]:
+        """Samples at any places, float32 in [0, 1) of shape (..., dims).
+
+        ``x``, ``y`` (pixels, from -2**31 to 2**31 - 1), ``index`` and ``domain`` (0 to 2**32 - 1) are integers or
+        integer arrays that broadcast against each other. ``dims`` from 1 to 4 takes the first dimensions; (0, 1) and
+        (2, 3) are the pairs for decisions of two dimensions. Cost: tens of nanoseconds per sample.
+        """
+        dims = arguments.integer("dims", dims, 1, 4)
+        given = (
+            arguments.integers("x", x, np.int32, *arguments.INT32),
+            arguments.integers("y", y, np.int32, *arguments.INT32),
+            arguments.integers("index", index, np.uint32, *arguments.UINT32),
+            arguments.integers("domain", domain, np.uint32, *arguments.UINT32),
+        )
+        try:
+            at_x, at_y, at_index, at_domain = np.broadcast_arrays(*given)
+        except ValueError:
+            shapes = ", ".join(str(array.shape) for array in given)
+            raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
+        return self._core.sample(at_x, at_y, at_index, at_domain, dims)
+
+    def block(
+        self,
+        x0: int,
+        y0: int,
+        width: int,
+        height: int,
+        first_index: int,
+        index_count: int,
+        domain: int = 0,
+    ) -> npt.NDArray[np.float32]:
+        """All samples of a rectangle of pixels, float32 in [0, 1) of shape (height, width, index_count, 4).
+
+        Covers pixels x0 .. x0 + width - 1 and y0 .. y0 + height - 1 and indices first_index .. first_index +
+        index_count - 1; the same bits as ``sample``, faster. Raises ``ValueError`` when an extent is zero or a range
+        runs past the last coordinate (2**31 - 1) or index (2**32 - 1), ``MemoryError`` when the array does not fit.
+        """
+        x0 = arguments.integer("x0", x0, *arguments.INT32)
+        y0 = arguments.integer("y0", y0, *arguments.INT32)
+        first_index = arguments.integer("first_index", first_index, *arguments.UINT32)
+        width = arguments.integer("width", width, 1, min(arguments.UINT32[1], 2**31 - x0))
+        height = arguments.integer("height", height, 1, min(arguments.UINT32[1], 2**31 - y0))
+        index_count = arguments.integer(
+            "index_count", index_count, 1, min(arguments.UINT32[1], 2**32 - first_index)
+        )
+        domain = arguments.integer("domain", domain, *arguments.UINT32)
+        return self._core.block(x0, y0, width, height, first_index, index_count, domain)
+
+    def domain(self, *keys: int) -> int:
+        """The domain reached from the root by these keys (integers from 0 to 2**32 - 1): a number from 0 to
+        2**32 - 1 for ``sample`` and ``block``. A domain names one decision of a path; samples of different domains
+        are independent. Without keys: the root, 0. The same for every sampler."""
+        domain = 0
+        for key in keys:
+            domain = _core.domain_child(domain, arguments.integer("key", key, *arguments.UINT32))
+        return domain
+
+    def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
+        """A ``scipy.stats.qmc.QMCEngine`` of d dimensions that yields the samples of one pixel (x, y) in the order
+        of their indices. Dimensions 4k .. 4k + 3 are those of domain ``domain(k)``; there are 2**32 points, then
+        ``ValueError``. Needs SciPy (``ImportError`` without it)."""
+        from ._qmc import SamplerEngine
+
+        return SamplerEngine(self, d, pixel)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a Sampler is immutable: {name} cannot be set")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError(f"a Sampler is immutable: {name} cannot be deleted")
+
+    def _key(self) -> tuple[Any, ...]:
+        mask = self._mask
+        texels = None if mask is None else (mask.shape, mask.tobytes())
+        return (self._kind, self._seed, self._samples_per_pixel, texels)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Sampler):
+            return NotImplemented
+        return self is other or self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restore, (self._kind, self._seed, self._samples_per_pixel, self._mask))
+
+    def __repr__(self) -> str:
+        text = f"Sampler({self._kind!r}, seed={self._seed}"
+        if self._samples_per_pixel:
+            text += f", samples_per_pixel={self._samples_per_pixel}"
+        if self._mask is not None:
+            text += f", mask=<{self._mask.shape[0]} x {self._mask.shape[1]}>"
+        return text + ")"
+
+
+def _restore(
+    kind: str, seed: int, samples_per_pixel: int, mask: Optional[arguments.Ranks]
+) -> Sampler:
+    return Sampler(kind, seed=seed, samples_per_pixel=samples_per_pixel, mask=mask)

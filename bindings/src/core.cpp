@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Results as Python exceptions, Ctrl-C and progress callbacks. */
+#include "core.hpp"
+
+#include <limits>
+
+namespace bluenoise {
+
+namespace {
+
+/* Created once, kept for the life of the process as extension modules are. */
+PyObject *cancelled_error = nullptr;
+PyObject *runtime_missing_error = nullptr;
+
+PyObject *new_error(py::module_ &module, const char *name, const char *doc) {
+    std::string qualified = std::string("bluenoise.") + name;
+    PyObject *error =
+        PyErr_NewExceptionWithDoc(qualified.c_str(), doc, PyExc_RuntimeError, nullptr);
+    if (error == nullptr) throw py::error_already_set();
+    module.add_object(name, py::handle(error));
+    return error;
+}
+
+PyObject *exception_type(bn_result result) {
+    switch (result) {
+    case BN_ERROR_OUT_OF_MEMORY:
+        return PyExc_MemoryError;
+    case BN_ERROR_RUNTIME:
+        return runtime_missing_error;
+    case BN_ERROR_IO:
+        return PyExc_OSError;
+    case BN_ERROR_CANCELLED:
+        return cancelled_error;
+    default:
+        return PyExc_ValueError;
+    }
+}
+
+} // namespace
+
+void bind_errors(py::module_ &module) {
+    cancelled_error =
+        new_error(module, "CancelledError",
+                  "A progress callback returned a true value and so stopped the work.");
+    runtime_missing_error =
+        new_error(module, "RuntimeMissingError",
+                  "ONNX Runtime, which neural masks need, is missing or failed.");
+}
+
+void check(bn_result result, const std::string &arguments) {
+    if (result == BN_SUCCESS) return;
+    std::string message = std::string(bn_result_string(result)) + " (" + arguments + ")";
+    PyErr_SetString(exception_type(result), message.c_str());
+    throw py::error_already_set();
+}
+
+size_t checked_count(std::initializer_list<uint64_t> extents, size_t element_size) {
+    uint64_t limit = static_cast<uint64_t>(std::numeric_limits<py::ssize_t>::max()) / element_size;
+    uint64_t count = 1;
+    std::string text;
+    bool too_large = false;
+    for (uint64_t extent : extents) {
+        text += (text.empty() ? "" : " x ") + std::to_string(extent);
+        if (extent != 0 && count > limit / extent) too_large = true;
+        if (!too_large) count *= extent;
+    }
+    if (too_large) {
+        PyErr_SetString(PyExc_MemoryError,
+                        ("an array of " + text + " does not fit in memory").c_str());
+        throw py::error_already_set();
+    }
+    return static_cast<size_t>(count);
+}
+
+void Interrupts::poll() {
+    auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::milliseconds(50)) return;
+    last_ = now;
+    py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+int32_t Progress::call(void *self, double fraction) noexcept {
+    auto *progress = static_cast<Progress *>(self);
+    try {
+        progress->interrupts_.poll();
+        if (progress->callable_.is_none()) return 0;
+        py::gil_scoped_acquire lock;
+        py::object stop = progress->callable_(fraction);
+        int truth = PyObject_IsTrue(stop.ptr());
+        if (truth < 0) throw py::error_already_set();
+        return truth;
+    } catch (...) {
+        progress->error_ = std::current_exception();
+        return 1;
+    }
+}
+
+void Progress::finish(bn_result result, const std::string &arguments) {
+    if (error_) std::rethrow_exception(error_);
+    check(result, arguments);
+}
+
+} // namespace bluenoise

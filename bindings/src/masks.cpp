@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Making, converting and measuring masks. */
+#include "core.hpp"
+
+namespace bluenoise {
+
+namespace {
+
+py::ssize_t extent(uint32_t value) {
+    return static_cast<py::ssize_t>(value);
+}
+
+Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double sigma,
+                       double initial_fraction, uint64_t seed, const py::object &callback) {
+    const size_t count = checked_count({depth, height, width}, sizeof(uint32_t));
+    Ranks ranks({extent(depth), extent(height), extent(width)});
+    Progress progress(callback);
+    bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
+    options.sigma = sigma;
+    options.initial_fraction = initial_fraction;
+    options.seed = seed;
+    options.progress = Progress::call;
+    options.progress_user = &progress;
+    uint32_t *out = ranks.mutable_data();
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        result = bn_void_and_cluster(&options, width, height, depth, out, count);
+    }
+    progress.finish(result, "void-and-cluster, " + std::to_string(count) + " texels, sigma " +
+                                std::to_string(sigma) + ", initial_fraction " +
+                                std::to_string(initial_fraction));
+    return ranks;
+}
+
+Ranks ranks_from_values(const Floats &values) {
+    Ranks ranks(values.size());
+    const float *from = values.data();
+    uint32_t *to = ranks.mutable_data();
+    const auto count = static_cast<size_t>(values.size());
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        result = bn_ranks_from_values(from, count, to);
+    }
+    check(result, "ranks of " + std::to_string(count) + " values");
+    return ranks;
+}
+
+Floats ranks_to_float(const Ranks &ranks, uint64_t count) {
+    Floats values(ranks.size());
+    const uint32_t *from = ranks.data();
+    float *to = values.mutable_data();
+    const py::ssize_t size = ranks.size();
+    py::gil_scoped_release unlocked;
+    for (py::ssize_t i = 0; i < size; ++i) to[i] = bn_rank_to_float(from[i], count);
+    return values;
+}
+
+py::object builtin_mask(uint32_t size) {
+    if (bn_builtin_mask(size) == nullptr) return py::none();
+    Ranks ranks({extent(size), extent(size)});
+    check(bn_builtin_mask_copy(size, ranks.mutable_data(), static_cast<size_t>(ranks.size())),
+          "built-in mask " + std::to_string(size));
+    return ranks;
+}
+
+bool builtin_mask_exists(uint32_t size) {
+    return bn_builtin_mask(size) != nullptr;
+}
+
+double mask_error(const Ranks &ranks, double sigma) {
+    const uint32_t *from = ranks.data();
+    const auto height = static_cast<uint32_t>(ranks.shape(0));
+    const auto width = static_cast<uint32_t>(ranks.shape(1));
+    double error = 0;
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        result = bn_mask_error(from, width, height, size_t{width} * height, sigma, &error);
+    }
+    check(result, "error of a " + std::to_string(height) + " x " + std::to_string(width) +
+                      " mask, sigma " + std::to_string(sigma));
+    return error;
+}
+
+} // namespace
+
+void bind_masks(py::module_ &module) {
+    module.def("void_and_cluster", &void_and_cluster, py::arg("depth"), py::arg("height"),
+               py::arg("width"), py::arg("sigma"), py::arg("initial_fraction"), py::arg("seed"),
+               py::arg("progress"));
+    module.def("ranks_from_values", &ranks_from_values, py::arg("values").noconvert());
+    module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
+    module.def("builtin_mask", &builtin_mask, py::arg("size"));
+    module.def("builtin_mask_exists", &builtin_mask_exists, py::arg("size"));
+    module.def("mask_error", &mask_error, py::arg("ranks").noconvert(), py::arg("sigma"));
+}
+
+} // namespace bluenoise

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Samplers and domains. */
+#include "core.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+namespace bluenoise {
+
+namespace {
+
+using Int32s = py::array_t<int32_t>;
+using UInt32s = py::array_t<uint32_t>;
+
+class Sampler {
+  public:
+    Sampler(int32_t kind, uint64_t seed, uint32_t samples_per_pixel, const py::object &mask)
+        : sampler_(nullptr, bn_sampler_destroy) {
+        bn_sampler_options options = bn_sampler_options_default();
+        options.kind = kind;
+        options.seed = seed;
+        options.samples_per_pixel = samples_per_pixel;
+        std::string arguments = "kind " + std::to_string(kind);
+        Ranks ranks;
+        if (!mask.is_none()) {
+            ranks = mask.cast<Ranks>();
+            options.mask_ranks = ranks.data();
+            options.mask_height = static_cast<uint32_t>(ranks.shape(0));
+            options.mask_width = static_cast<uint32_t>(ranks.shape(1));
+            arguments += ", mask of shape (" + std::to_string(ranks.shape(0)) + ", " +
+                         std::to_string(ranks.shape(1)) + ")";
+        }
+        bn_sampler *sampler = nullptr;
+        bn_result result;
+        {
+            py::gil_scoped_release unlocked;
+            result = bn_sampler_create(&options, &sampler);
+        }
+        sampler_.reset(sampler);
+        check(result, arguments);
+    }
+
+    /* The arrays have one shape (strides of 0 where they were broadcast). */
+    Floats sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
+                  uint32_t dims) const {
+        std::vector<py::ssize_t> shape(x.shape(), x.shape() + x.ndim());
+        shape.push_back(dims);
+        Floats out(shape);
+        const py::array *arrays[4] = {&x, &y, &index, &domain};
+        const char *at[4];
+        py::ssize_t inner_stride[4];
+        for (int i = 0; i < 4; ++i) {
+            if (arrays[i]->ndim() != x.ndim() ||
+                !std::equal(shape.begin(), shape.end() - 1, arrays[i]->shape())) {
+                throw py::value_error("x, y, index and domain must have one shape");
+            }
+            at[i] = static_cast<const char *>(arrays[i]->data());
+            inner_stride[i] = x.ndim() > 0 ? arrays[i]->strides(x.ndim() - 1) : 0;
+        }
+        const py::ssize_t outer_ndim = std::max<py::ssize_t>(x.ndim() - 1, 0);
+        const py::ssize_t inner_count = x.ndim() > 0 ? x.shape(x.ndim() - 1) : 1;
+        const py::ssize_t outer_count = inner_count > 0 ? x.size() / inner_count : 0;
+        std::vector<py::ssize_t> position(static_cast<size_t>(outer_ndim), 0);
+        std::vector<py::ssize_t> strides;
+        for (py::ssize_t axis = 0; axis < outer_ndim; ++axis) {
+            for (const py::array *array : arrays) strides.push_back(array->strides(axis));
+        }
+        float *to = out.mutable_data();
+
+        py::gil_scoped_release unlocked;
+        Interrupts interrupts;
+        py::ssize_t until_poll = poll_interval;
+        for (py::ssize_t row = 0; row < outer_count; ++row) {
+            const char *from[4] = {at[0], at[1], at[2], at[3]};
+            for (py::ssize_t i = 0; i < inner_count; ++i) {
+                float value[4];
+                bn_sample_4d(sampler_.get(), *reinterpret_cast<const int32_t *>(from[0]),
+                             *reinterpret_cast<const int32_t *>(from[1]),
+                             *reinterpret_cast<const uint32_t *>(from[2]),
+                             *reinterpret_cast<const uint32_t *>(from[3]), value);
+                to = std::copy_n(value, dims, to);
+                for (int k = 0; k < 4; ++k) from[k] += inner_stride[k];
+                if (--until_poll == 0) {
+                    interrupts.poll();
+                    until_poll = poll_interval;
+                }
+            }
+            for (py::ssize_t axis = outer_ndim - 1; axis >= 0; --axis) {
+                const bool wraps = ++position[static_cast<size_t>(axis)] == shape[axis];
+                const py::ssize_t step = wraps ? 1 - shape[axis] : 1;
+                for (int k = 0; k < 4; ++k)
+                    at[k] += step * strides[static_cast<size_t>(axis * 4 + k)];
+                if (!wraps) break;
+                position[static_cast<size_t>(axis)] = 0;
+            }
+        }
+        return out;
+    }
+
+    Floats block(int32_t x0, int32_t y0, uint32_t width, uint32_t height, uint32_t first_index,
+                 uint32_t index_count, uint32_t domain) const {
+        checked_count({height, width, index_count, 4}, sizeof(float));
+        Floats out({static_cast<py::ssize_t>(height), static_cast<py::ssize_t>(width),
+                    static_cast<py::ssize_t>(index_count), py::ssize_t{4}});
+        float *to = out.mutable_data();
+        const size_t row_count = size_t{width} * index_count * 4;
+        const auto rows = static_cast<uint32_t>(
+            std::max(size_t{1}, static_cast<size_t>(poll_interval) * 4 / row_count));
+        bn_result result = BN_SUCCESS;
+        {
+            py::gil_scoped_release unlocked;
+            Interrupts interrupts;
+            for (uint32_t y = 0; y < height && result == BN_SUCCESS; y += rows) {
+                const uint32_t now = std::min(rows, height - y);
+                result = bn_sample_block(sampler_.get(), x0, static_cast<int32_t>(y0 + int64_t{y}),
+                                         width, now, first_index, index_count, domain,
+                                         to + y * row_count, now * row_count);
+                interrupts.poll();
+                if (now == height - y) break;
+            }
+        }
+        check(result, "width " + std::to_string(width) + ", height " + std::to_string(height) +
+                          ", index_count " + std::to_string(index_count));
+        return out;
+    }
+
+  private:
+    /* Samples between two looks at the clock: some milliseconds. */
+    static constexpr py::ssize_t poll_interval = py::ssize_t{1} << 18;
+
+    std::unique_ptr<bn_sampler, decltype(&bn_sampler_destroy)> sampler_;
+};
+
+} // namespace
+
+void bind_sampler(py::module_ &module) {
+    py::dict kinds;
+    kinds["blue"] = static_cast<int32_t>(BN_SAMPLER_BLUE);
+    kinds["sobol"] = static_cast<int32_t>(BN_SAMPLER_SOBOL);
+    kinds["white"] = static_cast<int32_t>(BN_SAMPLER_WHITE);
+    kinds["zorder"] = static_cast<int32_t>(BN_SAMPLER_ZORDER);
+    kinds["mask"] = static_cast<int32_t>(BN_SAMPLER_MASK);
+    module.attr("sampler_kinds") = kinds;
+
+    py::class_<Sampler>(module, "Sampler")
+        .def(py::init<int32_t, uint64_t, uint32_t, const py::object &>(), py::arg("kind"),
+             py::arg("seed"), py::arg("samples_per_pixel"), py::arg("mask"))
+        .def("sample", &Sampler::sample, py::arg("x").noconvert(), py::arg("y").noconvert(),
+             py::arg("index").noconvert(), py::arg("domain").noconvert(), py::arg("dims"))
+        .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("width"),
+             py::arg("height"), py::arg("first_index"), py::arg("index_count"), py::arg("domain"));
+    module.def("domain_child", &bn_domain_child, py::arg("domain"), py::arg("key"));
+}
+
+} // namespace bluenoise

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measures written again in plain NumPy from their definitions, to check the library's against."""
+
+import numpy as np
+
+
+def mask_error(ranks, sigma):
+    """E_sigma by its definition: 64 thresholds, each blurred by a product in the frequency domain."""
+    height, width = ranks.shape
+    values = (ranks + 0.5) / ranks.size
+    f2 = np.fft.fftfreq(height)[:, None] ** 2 + np.fft.fftfreq(width)[None, :] ** 2
+    blur = np.exp(-2 * np.pi**2 * sigma**2 * f2)
+    squares = 0.0
+    for i in range(64):
+        t = (i + 0.5) / 64
+        error = np.fft.ifft2(np.fft.fft2(values < t) * blur).real - t
+        squares += np.mean(error**2)
+    return float(np.sqrt(squares / 64))
+
+
+def mask_error_in_space(ranks, sigma):
+    """E_sigma without a transform: circular convolution with the wrapped, sampled kernel of the transfer function."""
+    height, width = ranks.shape
+
+    def kernel(n):
+        f = np.arange(-(n // 2), n - n // 2) / n
+        at = np.arange(n)
+        transfer = np.exp(-2 * np.pi**2 * sigma**2 * f**2)
+        return (np.cos(2 * np.pi * f[None, :] * at[:, None]) @ transfer) / n
+
+    def circulant(k):
+        at = np.arange(len(k))
+        return k[(at[:, None] - at[None, :]) % len(k)]
+
+    rows, columns = circulant(kernel(height)), circulant(kernel(width))
+    values = (ranks + 0.5) / ranks.size
+    squares = 0.0
+    for i in range(64):
+        t = (i + 0.5) / 64
+        squares += np.mean((rows @ (values < t) @ columns.T - t) ** 2)
+    return float(np.sqrt(squares / 64))
+
+
+def power_spectrum(values):
+    """Power over variance, white noise 1, by sums of cosines and sines; the constant is 0."""
+    height, width = values.shape
+    centred = values - values.mean()
+    fy = np.exp(-2j * np.pi * np.outer(np.arange(height), np.arange(height)) / height)
+    fx = np.exp(-2j * np.pi * np.outer(np.arange(width), np.arange(width)) / width)
+    return np.abs(fy @ centred @ fx) ** 2 / np.sum(centred**2)
+
+
+def rings(shape):
+    """Lists of flat positions, one list per ring of frequencies 1 / max(shape) wide, the constant left out."""
+    height, width = shape
+    found = {}
+    for y in range(height):
+        for x in range(width):
+            fy = min(y, height - y) / height
+            fx = min(x, width - x) / width
+            ring = int(np.hypot(fy, fx) * max(shape) + 0.5)
+            if ring:
+                found.setdefault(ring, []).append(y * width + x)
+    return found
+
+
+def anisotropy(masks):
+    power = np.mean([power_spectrum(m.astype(float)) for m in masks], axis=0).ravel()
+    decibels = [
+        10 * np.log10(np.var(power[at], ddof=1) / np.mean(power[at]) ** 2)
+        for at in rings(masks[0].shape).values()
+        if len(at) >= 32
+    ]
+    return float(np.mean(decibels))
+
+
+def low_frequency(ranks, level):
+    height, width = ranks.shape
+    pattern = ((ranks + 0.5) / ranks.size < level).astype(float)
+    power = power_spectrum(pattern)
+    f = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None, :])
+    principal = np.sqrt(level if level <= 0.5 else 1 - level)
+    return float(power[(f > 0) & (f < principal / 2)].mean())

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import bluenoise
+from bluenoise._cli import main
+
+Image = pytest.importorskip("PIL.Image")
+
+
+def lines(capsys):
+    captured = capsys.readouterr()
+    return captured.out.splitlines(), captured.err.splitlines()
+
+
+def test_mask_as_png_keeps_every_rank(tmp_path, capsys):
+    out = tmp_path / "mask.png"
+    arguments = ["mask", "--size", "40x24", "--seed", "3", "--sigma", "1.9", "-o", str(out)]
+    assert main(arguments) == 0
+    assert lines(capsys) == ([], [])
+    picture = Image.open(out)
+    assert picture.mode.startswith("I") and picture.size == (40, 24)
+    assert "seed 3, sigma 1.9" in picture.info["Description"]
+    ranks = bluenoise.mask((24, 40), seed=3, sigma=1.9)
+    values = np.asarray(picture)
+    np.testing.assert_array_equal(values, (ranks + 0.5) * 65536 // ranks.size)
+    assert bluenoise.measure(values) == bluenoise.measure(ranks)
+    assert [p.name for p in tmp_path.iterdir()] == ["mask.png"]
+
+
+@pytest.mark.parametrize(("size", "shape"), [("30", (30,)), ("5x4", (4, 5)), ("5x4x3", (3, 4, 5))])
+def test_mask_as_npy(tmp_path, size, shape):
+    out = tmp_path / "mask.npy"
+    assert main(["mask", "--size", size, "--method", "white", "-o", str(out)]) == 0
+    np.testing.assert_array_equal(np.load(out), bluenoise.mask(shape, method="white"))
+
+
+def test_mask_builtin(tmp_path):
+    out = tmp_path / "mask.npy"
+    assert main(["mask", "--size", "64x64", "--method", "builtin", "-o", str(out)]) == 0
+    np.testing.assert_array_equal(np.load(out), bluenoise.mask((64, 64), method="builtin"))
+
+
+def test_mask_with_more_ranks_than_levels_says_so(tmp_path, capsys):
+    out = tmp_path / "mask.png"
+    assert main(["mask", "--size", "300x300", "--method", "white", "-o", str(out)]) == 0
+    out_lines, err = lines(capsys)
+    assert not out_lines and len(err) == 1 and "90000 ranks" in err[0]
+    assert np.asarray(Image.open(out)).max() == 65535
+
+
+def test_measure(tmp_path, capsys):
+    ranks = bluenoise.mask((32, 64), seed=1)
+    np.save(tmp_path / "mask.npy", ranks)
+    assert main(["measure", str(tmp_path / "mask.npy")]) == 0
+    out, err = lines(capsys)
+    assert not err and "64 x 32" in out[0] and "yes" in out[1]
+    assert f"{bluenoise.measure(ranks)['e_1']:.5f}" in "\n".join(out)
+    assert main(["measure", "--json", str(tmp_path / "mask.npy")]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["size"] == [64, 32] and found["e_1"] == bluenoise.measure(ranks)["e_1"]
+    np.save(tmp_path / "tiny.npy", [[1, 0]])
+    assert main(["measure", "--json", str(tmp_path / "tiny.npy")]) == 0
+    assert json.loads(capsys.readouterr().out)["anisotropy"] is None  # NaN is no JSON
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["mask", "--size", "8x8", "-o", "mask.jpg"], ["mask.jpg", ".png", ".npy"]),
+        (["mask", "--size", "8x8", "-o", "no/such/mask.png"], ["no/such", "does not exist"]),
+        (["mask", "--size", "8x8", "-o", "folder.png"], ["folder.png", "folder"]),
+        (["mask", "--size", "8x8x8", "-o", "mask.png"], [".npy"]),
+        (["mask", "--size", "0x8", "-o", "mask.png"], ["shape", "0"]),
+        (["mask", "--size", "99999x99999", "-o", "mask.png"], ["99999"]),
+        (["mask", "--size", "8x8", "--sigma", "-1", "-o", "mask.png"], ["sigma", "-1"]),
+        (["mask", "--size", "8x8", "--seed", "-1", "-o", "mask.png"], ["seed", "-1"]),
+        (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["white", "sigma"]),
+        (["mask", "--size", "9x9", "--method", "builtin", "-o", "m.png"], ["(9, 9)"]),
+        (["measure", "missing.png"], ["missing.png", "does not exist"]),
+        (["measure", "missing.npy"], ["missing.npy", "does not exist"]),
+        (["measure", "broken.png"], ["broken.png"]),
+        (["measure", "broken.npy"], ["broken.npy"]),
+        (["measure", "colour.png"], ["colour.png", "two dimensions"]),
+        (["measure", "line.npy"], ["line.npy", "(3,)"]),
+        (["measure", "folder.png"], ["folder.png"]),
+    ],
+)
+def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "broken.png").write_bytes(b"\x89PNG\r\n\x1a\n no more")
+    (tmp_path / "broken.npy").write_bytes(b"\x93NUMPY no more")
+    np.save(tmp_path / "line.npy", [0, 1, 2])
+    Image.new("RGB", (4, 4)).save(tmp_path / "colour.png")
+    before = sorted(tmp_path.iterdir())
+    assert main(arguments) == 1
+    out, err = lines(capsys)
+    assert not out and len(err) == 1 and err[0].startswith("bluenoise: ")
+    assert all(word in err[0] for word in words), err[0]
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ([], "command"),
+        (["mask"], "--size"),
+        (["mask", "--size", "8y8", "-o", "m.png"], "8y8"),
+        (["mask", "--size", "8x8", "--seed", "1.5", "-o", "m.png"], "1.5"),
+        (["mask", "--size", "8x8", "--method", "void", "-o", "m.png"], "void-and-cluster"),
+        (["paint"], "paint"),
+    ],
+)
+def test_wrong_usage(arguments, word, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2 and word in capsys.readouterr().err
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, capsys, monkeypatch):
+    out = tmp_path / "mask.npy"
+    out.write_bytes(b"precious")
+
+    def fail(path, array):
+        path.write_bytes(b"half")
+        raise OSError("the disk is full")
+
+    monkeypatch.setattr(np, "save", fail)
+    assert main(["mask", "--size", "8x8", "-o", str(out)]) == 1
+    assert "the disk is full" in capsys.readouterr().err
+    assert out.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [out]
+
+
+def test_interrupt(monkeypatch, capsys, tmp_path):
+    def interrupt(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bluenoise._cli.make_mask", interrupt)
+    assert main(["mask", "--size", "8x8", "-o", str(tmp_path / "m.png")]) == 130
+    assert not list(tmp_path.iterdir())
+
+
+def test_run_as_a_module(tmp_path):
+    def run(*arguments):
+        command = [sys.executable, "-m", "bluenoise", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+
+    assert run("--version").stdout.strip() == f"bluenoise {bluenoise.__version__}"
+    assert "measure" in run("--help").stdout
+    made = run("mask", "--size", "8x8", "-o", "m.png")
+    assert made.returncode == 0 and not made.stderr and (tmp_path / "m.png").exists()
+    bad = run("measure", "none.png")
+    assert bad.returncode == 1 and bad.stderr.count("\n") == 1

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+import referee
+
+import bluenoise
+from bluenoise import anisotropy, mask, measure
+
+SIGMAS = {"e_0.75": 0.75, "e_1": 1.0, "e_1.5": 1.5, "e_2": 2.0}
+
+
+@pytest.mark.parametrize("shape", [(64, 64), (17, 40), (1, 30), (33, 1), (5, 128)])
+@pytest.mark.parametrize("method", ["void-and-cluster", "white"])
+def test_errors_equal_the_referee(method, shape):
+    ranks = mask(shape, method=method, seed=2)
+    figures = measure(ranks)
+    for name, sigma in SIGMAS.items():
+        expected = referee.mask_error(ranks, sigma)
+        assert figures[name] == pytest.approx(expected, rel=1e-5), name
+
+
+def test_the_referee_agrees_with_itself():
+    ranks = mask((24, 31), seed=2)
+    for sigma in SIGMAS.values():
+        assert referee.mask_error(ranks, sigma) == pytest.approx(
+            referee.mask_error_in_space(ranks, sigma), rel=1e-9
+        )
+
+
+def test_low_frequency_equals_the_referee():
+    ranks = mask((48, 64), seed=3)
+    found = measure(ranks)["low_frequency"]
+    assert list(found) == sorted(found) and {1 / 16, 1 / 4, 1 / 2} <= set(found)
+    for level, power in found.items():
+        assert power == pytest.approx(referee.low_frequency(ranks, level), rel=1e-9)
+    white = measure(mask((128, 128), method="white", seed=1))["low_frequency"]
+    assert all(0.8 < power < 1.2 for power in white.values())  # about 400 frequencies or more each
+    assert all(power < 0.5 for power in found.values())
+
+
+def test_anisotropy_equals_the_referee():
+    masks = [mask((40, 32), seed=seed) for seed in range(4)]
+    assert anisotropy(masks) == pytest.approx(referee.anisotropy(masks), abs=1e-9)
+    assert anisotropy(np.stack(masks)) == anisotropy(masks)
+    assert measure(masks[0])["anisotropy"] == pytest.approx(referee.anisotropy(masks[:1]), abs=1e-9)
+
+
+def test_anisotropy_falls_with_the_count_of_masks():
+    masks = [mask((64, 64), method="white", seed=seed) for seed in range(16)]
+    assert -1.5 < anisotropy(masks[:1]) < 0.5
+    assert -13.5 < anisotropy(masks) < -10.5
+    keeps_horizontal = np.fft.fftfreq(64)[None, :] ** 2
+    oriented = [np.fft.ifft2(np.fft.fft2(m.astype(float)) * keeps_horizontal).real for m in masks]
+    assert anisotropy(oriented) > -3
+
+
+def test_exact_and_other_values():
+    ranks = mask((32, 32), seed=1)
+    figures = measure(ranks)
+    assert figures["exact"] is True
+    for same in (ranks.astype(np.int16), bluenoise.to_float(ranks), 4 * ranks + 2, ranks.tolist()):
+        assert measure(same) == figures
+    eight_bit = (ranks // 4).astype(np.uint8)
+    coarse = measure(eight_bit)
+    assert coarse["exact"] is False
+    assert coarse["e_1"] == pytest.approx(figures["e_1"], rel=0.1)
+    assert measure(np.zeros((8, 8)))["exact"] is False
+
+
+def test_small_masks_have_no_rings():
+    figures = measure([[0, 1], [2, 3]])
+    assert np.isnan(figures["anisotropy"]) and figures["exact"]
+    assert np.isfinite([figures[name] for name in SIGMAS]).all()
+
+
+def test_published_masks(reference_masks):
+    """The figures that are known for the yardstick masks (sigma 1.9), to their printed digits."""
+    image = pytest.importorskip("PIL.Image")
+    for path in sorted(reference_masks.glob("peters_128_*.png")):
+        values = np.asarray(image.open(path))
+        figures = measure(values)
+        assert figures["exact"]
+        for name, known in zip(SIGMAS, (0.0892, 0.0444, 0.0155, 0.0088)):
+            assert figures[name] == pytest.approx(known, rel=0.01), (path.name, name)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "words"),
+    [
+        ([1, 2, 3], ValueError, ["mask", "(3,)"]),
+        (np.zeros((2, 2, 2), int), ValueError, ["mask", "(2, 2, 2)"]),
+        (np.zeros((0, 3), int), ValueError, ["mask", "(0, 3)"]),
+        ([[1.0, float("nan")]], ValueError, ["mask", "NaN", "1"]),
+        ([["a", "b"]], TypeError, ["mask"]),
+        ([[True, False]], TypeError, ["mask", "bool"]),
+        (None, TypeError, ["mask", "None"]),
+    ],
+)
+def test_bad_masks(value, error, words):
+    with pytest.raises(error) as caught:
+        measure(value)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_bad_sets_of_masks():
+    with pytest.raises(ValueError, match="masks"):
+        anisotropy([])
+    with pytest.raises(ValueError, match="masks .*one shape"):
+        anisotropy([mask((8, 8)), mask((8, 9))])
+    with pytest.raises(ValueError, match="masks"):
+        anisotropy(mask((8, 8)))

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The package as installed: version, names, types, files, no needless imports."""
+
+import importlib.metadata
+import pickle
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import bluenoise
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "bindings" / "bluenoise"
+
+
+def test_version_is_the_headers():
+    header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
+    version = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M))
+    assert bluenoise.__version__ == version
+    assert importlib.metadata.version("bluenoise") == version
+
+
+def test_public_names_exist_and_have_docstrings():
+    for name in bluenoise.__all__:
+        value = getattr(bluenoise, name)
+        assert name == "__version__" or value.__doc__, name
+    for name in ("sample", "block", "domain", "qmc"):
+        assert getattr(bluenoise.Sampler, name).__doc__
+
+
+def test_exceptions_belong_to_the_package():
+    for error in (bluenoise.RuntimeMissingError, bluenoise.CancelledError):
+        assert issubclass(error, RuntimeError) and error.__module__ == "bluenoise"
+        assert isinstance(pickle.loads(pickle.dumps(error("text"))), error)
+
+
+def test_wheel_has_only_the_package():
+    files = importlib.metadata.files("bluenoise")
+    top = {file.parts[0] for file in files if ".." not in file.parts}
+    assert {name for name in top if not name.endswith(".dist-info")} == {"bluenoise"}
+    suffixes = {file.suffix for file in files if file.parts[0] == "bluenoise"} - {".pyc"}
+    assert suffixes <= {".py", ".pyi", ".typed", ".so", ".pyd"}
+    assert sum(file.suffix in (".so", ".pyd") for file in files) == 1
+
+
+def test_import_pulls_in_numpy_only():
+    program = (
+        "import sys, bluenoise\n"
+        "print([n for n in ('scipy', 'PIL', 'matplotlib', 'onnxruntime') if n in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_extension_exports_only_its_entry():
+    if not shutil.which("nm") or not sys.platform.startswith("linux"):
+        pytest.skip("needs nm on Linux")
+    out = subprocess.run(
+        ["nm", "-D", "--defined-only", bluenoise._core.__file__], capture_output=True, text=True, check=True
+    ).stdout
+    assert "PyInit__core" in out
+    assert not [line for line in out.splitlines() if line.split()[-1].startswith("bn_")]
+
+
+def test_types_are_complete():
+    api = pytest.importorskip("mypy.api")
+    out, _, status = api.run(
+        ["--cache-dir=/dev/null", "--config-file", str(ROOT / "pyproject.toml"), str(PACKAGE)]
+    )
+    assert status == 0, out
+
+
+def test_stub_names_what_the_extension_has():
+    stub = (PACKAGE / "_core.pyi").read_text()
+    named = set(re.findall(r"^(?:def|class) (\w+)|^(\w+):", stub, re.M))
+    named = {name for pair in named for name in pair if name}
+    have = {n for n in dir(bluenoise._core) if not n.startswith("__") or n == "__version__"}
+    assert named == have

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from bluenoise import Sampler
+
+qmc = pytest.importorskip("scipy.stats.qmc")
+
+
+def test_points_are_the_samples_of_a_pixel():
+    sampler = Sampler("blue", seed=4)
+    engine = sampler.qmc(6, pixel=(3, -2))
+    assert isinstance(engine, qmc.QMCEngine) and engine.d == 6
+    points = engine.random(10)
+    assert points.shape == (10, 6) and points.dtype == np.float64
+    index = np.arange(10)
+    np.testing.assert_array_equal(points[:, :4], sampler.sample(3, -2, index, sampler.domain(0)))
+    np.testing.assert_array_equal(points[:, 4:], sampler.sample(3, -2, index, sampler.domain(1), 2))
+
+
+def test_points_go_on_reset_and_skip():
+    engine = Sampler(seed=1).qmc(3)
+    whole = engine.random(16)
+    np.testing.assert_array_equal(engine.reset().random(16), whole)
+    engine.reset()
+    np.testing.assert_array_equal(np.concatenate([engine.random(5), engine.random(11)]), whole)
+    np.testing.assert_array_equal(engine.reset().fast_forward(7).random(9), whole[7:])
+    assert engine.random(0).shape == (0, 3)
+
+
+def test_discrepancy_is_low():
+    points = Sampler("blue", seed=1).qmc(2).random(256)
+    white = np.random.default_rng(0).random((256, 2))
+    assert qmc.discrepancy(points) < qmc.discrepancy(white) / 10
+
+
+def test_the_end_of_the_indices_and_bad_arguments():
+    engine = Sampler().qmc(1).fast_forward(2**32 - 1)
+    assert engine.random(1).shape == (1, 1)
+    with pytest.raises(ValueError, match="n .* 1"):
+        engine.random(1)
+    with pytest.raises(ValueError, match="d .* 0"):
+        Sampler().qmc(0)
+    with pytest.raises(TypeError, match=r"d .* 2\.0"):
+        Sampler().qmc(2.0)
+    with pytest.raises(ValueError, match="pixel"):
+        Sampler().qmc(2, pixel=3)

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: Apache-2.0
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import bluenoise
+from bluenoise import Sampler
+
+KINDS = ("blue", "sobol", "white", "zorder", "mask")
+# Pairs of equal pixels or of shifted ranges at the borders of every argument.
+EDGE_X = np.array([-(2**31), -65537, -1, 0, 1, 127, 128, 2**31 - 1], np.int32)
+EDGE_INDEX = np.array([0, 1, 255, 256, 65535, 65536, 2**31, 2**32 - 1], np.uint32)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sample_has_shape_range_and_24_bits(kind):
+    u = Sampler(kind, seed=7).sample(EDGE_X[:, None], EDGE_X[None, :], EDGE_INDEX[:, None], 5)
+    assert u.shape == (8, 8, 4) and u.dtype == np.float32
+    assert (u >= 0).all() and (u < 1).all()
+    assert (u * 2.0**24 == np.floor(u * 2.0**24)).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_block_is_bit_equal_to_sample(kind):
+    sampler = Sampler(kind, seed=3, samples_per_pixel=16)
+    domain = sampler.domain(4, 2)
+    block = sampler.block(-3, 125, 6, 5, 250, 9, domain)
+    y, x, index = np.mgrid[125:130, -3:3, 250:259]
+    assert block.shape == (5, 6, 9, 4) and block.dtype == np.float32
+    np.testing.assert_array_equal(block, sampler.sample(x, y, index, domain))
+
+
+def test_block_at_the_last_coordinate_and_index():
+    sampler = Sampler("blue")
+    block = sampler.block(2**31 - 2, 2**31 - 1, 2, 1, 2**32 - 3, 3)
+    x = np.array([2**31 - 2, 2**31 - 1])[:, None]
+    index = np.arange(2**32 - 3, 2**32)[None, :]
+    np.testing.assert_array_equal(block[0], sampler.sample(x, 2**31 - 1, index))
+
+
+def test_large_block_in_several_parts_is_the_same():
+    sampler = Sampler("white", seed=1)
+    block = sampler.block(-700, -300, 1400, 600, 0, 1)  # more than one part of 2**18 samples
+    rows = [sampler.block(-700, y, 1400, 1, 0, 1) for y in (-300, -114, -113, 0, 299)]
+    for y, row in zip((0, 186, 187, 300, 599), rows):
+        np.testing.assert_array_equal(block[y], row[0])
+
+
+def test_dims_are_the_first_dimensions():
+    sampler = Sampler(seed=9)
+    four = sampler.sample(np.arange(50), 3, 1)
+    for dims in (1, 2, 3, 4):
+        np.testing.assert_array_equal(sampler.sample(np.arange(50), 3, 1, dims=dims), four[:, :dims])
+
+
+def test_scalars_give_one_sample():
+    u = Sampler().sample(1, 2, 3)
+    assert u.shape == (4,)
+    np.testing.assert_array_equal(u, Sampler().sample([1], [2], [3])[0])
+    np.testing.assert_array_equal(u, Sampler().sample(np.int8(1), np.uint64(2), np.int16(3)))
+
+
+def test_broadcasting_equals_full_arrays():
+    sampler = Sampler(seed=2)
+    x, y = np.arange(5), np.arange(-3, 0)[:, None]
+    index = np.arange(4)[:, None, None]
+    domains = np.array([0, sampler.domain(1)])[:, None, None, None]
+    u = sampler.sample(x, y, index, domains)
+    assert u.shape == (2, 4, 3, 5, 4)
+    full = np.broadcast_arrays(x, y, index, domains)
+    np.testing.assert_array_equal(u, sampler.sample(*(np.array(a) for a in full)))
+    d, i, j, k = 1, 3, 2, 4
+    np.testing.assert_array_equal(u[d, i, j, k], sampler.sample(k, j - 3, i, sampler.domain(1)))
+
+
+def test_odd_layouts_are_read_right():
+    sampler = Sampler(seed=2)
+    x = np.arange(24).reshape(4, 6)
+    expected = sampler.sample(np.ascontiguousarray(x.T[::-1, ::2]), 0, 0)
+    np.testing.assert_array_equal(sampler.sample(x.T[::-1, ::2], 0, 0), expected)
+    np.testing.assert_array_equal(sampler.sample(x.T[::-1, ::2].astype(">i4"), 0, 0), expected)
+    packed = np.zeros(24, dtype=[("pad", "u1"), ("x", "i4")])
+    packed["x"] = np.arange(24)
+    np.testing.assert_array_equal(
+        sampler.sample(packed["x"], 0, 0), sampler.sample(np.arange(24), 0, 0)
+    )
+
+
+def test_empty_arrays_give_empty_samples():
+    assert Sampler().sample([], 0, 0).shape == (0, 4)
+    assert Sampler().sample(np.zeros((3, 0), int), 0, 0, dims=2).shape == (3, 0, 2)
+    assert Sampler().sample(np.zeros((0, 3), int), 0, 0).shape == (0, 3, 4)
+
+
+@pytest.mark.parametrize(
+    "dtype", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", ">i2", ">u8"]
+)
+def test_every_integer_dtype_is_taken(dtype):
+    values = np.arange(100, dtype=dtype)
+    expected = Sampler().sample(np.arange(100), np.arange(100), np.arange(100), np.arange(100))
+    np.testing.assert_array_equal(Sampler().sample(values, values, values, values), expected)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_seeds_change_samples_and_repeat(kind):
+    first = Sampler(kind, seed=0).block(0, 0, 16, 16, 0, 4)
+    assert (first == Sampler(kind, seed=0).block(0, 0, 16, 16, 0, 4)).all()
+    assert (first != Sampler(kind, seed=2**64 - 1).block(0, 0, 16, 16, 0, 4)).mean() > 0.9
+
+
+def test_generator_gives_a_seed():
+    one, two = (Sampler(seed=np.random.default_rng(5)) for _ in range(2))
+    assert one == two and 0 <= one.seed < 2**64 and one.seed != Sampler(seed=5).seed
+    generator = np.random.default_rng(5)
+    assert Sampler(seed=generator) != Sampler(seed=generator)
+
+
+def test_prefixes_of_a_pixel_are_nets():
+    """Every first 2**m samples of a pixel hit each elementary interval of volume 2**-m once, in both pairs."""
+    u = Sampler("blue", seed=11).block(5, 6, 3, 2, 0, 64).reshape(6, 64, 4)
+    for pixel in u:
+        for pair in (pixel[:, :2], pixel[:, 2:]):
+            for m in range(7):
+                for a in range(m + 1):
+                    cell = np.floor(pair[: 2**m] * [2**a, 2 ** (m - a)])
+                    assert len(np.unique(cell, axis=0)) == 2**m
+
+
+def test_domains():
+    sampler = Sampler()
+    assert sampler.domain() == 0
+    assert 0 <= sampler.domain(1) < 2**32
+    assert sampler.domain(1, 2) != sampler.domain(2, 1)
+    assert sampler.domain(np.uint32(7)) == Sampler("white", seed=3).domain(7)
+    keys = {sampler.domain(a, b) for a in range(64) for b in range(64)}
+    assert len(keys) > 4090  # 4,096 hashes of 32 bits: 0.002 collisions expected
+
+
+def test_domains_are_uncorrelated():
+    sampler = Sampler("blue", seed=1)
+    a = sampler.block(0, 0, 128, 128, 0, 1, sampler.domain(1))[..., 0, 0].ravel()
+    b = sampler.block(0, 0, 128, 128, 0, 1, sampler.domain(2))[..., 0, 0].ravel()
+    assert abs(np.corrcoef(a, b)[0, 1]) < 5 / 128  # five standard deviations of independent values
+
+
+def test_mask_kind_takes_ranks():
+    ranks = bluenoise.mask((16, 24), seed=4)
+    sampler = Sampler("mask", seed=1, mask=ranks)
+    assert not sampler.mask.flags.writeable and sampler.mask.dtype == np.uint32
+    expected = sampler.block(0, 0, 24, 16, 0, 2)
+    assert (expected == sampler.block(24, -16, 24, 16, 0, 2)).all()  # toroidal
+    given = ranks.astype(np.int64).tolist()
+    np.testing.assert_array_equal(Sampler("mask", seed=1, mask=given).block(0, 0, 24, 16, 0, 2), expected)
+    ranks[:] = 0  # a copy was taken
+    np.testing.assert_array_equal(sampler.block(0, 0, 24, 16, 0, 2), expected)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("protocol", range(2, pickle.HIGHEST_PROTOCOL + 1))
+def test_pickle(kind, protocol):
+    sampler = Sampler(kind, seed=2**63 + 1, samples_per_pixel=4)
+    twin = pickle.loads(pickle.dumps(sampler, protocol))
+    assert twin == sampler and hash(twin) == hash(sampler)
+    np.testing.assert_array_equal(twin.block(0, 0, 4, 4, 0, 4), sampler.block(0, 0, 4, 4, 0, 4))
+
+
+def test_pickle_and_copy_with_a_mask():
+    sampler = Sampler("mask", mask=bluenoise.mask((8, 8)))
+    for twin in (pickle.loads(pickle.dumps(sampler)), copy.copy(sampler), copy.deepcopy(sampler)):
+        assert twin == sampler and hash(twin) == hash(sampler)
+        np.testing.assert_array_equal(twin.sample(5, 6, 7), sampler.sample(5, 6, 7))
+
+
+def test_equality_and_hash():
+    assert Sampler() == Sampler("blue", seed=0, samples_per_pixel=0)
+    assert len({Sampler(), Sampler(), Sampler("white"), Sampler(seed=1), Sampler(samples_per_pixel=4)}) == 4
+    ranks = bluenoise.mask((8, 8))
+    assert Sampler("mask", mask=ranks) == Sampler("mask", mask=ranks.astype(np.int8))
+    assert Sampler("mask", mask=ranks) != Sampler("mask", mask=ranks[::-1])
+    assert Sampler("mask", mask=ranks) != Sampler("mask", mask=ranks.reshape(4, 16))
+    assert Sampler("mask", mask=ranks) != Sampler("mask")
+    assert Sampler() != "blue"
+
+
+def test_immutable():
+    sampler = Sampler()
+    for name in ("seed", "kind", "mask", "samples_per_pixel", "_seed", "other"):
+        with pytest.raises(AttributeError, match=name):
+            setattr(sampler, name, 1)
+    with pytest.raises(AttributeError, match="seed"):
+        del sampler._seed
+
+
+def test_repr_says_what_it_is():
+    assert repr(Sampler("sobol", seed=3)) == "Sampler('sobol', seed=3)"
+    text = repr(Sampler("mask", samples_per_pixel=4, mask=bluenoise.mask((4, 6))))
+    assert text == "Sampler('mask', seed=0, samples_per_pixel=4, mask=<4 x 6>)"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"kind": "bleu"}, ValueError, ["kind", "'bleu'", "blue", "zorder"]),
+        ({"kind": 0}, TypeError, ["kind", "0"]),
+        ({"seed": -1}, ValueError, ["seed", "-1"]),
+        ({"seed": 2**64}, ValueError, ["seed", str(2**64)]),
+        ({"seed": 1.0}, TypeError, ["seed", "1.0"]),
+        ({"seed": None}, TypeError, ["seed", "None"]),
+        ({"seed": True}, TypeError, ["seed", "True"]),
+        ({"seed": "1"}, TypeError, ["seed", "'1'"]),
+        ({"samples_per_pixel": -1}, ValueError, ["samples_per_pixel", "-1"]),
+        ({"samples_per_pixel": 2**32}, ValueError, ["samples_per_pixel", str(2**32)]),
+        ({"samples_per_pixel": 4.5}, TypeError, ["samples_per_pixel", "4.5"]),
+        ({"mask": [[0, 1]]}, ValueError, ["mask", "'blue'"]),
+        ({"kind": "mask", "mask": [[0, 0]]}, ValueError, ["mask"]),
+        ({"kind": "mask", "mask": [[0, 2]]}, ValueError, ["mask"]),
+        ({"kind": "mask", "mask": [[0, -1]]}, ValueError, ["mask", "-1"]),
+        ({"kind": "mask", "mask": [[0.0, 1.0]]}, TypeError, ["mask", "float64"]),
+        ({"kind": "mask", "mask": [0, 1]}, ValueError, ["mask", "(2,)"]),
+        ({"kind": "mask", "mask": np.zeros((0, 4), int)}, ValueError, ["mask", "(0, 4)"]),
+        ({"kind": "mask", "mask": "blue"}, TypeError, ["mask", "blue"]),
+        ({"kind": "mask", "mask": [[0], [1, 2]]}, TypeError, ["mask"]),
+    ],
+)
+def test_bad_arguments_of_a_sampler(arguments, error, words):
+    with pytest.raises(error) as caught:
+        Sampler(**arguments)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ((0.0, 0, 0), TypeError, ["x", "float64"]),
+        ((np.nan, 0, 0), TypeError, ["x", "nan"]),
+        ((2**31, 0, 0), ValueError, ["x", str(2**31)]),
+        ((-(2**31) - 1, 0, 0), ValueError, ["x", str(-(2**31) - 1)]),
+        ((2**70, 0, 0), ValueError, ["x", str(2**70)]),
+        (([0, 2**64], 0, 0), (ValueError, TypeError), ["x"]),
+        ((True, 0, 0), TypeError, ["x", "bool"]),
+        ((None, 0, 0), TypeError, ["x", "None"]),
+        (("1", 0, 0), TypeError, ["x", "1"]),
+        ((0, [1.5], 0), TypeError, ["y", "1.5"]),
+        ((0, 0, -1), ValueError, ["index", "-1"]),
+        ((0, 0, 2**32), ValueError, ["index", str(2**32)]),
+        ((0, 0, np.array([2**63], np.uint64)), ValueError, ["index", str(2**63)]),
+        ((0, 0, 0, -1), ValueError, ["domain", "-1"]),
+        ((0, 0, 0, 2**32), ValueError, ["domain", str(2**32)]),
+        ((0, 0, 0, 0, 0), ValueError, ["dims", "0"]),
+        ((0, 0, 0, 0, 5), ValueError, ["dims", "5"]),
+        ((0, 0, 0, 0, 2.0), TypeError, ["dims", "2.0"]),
+        (([1, 2], [1, 2, 3], 0), ValueError, ["(2,)", "(3,)"]),
+        (([[1], [2, 3]], 0, 0), TypeError, ["x"]),
+    ],
+)
+def test_bad_arguments_of_sample(arguments, error, words):
+    with pytest.raises(error) as caught:
+        Sampler().sample(*arguments)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ((0, 0, 0, 1, 0, 1), ValueError, ["width", "0"]),
+        ((0, 0, 1, 0, 0, 1), ValueError, ["height", "0"]),
+        ((0, 0, 1, 1, 0, 0), ValueError, ["index_count", "0"]),
+        ((0, 0, -1, 1, 0, 1), ValueError, ["width", "-1"]),
+        ((2**31, 0, 1, 1, 0, 1), ValueError, ["x0", str(2**31)]),
+        ((2**31 - 1, 0, 2, 1, 0, 1), ValueError, ["width", "2"]),
+        ((0, 2**31 - 1, 1, 2, 0, 1), ValueError, ["height", "2"]),
+        ((0, 0, 1, 1, 2**32 - 1, 2), ValueError, ["index_count", "2"]),
+        ((0, 0, 1, 1, 2**32, 1), ValueError, ["first_index", str(2**32)]),
+        ((0, 0, 1.0, 1, 0, 1), TypeError, ["width", "1.0"]),
+        ((0, 0, 1, 1, 0, 1, -5), ValueError, ["domain", "-5"]),
+        ((0, 0, 2**31, 2**31, 0, 2**32 - 1), MemoryError, [str(2**31)]),
+        ((0, 0, 2**20, 2**20, 0, 2**16), MemoryError, []),
+    ],
+)
+def test_bad_arguments_of_block(arguments, error, words):
+    with pytest.raises(error) as caught:
+        Sampler().block(*arguments)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_bad_keys():
+    with pytest.raises(ValueError, match="key .* -1"):
+        Sampler().domain(-1)
+    with pytest.raises(ValueError, match="key .* 4294967296"):
+        Sampler().domain(0, 2**32)
+    with pytest.raises(TypeError, match="key .* 'light'"):
+        Sampler().domain("light")

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The interpreter lock is released during C work, and results do not depend on threads."""
+
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import bluenoise
+
+
+@pytest.fixture
+def no_forced_switches():
+    """Python hands the lock to another thread only where the running one gives it up of its own accord."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    yield
+    sys.setswitchinterval(before)
+
+
+WORK = {
+    "mask": lambda: bluenoise.mask((256, 256)),
+    "block": lambda: bluenoise.Sampler().block(0, 0, 512, 512, 0, 4),
+    "sample": lambda: bluenoise.Sampler().sample(np.arange(2**20, dtype=np.int32), 0, 0),
+}
+
+
+@pytest.mark.parametrize("name", sorted(WORK))
+def test_another_thread_runs_during_the_work(name, no_forced_switches):
+    """The other thread counts and gives way; its count can rise across one call only if that call lets it run.
+    Calls repeat because a busy machine need not schedule the other thread within one of them."""
+    ticks = 0
+    stop = False
+
+    def count():
+        nonlocal ticks
+        while not stop:
+            ticks += 1
+            time.sleep(0)
+
+    other = threading.Thread(target=count)
+    other.start()
+    try:
+        for _ in range(200):
+            before = ticks
+            WORK[name]()
+            if ticks > before + 1:
+                return
+        pytest.fail("no other thread ran during 200 calls")
+    finally:
+        stop = True
+        other.join()
+
+
+def test_threads_agree():
+    sampler = bluenoise.Sampler("blue", seed=6)
+    expected = sampler.block(0, 0, 64, 64, 0, 16)
+
+    def draw(row):
+        return sampler.block(0, row, 64, 1, 0, 16)[0]
+
+    with ThreadPoolExecutor(4) as pool:
+        rows = list(pool.map(draw, range(64)))
+        masks = list(pool.map(lambda seed: bluenoise.mask((32, 32), seed=seed % 3), range(12)))
+    np.testing.assert_array_equal(np.stack(rows), expected)
+    for i, ranks in enumerate(masks):
+        np.testing.assert_array_equal(ranks, bluenoise.mask((32, 32), seed=i % 3))
+
+
+def test_two_masks_overlap():
+    """Two threads meet at a barrier in the middle of their work, which takes both being in it at once."""
+    meeting = threading.Barrier(2, timeout=60)
+
+    def make(seed):
+        met = False
+
+        def on_progress(fraction):
+            nonlocal met
+            if not met:
+                met = True
+                meeting.wait()
+
+        ranks = bluenoise.mask((64, 64), seed=seed, progress=on_progress)
+        return met, ranks
+
+    with ThreadPoolExecutor(2) as pool:
+        results = list(pool.map(make, (1, 2)))
+    for seed, (met, ranks) in zip((1, 2), results):
+        assert met
+        np.testing.assert_array_equal(ranks, bluenoise.mask((64, 64), seed=seed))
