@@ -24,15 +24,16 @@ void bind_errors(py::module_ &module);
 void bind_sampler(py::module_ &module);
 void bind_masks(py::module_ &module);
 
-/* Raises the exception of a result that is not BN_SUCCESS; `arguments` names what was asked for, with
- * values. Needs the interpreter lock. */
+/* Raises the exception of a result that is not BN_SUCCESS; `arguments` names what was asked for,
+ * with values. Needs the interpreter lock. */
 void check(bn_result result, const std::string &arguments);
 
-/* The product of extents, or MemoryError when it, times the element size, is beyond the address space. */
+/* The product of extents, or MemoryError when it, times the element size, is beyond the address
+ * space. */
 size_t checked_count(std::initializer_list<uint64_t> extents, size_t element_size);
 
-/* Lets Ctrl-C reach Python during long work without the interpreter lock: poll() takes the lock every
- * 50 ms at most and throws what a signal handler raised. */
+/* Lets Ctrl-C reach Python during long work without the interpreter lock: poll() takes the lock
+ * every 50 ms at most and throws what a signal handler raised. */
 class Interrupts {
   public:
     void poll();
@@ -41,9 +42,9 @@ class Interrupts {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/* A Python callable (or None) as a bn_progress. The callable gets the fraction; a true result cancels.
- * An exception, also one from a signal handler, cancels too and is raised again by finish(). Lives in a
- * scope that holds the interpreter lock; call() is made without it. */
+/* A Python callable (or None) as a bn_progress. The callable gets the fraction; a true result
+ * cancels. An exception, also one from a signal handler, cancels too and is raised again by
+ * finish(). Lives in a scope that holds the interpreter lock; call() is made without it. */
 class Progress {
   public:
     explicit Progress(py::object callable) : callable_(std::move(callable)) {}
