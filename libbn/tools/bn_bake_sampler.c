@@ -164,20 +164,18 @@ static uint32_t entry_make(uint32_t sx, uint32_t sy, uint32_t fx, uint32_t fy) {
     return sx | sy << 8 | fx << 16 | fy << 24;
 }
 
-/* The point j of the set with key k and fine digits fx, fy: in the middle of what the table fixes.
- */
-static void set_point(const tile *t, uint32_t j, uint32_t k, uint32_t fx, uint32_t fy, float *x,
-                      float *y) {
-    uint32_t second = (bn_sobol_second(j << 24) >> 24) ^ k;
-    uint32_t ux = (t->digits.x[j] ^ fx << 16) & 0xffff0000u;
-    uint32_t uy = (t->digits.y[second] ^ fy << 16) & 0xffff0000u;
-    *x = (float)((ux | 0x8000u) * 0x1p-32);
-    *y = (float)((uy | 0x8000u) * 0x1p-32);
+/* x has the digits j of a shifted index where y has those of j ^ key. */
+static uint32_t entry_key(uint32_t entry) {
+    return (entry ^ entry >> 8) & 255u;
 }
 
-static uint32_t entry_key(uint32_t entry) {
-    uint32_t sx = entry & 255u, sy = entry >> 8 & 255u;
-    return sy ^ (bn_sobol_second(sx << 24) >> 24);
+/* The point j of a set: in the middle of what the table fixes. */
+static void set_point(const tile *t, uint32_t j, uint32_t key, uint32_t fx, uint32_t fy, float *x,
+                      float *y) {
+    uint32_t ux = (t->digits.x[j] ^ fx << 16) & 0xffff0000u;
+    uint32_t uy = (t->digits.y[j ^ key] ^ fy << 16) & 0xffff0000u;
+    *x = (float)((ux | 0x8000u) * 0x1p-32);
+    *y = (float)((uy | 0x8000u) * 0x1p-32);
 }
 
 /* The start: consecutive blocks of 256 points along a scrambled Morton curve. */
@@ -203,8 +201,10 @@ static void tile_start(tile *t) {
             }
             uint32_t digits = bn_reverse_bits(m) >> 8; /* index digits from the ninth on */
             uint32_t second = bn_sobol_second(digits);
-            t->entries[y * n + x] =
-                entry_make(0, second >> 24, digits >> 16 & 255u, second >> 16 & 255u);
+            /* The first eight digits of y, taken back to digits of the index: the map is its own
+             * inverse. */
+            uint32_t key = bn_sobol_second(second & 0xff000000u) >> 24;
+            t->entries[y * n + x] = entry_make(0, key, digits >> 16 & 255u, second >> 16 & 255u);
         }
     }
 }
@@ -380,8 +380,7 @@ static void visit(tile *t, workspace *w, uint32_t pixel, random_state *random) {
         }
     }
     uint32_t sx = bn_reverse_bits(best_leaf) >> 24;
-    uint32_t sy = best_k ^ (bn_sobol_second(sx << 24) >> 24);
-    uint32_t chosen = entry_make(sx, sy, best_fx, best_fy);
+    uint32_t chosen = entry_make(sx, sx ^ best_k, best_fx, best_fy);
     if (chosen != entry) {
         t->entries[pixel] = chosen;
         for (uint32_t begin = 0; begin < count; begin += LANES) pixel_errors(t, pixel, begin);

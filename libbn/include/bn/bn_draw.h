@@ -12,9 +12,9 @@
  *
  * HOW BLUE WORKS. Dimensions (0, 1) and (2, 3) are two looks at one toroidal table of pixels, with
  * shifts and symmetries of the table and of the unit square chosen by a hash of the domain. An
- * entry of the table fixes the digital shift (sx, sy) that turns one fixed set of 256 points, a
- * scrambled Sobol' (0,8,2)-net, into the set of the pixel, its order included, and the next eight
- * digits (fx, fy) of its points; an offline search chose the entries so that the errors of every
+ * entry gives the pixel its set of 256 points: digital shifts (sx, sy) of the two coordinates of
+ * one fixed scrambled Sobol' (0,8,2)-net, which also decide the order of the points, and the next
+ * eight digits (fx, fy). An offline search chose the entries so that the errors of every
  * power-of-two prefix are blue over the screen (libbn/tools/bn_bake_sampler.c). A nested shuffle
  * that keeps power-of-two prefixes in place decorrelates domains. Sample 256 and later ones
  * continue every pixel's set as an Owen-scrambled (0,2)-sequence of its own. */
@@ -30,13 +30,12 @@ extern "C" {
 /* Changes whenever the layout of bn_draw_table or the values drawn from it change. */
 #define BN_DRAW_TABLE_VERSION 1u
 
-/* The fixed point set: x[d] and y[d] are the scrambled coordinates of the points whose first eight
- * digits are d, 32 bits with the scrambling of the lower digits; reverse[i] is the byte i with its
- * bits reversed, second[d] the first eight digits of the second coordinate for digits d of the
- * first. */
+/* The fixed point set: x[d] and y[d] are the scrambled coordinates of the point whose bit-reversed
+ * index is d, 32 bits each with the scrambling of the lower digits; reverse[i] is the byte i with
+ * its bits reversed. */
 typedef struct bn_digit_tables {
     uint32_t x[256], y[256];
-    uint8_t reverse[256], second[256];
+    uint8_t reverse[256];
 } bn_digit_tables;
 
 typedef struct bn_draw_table {
@@ -52,8 +51,7 @@ typedef struct bn_draw_table {
 /* The table of a sampler; valid until the sampler is destroyed. */
 BN_API const bn_draw_table *bn_sampler_table(const bn_sampler *sampler);
 
-/* ---- Bits
- * ----------------------------------------------------------------------------------------- */
+/* ---- Bits ------------------------------------------------------------------------------------ */
 
 static inline uint32_t bn_reverse_bits(uint32_t v) {
     v = (v >> 16) | (v << 16);
@@ -111,86 +109,114 @@ static inline uint32_t bn_sobol_second(uint32_t digits) {
 static inline void bn_digit_tables_fill(bn_digit_tables *tables) {
     for (uint32_t d = 0; d < 256; ++d) {
         tables->x[d] = bn_owen(d << 24, 0x2f0b4c47u);
-        tables->y[d] = bn_owen(d << 24, 0x8e5d3aa1u);
+        tables->y[d] = bn_owen(bn_sobol_second(d << 24), 0x8e5d3aa1u);
         tables->reverse[d] = (uint8_t)(bn_reverse_bits(d) >> 24);
-        tables->second[d] = (uint8_t)(bn_sobol_second(d << 24) >> 24);
     }
 }
 
-/* ---- BLUE
- * ----------------------------------------------------------------------------------------- */
+/* ---- BLUE -----------------------------------------------------------------------------------
+ * In two steps, so that a loop over the indices of a pixel does the first one once. */
 
-/* The coordinate of one dimension: `shifted` are its Sobol' digits with the pixel's shift in the
- * first eight, `later` those of them below the first eight that come from the index alone, `first`
- * the coordinate that the first 256 samples have at this byte. Where `later` begins, the path
- * leaves that of the first 256 samples; from there on the pixel has an Owen scrambling of its own.
- */
-static inline uint32_t bn_draw_continue(uint32_t first, uint32_t shifted, uint32_t later,
-                                        uint32_t key) {
-    uint32_t below = later | (later >> 1);
-    below |= below >> 2;
-    below |= below >> 4;
-    below |= below >> 8;
-    below |= below >> 16;
-    uint32_t leading = below ^ (below >> 1);
-    below >>= 1;
-    return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
-}
+/* Two dimensions of a pixel in a domain. */
+typedef struct bn_blue_pair {
+    uint32_t shift[2];   /* digital shifts of the fixed point set: below 256 */
+    uint32_t lower[2];   /* what the coordinates are XORed with: lower digits and reflection */
+    uint32_t multiplier; /* of the shuffle; even */
+    uint32_t swap;       /* all ones when the two coordinates change places */
+} bn_blue_pair;
 
-/* Two dimensions. variant: 20 bits that choose shift and symmetries; digits: the bit-reversed
- * index. */
-static inline void bn_draw_blue_pair(const bn_draw_table *table, uint32_t x, uint32_t y,
-                                     uint32_t digits, uint32_t variant, uint32_t key,
-                                     uint32_t out[2]) {
-    uint32_t shift = table->size_log2, mask = (1u << shift) - 1u, u, v, swap, entry, s;
+typedef struct bn_blue_pixel {
+    bn_blue_pair pair[2];
+} bn_blue_pixel;
+
+/* variant: 20 bits choose the shift over the table, its symmetry and that of the unit square; key:
+ * the random bits of pixel and domain. */
+static inline bn_blue_pair bn_draw_blue_look(const bn_draw_table *table, uint32_t x, uint32_t y,
+                                             uint32_t variant, uint32_t key) {
+    bn_blue_pair pair;
+    uint32_t log2 = table->size_log2, mask = (1u << log2) - 1u, u, v, swap, entry;
     u = (x + variant) ^ (0u - (variant >> 14 & 1u));
     v = (y + (variant >> 7)) ^ (0u - (variant >> 15 & 1u));
     swap = (u ^ v) & (0u - (variant >> 16 & 1u));
     u = (u ^ swap) & mask;
     v = (v ^ swap) & mask;
-    entry = table->pixels[(v << shift) | u];
+    entry = table->pixels[(v << log2) | u];
+    pair.shift[0] = entry & 255u;
+    pair.shift[1] = entry >> 8 & 255u;
+    pair.lower[0] = ((entry & 0x00ff0000u) | (key & 0xffffu)) ^ (0u - (variant >> 17 & 1u));
+    pair.lower[1] = ((entry >> 8 & 0x00ff0000u) | key >> 16) ^ (0u - (variant >> 18 & 1u));
+    pair.multiplier = key << 1;
+    pair.swap = 0u - (variant >> 19 & 1u);
+    return pair;
+}
 
+static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32_t x, int32_t y,
+                                               uint32_t domain) {
+    bn_blue_pixel pixel;
+    uint32_t variant0 = bn_hash32(domain + table->seed[0]);
+    uint32_t variant1 = bn_hash32(variant0 ^ table->seed[1]);
+    uint32_t key0 = bn_hash32((uint32_t)x * 0x8da6b343u + (uint32_t)y * 0xd8163841u +
+                              (variant0 ^ (variant1 << 7 | variant1 >> 25)));
+    uint32_t key1 = (key0 ^ variant1) * 0xc2b2ae35u;
+    key1 ^= key1 >> 15;
+    pixel.pair[0] = bn_draw_blue_look(table, (uint32_t)x, (uint32_t)y, variant0, key0);
+    pixel.pair[1] = bn_draw_blue_look(table, (uint32_t)x, (uint32_t)y, variant1, key1);
+    return pixel;
+}
+
+/* One coordinate from sample 256 on. `first` is what the first 256 samples have at these first
+ * eight digits, `shifted` the Sobol' digits with the pixel's shift, `later` those of them below the
+ * first eight: where they begin, the path leaves that of the first 256 samples and goes on in an
+ * Owen scrambling of the pixel's own. */
+static inline uint32_t bn_draw_continue(uint32_t first, uint32_t shifted, uint32_t later,
+                                        uint32_t key) {
+    uint32_t below = later | (later >> 1), leading;
+    below |= below >> 2;
+    below |= below >> 4;
+    below |= below >> 8;
+    below |= below >> 16;
+    leading = below ^ (below >> 1);
+    below >>= 1;
+    return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
+}
+
+/* digits: the bit-reversed index. */
+static inline void bn_draw_blue_at(const bn_draw_table *table, const bn_blue_pair *pair,
+                                   uint32_t digits, uint32_t out[2]) {
+    uint32_t x, y, swap;
     /* The shuffle: nested in the index from its top bit down, and fixing zero, so that it maps
      * every power-of-two prefix to itself. */
-    s = digits ^ (digits * (key & ~1u));
-
-    uint32_t first_x = table->digits.x[(s >> 24) ^ (entry & 255u)];
-    first_x ^= (entry & 0x00ff0000u) ^ (key & 0xffffu);
-    if (digits << 8 == 0u) {
-        u = first_x;
-        v = table->digits.y[table->digits.second[s >> 24] ^ (entry >> 8 & 255u)];
-        v ^= (entry >> 8 & 0x00ff0000u) ^ (key >> 16);
-    } else {
-        uint32_t second = bn_sobol_second(s);
-        uint32_t first_y = table->digits.y[(second >> 24) ^ (entry >> 8 & 255u)];
-        first_y ^= (entry >> 8 & 0x00ff0000u) ^ (key >> 16);
-        u = bn_draw_continue(first_x, s ^ (entry << 24), s & 0xffffffu, key * 0x9e3779b1u);
-        v = bn_draw_continue(first_y, second ^ ((entry & 0xff00u) << 16), second & 0xffffffu,
+    digits ^= digits * pair->multiplier;
+    x = table->digits.x[(digits >> 24) ^ pair->shift[0]] ^ pair->lower[0];
+    y = table->digits.y[(digits >> 24) ^ pair->shift[1]] ^ pair->lower[1];
+    if ((digits & 0x00ffffffu) != 0u) {
+        uint32_t second = bn_sobol_second(digits);
+        uint32_t key = pair->multiplier ^ pair->lower[1];
+        /* Later digits of the index reach up into the first eight of y. */
+        uint32_t shifted = bn_sobol_second(pair->shift[1] << 24) ^ second;
+        y = table->digits.y[bn_sobol_second(shifted & 0xff000000u) >> 24] ^ pair->lower[1];
+        x = bn_draw_continue(x, digits ^ (pair->shift[0] << 24), digits & 0x00ffffffu,
                              bn_hash32(key));
+        y = bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~key));
     }
-    u ^= 0u - (variant >> 17 & 1u);
-    v ^= 0u - (variant >> 18 & 1u);
-    swap = (u ^ v) & (0u - (variant >> 19 & 1u));
-    out[0] = u ^ swap;
-    out[1] = v ^ swap;
+    swap = (x ^ y) & pair->swap;
+    out[0] = x ^ swap;
+    out[1] = y ^ swap;
+}
+
+static inline uint32_t bn_draw_digits(const bn_draw_table *table, uint32_t index) {
+    return index < 256u ? (uint32_t)table->digits.reverse[index] << 24 : bn_reverse_bits(index);
 }
 
 static inline void bn_draw_blue(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                                 uint32_t domain, uint32_t out[4]) {
-    uint32_t variant0 = bn_hash32(domain + table->seed[0]);
-    uint32_t variant1 = bn_hash32(domain ^ table->seed[1]);
-    uint32_t key0 = bn_hash32((uint32_t)x * 0x8da6b343u + (uint32_t)y * 0xd8163841u +
-                              (variant0 ^ (variant1 << 7 | variant1 >> 25)));
-    uint32_t key1 = (key0 ^ variant1) * 0xc2b2ae35u;
-    uint32_t digits =
-        index < 256u ? (uint32_t)table->digits.reverse[index] << 24 : bn_reverse_bits(index);
-    key1 ^= key1 >> 15;
-    bn_draw_blue_pair(table, (uint32_t)x, (uint32_t)y, digits, variant0, key0, out);
-    bn_draw_blue_pair(table, (uint32_t)x, (uint32_t)y, digits, variant1, key1, out + 2);
+    bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
+    uint32_t digits = bn_draw_digits(table, index);
+    bn_draw_blue_at(table, &pixel.pair[0], digits, out);
+    bn_draw_blue_at(table, &pixel.pair[1], digits, out + 2);
 }
 
-/* ---- SOBOL and WHITE
- * ------------------------------------------------------------------------------ */
+/* ---- SOBOL and WHITE ------------------------------------------------------------------------- */
 
 static inline void bn_draw_sobol(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                                  uint32_t domain, uint32_t out[4]) {
@@ -221,8 +247,7 @@ static inline void bn_draw_white(const bn_draw_table *table, int32_t x, int32_t 
     }
 }
 
-/* ---- The draws
- * ------------------------------------------------------------------------------------ */
+/* ---- The draws ------------------------------------------------------------------------------- */
 
 static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                                   uint32_t domain, uint32_t out[4]) {

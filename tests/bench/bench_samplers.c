@@ -1,0 +1,451 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Screen-space error of samplers, as CSV on standard output.
+ *
+ * For an integrand with the same form in every pixel of a picture, the image of per-pixel errors at
+ * n samples is blurred with a Gaussian and its RMSE taken, inside a margin that the blur does not
+ * reach over. Averaged over the integrands of a family, that is one row:
+ *
+ *     sampler,declared,family,pair,spp,sigma,rmse,ratio
+ *
+ * with ratio the RMSE over that of `white` in the same run. Samples of other libraries come from
+ * files
+ * (--peer name=file.npy, float32 [height][width][spp][4]). The protocol is that of Heitz and
+ * Belcour, "Distributing Monte Carlo Errors as a Blue Noise in Screen Space by Permuting Pixel
+ * Seeds Between Frames", 2019, widened. */
+#include <bn/bn_draw.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { SIZE = 256, PIXELS = SIZE * SIZE, MARGIN = 12, SIGMAS = 3, MAX_COUNTS = 32, MAX_PEERS = 16 };
+static const double sigmas[SIGMAS] = {0.0, 1.0, 2.1};
+
+/* ---- Integrands: a product of two factors, each on two of the four dimensions
+ * ---------------------- */
+
+enum { ONE, PLANE, DISC, BUMP, PRODUCT, STEP, WAVE };
+
+typedef struct factor {
+    int kind, i, j;
+    double a, b, c;
+    double sweep; /* how far the edge of a PLANE moves over the width of the picture */
+} factor;
+
+typedef struct integrand {
+    factor f[2];
+} integrand;
+
+static double factor_value(const factor *f, const float *u, double t) {
+    double x = u[f->i], y = u[f->j];
+    switch (f->kind) {
+    case PLANE:
+        return f->a * x + f->b * y < f->c + f->sweep * t ? 1.0 : 0.0;
+    case DISC:
+        return (x - f->a) * (x - f->a) + (y - f->b) * (y - f->b) < f->c ? 1.0 : 0.0;
+    case BUMP:
+        return exp(-((x - f->a) * (x - f->a) + (y - f->b) * (y - f->b)) / (2.0 * f->c * f->c));
+    case PRODUCT:
+        return (1.0 - f->a + 2.0 * f->a * x) * (1.0 - f->b + 2.0 * f->b * y);
+    case STEP:
+        return x < f->a ? 1.0 : 0.0;
+    case WAVE:
+        return 0.5 + 0.5 * cos(6.283185307179586 * (f->a * x + f->b));
+    default:
+        return 1.0;
+    }
+}
+
+static double clamp01(double v) {
+    return v < 0.0 ? 0.0 : v > 1.0 ? 1.0 : v;
+}
+
+/* The mean over the unit square: columns in closed form where there are edges, a midpoint rule
+ * else. */
+static double factor_mean(const factor *f, double t) {
+    enum { N = 4096, M = 512 };
+    double sum = 0.0;
+    if (f->kind == ONE) return 1.0;
+    if (f->kind == STEP) return f->a;
+    if (f->kind == PRODUCT) return 1.0;
+    if (f->kind == PLANE || f->kind == DISC) {
+        for (int k = 0; k < N; ++k) {
+            double x = (k + 0.5) / N, low = 0.0, high = 1.0;
+            if (f->kind == DISC) {
+                double s = f->c - (x - f->a) * (x - f->a);
+                s = s > 0.0 ? sqrt(s) : 0.0;
+                low = clamp01(f->b - s);
+                high = clamp01(f->b + s);
+            } else {
+                double edge = (f->c + f->sweep * t - f->a * x) / f->b;
+                if (f->b > 0.0)
+                    high = clamp01(edge);
+                else
+                    low = clamp01(edge);
+            }
+            sum += high - low;
+        }
+        return sum / N;
+    }
+    for (int k = 0; k < M * M; ++k) {
+        float u[4] = {0};
+        u[f->j] = ((float)(k / M) + 0.5f) / M;
+        u[f->i] = ((float)(k % M) + 0.5f) / M;
+        sum += factor_value(f, u, 0.0);
+    }
+    return sum / M / M;
+}
+
+static uint32_t random_counter;
+static double random01(void) {
+    return (bn_hash32(bn_hash32(++random_counter) + 12345u) >> 8) * 0x1p-24;
+}
+
+static factor plane(int i, int j, double angle, double sweep) {
+    double a = cos(angle), b = sin(angle), x = random01(), y = random01();
+    return (factor){PLANE, i, j, a, b, a * x + b * y - 0.5 * sweep, sweep};
+}
+static factor disc(int i, int j) {
+    double r = 0.15 + 0.5 * random01();
+    return (factor){DISC, i, j, random01(), random01(), r * r, 0.0};
+}
+static factor bump(int i, int j) {
+    return (factor){BUMP, i, j, random01(), random01(), 0.1 + 0.4 * random01(), 0.0};
+}
+static factor product(int i, int j) {
+    return (factor){PRODUCT, i, j, 2.0 * random01() - 1.0, 2.0 * random01() - 1.0, 0.0, 0.0};
+}
+static const factor one = {ONE, 0, 0, 0, 0, 0, 0};
+
+typedef struct family {
+    const char *name;
+    int i, j; /* the pair of dimensions, or -1 */
+    int count;
+    integrand *members;
+} family;
+
+static const double tau = 6.283185307179586;
+
+static family half_planes(int i, int j, int count, uint32_t set) {
+    family f = {"half-planes", i, j, count, calloc((size_t)count, sizeof *f.members)};
+    random_counter = 1000000u * set;
+    for (int k = 0; k < count; ++k) {
+        f.members[k] = (integrand){{plane(i, j, tau * (k + 0.37) / count, 0.0), one}};
+    }
+    return f;
+}
+
+static family wide(int i, int j, uint32_t set) {
+    enum { count = 28 };
+    family f = {"wide", i, j, count, calloc(count, sizeof *f.members)};
+    random_counter = 1000000u * set + 500000u;
+    for (int k = 0; k < count; ++k) {
+        factor g;
+        switch (k % 7) {
+        case 0:
+            g = plane(i, j, tau * random01(), 0.0);
+            break;
+        case 1:
+            g = disc(i, j);
+            break;
+        case 2:
+            g = bump(i, j);
+            break;
+        case 3:
+            g = product(i, j);
+            break;
+        case 4:
+            g = (factor){STEP, k % 2 ? i : j, i, 0.1 + 0.8 * random01(), 0, 0, 0};
+            break;
+        case 5:
+            g = (factor){WAVE, k % 2 ? i : j, i, 0.3 + 1.5 * random01(), random01(), 0, 0};
+            break;
+        default:
+            g = plane(i, j, tau * random01(), 0.5);
+            break;
+        }
+        f.members[k] = (integrand){{g, one}};
+    }
+    return f;
+}
+
+static family four_dimensional(uint32_t set) {
+    enum { count = 24 };
+    family f = {"4-D", -1, -1, count, calloc(count, sizeof *f.members)};
+    random_counter = 1000000u * set + 700000u;
+    for (int k = 0; k < count; ++k) {
+        factor g, h;
+        switch (k % 4) {
+        case 0:
+            g = plane(0, 1, tau * random01(), 0.0), h = plane(2, 3, tau * random01(), 0.0);
+            break;
+        case 1:
+            g = bump(0, 1), h = bump(2, 3);
+            break;
+        case 2:
+            g = plane(0, 2, tau * random01(), 0.0), h = bump(1, 3);
+            break;
+        default:
+            g = disc(0, 3), h = product(1, 2);
+            break;
+        }
+        f.members[k] = (integrand){{g, h}};
+    }
+    return f;
+}
+
+/* ---- Sources of samples
+ * --------------------------------------------------------------------------- */
+
+typedef struct source {
+    const char *name;
+    int32_t kind;
+    FILE *file; /* a peer's samples, positioned by `data` */
+    long data;
+    uint32_t available;
+} source;
+
+static int open_peer(const char *argument, source *s) {
+    char header[256] = {0}, *shape;
+    unsigned h, w, n;
+    const char *equal = strchr(argument, '=');
+    if (equal == NULL || (s->file = fopen(equal + 1, "rb")) == NULL) return 0;
+    char *name = calloc((size_t)(equal - argument) + 1, 1);
+    memcpy(name, argument, (size_t)(equal - argument));
+    s->name = name;
+    if (fread(header, 1, sizeof header - 1, s->file) < 64 ||
+        memcmp(header, "\x93NUMPY\x01", 7) != 0)
+        return 0;
+    s->data = 10 + ((unsigned char)header[8] | (unsigned char)header[9] << 8);
+    shape = memchr(header + 10, '(', sizeof header - 11);
+    if (shape == NULL || sscanf(shape, "(%u, %u, %u, 4)", &h, &w, &n) != 3) return 0;
+    if (strstr(header + 10, "'<f4'") == NULL || strstr(header + 10, "False") == NULL) return 0;
+    s->available = n;
+    return h == SIZE && w == SIZE;
+}
+
+/* One row of the picture: [SIZE][count][4]. */
+static void read_row(const source *s, const bn_sampler *sampler, int row, uint32_t count,
+                     float *out) {
+    if (s->file == NULL) {
+        bn_result result = bn_sample_block(sampler, 0, row, SIZE, 1, 0, count,
+                                           bn_domain_child(0, 1), out, (size_t)SIZE * count * 4);
+        if (result != BN_SUCCESS) exit(1);
+        return;
+    }
+    for (int x = 0; x < SIZE; ++x) {
+        long at = s->data + (long)(((size_t)row * SIZE + (size_t)x) * s->available * 16u);
+        if (fseek(s->file, at, SEEK_SET) != 0 ||
+            fread(out + (size_t)x * count * 4, 16, count, s->file) != count) {
+            fprintf(stderr, "bench_samplers: cannot read the samples of %s\n", s->name);
+            exit(1);
+        }
+    }
+}
+
+/* ---- Errors
+ * --------------------------------------------------------------------------------------- */
+
+static double blurred_rmse(const float *errors, double sigma, float *scratch) {
+    double kernel[MARGIN + 1], total = 0.0, square = 0.0;
+    int radius = sigma > 0.0 ? MARGIN : 0;
+    for (int d = 0; d <= radius; ++d) {
+        kernel[d] = sigma > 0.0 ? exp(-d * d / (2.0 * sigma * sigma)) : 1.0;
+        total += d == 0 ? kernel[d] : 2.0 * kernel[d];
+    }
+    for (int y = 0; y < SIZE; ++y) {
+        for (int x = MARGIN; x < SIZE - MARGIN; ++x) {
+            double sum = kernel[0] * errors[y * SIZE + x];
+            for (int d = 1; d <= radius; ++d) {
+                sum += kernel[d] * (errors[y * SIZE + x - d] + errors[y * SIZE + x + d]);
+            }
+            scratch[y * SIZE + x] = (float)(sum / total);
+        }
+    }
+    for (int y = MARGIN; y < SIZE - MARGIN; ++y) {
+        for (int x = MARGIN; x < SIZE - MARGIN; ++x) {
+            double sum = kernel[0] * scratch[y * SIZE + x];
+            for (int d = 1; d <= radius; ++d) {
+                sum += kernel[d] * (scratch[(y - d) * SIZE + x] + scratch[(y + d) * SIZE + x]);
+            }
+            square += sum * sum / (total * total);
+        }
+    }
+    return sqrt(square / ((SIZE - 2 * MARGIN) * (SIZE - 2 * MARGIN)));
+}
+
+/* Mean RMSE of a family at every count: rmse[count][sigma]. */
+static void measure(const source *s, uint32_t declared, const family *f, const uint32_t *counts,
+                    int n, double rmse[][SIGMAS]) {
+    enum { GROUP = 8 };
+    bn_sampler *sampler = NULL;
+    if (s->file == NULL) {
+        bn_sampler_options o = bn_sampler_options_default();
+        o.kind = s->kind;
+        o.samples_per_pixel = declared;
+        if (bn_sampler_create(&o, &sampler) != BN_SUCCESS) exit(1);
+    }
+    uint32_t last = counts[n - 1];
+    float *samples = malloc((size_t)SIZE * last * 4 * sizeof *samples);
+    float *images = malloc((size_t)GROUP * n * PIXELS * sizeof *images);
+    float *scratch = malloc(PIXELS * sizeof *scratch);
+    memset(rmse, 0, (size_t)n * sizeof *rmse);
+    for (int first = 0; first < f->count; first += GROUP) {
+        int group = f->count - first < GROUP ? f->count - first : GROUP;
+        double means[GROUP][SIZE];
+        for (int g = 0; g < group; ++g) {
+            const integrand *v = &f->members[first + g];
+            for (int x = 0; x < SIZE; ++x) {
+                means[g][x] =
+                    x > 0 && v->f[0].sweep == 0.0
+                        ? means[g][0]
+                        : factor_mean(&v->f[0], (double)x / SIZE) * factor_mean(&v->f[1], 0.0);
+            }
+        }
+        for (int y = 0; y < SIZE; ++y) {
+            read_row(s, sampler, y, last, samples);
+            for (int g = 0; g < group; ++g) {
+                const integrand *v = &f->members[first + g];
+                for (int x = 0; x < SIZE; ++x) {
+                    const float *u = samples + (size_t)x * last * 4;
+                    double sum = 0.0, t = (double)x / SIZE;
+                    int next = 0;
+                    for (uint32_t i = 0; i < last; ++i, u += 4) {
+                        double value = factor_value(&v->f[0], u, t);
+                        if (v->f[1].kind != ONE) value *= factor_value(&v->f[1], u, t);
+                        sum += value;
+                        if (i + 1 == counts[next]) {
+                            images[((size_t)g * n + next) * PIXELS + y * SIZE + x] =
+                                (float)(sum / (i + 1) - means[g][x]);
+                            ++next;
+                        }
+                    }
+                }
+            }
+        }
+        for (int g = 0; g < group; ++g) {
+            for (int c = 0; c < n; ++c) {
+                for (int k = 0; k < SIGMAS; ++k) {
+                    rmse[c][k] +=
+                        blurred_rmse(images + ((size_t)g * n + c) * PIXELS, sigmas[k], scratch) /
+                        f->count;
+                }
+            }
+        }
+    }
+    free(samples);
+    free(images);
+    free(scratch);
+    bn_sampler_destroy(sampler);
+}
+
+static const char usage[] = "usage: bench_samplers [--max-spp N] [--samplers NAME,...] [--pairs "
+                            "01,23,02,03,12,13] [--set N]\n"
+                            "                      [--families half-planes,wide,4-D] [--declared] "
+                            "[--peer NAME=FILE.npy]...\n";
+
+int main(int argc, char **argv) {
+    static const char *const kind_names[] = {"blue", "sobol", "white", "zorder", "mask"};
+    source sources[5 + MAX_PEERS] = {{"white", BN_SAMPLER_WHITE, NULL, 0, 0}};
+    int source_count = 1, declared_too = 0;
+    uint32_t max_spp = 256, set = 1;
+    const char *samplers = "blue,sobol,zorder,mask", *pairs = "01,23",
+               *families = "half-planes,wide,4-D";
+    for (int a = 1; a < argc; ++a) {
+        if (strcmp(argv[a], "--declared") == 0) {
+            declared_too = 1;
+            continue;
+        }
+        const char *value = a + 1 < argc ? argv[a + 1] : NULL;
+        if (value == NULL) {
+            fputs(usage, stderr);
+            return 2;
+        }
+        if (strcmp(argv[a], "--max-spp") == 0)
+            max_spp = (uint32_t)strtoul(value, NULL, 10);
+        else if (strcmp(argv[a], "--set") == 0)
+            set = (uint32_t)strtoul(value, NULL, 10);
+        else if (strcmp(argv[a], "--samplers") == 0)
+            samplers = value;
+        else if (strcmp(argv[a], "--pairs") == 0)
+            pairs = value;
+        else if (strcmp(argv[a], "--families") == 0)
+            families = value;
+        else if (strcmp(argv[a], "--peer") == 0 && source_count < MAX_PEERS) {
+            if (!open_peer(value, &sources[source_count++])) {
+                fprintf(stderr,
+                        "bench_samplers: %s is not NAME=FILE.npy with float32 [%d][%d][spp][4]\n",
+                        value, SIZE, SIZE);
+                return 1;
+            }
+        } else {
+            fputs(usage, stderr);
+            return 2;
+        }
+        ++a;
+    }
+    for (int kind = 0; kind < 5; ++kind) {
+        if (kind != BN_SAMPLER_WHITE && strstr(samplers, kind_names[kind]) != NULL) {
+            sources[source_count++] = (source){kind_names[kind], kind, NULL, 0, 0};
+        }
+    }
+    static const uint32_t all_counts[] = {1,   2,   3,   4,   5,    6,    7,   8,   11,
+                                          12,  16,  24,  32,  48,   64,   96,  128, 192,
+                                          256, 384, 512, 768, 1000, 1024, 4096};
+    uint32_t counts[MAX_COUNTS];
+    int n = 0;
+    for (size_t i = 0; i < sizeof all_counts / sizeof *all_counts; ++i) {
+        if (all_counts[i] <= max_spp) counts[n++] = all_counts[i];
+    }
+    if (n == 0) return 2;
+    family list[16];
+    int family_count = 0;
+    for (const char *p = pairs; p[0] != '\0' && p[1] != '\0'; p += p[2] == ',' ? 3 : 2) {
+        int i = p[0] - '0', j = p[1] - '0';
+        if (i < 0 || i > 3 || j < 0 || j > 3 || family_count > 12) return 2;
+        if (strstr(families, "half-planes")) list[family_count++] = half_planes(i, j, 40, set);
+        if (strstr(families, "wide")) list[family_count++] = wide(i, j, set);
+    }
+    if (strstr(families, "4-D")) list[family_count++] = four_dimensional(set);
+
+    double white[16][MAX_COUNTS][SIGMAS];
+    printf("sampler,declared,family,pair,spp,sigma,rmse,ratio\n");
+    for (int s = 0; s < source_count; ++s) {
+        for (int f = 0; f < family_count; ++f) {
+            char pair[8] = "all";
+            if (list[f].i >= 0) snprintf(pair, sizeof pair, "%d%d", list[f].i & 3, list[f].j & 3);
+            if (isatty(2))
+                fprintf(stderr, "\r%-12s %-12s %s   ", sources[s].name, list[f].name, pair);
+            int usable = n;
+            double rmse[MAX_COUNTS][SIGMAS];
+            while (sources[s].file != NULL && usable > 0 &&
+                   counts[usable - 1] > sources[s].available)
+                --usable;
+            if (usable == 0) continue;
+            measure(&sources[s], 0, &list[f], counts, usable, rmse);
+            if (s == 0) memcpy(white[f], rmse, sizeof rmse);
+            for (int c = 0; c < usable; ++c) {
+                for (int k = 0; k < SIGMAS; ++k) {
+                    printf("%s,0,%s,%s,%u,%.1f,%.6g,%.4f\n", sources[s].name, list[f].name, pair,
+                           counts[c], sigmas[k], rmse[c][k], rmse[c][k] / white[f][c][k]);
+                }
+            }
+            for (int c = 0; declared_too && c < n && s > 0 && sources[s].file == NULL; ++c) {
+                double at[1][SIGMAS];
+                if ((counts[c] & (counts[c] - 1)) != 0) continue;
+                measure(&sources[s], counts[c], &list[f], &counts[c], 1, at);
+                for (int k = 0; k < SIGMAS; ++k) {
+                    printf("%s,%u,%s,%s,%u,%.1f,%.6g,%.4f\n", sources[s].name, counts[c],
+                           list[f].name, pair, counts[c], sigmas[k], at[0][k],
+                           at[0][k] / white[f][c][k]);
+                }
+            }
+            fflush(stdout);
+        }
+    }
+    for (int f = 0; f < family_count; ++f) free(list[f].members);
+    return 0;
+}
