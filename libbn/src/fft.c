@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Fast Fourier transform of any length.
+ *
+ * Powers of two: Stockham's self-sorting passes of radix two, n log n. Other lengths: Bluestein,
+ * "A linear filtering approach to the computation of discrete Fourier transform" (1970), which
+ * turns the transform into a convolution of a power-of-two length. Eight columns run through every
+ * pass side by side, so that the inner loops are plain vector code. */
+#include "fft.h"
+#include "memory.h"
+#include <math.h>
+#include <string.h>
+
+enum { BN_FFT_LANES = 8 };
+
+struct bn_fft {
+    size_t n, m;                   /* length; the power of two that is worked at */
+    double *cosine, *sine;         /* of -2 pi k / m, m / 2 of them */
+    double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n of them */
+    double *filter_re, *filter_im; /* the transform of the conjugate chirp, over m, m of them */
+    double *scratch[4];            /* re, im, re, im: m rows of BN_FFT_LANES */
+};
+
+static const double BN_PI = 3.14159265358979323846;
+
+void bn_fft_destroy(bn_fft *fft) {
+    if (fft == NULL) return;
+    bn_free(fft->cosine);
+    bn_free(fft->sine);
+    bn_free(fft->chirp_re);
+    bn_free(fft->chirp_im);
+    bn_free(fft->filter_re);
+    bn_free(fft->filter_im);
+    for (int i = 0; i < 4; ++i) bn_free(fft->scratch[i]);
+    bn_free(fft);
+}
+
+/* One Stockham pass: groups of `half` butterflies at distance `half` become interleaved pairs. */
+static void pass(const bn_fft *fft, const double *re, const double *im, double *to_re,
+                 double *to_im, size_t stride) {
+    const size_t half = fft->m / 2;
+    for (size_t k = 0; k < half; ++k) {
+        const size_t twiddle = k / stride * stride;
+        const double c = fft->cosine[twiddle], s = fft->sine[twiddle];
+        const double *ar = re + k * BN_FFT_LANES, *ai = im + k * BN_FFT_LANES;
+        const double *br = ar + half * BN_FFT_LANES, *bi = ai + half * BN_FFT_LANES;
+        double *pr = to_re + (k + twiddle) * BN_FFT_LANES,
+               *pi = to_im + (k + twiddle) * BN_FFT_LANES;
+        double *qr = pr + stride * BN_FFT_LANES, *qi = pi + stride * BN_FFT_LANES;
+        for (int lane = 0; lane < BN_FFT_LANES; ++lane) {
+            double dr = ar[lane] - br[lane], di = ai[lane] - bi[lane];
+            pr[lane] = ar[lane] + br[lane];
+            pi[lane] = ai[lane] + bi[lane];
+            qr[lane] = dr * c - di * s;
+            qi[lane] = dr * s + di * c;
+        }
+    }
+}
+
+/* Transforms scratch 0, 1 into the returned pair of scratch buffers. */
+static int transform(bn_fft *fft) {
+    int at = 0;
+    for (size_t stride = 1; stride < fft->m; stride *= 2) {
+        pass(fft, fft->scratch[at], fft->scratch[at + 1], fft->scratch[2 - at],
+             fft->scratch[3 - at], stride);
+        at = 2 - at;
+    }
+    return at;
+}
+
+bn_fft *bn_fft_create(size_t n) {
+    bn_fft *fft = bn_allocate_zero(1, sizeof *fft);
+    if (fft == NULL) return NULL;
+    int direct = (n & (n - 1)) == 0;
+    fft->n = n;
+    fft->m = 1;
+    while (fft->m < (direct ? n : 2 * n - 1)) fft->m *= 2;
+    fft->cosine = bn_allocate(fft->m, sizeof(double));
+    fft->sine = bn_allocate(fft->m, sizeof(double));
+    int good = fft->cosine != NULL && fft->sine != NULL;
+    for (int i = 0; i < 4; ++i) {
+        fft->scratch[i] = bn_allocate(fft->m * BN_FFT_LANES, sizeof(double));
+        good = good && fft->scratch[i] != NULL;
+    }
+    if (!direct) {
+        fft->chirp_re = bn_allocate(n, sizeof(double));
+        fft->chirp_im = bn_allocate(n, sizeof(double));
+        fft->filter_re = bn_allocate(fft->m, sizeof(double));
+        fft->filter_im = bn_allocate(fft->m, sizeof(double));
+        good = good && fft->chirp_re && fft->chirp_im && fft->filter_re && fft->filter_im;
+    }
+    if (!good) {
+        bn_fft_destroy(fft);
+        return NULL;
+    }
+    for (size_t k = 0; k < fft->m; ++k) {
+        fft->cosine[k] = cos(2 * BN_PI * (double)k / (double)fft->m);
+        fft->sine[k] = -sin(2 * BN_PI * (double)k / (double)fft->m);
+    }
+    if (direct) return fft;
+
+    memset(fft->scratch[0], 0, fft->m * BN_FFT_LANES * sizeof(double));
+    memset(fft->scratch[1], 0, fft->m * BN_FFT_LANES * sizeof(double));
+    for (size_t k = 0; k < n; ++k) {
+        /* k^2 modulo 2 n keeps the angle small and so exact. */
+        double angle = BN_PI * (double)((uint64_t)k * k % (2 * (uint64_t)n)) / (double)n;
+        fft->chirp_re[k] = cos(angle);
+        fft->chirp_im[k] = -sin(angle);
+        size_t mirror = k == 0 ? 0 : fft->m - k;
+        fft->scratch[0][k * BN_FFT_LANES] = fft->scratch[0][mirror * BN_FFT_LANES] = cos(angle);
+        fft->scratch[1][k * BN_FFT_LANES] = fft->scratch[1][mirror * BN_FFT_LANES] = sin(angle);
+    }
+    int at = transform(fft);
+    for (size_t k = 0; k < fft->m; ++k) {
+        fft->filter_re[k] = fft->scratch[at][k * BN_FFT_LANES] / (double)fft->m;
+        fft->filter_im[k] = fft->scratch[at + 1][k * BN_FFT_LANES] / (double)fft->m;
+    }
+    return fft;
+}
+
+/* Turns the data in scratch 0, 1 (n rows, zeros behind) into its transform; see the top. */
+static int bluestein(bn_fft *fft) {
+    double *re = fft->scratch[0], *im = fft->scratch[1];
+    for (size_t k = 0; k < fft->n; ++k) {
+        const double c = fft->chirp_re[k], s = fft->chirp_im[k];
+        double *r = re + k * BN_FFT_LANES, *i = im + k * BN_FFT_LANES;
+        for (int lane = 0; lane < BN_FFT_LANES; ++lane) {
+            double t = r[lane] * c - i[lane] * s;
+            i[lane] = r[lane] * s + i[lane] * c;
+            r[lane] = t;
+        }
+    }
+    int at = transform(fft);
+    /* The inverse transform is the forward one of the conjugate, conjugated. */
+    for (size_t k = 0; k < fft->m; ++k) {
+        const double c = fft->filter_re[k], s = fft->filter_im[k];
+        const double *r = fft->scratch[at] + k * BN_FFT_LANES;
+        const double *i = fft->scratch[at + 1] + k * BN_FFT_LANES;
+        for (int lane = 0; lane < BN_FFT_LANES; ++lane) {
+            double t = r[lane] * c - i[lane] * s;
+            im[k * BN_FFT_LANES + lane] = -(r[lane] * s + i[lane] * c);
+            re[k * BN_FFT_LANES + lane] = t;
+        }
+    }
+    at = transform(fft);
+    for (size_t k = 0; k < fft->n; ++k) {
+        const double c = fft->chirp_re[k], s = fft->chirp_im[k];
+        double *r = fft->scratch[at] + k * BN_FFT_LANES;
+        double *i = fft->scratch[at + 1] + k * BN_FFT_LANES;
+        for (int lane = 0; lane < BN_FFT_LANES; ++lane) {
+            double t = r[lane] * c + i[lane] * s;
+            i[lane] = r[lane] * s - i[lane] * c;
+            r[lane] = t;
+        }
+    }
+    return at;
+}
+
+void bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns) {
+    for (size_t first = 0; first < columns; first += BN_FFT_LANES) {
+        size_t lanes = columns - first < BN_FFT_LANES ? columns - first : BN_FFT_LANES;
+        size_t used = fft->n * BN_FFT_LANES;
+        for (size_t part = 0; part < 2; ++part) {
+            const double *from = (part == 0 ? re : im) + first;
+            double *to = fft->scratch[part];
+            if (lanes < BN_FFT_LANES) memset(to, 0, used * sizeof *to);
+            for (size_t k = 0; k < fft->n; ++k) {
+                memcpy(to + k * BN_FFT_LANES, from + k * columns, lanes * sizeof *to);
+            }
+            memset(to + used, 0, (fft->m * BN_FFT_LANES - used) * sizeof *to);
+        }
+        int at = fft->chirp_re == NULL ? transform(fft) : bluestein(fft);
+        for (size_t part = 0; part < 2; ++part) {
+            double *to = (part == 0 ? re : im) + first;
+            const double *from = fft->scratch[at + (int)part];
+            for (size_t k = 0; k < fft->n; ++k) {
+                memcpy(to + k * columns, from + k * BN_FFT_LANES, lanes * sizeof *to);
+            }
+        }
+    }
+}
+
+void bn_transpose(const double *from, size_t height, size_t width, double *to) {
+    enum { tile = 16 };
+    for (size_t y0 = 0; y0 < height; y0 += tile) {
+        size_t y1 = y0 + tile < height ? y0 + tile : height;
+        for (size_t x0 = 0; x0 < width; x0 += tile) {
+            size_t x1 = x0 + tile < width ? x0 + tile : width;
+            for (size_t y = y0; y < y1; ++y) {
+                for (size_t x = x0; x < x1; ++x) to[x * height + y] = from[y * width + x];
+            }
+        }
+    }
+}

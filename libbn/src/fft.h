@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * A small complex FFT of any length, over many columns at once. */
+#ifndef BN_FFT_H
+#define BN_FFT_H
+
+#include <stddef.h>
+
+typedef struct bn_fft bn_fft;
+
+/* A plan for length n >= 1; NULL when memory is short. */
+bn_fft *bn_fft_create(size_t n);
+void bn_fft_destroy(bn_fft *fft);
+
+/* Forward transform, in place, along the rows of a matrix re + i im of n rows and `columns`
+ * columns: every column becomes its discrete Fourier transform. The plan holds the scratch, so a
+ * plan serves one thread. */
+void bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns);
+
+/* to[x][y] = from[y][x] for a matrix of height rows and width columns. */
+void bn_transpose(const double *from, size_t height, size_t width, double *to);
+
+#endif

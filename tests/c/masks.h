@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What the tests of masks share. */
+#ifndef BN_TESTS_MASKS_H
+#define BN_TESTS_MASKS_H
+
+#include <bn/bn.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A small generator of test data (Marsaglia, "Xorshift RNGs", 2003). */
+static inline uint32_t next_random(uint32_t *state) {
+    *state ^= *state << 13;
+    *state ^= *state >> 17;
+    return *state ^= *state << 5;
+}
+
+static inline int is_permutation(const uint32_t *ranks, size_t count) {
+    unsigned char *seen = calloc(count, 1);
+    size_t good = 0;
+    for (size_t i = 0; i < count; ++i) {
+        if (ranks[i] < count && !seen[ranks[i]]) {
+            seen[ranks[i]] = 1;
+            ++good;
+        }
+    }
+    free(seen);
+    return good == count;
+}
+
+static inline void fill_white(uint32_t *ranks, size_t count, uint32_t seed) {
+    uint32_t state = seed * 2654435761u + 1u;
+    for (size_t i = 0; i < count; ++i) ranks[i] = (uint32_t)i;
+    for (size_t i = count; i > 1; --i) {
+        size_t other = next_random(&state) % i;
+        uint32_t rank = ranks[other];
+        ranks[other] = ranks[i - 1];
+        ranks[i - 1] = rank;
+    }
+}
+
+static inline uint64_t hash_ranks(const uint32_t *ranks, size_t count) {
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (size_t i = 0; i < count; ++i) hash = (hash ^ ranks[i]) * 0x100000001b3u;
+    return hash;
+}
+
+#endif

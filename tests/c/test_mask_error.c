@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The mask error against a plain discrete Fourier transform, against white noise, and bad input. */
+#include "check.h"
+#include "masks.h"
+#include <math.h>
+
+/* The definition, word by word: the transfer function on the centred pattern, by the plain sum. */
+static double slow_error(const uint32_t *ranks, uint32_t width, uint32_t height, double sigma) {
+    const double pi = acos(-1);
+    size_t count = (size_t)width * height;
+    double total = 0;
+    for (int i = 0; i < 64; ++i) {
+        double t = (i + 0.5) / 64, sum = 0;
+        for (uint32_t v = 0; v < height; ++v) {
+            for (uint32_t u = 0; u < width; ++u) {
+                double re = 0, im = 0;
+                for (uint32_t y = 0; y < height; ++y) {
+                    for (uint32_t x = 0; x < width; ++x) {
+                        double m = (ranks[y * width + x] + 0.5) / (double)count;
+                        double angle = -2 * pi * ((double)u * x / width + (double)v * y / height);
+                        double centred = (m < t ? 1 : 0) - t;
+                        re += centred * cos(angle);
+                        im += centred * sin(angle);
+                    }
+                }
+                double fx = fmin(u, width - u) / width, fy = fmin(v, height - v) / height;
+                double transfer = exp(-2 * pi * pi * sigma * sigma * (fx * fx + fy * fy));
+                sum += (re * re + im * im) * transfer * transfer;
+            }
+        }
+        total += sum / (double)count / (double)count;
+    }
+    return sqrt(total / 64);
+}
+
+static void test_against_definition(void) {
+    static const uint32_t extents[][2] = {{1, 1}, {1, 7},  {8, 1},   {5, 3},
+                                          {8, 8}, {7, 11}, {12, 10}, {16, 9}};
+    for (size_t i = 0; i < sizeof extents / sizeof *extents; ++i) {
+        uint32_t width = extents[i][0], height = extents[i][1], ranks[160];
+        size_t count = (size_t)width * height;
+        fill_white(ranks, count, (uint32_t)i);
+        static const double sigmas[] = {0, 0.75, 1.5};
+        for (size_t s = 0; s < 3; ++s) {
+            double error = -1;
+            CHECK(bn_mask_error(ranks, width, height, count, sigmas[s], &error) == BN_SUCCESS);
+            CHECK(fabs(error - slow_error(ranks, width, height, sigmas[s])) < 1e-9);
+        }
+    }
+}
+
+/* White noise has sqrt((1/6) / (4 pi sigma^2)), 0.1152 at sigma 1. Over permutations of 256 x 256
+ * the error's relative spread is below 0.4 %, so 3 % is beyond seven standard deviations. */
+static void test_white(void) {
+    enum { size = 256 };
+    uint32_t *ranks = malloc(size * size * sizeof *ranks);
+    fill_white(ranks, size * size, 1);
+    double error = 0;
+    CHECK(bn_mask_error(ranks, size, size, size * size, 1, &error) == BN_SUCCESS);
+    CHECK(fabs(error / 0.1152 - 1) < 0.03);
+    free(ranks);
+}
+
+/* The error does not depend on where the torus is cut, on mirroring or on exchanging the axes. */
+static void test_symmetries(void) {
+    enum { width = 30, height = 21 };
+    uint32_t ranks[width * height], turned[width * height];
+    double error, other;
+    fill_white(ranks, width * height, 9);
+    CHECK(bn_mask_error(ranks, width, height, width * height, 1, &error) == BN_SUCCESS);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            turned[(width - 1 - x) * height + (y + 5) % height] = ranks[y * width + x];
+        }
+    }
+    CHECK(bn_mask_error(turned, height, width, width * height, 1, &other) == BN_SUCCESS);
+    CHECK(fabs(error - other) < 1e-12);
+}
+
+static void test_bad_input(void) {
+    uint32_t ranks[6] = {0, 1, 2, 3, 4, 5};
+    double error = -7;
+    CHECK(bn_mask_error(NULL, 3, 2, 6, 1, &error) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_mask_error(ranks, 3, 2, 6, 1, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_mask_error(ranks, 0, 2, 0, 1, &error) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_mask_error(ranks, 3, 0, 0, 1, &error) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_mask_error(ranks, 3, 2, 5, 1, &error) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_mask_error(ranks, 3, 2, 6, NAN, &error) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_mask_error(ranks, 3, 2, 6, INFINITY, &error) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_mask_error(ranks, 3, 2, 6, -1, &error) == BN_ERROR_INVALID_ARGUMENT);
+    ranks[3] = 4;
+    CHECK(bn_mask_error(ranks, 3, 2, 6, 1, &error) == BN_ERROR_BAD_DATA);
+    ranks[3] = 6;
+    CHECK(bn_mask_error(ranks, 3, 2, 6, 1, &error) == BN_ERROR_BAD_DATA);
+    CHECK(error == -7);
+}
+
+int main(void) {
+    test_against_definition();
+    test_white();
+    test_symmetries();
+    test_bad_input();
+    return check_result();
+}

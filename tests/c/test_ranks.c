@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Ranks from values, values from ranks. */
+#include "check.h"
+#include "masks.h"
+#include <math.h>
+
+static void test_against_counting(void) {
+    static const float special[] = {0.0f,    -0.0f,    INFINITY, -INFINITY, 1e-45f, -1e-45f,
+                                    3.4e38f, -3.4e38f, 1.0f,     -1.0f,     0.5f,   0.5f};
+    enum { special_count = sizeof special / sizeof *special };
+    uint32_t state = 1;
+    for (size_t count = 1; count < 400; count += 7) {
+        float values[400];
+        uint32_t ranks[400];
+        for (size_t i = 0; i < count; ++i) {
+            uint32_t r = next_random(&state);
+            values[i] = r % 3 == 0 ? special[r / 3 % special_count]
+                                   : (float)((int32_t)(r / 3 % 64) - 32) * 0.37f;
+        }
+        CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
+        size_t wrong = 0;
+        for (size_t i = 0; i < count; ++i) {
+            uint32_t smaller = 0;
+            for (size_t j = 0; j < count; ++j) {
+                smaller += values[j] < values[i] || (values[j] == values[i] && j < i);
+            }
+            wrong += ranks[i] != smaller;
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+static void test_large(void) {
+    enum { count = 300001 };
+    float *values = malloc(count * sizeof *values);
+    uint32_t *ranks = malloc(count * sizeof *ranks), state = 5;
+    for (size_t i = 0; i < count; ++i) values[i] = (float)(next_random(&state) >> 8);
+    CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
+    CHECK(is_permutation(ranks, count));
+    uint32_t *at = malloc(count * sizeof *at);
+    for (size_t i = 0; i < count; ++i) at[ranks[i]] = (uint32_t)i;
+    size_t wrong = 0;
+    for (size_t r = 1; r < count; ++r) {
+        wrong += values[at[r - 1]] > values[at[r]] ||
+                 (values[at[r - 1]] == values[at[r]] && at[r - 1] > at[r]);
+    }
+    CHECK(wrong == 0);
+    free(values);
+    free(ranks);
+    free(at);
+}
+
+static void test_bad_input(void) {
+    float values[3] = {1, NAN, 2};
+    uint32_t ranks[3] = {7, 7, 7};
+    CHECK(bn_ranks_from_values(values, 3, ranks) == BN_ERROR_BAD_DATA);
+    values[1] = -NAN;
+    CHECK(bn_ranks_from_values(values, 3, ranks) == BN_ERROR_BAD_DATA);
+    CHECK(bn_ranks_from_values(NULL, 3, ranks) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_ranks_from_values(values, 3, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_ranks_from_values(values, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(ranks[0] == 7 && ranks[1] == 7 && ranks[2] == 7);
+}
+
+static void test_to_float(void) {
+    CHECK(bn_rank_to_float(0, 1) == 0.5f);
+    CHECK(bn_rank_to_float(1, 2) == 0.75f);
+    CHECK(bn_rank_to_float(9, 2) == 0.75f);
+    CHECK(bn_rank_to_float(3, 0) == 0.0f);
+    static const size_t counts[] = {3, 4096, 65536, 1u << 24, (1u << 24) + 1, UINT32_MAX};
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
+        uint32_t state = 3;
+        for (int i = 0; i < 10000; ++i) {
+            uint32_t rank = (uint32_t)(next_random(&state) % counts[c]);
+            if (i == 0) rank = (uint32_t)(counts[c] - 1);
+            float value = bn_rank_to_float(rank, counts[c]);
+            double exact = (rank + 0.5) / (double)counts[c];
+            /* Rounded down to the nearest float, and never one. */
+            CHECK(value >= 0 && value < 1 && (double)value <= exact);
+            CHECK((double)nextafterf(value, 2) > exact || value == 1 - 0x1p-24f);
+        }
+    }
+}
+
+int main(void) {
+    test_against_counting();
+    test_large();
+    test_bad_input();
+    test_to_float();
+    return check_result();
+}
