@@ -2,6 +2,19 @@
  * Many draws at once. */
 #include "sampler.h"
 
+/* The indices of one pixel: what depends on the pixel alone is done once. */
+static void blue_indices(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first_index,
+                         uint32_t index_count, uint32_t domain, float *out) {
+    const bn_draw_table *table = &sampler->table;
+    const bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
+    for (uint32_t i = 0; i < index_count; ++i, out += 4) {
+        uint32_t bits[4], digits = bn_draw_digits(table, first_index + i);
+        bn_draw_blue_at(table, &pixel.pair[0], digits, bits);
+        bn_draw_blue_at(table, &pixel.pair[1], digits, bits + 2);
+        for (int d = 0; d < 4; ++d) out[d] = bn_draw_float(bits[d]);
+    }
+}
+
 bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
                           uint32_t height, uint32_t first_index, uint32_t index_count,
                           uint32_t domain, float *out, size_t out_count) {
@@ -22,9 +35,14 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
     for (uint32_t row = 0; row < height; ++row) {
         for (uint32_t column = 0; column < width; ++column) {
             int32_t x = (int32_t)((uint32_t)x0 + column), y = (int32_t)((uint32_t)y0 + row);
-            for (uint32_t i = 0; i < index_count; ++i, out += 4) {
-                bn_sample_4d(sampler, x, y, first_index + i, domain, out);
+            if (sampler->table.kind == BN_SAMPLER_BLUE) {
+                blue_indices(sampler, x, y, first_index, index_count, domain, out);
+            } else {
+                for (uint32_t i = 0; i < index_count; ++i) {
+                    bn_sample_4d(sampler, x, y, first_index + i, domain, out + 4 * (size_t)i);
+                }
             }
+            out += 4 * (size_t)index_count;
         }
     }
     return BN_SUCCESS;
