@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sheets of pictures side by side, each pixel shown as a whole number of pixels: noise must not be resampled."""
+
+from PIL import Image, ImageDraw, ImageFont
+
+BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
+GAP = 4  # pixels between the pictures of a cell; cells are 4 gaps apart
+
+
+def _font(size):
+    return ImageFont.load_default(size)
+
+
+def zoomed(image, box, size):
+    """The part (left, top, width, height) of an image, enlarged by repeating pixels to width x height `size`."""
+    left, top, width, height = box
+    if size % width or size % height:
+        raise ValueError(f"a part of {width}x{height} pixels does not enlarge to {size} by whole numbers")
+    part = image.crop((left, top, left + width, top + height))
+    return part.resize((size, size), Image.Resampling.NEAREST)
+
+
+def sheet(cells, row_names, column_names, title=""):
+    """A grid. cells[row][column] is a list of images of one size, shown from left to right."""
+    count, (width, height) = len(cells[0][0]), cells[0][0][0].size
+    cell_width = count * width + (count - 1) * GAP
+    font = _font(max(13, height // 13))
+    label_width = 2 * GAP + int(max(font.getlength(name) for name in row_names))
+    line = int(font.size * 1.5)
+    top = line * (2 if title else 1)
+    pitch_x, pitch_y = cell_width + 4 * GAP, height + 4 * GAP
+    result = Image.new("RGB", (label_width + len(column_names) * pitch_x, top + len(row_names) * pitch_y),
+                       BACKGROUND)
+    draw = ImageDraw.Draw(result)
+    draw.text((GAP, GAP), title, INK, font)
+    for x, name in enumerate(column_names):
+        draw.text((label_width + x * pitch_x + cell_width / 2, top - line / 2), name, INK, font, anchor="mm")
+    for y, name in enumerate(row_names):
+        draw.text((GAP, top + y * pitch_y + height / 2), name, INK, font, anchor="lm")
+        for x in range(len(column_names)):
+            for i, image in enumerate(cells[y][x]):
+                result.paste(image, (label_width + x * pitch_x + i * (width + GAP), top + y * pitch_y))
+    return result

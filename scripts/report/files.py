@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are there whole or not at all, and EXR pictures."""
+
+import contextlib
+import hashlib
+import os
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+
+@contextlib.contextmanager
+def written_beside(path):
+    """Yields a path to write to; it becomes `path` when the block ends well and is removed when it does not."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        yield beside
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def write_text(path, text):
+    with written_beside(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
+def write_image(path, image):
+    """Writes a Pillow image."""
+    with written_beside(path) as beside:
+        image.save(beside)
+
+
+def sha256_of(path):
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def read_exr(path):
+    """An EXR picture as (float32 array (height, width, 3), dict of its attributes)."""
+    with OpenEXR.File(str(path)) as file:
+        return np.array(file.channels()["RGB"].pixels, np.float32), dict(file.header())
+
+
+def write_exr(path, rgb, attributes):
+    """Writes float32 RGB with text and number attributes."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
+    with written_beside(path) as beside, OpenEXR.File(header, {"RGB": np.ascontiguousarray(rgb, np.float32)}) as file:
+        file.write(str(beside))

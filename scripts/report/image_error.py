@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How far a picture is from its reference, as a number, as a picture and as a spectrum.
+
+Blue noise leaves the error of each pixel as large as it was and moves it to high frequencies, where the eye
+and every later filter average it away. So the error is measured three times: as it is, and after Gaussians
+of sigma 1.0 and 2.1 pixels, which stand for a near and a far view. Pictures are float arrays (height,
+width) or (height, width, channels), linear in radiance.
+"""
+
+import numpy as np
+from scipy import ndimage
+
+SIGMAS = (0.0, 1.0, 2.1)
+
+# Rec. 709 luminance of linear RGB
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def _difference(image, reference):
+    image, reference = np.asarray(image, np.float64), np.asarray(reference, np.float64)
+    if image.shape != reference.shape:
+        raise ValueError(f"image {image.shape} and reference {reference.shape} differ in shape")
+    if image.ndim not in (2, 3) or image.size == 0:
+        raise ValueError(f"an image has 2 or 3 dimensions and is not empty, not shape {image.shape}")
+    return image - reference
+
+
+def blurred(image, sigma, edge="mirror"):
+    """The picture after a Gaussian of `sigma` pixels, cut off at four sigma.
+
+    edge: "mirror" for pictures (the outermost pixel is repeated: c b a | a b c), "toroidal" for what tiles.
+    """
+    if edge not in ("mirror", "toroidal"):
+        raise ValueError(f"edge is 'mirror' or 'toroidal', not {edge!r}")
+    if not sigma >= 0:
+        raise ValueError(f"sigma is not negative, not {sigma!r}")
+    image = np.asarray(image, np.float64)
+    sigmas = (sigma, sigma) + (0,) * (image.ndim - 2)
+    return ndimage.gaussian_filter(image, sigmas, mode="reflect" if edge == "mirror" else "wrap")
+
+
+def rmse(image, reference, sigma=0.0, edge="mirror"):
+    """Root mean square, over pixels and channels, of the blurred difference. The same as the path tracer's."""
+    error = blurred(_difference(image, reference), sigma, edge)
+    return float(np.sqrt(np.mean(error * error)))
+
+
+def luminance_error(image, reference):
+    """The signed error, (height, width), of RGB pictures weighted to luminance; of grey ones as it is."""
+    error = _difference(image, reference)
+    return error @ LUMINANCE if error.ndim == 3 else error
+
+
+def error_image(error, full_scale):
+    """A signed error (height, width) as 8-bit grey: 128 is none, black and white are minus and plus full_scale."""
+    if not full_scale > 0:
+        raise ValueError(f"full_scale is positive, not {full_scale!r}")
+    return np.clip(np.floor(128 + 127.5 * np.asarray(error) / full_scale), 0, 255).astype(np.uint8)
+
+
+def radial_spectrum(error, bin_count=32):
+    """The radially averaged power spectrum of a signed error (height, width).
+
+    Returns (frequency, power): bin centres in cycles per pixel up to 0.5, and power per sample, so that
+    white noise of variance v reads v everywhere. A Hann window keeps the picture's borders out of it.
+    """
+    error = np.asarray(error, np.float64)
+    window = np.hanning(error.shape[0] + 2)[1:-1, None] * np.hanning(error.shape[1] + 2)[None, 1:-1]
+    power = np.abs(np.fft.fft2((error - error.mean()) * window)) ** 2 / np.sum(window**2)
+    frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(error.shape[0]), np.fft.fftfreq(error.shape[1]),
+                                      indexing="ij"))
+    bins = np.floor(frequency * 2 * bin_count).astype(int)
+    inside = (bins < bin_count) & (frequency > 0)
+    count = np.bincount(bins[inside], minlength=bin_count)
+    total = np.bincount(bins[inside], weights=power[inside], minlength=bin_count)
+    filled = count > 0
+    return (np.arange(bin_count)[filled] + 0.5) / (2 * bin_count), total[filled] / count[filled]

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Installed copies of libbn, static and shared, and the commands that build programs against them."""
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run(*command, **options) -> str:
+    """Runs a command and returns what it printed; its whole output is the message when it fails."""
+    done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL, **options)
+    assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}"
+    return done.stdout
+
+
+def cmake_build(source: Path, build: Path, *options: str) -> None:
+    generator = ["-G", "Ninja"] if shutil.which("ninja") else []
+    run("cmake", "-S", source, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", *options)
+    run("cmake", "--build", build, "--parallel", "2")
+
+
+@dataclass(frozen=True)
+class Installed:
+    """An installed tree; it was moved after the installation."""
+
+    kind: str  # "static" or "shared"
+    prefix: Path
+
+    @property
+    def library(self) -> Path:
+        name = "libbn.a" if self.kind == "static" else "libbn.so"
+        (path,) = self.prefix.rglob(name)
+        return path
+
+    def pkg_config(self, *options: str) -> list:
+        (folder,) = self.prefix.rglob("pkgconfig")
+        environment = {**os.environ, "PKG_CONFIG_PATH": str(folder)}
+        return run("pkg-config", *options, "bn", env=environment).split()
+
+    def compile(self, source: Path, program: Path, *flags: str) -> None:
+        """Compiles a C program as a Makefile with pkg-config would."""
+        static = ["--static"] if self.kind == "static" else []
+        run(os.environ.get("CC", "cc"), *flags, *self.pkg_config("--cflags"), source, "-o", program,
+            *self.pkg_config("--libs", *static), f"-Wl,-rpath,{self.library.parent}")
+
+
+def install(kind: str, folder: Path) -> Installed:
+    build, first, prefix = folder / "build", folder / "first", folder / "moved" / "here"
+    cmake_build(ROOT, build, f"-DBN_BUILD_SHARED={'ON' if kind == 'shared' else 'OFF'}",
+                "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", f"-DCMAKE_INSTALL_PREFIX={first}")
+    run("cmake", "--install", build)
+    prefix.parent.mkdir()
+    first.rename(prefix)
+    shutil.rmtree(build)  # an installed library needs nothing of the folder it was built in
+    return Installed(kind, prefix)
+
+
+@pytest.fixture(scope="session")
+def static_library(tmp_path_factory) -> Installed:
+    return install("static", tmp_path_factory.mktemp("static"))
+
+
+@pytest.fixture(scope="session")
+def shared_library(tmp_path_factory) -> Installed:
+    return install("shared", tmp_path_factory.mktemp("shared"))
+
+
+@pytest.fixture(params=["static", "shared"])
+def installed(request) -> Installed:
+    return request.getfixturevalue(f"{request.param}_library")

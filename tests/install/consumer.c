@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What a renderer does first. All consumer projects build this program; all must print the same. */
+#include <bn/bn.h>
+#include <stdio.h>
+
+int main(void) {
+    bn_sampler *sampler;
+    const bn_result result = bn_sampler_create(NULL, &sampler);
+    if (result != BN_SUCCESS) {
+        fprintf(stderr, "consumer: %s\n", bn_result_string(result));
+        return 1;
+    }
+    const uint32_t light = bn_domain_child(BN_DOMAIN_ROOT, 3);
+    for (uint32_t index = 0; index < 4; ++index) {
+        uint32_t u[4];
+        bn_sample_4d_u32(sampler, -7, 12, index, light, u);
+        printf("%08lx %08lx %08lx %08lx\n", (unsigned long)u[0], (unsigned long)u[1],
+               (unsigned long)u[2], (unsigned long)u[3]);
+    }
+    bn_sampler_destroy(sampler);
+
+    uint32_t ranks[16 * 16];
+    double error;
+    if (bn_void_and_cluster(NULL, 16, 16, 1, ranks, 256) != BN_SUCCESS ||
+        bn_mask_error(ranks, 16, 16, 256, 1.0, &error) != BN_SUCCESS)
+        return 1;
+    printf("%s %lu %.6f\n", bn_version_string(), (unsigned long)ranks[0], error);
+    return 0;
+}

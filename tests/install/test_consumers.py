@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs of other projects that use libbn in each way the README shows."""
+
+import os
+import subprocess
+
+import pytest
+from conftest import ROOT, cmake_build, run
+
+HERE = ROOT / "tests" / "install"
+
+
+@pytest.fixture(scope="session")
+def expected(static_library, tmp_path_factory) -> str:
+    """What the consumer prints: the library's results do not depend on how it is linked."""
+    program = tmp_path_factory.mktemp("expected") / "consumer"
+    static_library.compile(HERE / "consumer.c", program)
+    return run(program)
+
+
+def test_find_package(installed, expected, tmp_path):
+    cmake_build(HERE / "find_package", tmp_path, f"-DCMAKE_PREFIX_PATH={installed.prefix}")
+    assert run(tmp_path / "consumer") == expected
+    assert run(tmp_path / "consumer_cpp").split()[0] == installed.pkg_config("--modversion")[0]
+
+
+def test_find_package_checks_the_version(static_library, tmp_path):
+    def found(version: str) -> bool:
+        command = ["cmake", "-S", HERE / "find_package", "-B", tmp_path / version,
+                   f"-DCMAKE_PREFIX_PATH={static_library.prefix}", f"-DWANTED_VERSION={version}"]
+        return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+    (version,) = static_library.pkg_config("--modversion")
+    major, minor, _ = version.split(".")
+    assert found(f"{major}.{minor}")
+    assert not found(f"{major}.{int(minor) + 1}")
+    assert not found(f"{int(major) + 1}.0")
+
+
+def test_pkg_config(installed, expected, tmp_path):
+    installed.compile(HERE / "consumer.c", tmp_path / "consumer", "-std=c99", "-Wall", "-Werror")
+    assert run(tmp_path / "consumer") == expected
+
+
+def test_pkg_config_names_only_the_moved_tree(installed):
+    paths = [word[2:] for word in installed.pkg_config("--cflags", "--libs") if word[:2] in ("-I", "-L")]
+    assert paths
+    assert all(os.path.realpath(path).startswith(f"{installed.prefix}/") for path in paths)
+
+
+@pytest.mark.parametrize("way", ["add_subdirectory", "fetch_content"])
+def test_built_as_a_part(way, expected, tmp_path):
+    cmake_build(HERE / way, tmp_path, f"-DBN_SOURCE_DIR={ROOT}")
+    assert run(tmp_path / "consumer") == expected
+
+
+def test_nothing_of_the_source_tree_is_installed_by_name(installed):
+    for path in installed.prefix.rglob("*"):
+        if path.suffix in (".cmake", ".pc", ".h"):
+            assert str(ROOT) not in path.read_text(), path
+
+
+def test_licences_are_installed(installed):
+    installed_texts = [path.read_text() for path in installed.prefix.rglob("LICENSE*")]
+    for licence in ("LICENSE", "libbn/data/LICENSE"):
+        assert (ROOT / licence).read_text() in installed_texts

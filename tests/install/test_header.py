@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The public headers compile alone, in the oldest and newest standards of C and C++, without a warning."""
+
+import re
+import shutil
+
+import pytest
+from conftest import ROOT, run
+
+INCLUDE = ROOT / "libbn" / "include"
+HEADERS = sorted(path.name for path in (INCLUDE / "bn").glob("*.h"))
+STRICT = ["-pedantic", "-Werror", "-Wall", "-Wextra", "-Wconversion", "-Wundef", "-fsyntax-only"]
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("standard", ["c99", "c11", "c17", "c++11", "c++17", "c++20"])
+@pytest.mark.parametrize("header", HEADERS)
+def test_compiles_alone(header, standard, compiler, tmp_path):
+    language = "c++" if standard.startswith("c++") else "c"
+    source = tmp_path / "alone.c"
+    # Twice: an include guard that fails shows here.
+    source.write_text(f"#include <bn/{header}>\n#include <bn/{header}>\ntypedef bn_result used;\n")
+    old = ["-Wstrict-prototypes"] if language == "c" else ["-Wold-style-cast"] if header == "bn.h" else []
+    run(compiler, "-x", language, f"-std={standard}", *STRICT, *old, "-I", INCLUDE, source)
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_includes_next_to_nothing(header):
+    includes = set(re.findall(r'^\s*#\s*include\s*[<"](.+?)[>"]', (INCLUDE / "bn" / header).read_text(),
+                              re.MULTILINE))
+    assert includes <= {"stddef.h", "stdint.h", "bn/bn.h"}

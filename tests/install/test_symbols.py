@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the built library shows to the linker: the functions of the header and nothing else."""
+
+import re
+
+from conftest import ROOT, run
+
+
+def symbols(*nm_arguments) -> set:
+    """Names that nm prints, without a version suffix."""
+    names = (line.split()[-1] for line in run("nm", *nm_arguments).splitlines()
+             if re.search(r" [A-Za-z] ", line))
+    return {name.split("@")[0] for name in names}
+
+
+def declared() -> set:
+    header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
+    header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
+    names = re.findall(r"^BN_API\b[^;(]*?\b(\w+)\s*\(", header, re.MULTILINE)
+    assert len(names) == len(set(names)) >= 10
+    return set(names)
+
+
+def test_shared_library_exports_the_header(shared_library):
+    exported = symbols("-D", "--defined-only", shared_library.library)
+    # Linkers of some systems add symbols of their own to every library.
+    assert exported - {"_init", "_fini"} == declared()
+
+
+def test_static_library_keeps_to_its_prefix(static_library):
+    external = symbols("-g", "--defined-only", static_library.library)
+    assert declared() <= external
+    assert [name for name in external if not name.startswith("bn_")] == []
+
+
+def test_library_neither_prints_nor_ends_the_program(shared_library):
+    used = symbols("-D", "--undefined-only", shared_library.library)
+    forbidden = {"printf", "fprintf", "vfprintf", "puts", "fputs", "putchar", "perror", "exit", "_exit",
+                 "abort", "raise", "__printf_chk", "__fprintf_chk", "__assert_fail", "stderr", "stdout"}
+    assert used & forbidden == set()
+
+
+def test_shared_library_needs_only_the_c_library(shared_library):
+    needed = re.findall(r"\(NEEDED\).*\[(.+?)\]", run("readelf", "-d", shared_library.library))
+    assert [name for name in needed if not re.match(r"(libc|libm|ld-linux[\w-]*)\.so", name)] == []
