@@ -66,6 +66,8 @@ def callback(name: str, value: Optional[Progress]) -> Optional[Progress]:
 
 def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
     """An array of integers in low .. high as dtype; any integer type is taken when its values fit."""
+    if type(value) is int and low <= value <= high:
+        return np.array(value, dtype)
     try:
         array = np.asarray(value)
     except ValueError:

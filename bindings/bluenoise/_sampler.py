@@ -128,7 +128,8 @@ class Sampler:
             arguments.integers("domain", domain, np.uint32, *arguments.UINT32),
         )
         try:
-            at_x, at_y, at_index, at_domain = np.broadcast_arrays(*given)
+            same = all(array.shape == given[0].shape for array in given)
+            at_x, at_y, at_index, at_domain = given if same else np.broadcast_arrays(*given)
         except ValueError:
             shapes = ", ".join(str(array.shape) for array in given)
             raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
