@@ -25,7 +25,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { LEVELS = 9, POINTS = 256, LANES = 16 };
+enum { LEVELS = 9, POINTS = 256, LANES = 16, PARTITIONS = 10, MAX_CELLS = 1 << 14 };
 
 typedef struct options {
     uint32_t size;
@@ -38,6 +38,7 @@ typedef struct options {
     double sigma[2]; /* the two blurs, in pixels */
     double level_weight[LEVELS];
     double temperature; /* at the first sweep; falls to zero over the sweeps */
+    double evenness;    /* weight of the evenness of the first samples over the tile */
     double refresh;     /* share of the integrands that is replaced before each sweep */
     double seconds;     /* stop after this long; 0: run all sweeps */
     const char *output;
@@ -136,8 +137,15 @@ typedef struct neighbour {
     float weight;
 } neighbour;
 
+typedef struct partition {
+    int bits_x, bits_y;
+    float scale; /* one over the mean count of a cell */
+} partition;
+
 typedef struct tile {
     options opt;
+    partition partitions[PARTITIONS];
+    uint8_t second[256];   /* the first eight digits of y for those of the index */
     uint32_t *entries;     /* [size][size], the table that is made */
     float *errors;         /* [size][size][LEVELS][integrands] */
     integrand *integrands; /* [integrands] */
@@ -146,6 +154,8 @@ typedef struct tile {
     neighbour *neighbours;
     int neighbour_count;
     float level_weight[LEVELS];
+    int32_t (*occupied)[MAX_CELLS]; /* [PARTITIONS]: entries in every cell of every partition */
+    int32_t (*changes)[PARTITIONS][MAX_CELLS]; /* of each block of the colour being visited */
     uint64_t next_integrand;
     uint32_t sweep;
     bn_digit_tables digits;
@@ -262,6 +272,57 @@ static void pixel_errors(tile *t, uint32_t pixel, uint32_t begin) {
     }
 }
 
+/* ---- Evenness ---------------------------------------------------------------------------------
+ * The estimate of a whole picture must not be biased: over the tile, the first samples have to fill
+ * the unit square evenly, and so then do all others, which are digital shifts of them. The
+ * elementary intervals of several shapes count the entries in them, and crowded ones cost energy.
+ */
+
+/* Five shapes with 4 entries per cell and five with 64, for a tile of 2^log2 pixels. */
+static void make_partitions(tile *t) {
+    int log2 = 0;
+    while (1u << log2 < t->opt.size * t->opt.size) ++log2;
+    for (int i = 0; i < PARTITIONS; ++i) {
+        int bits = i < 5 ? log2 - 2 : log2 - 6;
+        int bits_x = bits / 2 + (i % 5 - 2) * (i < 5 ? 1 : 2);
+        if (bits_x > (bits < 8 ? bits : 8)) bits_x = bits < 8 ? bits : 8;
+        if (bits_x < 0) bits_x = 0;
+        int bits_y = bits - bits_x > 8 ? 8 : bits - bits_x;
+        float scale = (float)(1 << (bits_x + bits_y)) / (float)(t->opt.size * t->opt.size);
+        t->partitions[i] = (partition){bits_x, bits_y, scale};
+    }
+    for (uint32_t d = 0; d < 256; ++d) t->second[d] = (uint8_t)(bn_sobol_second(d << 24) >> 24);
+}
+
+static uint32_t cell_of(const tile *t, int i, uint32_t entry) {
+    partition p = t->partitions[i];
+    uint32_t x = entry & 255u, y = t->second[entry >> 8 & 255u];
+    return x >> (8 - p.bits_x) << p.bits_y | y >> (8 - p.bits_y);
+}
+
+static void count_cells(tile *t) {
+    memset(t->occupied, 0, PARTITIONS * sizeof *t->occupied);
+    for (int i = 0; i < PARTITIONS; ++i) {
+        for (uint32_t pixel = 0; pixel < t->opt.size * t->opt.size; ++pixel) {
+            ++t->occupied[i][cell_of(t, i, t->entries[pixel])];
+        }
+    }
+}
+
+/* The energy of one more entry: how full its cells are, relative to the mean. */
+static float crowding(const tile *t, int32_t (*change)[MAX_CELLS], uint32_t entry) {
+    float sum = 0.0f;
+    for (int i = 0; i < PARTITIONS; ++i) {
+        uint32_t cell = cell_of(t, i, entry);
+        sum += (float)(t->occupied[i][cell] + change[i][cell]) * t->partitions[i].scale;
+    }
+    return sum * (float)t->opt.evenness;
+}
+
+static void count_entry(const tile *t, int32_t (*change)[MAX_CELLS], uint32_t entry, int32_t by) {
+    for (int i = 0; i < PARTITIONS; ++i) change[i][cell_of(t, i, entry)] += by;
+}
+
 /* ---- One visit of one pixel
  * ----------------------------------------------------------------------- */
 
@@ -337,7 +398,8 @@ static float gumbel(random_state *random) {
     return (float)-log(-log(random_double(random) * (1.0 - 0x1p-50) + 0x1p-54));
 }
 
-static void visit(tile *t, workspace *w, uint32_t pixel, random_state *random) {
+static void visit(tile *t, workspace *w, int32_t (*change)[MAX_CELLS], uint32_t pixel,
+                  random_state *random) {
     uint32_t n = t->opt.size, count = t->opt.integrands;
     uint32_t px = pixel % n, py = pixel / n, total = LEVELS * count;
     memset(w->field, 0, total * sizeof *w->field);
@@ -355,6 +417,7 @@ static void visit(tile *t, workspace *w, uint32_t pixel, random_state *random) {
     uint32_t best_k = entry_key(entry), best_fx = entry >> 16 & 255u, best_fy = entry >> 24;
     uint32_t best_leaf = 0;
     float best = INFINITY;
+    count_entry(t, change, entry, -1);
     const uint32_t now_k = best_k, now_fx = best_fx, now_fy = best_fy;
     for (uint32_t proposal = 0; proposal <= t->opt.proposals; ++proposal) {
         uint32_t k = now_k, fx = now_fx, fy = now_fy, leaf;
@@ -367,6 +430,10 @@ static void visit(tile *t, workspace *w, uint32_t pixel, random_state *random) {
         float xs[POINTS], ys[POINTS], energy[2 * POINTS];
         set_points_in_order(t, k, fx, fy, xs, ys);
         tree_energies(t, w, xs, ys, energy);
+        for (uint32_t i = 0; i < POINTS; ++i) {
+            uint32_t first = bn_reverse_bits(i) >> 24;
+            energy[i] += crowding(t, change, entry_make(first, first ^ k, 0, 0));
+        }
         if (temperature > 0.0f) {
             for (int i = 0; i < POINTS; ++i) energy[i] -= temperature * gumbel(random);
         }
@@ -381,6 +448,7 @@ static void visit(tile *t, workspace *w, uint32_t pixel, random_state *random) {
     }
     uint32_t sx = bn_reverse_bits(best_leaf) >> 24;
     uint32_t chosen = entry_make(sx, sx ^ best_k, best_fx, best_fy);
+    count_entry(t, change, chosen, 1);
     if (chosen != entry) {
         t->entries[pixel] = chosen;
         for (uint32_t begin = 0; begin < count; begin += LANES) pixel_errors(t, pixel, begin);
@@ -399,7 +467,7 @@ typedef struct job {
     uint32_t refresh_begin, refresh_end;
 } job;
 
-static void visit_block(tile *t, workspace *w, uint32_t block) {
+static void visit_block(tile *t, workspace *w, int32_t (*change)[MAX_CELLS], uint32_t block) {
     uint32_t n = t->opt.size, side = n / BLOCKS, count = side * side;
     uint32_t bx = block % BLOCKS * side, by = block / BLOCKS * side;
     random_state random = {mix(t->opt.seed + 1) ^ mix((uint64_t)t->sweep << 32 | block), 0};
@@ -410,7 +478,7 @@ static void visit_block(tile *t, workspace *w, uint32_t block) {
         order[j] = i;
     }
     for (uint32_t i = 0; i < count; ++i) {
-        visit(t, w, (by + order[i] / side) * n + bx + order[i] % side, &random);
+        visit(t, w, change, (by + order[i] / side) * n + bx + order[i] % side, &random);
     }
     free(order);
 }
@@ -426,7 +494,7 @@ static void *worker(void *argument) {
             if (i >= BLOCKS * BLOCKS / 4) break;
             uint32_t bx = i % (BLOCKS / 2) * 2 + (j->colour & 1u);
             uint32_t by = i / (BLOCKS / 2) * 2 + (j->colour >> 1);
-            visit_block(t, w, by * BLOCKS + bx);
+            visit_block(t, w, t->changes[i], by * BLOCKS + bx);
         } else {
             if (i >= t->opt.size) break;
             for (uint32_t x = 0; x < t->opt.size; ++x) {
@@ -576,6 +644,17 @@ static void report(const tile *t) {
             }
         }
     }
+    double worst = 0.0;
+    for (int i = 0; i < PARTITIONS; ++i) {
+        partition p = t->partitions[i];
+        double cells = 1 << (p.bits_x + p.bits_y), mean = pixels / cells, chi = 0.0;
+        for (int c = 0; c < 1 << (p.bits_x + p.bits_y); ++c) {
+            double excess = t->occupied[i][c] - mean;
+            chi += excess * excess / mean;
+        }
+        if (chi / cells > worst) worst = chi / cells;
+    }
+    printf("  crowding, worst shape: %.3f of random\n", worst);
     for (int s = 0; s < 3; ++s) {
         printf("  sigma %.1f:", sigma[s]);
         for (int level = 0; level < LEVELS; ++level) {
@@ -630,12 +709,12 @@ static int read_table(tile *t) {
     return good;
 }
 
-static const char usage[] =
-    "usage: bn_bake_sampler [--size N] [--integrands N] [--sweeps N] "
-    "[--proposals N] [--threads N]\n"
-    "                       [--seed N] [--wide SHARE] [--level-weights "
-    "W0,...,W8] [--refresh SHARE]\n"
-    "                       [--temperature T] [--seconds S] [--resume FILE] -o FILE\n";
+static const char usage[] = "usage: bn_bake_sampler [--size N] [--integrands N] [--sweeps N] "
+                            "[--proposals N] [--threads N]\n"
+                            "                       [--seed N] [--wide SHARE] [--level-weights "
+                            "W0,...,W8] [--refresh SHARE]\n"
+                            "                       [--temperature T] [--evenness W] [--seconds S] "
+                            "[--resume FILE] -o FILE\n";
 
 static int parse(int argc, char **argv, options *opt) {
     for (int i = 1; i < argc; ++i) {
@@ -673,6 +752,8 @@ static int parse(int argc, char **argv, options *opt) {
             opt->wide = number;
         else if (strcmp(name, "--temperature") == 0)
             opt->temperature = number;
+        else if (strcmp(name, "--evenness") == 0)
+            opt->evenness = number;
         else if (strcmp(name, "--refresh") == 0)
             opt->refresh = number;
         else if (strcmp(name, "--seconds") == 0)
@@ -703,7 +784,8 @@ int main(int argc, char **argv) {
                       .seed = 1,
                       .wide = 0.4,
                       .sigma = {1.05, 2.1},
-                      .refresh = 0.0};
+                      .refresh = 0.0,
+                      .evenness = 0.3};
     for (int level = 0; level < LEVELS; ++level) t.opt.level_weight[level] = 1.0;
     if (!parse(argc, argv, &t.opt)) {
         fputs(usage, stderr);
@@ -721,7 +803,10 @@ int main(int argc, char **argv) {
     t.neighbour_count = make_neighbours(&t.opt, NULL);
     t.neighbours = allocate((size_t)t.neighbour_count, sizeof *t.neighbours);
     make_neighbours(&t.opt, t.neighbours);
+    t.occupied = allocate(PARTITIONS, sizeof *t.occupied);
+    t.changes = allocate(BLOCKS * BLOCKS / 4, sizeof *t.changes);
     bn_digit_tables_fill(&t.digits);
+    make_partitions(&t);
     tile_start(&t);
     refresh_integrands(&t, 0, count);
     set_level_weights(&t);
@@ -730,6 +815,7 @@ int main(int argc, char **argv) {
         job j = {&t, 0, BLOCKS, 0, count};
         run(&j);
     }
+    count_cells(&t);
     printf("start\n");
     report(&t);
     double start = now();
@@ -741,7 +827,11 @@ int main(int argc, char **argv) {
         }
         for (uint32_t colour = 0; colour < BLOCKS; ++colour) {
             job j = {&t, 0, colour, 0, 0};
+            /* Blocks of one colour see each other's changes only afterwards, whatever the threads.
+             */
+            memset(t.changes, 0, BLOCKS * BLOCKS / 4 * sizeof *t.changes);
             run(&j);
+            count_cells(&t);
         }
         double elapsed = now() - start, each = elapsed / (t.sweep + 1);
         int last = t.sweep + 1 == t.opt.sweeps || (t.opt.seconds > 0 && elapsed > t.opt.seconds);
@@ -761,5 +851,7 @@ int main(int argc, char **argv) {
     free(t.integrands);
     free(t.a);
     free(t.neighbours);
+    free(t.occupied);
+    free(t.changes);
     return 0;
 }
