@@ -124,12 +124,21 @@ def _measure(options: argparse.Namespace) -> None:
         figures["size"] = [values.shape[1], values.shape[0]]
         print(json.dumps(_without_nan(figures)))
         return
-    print(f"size           {values.shape[1]} x {values.shape[0]}")
-    print(f"every rank once {'yes' if figures['exact'] else 'no'}")
+    _line("size", f"{values.shape[1]} x {values.shape[0]}")
+    _line("every rank once", "yes" if figures["exact"] else "no")
     for name in ("e_0.75", "e_1", "e_1.5", "e_2"):
-        print(f"{name.upper():14s} {figures[name]:.5f}")
-    print(f"anisotropy     {figures['anisotropy']:.2f} dB")
-    print("low frequency  " + "  ".join(f"{g:g}: {p:.3f}" for g, p in figures["low_frequency"].items()))
+        _line(name.upper(), _number(figures[name], ".5f"))
+    _line("anisotropy", _number(figures["anisotropy"], ".2f") + " dB")
+    for level, power in figures["low_frequency"].items():
+        _line(f"low power {level:g}", _number(power, ".3f"))
+
+
+def _line(name: str, value: str) -> None:
+    print(f"{name:16s}{value}")
+
+
+def _number(value: float, spec: str) -> str:
+    return "none" if math.isnan(value) else format(value, spec)
 
 
 def _without_nan(value: Any) -> Any:

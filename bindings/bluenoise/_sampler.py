@@ -175,8 +175,10 @@ class Sampler:
         """A ``scipy.stats.qmc.QMCEngine`` of d dimensions that yields the samples of one pixel (x, y) in the order
         of their indices. Dimensions 4k .. 4k + 3 are those of domain ``domain(k)``; there are 2**32 points, then
         ``ValueError``. Needs SciPy (``ImportError`` without it)."""
-        from ._qmc import SamplerEngine
-
+        try:
+            from ._qmc import SamplerEngine
+        except ModuleNotFoundError as error:
+            raise ImportError(f"qmc needs SciPy: pip install 'bluenoise[qmc]' ({error})") from None
         return SamplerEngine(self, d, pixel)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
