@@ -134,7 +134,7 @@ def _measure(options: argparse.Namespace) -> None:
 
 
 def _line(name: str, value: str) -> None:
-    print(f"{name:16s}{value}")
+    print(f"{name:18s}{value}")
 
 
 def _number(value: float, spec: str) -> str:
