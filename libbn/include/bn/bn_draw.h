@@ -262,7 +262,7 @@ static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t
 }
 
 static inline float bn_draw_float(uint32_t bits) {
-    return (float)(bits >> 8) * 0x1p-24f;
+    return (float)(bits >> 8) * (1.0f / 16777216.0f); /* 2^-24; C++11 has no hexadecimal floats */
 }
 
 static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,

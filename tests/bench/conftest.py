@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The modules of scripts/ as the scripts see them, and the path tracer that scripts/test built."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+
+@pytest.fixture(scope="session")
+def pathtracer() -> Path:
+    program = Path(os.environ.get("BN_PATHTRACER", ROOT / "build" / "examples" / "pathtracer" / "pathtracer"))
+    if not program.is_file():
+        pytest.skip("the path tracer is not built; run scripts/setup or set BN_PATHTRACER")
+    return program

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The demo's sheets, table and page, from small pictures."""
+
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+from report import demo, page
+from report.contact_sheet import sheet, zoomed
+
+
+def test_zoom_repeats_pixels():
+    image = Image.fromarray(np.arange(16, dtype=np.uint8).reshape(4, 4))
+    part = np.asarray(zoomed(image, (1, 2, 2, 2), 6))
+    np.testing.assert_array_equal(part[::3, ::3], [[9, 10], [13, 14]])
+    np.testing.assert_array_equal(part[:3, :3], 9)
+    with pytest.raises(ValueError):
+        zoomed(image, (0, 0, 3, 3), 8)
+
+
+def test_sheet_shows_every_picture_as_it_is():
+    rng = np.random.default_rng(3)
+    images = [[[Image.fromarray(rng.integers(0, 255, (40, 32, 3), dtype=np.uint8)) for _ in range(2)]
+               for _ in range(3)] for _ in range(2)]
+    result = np.asarray(sheet(images, ("first", "second"), ("a", "b", "c"), "title"))
+    windows = np.lib.stride_tricks.sliding_window_view(result, (40, 32, 3))[:, :, 0]
+    for row in images:
+        for cell in row:
+            for image in cell:
+                first = np.asarray(image)
+                assert np.sum(np.all(windows[..., 0, 0, :] == first[0, 0], -1) &
+                              np.all(windows[..., -1, -1, :] == first[-1, -1], -1)) == 1
+
+
+def rows():
+    errors = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
+    return [{"sampler": sampler, "spp": spp, "rmse": [error / spp] * 3, "seconds": 0.5,
+             "than_white": [0.4 / error] * 3, "than_sobol": [0.2 / error] * 3}
+            for spp in demo.COUNTS for sampler, error in errors.items()]
+
+
+def test_table_has_a_line_for_every_sampler_and_count():
+    lines = [line.split() for line in demo.text_table(rows()).splitlines()[1:] if line]
+    assert [(line[0], int(line[1])) for line in lines] == [(s, n) for n in demo.COUNTS for s in demo.SAMPLERS]
+    assert lines[2][2:] == ["0.10000", "0.10000", "0.10000", "0.50", "4.00", "x", "2.00", "x", "2.00", "x"]
+
+
+def test_page_asks_nothing_of_the_network():
+    text = page.page("a < b", [("one", [page.table(("x", "y"), [("<1>", 2)]), page.paragraph("p & q"),
+                                        page.picture(Image.new("RGB", (3, 2)), "black")])])
+    assert "a &lt; b" in text and "&lt;1&gt;" in text and "p &amp; q" in text
+    assert re.findall(r'(?:src|href)="(?!data:)[^"]*"', text) == []
+    assert "http" not in text
+
+
+def test_reference_shares_no_sample_with_the_pictures():
+    assert demo.REFERENCE_SEED > 1000  # the most seeds there can be
+    assert demo.REFERENCE_SPP >= 4096 and demo.REFERENCE_SPP % demo.PARTS == 0

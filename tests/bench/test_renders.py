@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Renders are made once, made again when what they depend on changes, and finished where they were left."""
+
+import subprocess
+
+import numpy as np
+import pytest
+from report import renders
+from report.files import read_exr, write_exr, written_beside
+from report.image_error import SIGMAS, rmse
+from report.renders import RenderError, Renderer, Request
+
+SMALL = Request("sobol", spp=8, seed=5, width=24, height=16)
+
+
+@pytest.fixture
+def runs(monkeypatch):
+    """The commands that were run."""
+    commands = []
+    real = subprocess.run
+
+    def counted(command, **options):
+        commands.append(command)
+        return real(command, **options)
+
+    monkeypatch.setattr(renders.subprocess, "run", counted)
+    return commands
+
+
+def test_rendered_once(pathtracer, tmp_path, runs):
+    for _ in range(2):
+        path = Renderer(pathtracer, tmp_path).render(SMALL, "a.exr")
+    assert len(runs) == 1
+    image, attributes = read_exr(path)
+    assert image.shape == (16, 24, 3)
+    assert (attributes["sampler"], attributes["spp"], attributes["seed"]) == ("sobol", 8, "5")
+
+
+@pytest.mark.parametrize("spoil", ["picture", "preview", "records", "program", "request"])
+def test_rendered_again_when_something_changed(pathtracer, tmp_path, runs, spoil):
+    request = SMALL
+    program = tmp_path / "pathtracer"
+    program.write_bytes(pathtracer.read_bytes())
+    program.chmod(0o755)
+    folder = tmp_path / "out"
+    path = Renderer(program, folder).render(request, "a.exr")
+    if spoil == "picture":
+        path.write_bytes(path.read_bytes()[:-1])
+    elif spoil == "preview":
+        path.with_suffix(".png").unlink()
+    elif spoil == "records":
+        (folder / "renders.json").write_text("{")
+    elif spoil == "program":
+        program.write_bytes(pathtracer.read_bytes() + b"\0")
+    else:
+        request = Request("sobol", spp=8, seed=6, width=24, height=16)
+    Renderer(program, folder).render(request, "a.exr")
+    assert len(runs) == 2
+
+
+def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path, runs):
+    renderer = Renderer(pathtracer, tmp_path)
+    whole, _ = read_exr(renderer.render(SMALL, "whole.exr"))
+    merged, attributes = read_exr(renderer.reference(SMALL, "reference.exr", part_count=4))
+    np.testing.assert_allclose(merged, whole, rtol=1e-5, atol=1e-6)
+    assert attributes["spp"] == 8
+    assert all(attributes[f"error{i}"] > 0 for i in range(len(SIGMAS)))
+    assert len(runs) == 5
+    renderer.reference(SMALL, "reference.exr", part_count=4)
+    assert len(runs) == 5
+    assert not list(tmp_path.glob("*part*"))
+
+
+def test_interrupted_reference_goes_on(pathtracer, tmp_path, runs):
+    def interrupt(fraction):
+        if fraction == 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Renderer(pathtracer, tmp_path).reference(SMALL, "reference.exr", 4, interrupt)
+    assert len(runs) == 2 and not (tmp_path / "reference.exr").exists()
+    Renderer(pathtracer, tmp_path).reference(SMALL, "reference.exr", 4)
+    assert len(runs) == 4
+
+
+def test_failure_is_the_path_tracers_own_line(pathtracer, tmp_path):
+    with pytest.raises(RenderError, match="no-such-scene"):
+        Renderer(pathtracer, tmp_path).render(Request("sobol", 1, scene="no-such-scene"), "a.exr")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_same_error_as_the_path_tracer(pathtracer, tmp_path):
+    renderer = Renderer(pathtracer, tmp_path)
+    reference = renderer.render(Request("sobol", 32, seed=9, width=40, height=24), "reference.exr")
+    command = [pathtracer, *Request("white", 2, width=40, height=24).arguments(), "--quiet",
+               "--reference", reference, "-o", tmp_path / "a.exr"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    image, expected = read_exr(tmp_path / "a.exr")[0], read_exr(reference)[0]
+    # "rmse 0.1 sigma 1.0 0.1 sigma 2.1 0.1", six decimals each
+    for number, sigma in zip((printed[1], printed[4], printed[7]), SIGMAS):
+        assert float(number) == pytest.approx(rmse(image, expected, sigma), abs=2e-6)
+
+
+def test_a_file_that_fails_leaves_nothing(tmp_path):
+    kept = tmp_path / "kept.txt"
+    kept.write_text("old")
+    with pytest.raises(ZeroDivisionError), written_beside(kept) as beside:
+        beside.write_text("new")
+        raise ZeroDivisionError
+    assert kept.read_text() == "old" and list(tmp_path.iterdir()) == [kept]
+
+
+def test_exr_keeps_what_is_written(tmp_path):
+    rgb = np.random.default_rng(0).random((3, 5, 3), np.float32) * 100
+    write_exr(tmp_path / "a.exr", rgb, {"note": "text", "spp": 12, "seconds": 1.5})
+    read, attributes = read_exr(tmp_path / "a.exr")
+    np.testing.assert_array_equal(read, rgb)
+    assert (attributes["note"], attributes["spp"], attributes["seconds"]) == ("text", 12, 1.5)
