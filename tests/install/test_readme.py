@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The README's examples work as they stand: built against the installed library, run by this Python."""
+
+import re
+import sys
+
+import pytest
+from conftest import ROOT, cmake_build, run
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def examples(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+def programs():
+    return [text for text in examples("c") if "int main(" in text]
+
+
+def test_the_languages_are_there():
+    assert len(programs()) == 1 and len(examples("c")) >= 2
+    assert examples("python") and len(examples("cmake")) == 1
+
+
+def test_c_program(installed, tmp_path):
+    (tmp_path / "main.c").write_text(programs()[0])
+    installed.compile(tmp_path / "main.c", tmp_path / "main", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror")
+    lines = run(tmp_path / "main").splitlines()
+    assert len(lines) == 4
+    assert all(0 <= float(number) < 1 for line in lines for number in line.split())
+
+
+@pytest.mark.parametrize("text", [text for text in examples("c") if "int main(" not in text])
+def test_c_functions(static_library, tmp_path, text):
+    (tmp_path / "part.c").write_text(text)
+    run("cc", "-c", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", *static_library.pkg_config("--cflags"),
+        tmp_path / "part.c", "-o", tmp_path / "part.o")
+
+
+def test_cmake_project(installed, tmp_path):
+    (tmp_path / "CMakeLists.txt").write_text(examples("cmake")[0])
+    (tmp_path / "main.c").write_text(programs()[0])
+    cmake_build(tmp_path, tmp_path / "build", f"-DCMAKE_PREFIX_PATH={installed.prefix}")
+    assert len(run(tmp_path / "build" / "example").splitlines()) == 4
+
+
+@pytest.mark.parametrize("text", examples("python"))
+def test_python(tmp_path, text):
+    pytest.importorskip("bluenoise")
+    (tmp_path / "example.py").write_text(text)
+    run(sys.executable, "-W", "error", "example.py", cwd=tmp_path)
+
+
+def test_files_it_names_exist():
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    named = re.findall(r"`((?:scripts|examples|libbn|bindings|tests|docs)/[\w./-]+)`", README)
+    missing = [path for path in links + named if "://" not in path and not (ROOT / path).exists()]
+    assert missing == []
+
+
+@pytest.mark.parametrize("option", sorted(set(re.findall(r"`(BN_[A-Z_]+)`", README))))
+def test_options_it_names_exist(option):
+    cmake = (ROOT / "CMakeLists.txt").read_text()
+    header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
+    assert re.search(rf"\b{option}\b", cmake + header)
