@@ -79,34 +79,45 @@ static void draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_
     }
 }
 
-/* ---- MASK
- * ----------------------------------------------------------------------------------------- One
- * Owen-scrambled Sobol' sequence for all pixels, rotated on the torus by the value of the mask,
- * looked up at a shift of its own for every dimension (Cranley and Patterson, "Randomization of
- * Number Theoretic Methods for Multiple Integration", 1976). In integers: a rotation cannot round
- * to one. */
+/* ---- MASK ----------------------------------------------------------------------------------
+ * A mask makes the first sample of every pixel: one look for each dimension, at a shift of its own.
+ * The others follow by exchanging digits, not by adding values: in the digits of a scrambled Sobol'
+ * (0,2)-sequence every pixel has the digital shift that makes its sample 0 the value of the mask.
+ * So each pixel keeps its nets; a rotation on the torus (Cranley and Patterson, 1976), the usual
+ * way, loses them and is worse than no mask from about 4 samples on. */
+
+enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
 
 static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
     int64_t sum = ((int64_t)coordinate + shift) % extent;
     return (uint32_t)(sum < 0 ? sum + extent : sum);
 }
 
+/* The texel of a look, as an index. */
+static size_t mask_look(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t key) {
+    uint32_t w = sampler->mask_width, h = sampler->mask_height;
+    uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);
+    uint32_t shift_y = (uint32_t)((uint64_t)bn_hash32(key) * h >> 32);
+    return (size_t)wrap(y, shift_y, h) * w + wrap(x, shift_x, w);
+}
+
 static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
     uint32_t key = bn_hash32(bn_hash32(domain + sampler->table.seed[0]) ^ sampler->table.seed[1]);
-    uint32_t reversed = bn_reverse_bits(index);
+    uint32_t pixel = bn_hash32((uint32_t)x ^ bn_hash32((uint32_t)y ^ key));
+    uint32_t reversed = bn_reverse_bits(index), low = sampler->mask_low_digits;
     for (uint32_t pair = 0; pair < 2u; ++pair) {
+        /* As in BLUE: a nested shuffle that keeps power-of-two prefixes in place. */
+        uint32_t digits = reversed ^ (reversed * (pixel << 1));
+        uint32_t second = bn_sobol_second(digits);
         key = bn_hash32(key + 0x9e3779b9u);
-        uint32_t digits = bn_owen_reversed(reversed, key);
-        out[2 * pair] = bn_owen(digits, bn_hash32(key ^ 1u));
-        out[2 * pair + 1] = bn_owen(bn_sobol_second(digits), bn_hash32(key ^ 2u));
-    }
-    for (uint32_t dimension = 0; dimension < 4u; ++dimension) {
-        uint32_t w = sampler->mask_width, h = sampler->mask_height;
-        key = bn_hash32(key + 0x85ebca6bu);
-        uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);
-        uint32_t shift_y = (uint32_t)((uint64_t)bn_hash32(key) * h >> 32);
-        out[dimension] += sampler->mask[(size_t)wrap(y, shift_y, h) * w + wrap(x, shift_x, w)];
+        digits ^= sampler->mask_x[mask_look(sampler, x, y, key)] ^ (pixel & low);
+        pixel = bn_hash32(pixel + 0x9e3779b9u);
+        key = bn_hash32(key + 0x9e3779b9u);
+        second ^= sampler->mask_y[mask_look(sampler, x, y, key)] ^ (pixel & low);
+        pixel = bn_hash32(pixel + 0x9e3779b9u);
+        out[2 * pair] = bn_owen(digits, BN_MASK_KEY_X);
+        out[2 * pair + 1] = bn_owen(second, BN_MASK_KEY_Y);
     }
 }
 
@@ -159,8 +170,18 @@ float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t ind
 /* ---- Life of a sampler
  * ---------------------------------------------------------------------------- */
 
-/* Values of ranks as 32-bit fractions, in the middle of their intervals. */
-static bn_result mask_values(const uint32_t *ranks, size_t count, uint32_t *values) {
+/* The digits that bn_owen() scrambles to `value`. Digit by digit from the first: each is flipped or
+ * not whatever the later ones are. */
+static uint32_t owen_inverse(uint32_t value, uint32_t seed) {
+    uint32_t digits = 0;
+    for (uint32_t bit = 1u << 31; bit != 0; bit >>= 1) {
+        digits |= (bn_owen(digits, seed) ^ value) & bit;
+    }
+    return digits;
+}
+
+/* Fills the two tables of digits from ranks; checks that they are a permutation. */
+static bn_result mask_digits(const uint32_t *ranks, size_t count, bn_sampler *sampler) {
     bn_result result = BN_SUCCESS;
     unsigned char *seen = calloc(count, 1);
     if (seen == NULL) return BN_ERROR_OUT_OF_MEMORY;
@@ -170,9 +191,14 @@ static bn_result mask_values(const uint32_t *ranks, size_t count, uint32_t *valu
             break;
         }
         seen[ranks[i]] = 1;
-        values[i] = (uint32_t)((((uint64_t)ranks[i] * 2u + 1u) << 31) / count);
+        uint32_t value = (uint32_t)((((uint64_t)ranks[i] * 2u + 1u) << 31) / count);
+        sampler->mask_x[i] = owen_inverse(value, BN_MASK_KEY_X);
+        sampler->mask_y[i] = owen_inverse(value, BN_MASK_KEY_Y);
     }
     free(seen);
+    /* Digits finer than the ranks are random. */
+    sampler->mask_low_digits = UINT32_MAX;
+    for (size_t cells = 1; cells < count; cells *= 2) sampler->mask_low_digits >>= 1;
     return result;
 }
 
@@ -186,13 +212,12 @@ static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sample
     }
     size_t count = (size_t)w * h;
     bn_result result = BN_ERROR_OUT_OF_MEMORY;
-    sampler->mask = malloc(count * sizeof *sampler->mask);
-    if (ranks == NULL) builtin = malloc(count * sizeof *builtin);
-    if (sampler->mask != NULL && (ranks != NULL || builtin != NULL)) {
+    sampler->mask_x = malloc(2 * count * sizeof *sampler->mask_x);
+    if (ranks == NULL) ranks = builtin = malloc(count * sizeof *builtin);
+    if (sampler->mask_x != NULL && ranks != NULL) {
+        sampler->mask_y = sampler->mask_x + count;
         result = builtin != NULL ? bn_builtin_mask_copy(builtin_size, builtin, count) : BN_SUCCESS;
-        if (result == BN_SUCCESS) {
-            result = mask_values(builtin != NULL ? builtin : ranks, count, sampler->mask);
-        }
+        if (result == BN_SUCCESS) result = mask_digits(ranks, count, sampler);
     }
     sampler->mask_width = w;
     sampler->mask_height = h;
@@ -250,7 +275,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
 
 void bn_sampler_destroy(bn_sampler *sampler) {
     if (sampler == NULL) return;
-    free(sampler->mask);
+    free(sampler->mask_x);
     free(sampler);
 }
 

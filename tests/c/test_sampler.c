@@ -194,8 +194,9 @@ static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, in
 
 /* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs. */
 static void test_nets(void) {
-    static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER};
-    for (int k = 0; k < 3; ++k) {
+    static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
+                                    BN_SAMPLER_MASK};
+    for (int k = 0; k < 4; ++k) {
         bn_sampler *s = make(kinds[k], 64, 3);
         for (int pixel = 0; pixel < 24; ++pixel) {
             int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
@@ -318,7 +319,48 @@ static void test_convergence(void) {
     }
 }
 
+/* The first sample of kind MASK is the mask: its values, seen through every domain's shift. */
+static void test_mask_values(void) {
+    enum { W = 6, H = 4, COUNT = W * H };
+    uint32_t ranks[COUNT];
+    for (uint32_t i = 0; i < COUNT; ++i) ranks[i] = i * 7u % COUNT;
+    bn_sampler_options o = bn_sampler_options_default();
+    bn_sampler *s = NULL;
+    o.kind = BN_SAMPLER_MASK;
+    o.mask_ranks = ranks;
+    o.mask_width = W;
+    o.mask_height = H;
+    CHECK(bn_sampler_create(&o, &s) == BN_SUCCESS);
+    memset(ranks, 0, sizeof ranks); /* it was copied */
+    for (uint32_t domain = 0; domain < 20; ++domain) {
+        for (int d = 0; d < 4; ++d) {
+            unsigned seen = 0, neighbours = 0;
+            for (int i = 0; i < COUNT; ++i) {
+                uint32_t u[4], v[4];
+                bn_sample_4d_u32(s, -3 + i % W, 5 + i / W, 0, domain, u);
+                bn_sample_4d_u32(s, -2 + i % W, 5 + i / W, 0, domain, v);
+                /* 24 values are told apart by 5 digits; the lower ones are random. */
+                uint32_t cell = 0, next = 0;
+                for (uint32_t r = 0; r < COUNT; ++r) {
+                    uint32_t value = (uint32_t)((((uint64_t)r * 2 + 1) << 31) / COUNT);
+                    if (value >> 27 == u[d] >> 27) cell = r + 1;
+                    if (value >> 27 == v[d] >> 27) next = r + 1;
+                }
+                CHECK(cell != 0);
+                seen |= 1u << (cell - 1);
+                /* Ranks grow by 7 from texel to texel along a row but at the wrap. */
+                neighbours +=
+                    cell != 0 && next != 0 && (next - 1 + COUNT - (cell - 1)) % COUNT == 7;
+            }
+            CHECK(seen == (1u << COUNT) - 1u);
+            CHECK(neighbours >= COUNT - H);
+        }
+    }
+    bn_sampler_destroy(s);
+}
+
 int main(void) {
+    test_mask_values();
     test_create();
     test_struct_size();
     test_forms();
