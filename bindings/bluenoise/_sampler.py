@@ -30,8 +30,8 @@ class Sampler:
         ``"blue"``: progressive and blue on the screen, the one to use. ``"sobol"``: Owen-scrambled Sobol', each pixel
         on its own. ``"white"``: independent uniform numbers. ``"zorder"``: one Sobol' sequence along a Morton curve
         (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering
-        of Pixels", 2020), made for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask that shifts a Sobol'
-        sequence, the classical use of blue-noise textures.
+        of Pixels", 2020), made for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask makes the first sample of
+        every pixel, a Sobol' sequence the others: the use of blue-noise textures.
     seed
         Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. Different seeds give
         independent pictures.
