@@ -1,64 +1,147 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993).
  *
- * Phases two and three are one: with a linear filter the tightest cluster of the zeros is the
- * largest void of the ones. */
+ * Three departures. The initial pattern starts from largest voids instead of white noise, which is
+ * near its fixed point. Phases two and three are one: with a linear filter the tightest cluster of
+ * the zeros is the largest void of the ones. And where the minority's texels stand apart from each
+ * other, at both ends of the grey scale, bn_thin orders them. Time and memory are close to linear.
+ */
 #include "hash.h"
 #include "memory.h"
 #include "options.h"
+#include "simd/simd.h"
+#include "thin.h"
 #include <math.h>
 #include <string.h>
 
-typedef struct field {
-    uint32_t extent[3], kernel_extent[3];
-    int32_t reach[3];
-    size_t count, rows;
-    double *energy, *kernel, *row_min, *row_max;
-    uint8_t *one;
-} field;
+enum { BN_PROGRESS_INTERVAL = 4096 };
 
-static void scan_row(field *f, size_t row) {
-    double least = INFINITY, most = -INFINITY;
-    for (size_t i = row * f->extent[0]; i < (row + 1) * f->extent[0]; ++i) {
-        if (f->one[i]) {
-            if (f->energy[i] > most) most = f->energy[i];
-        } else if (f->energy[i] < least) {
-            least = f->energy[i];
-        }
+typedef struct maker {
+    const bn_void_and_cluster_options *options;
+    const bn_simd *simd;
+    bn_field field;
+    size_t count, ones;
+    size_t done, expected; /* changes to the field */
+    uint32_t *ranks, *minority;
+    int cancelled;
+} maker;
+
+static int cancelled(maker *m) {
+    if (m->done++ % BN_PROGRESS_INTERVAL == 0 && m->options->progress != NULL) {
+        double fraction = (double)m->done / (double)m->expected;
+        if (fraction > 1) fraction = 1;
+        m->cancelled = m->options->progress(m->options->progress_user, fraction) != 0;
     }
-    f->row_min[row] = least;
-    f->row_max[row] = most;
+    return m->cancelled;
 }
 
-static void change(field *f, size_t at, double sign) {
-    uint32_t x = (uint32_t)(at % f->extent[0]), y = (uint32_t)(at / f->extent[0] % f->extent[1]);
-    uint32_t z = (uint32_t)(at / f->extent[0] / f->extent[1]);
-    const double *k = f->kernel;
-    f->one[at] = sign > 0;
-    for (uint32_t dz = 0; dz < f->kernel_extent[2]; ++dz) {
-        size_t cz = (z + f->extent[2] * 64ull + dz - f->reach[2]) % f->extent[2];
-        for (uint32_t dy = 0; dy < f->kernel_extent[1]; ++dy) {
-            size_t row =
-                cz * f->extent[1] + (y + f->extent[1] * 64ull + dy - f->reach[1]) % f->extent[1];
-            size_t cx = (x + f->extent[0] * 64ull - f->reach[0]) % f->extent[0];
-            for (uint32_t dx = 0; dx < f->kernel_extent[0]; ++dx) {
-                f->energy[row * f->extent[0] + cx] += sign * *k++;
-                if (++cx == f->extent[0]) cx = 0;
-            }
-            scan_row(f, row);
-        }
+/* Fills the largest void until `ones` texels are set, giving ranks where `ranks` is. */
+static void fill(maker *m, size_t ones, uint32_t *ranks) {
+    while (m->ones < ones && !cancelled(m)) {
+        bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
+        if (ranks != NULL) ranks[bn_field_index(&m->field, empty)] = (uint32_t)m->ones;
+        m->simd->field_change(&m->field, empty, 1, BN_FIELD_LOWEST);
+        ++m->ones;
     }
 }
 
-static size_t find(const field *f, int one) {
-    size_t row = 0;
-    const double *extreme = one ? f->row_max : f->row_min;
-    for (size_t i = 1; i < f->rows; ++i) {
-        if (one ? extreme[i] > extreme[row] : extreme[i] < extreme[row]) row = i;
+static int32_t energy_at(const maker *m, bn_field_texel t) {
+    return m->field.energy[(size_t)t.tile * BN_TILE_SIZE + t.lane];
+}
+
+/* Moves the tightest cluster to the largest void until that is where it was. Each move lowers the
+ * sum of all pairs' kernel values, an integer, so this ends; the bound only says so to readers. */
+static void spread(maker *m) {
+    const int both = BN_FIELD_LOWEST | BN_FIELD_HIGHEST;
+    bn_field_refresh(&m->field);
+    for (size_t move = 0; move < 64 * m->ones && !cancelled(m); ++move) {
+        bn_field_texel cluster = m->simd->field_find(&m->field, BN_FIELD_HIGHEST);
+        m->simd->field_change(&m->field, cluster, -1, both);
+        bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
+        if (energy_at(m, empty) >= energy_at(m, cluster)) {
+            m->simd->field_change(&m->field, cluster, 1, both);
+            break;
+        }
+        m->simd->field_change(&m->field, empty, 1, both);
     }
-    for (size_t i = row * f->extent[0];; ++i) {
-        if (f->one[i] == one && f->energy[i] == extreme[row]) return i;
+}
+
+/* Takes away the tightest cluster until `ones` texels are left, and puts all back: the field's
+ * integers return to what they were. The removed texels stand in m->minority by rank. */
+static void empty(maker *m, size_t ones) {
+    if (m->ones <= ones) return;
+    bn_field_refresh(&m->field);
+    while (m->ones > ones && !cancelled(m)) {
+        bn_field_texel cluster = m->simd->field_find(&m->field, BN_FIELD_HIGHEST);
+        m->minority[--m->ones] = (uint32_t)bn_field_index(&m->field, cluster);
+        m->ranks[m->minority[m->ones]] = (uint32_t)m->ones;
+        m->simd->field_change(&m->field, cluster, -1, BN_FIELD_HIGHEST);
     }
+}
+
+static void put_back(maker *m, size_t ones) {
+    for (; m->ones < ones && !cancelled(m); ++m->ones) {
+        m->simd->field_change(&m->field, bn_field_at(&m->field, m->minority[m->ones]), 1,
+                              BN_FIELD_LOWEST);
+    }
+    bn_field_refresh(&m->field);
+}
+
+/* Lists the texels that are set (or not) in m->minority and thins them. */
+static int thin(maker *m, int set, size_t expected) {
+    size_t listed = 0;
+    for (size_t i = 0; i < m->count; ++i) {
+        int is_set = energy_at(m, bn_field_at(&m->field, i)) >= BN_FIELD_SET;
+        if (is_set == set && listed < expected) m->minority[listed++] = (uint32_t)i;
+    }
+    return bn_thin(m->field.extent, m->options->seed, m->minority, listed);
+}
+
+/* How many texels of a minority are so far apart that they are bn_thin's. */
+static size_t sparse_count(const uint32_t extent[3], size_t count, double sigma) {
+    size_t low = 1, high = count / 2 + 1;
+    const double limit = bn_thin_spacing(sigma);
+    while (low < high) {
+        size_t middle = low + (high - low + 1) / 2;
+        if (bn_spacing(extent, middle) >= limit) {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    return low;
+}
+
+static bn_result make(maker *m, const uint32_t extent[3]) {
+    size_t initial = (size_t)((double)m->count * m->options->initial_fraction);
+    size_t sparse = sparse_count(extent, m->count, m->options->sigma);
+    if (initial == 0) initial = 1;
+    if (sparse > initial) sparse = initial;
+    size_t last = m->count - initial < sparse ? m->count - initial : sparse;
+    m->expected = m->count + 4 * initial + 2 * (initial - sparse);
+
+    fill(m, initial, NULL);
+    if (!m->cancelled && initial < m->count) spread(m);
+    empty(m, sparse);
+    if (m->cancelled) return BN_ERROR_CANCELLED;
+    /* bn_thin takes the list's front; what stands behind it is still to be put back. */
+    if (!thin(m, 1, sparse)) return BN_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < sparse; ++i) m->ranks[m->minority[i]] = (uint32_t)i;
+    put_back(m, initial);
+    fill(m, m->count - last, m->ranks);
+    if (m->cancelled || cancelled(m)) return BN_ERROR_CANCELLED;
+    if (!thin(m, 0, last)) return BN_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < last; ++i) m->ranks[m->minority[i]] = (uint32_t)(m->count - 1 - i);
+    return BN_SUCCESS;
+}
+
+/* Axes of extent 1 go last: row-major order does not notice. */
+static void squeeze(uint32_t extent[3]) {
+    int used = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (extent[axis] > 1) extent[used++] = extent[axis];
+    }
+    for (; used < 3; ++used) extent[used] = 1;
 }
 
 bn_result bn_void_and_cluster(const bn_void_and_cluster_options *given, uint32_t width,
@@ -72,96 +155,26 @@ bn_result bn_void_and_cluster(const bn_void_and_cluster_options *given, uint32_t
     if (!(options.initial_fraction > 0 && options.initial_fraction <= 0.5)) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
-    if (!bn_extent_product(width, height, depth, INT32_MAX, &product))
+    if (!bn_extent_product(width, height, depth, INT32_MAX, &product)) {
         return BN_ERROR_OUT_OF_MEMORY;
+    }
     if (count != product) return BN_ERROR_SIZE_MISMATCH;
 
-    field f = {.extent = {width, height, depth}, .count = count, .rows = (size_t)height * depth};
-    size_t kernel_count = 1;
-    int32_t radius = (int32_t)ceil(6 * options.sigma);
-    for (int axis = 0; axis < 3; ++axis) {
-        uint32_t full = 2 * (uint32_t)radius + 1;
-        f.kernel_extent[axis] = f.extent[axis] < full ? f.extent[axis] : full;
-        f.reach[axis] = (int32_t)(f.kernel_extent[axis] / 2);
-        kernel_count *= f.kernel_extent[axis];
-    }
-    f.energy = bn_allocate_zero(count, sizeof *f.energy);
-    f.kernel = bn_allocate(kernel_count, sizeof *f.kernel);
-    f.row_min = bn_allocate(f.rows, sizeof *f.row_min);
-    f.row_max = bn_allocate(f.rows, sizeof *f.row_max);
-    f.one = bn_allocate_zero(count, 1);
-    uint32_t *work = bn_allocate(count, sizeof *work);
-    size_t *initial = bn_allocate(count, sizeof *initial);
-    uint8_t *start = bn_allocate(count, 1);
-    double *kept = bn_allocate(count, sizeof *kept);
-    if (!f.energy || !f.kernel || !f.row_min || !f.row_max || !f.one || !work || !initial ||
-        !start || !kept) {
+    uint32_t extent[3] = {width, height, depth};
+    squeeze(extent);
+    maker m = {.options = &options, .simd = bn_simd_get(), .count = count};
+    m.ranks = bn_allocate(count, sizeof *m.ranks);
+    m.minority = bn_allocate(count / 2 + 1, sizeof *m.minority);
+    if (bn_field_create(&m.field, extent, options.sigma, bn_mix64(options.seed)) &&
+        m.ranks != NULL && m.minority != NULL) {
+        bn_field_refresh(&m.field);
+        result = make(&m, extent);
+    } else {
         result = BN_ERROR_OUT_OF_MEMORY;
-        goto done;
     }
-    double *k = f.kernel;
-    for (uint32_t z = 0; z < f.kernel_extent[2]; ++z) {
-        for (uint32_t y = 0; y < f.kernel_extent[1]; ++y) {
-            for (uint32_t x = 0; x < f.kernel_extent[0]; ++x) {
-                double dx = (double)x - f.reach[0], dy = (double)y - f.reach[1];
-                double dz = (double)z - f.reach[2];
-                *k++ = exp(-(dx * dx + dy * dy + dz * dz) / (2 * options.sigma * options.sigma));
-            }
-        }
-    }
-    for (size_t i = 0; i < count; ++i) {
-        initial[i] = i;
-        f.energy[i] = 1e-9 * (double)(bn_mix64(options.seed ^ bn_mix64(i)) >> 40) * 0x1p-24;
-    }
-    for (size_t row = 0; row < f.rows; ++row) scan_row(&f, row);
-    size_t ones = (size_t)((double)count * options.initial_fraction);
-    if (ones == 0) ones = 1;
-    uint64_t state = options.seed;
-    for (size_t i = 0; i < ones; ++i) {
-        size_t other = i + bn_mix64(++state * 0x9e3779b97f4a7c15u) % (count - i),
-               p = initial[other];
-        initial[other] = initial[i];
-        initial[i] = p;
-        change(&f, p, 1);
-    }
-    for (size_t steps = 0; ones < count && steps < 100 * ones; ++steps) {
-        size_t cluster = find(&f, 1), empty;
-        change(&f, cluster, -1);
-        empty = find(&f, 0);
-        if (f.energy[empty] >= f.energy[cluster]) empty = cluster;
-        change(&f, empty, 1);
-        if (empty == cluster) break;
-    }
-    memcpy(start, f.one, count);
-    memcpy(kept, f.energy, count * sizeof *kept);
-    for (size_t rank = ones; rank-- > 0;) {
-        size_t cluster = find(&f, 1);
-        work[cluster] = (uint32_t)rank;
-        change(&f, cluster, -1);
-    }
-    memcpy(f.one, start, count);
-    memcpy(f.energy, kept, count * sizeof *kept);
-    for (size_t row = 0; row < f.rows; ++row) scan_row(&f, row);
-    for (size_t rank = ones; rank < count; ++rank) {
-        if (options.progress != NULL && rank % 1024 == 0 &&
-            options.progress(options.progress_user, (double)rank / (double)count) != 0) {
-            result = BN_ERROR_CANCELLED;
-            goto done;
-        }
-        size_t empty = find(&f, 0);
-        work[empty] = (uint32_t)rank;
-        change(&f, empty, 1);
-    }
-    memcpy(ranks, work, count * sizeof *ranks);
-done:
-    bn_free(f.energy);
-    bn_free(f.kernel);
-    bn_free(f.row_min);
-    bn_free(f.row_max);
-    bn_free(f.one);
-    bn_free(work);
-    bn_free(initial);
-    bn_free(start);
-    bn_free(kept);
+    if (result == BN_SUCCESS) memcpy(ranks, m.ranks, count * sizeof *ranks);
+    bn_field_destroy(&m.field);
+    bn_free(m.ranks);
+    bn_free(m.minority);
     return result;
 }

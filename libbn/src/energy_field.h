@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The energy of a binary pattern on a torus, kept up to date with its extremes.
+ *
+ * Energies are fixed-point integers: the kernel's sum is below 2^30, and a texel that is set
+ * carries 2^30 more, so the lowest value of all is the largest void and the highest the tightest
+ * cluster. Texels lie in tiles of 64 (8 x 8; 64 x 1 when there is one axis), each a contiguous
+ * quarter of a kilobyte. One pass over the tiles under the kernel adds it and finds their new
+ * extremes; above them stand levels of extremes of 64 each. A change costs the kernel's footprint,
+ * a search 64 values per level. */
+#ifndef BN_ENERGY_FIELD_H
+#define BN_ENERGY_FIELD_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    BN_TILE_SIZE = 64,
+    BN_FIELD_FANOUT = 64,
+    BN_FIELD_LEVELS = 6, /* 64^6 values are enough for 2^31 texels */
+    BN_FIELD_SET = 1 << 30
+};
+
+/* What a change keeps up to date, and a search looks for. */
+enum { BN_FIELD_LOWEST = 1, BN_FIELD_HIGHEST = 2 };
+
+typedef struct bn_field_tile {
+    uint32_t x, y, z; /* its first texel */
+    uint32_t edge;    /* the axes it sticks out of the torus along; 0: all its texels exist */
+} bn_field_tile;
+
+typedef struct bn_field {
+    uint32_t extent[3];      /* texels; axes of extent 1 come last */
+    uint32_t tile_extent[2]; /* texels of a tile: 8 x 8 or 64 x 1 */
+    uint32_t tiles[2];       /* tiles along x and y */
+    size_t tile_count;
+    bn_field_tile *tile;
+    int32_t *energy; /* [tile_count][BN_TILE_SIZE] */
+
+    /* The kernel, with its centre's value of BN_FIELD_SET: offset (dx, dy, dz) stands at
+     * kernel[(dz * kernel_rows + dy) * kernel_stride + dx], zeros around. */
+    int32_t *kernel_block;
+    const int32_t *kernel;
+    ptrdiff_t kernel_rows, kernel_stride,
+        kernel_step;      /* step: between the 8-texel rows of a tile */
+    int32_t reach[3];     /* offsets run from -reach to reach */
+    int32_t *slice_reach; /* along x and y where not folded, by |dz|: the kernel ends at a sphere */
+    int folded[3];        /* the kernel is wider than the torus and has its images added up */
+
+    /* Tiles at the end of an axis that stick out: bit 0 along x, bit 1 along y. */
+    uint32_t edge[2];
+    _Alignas(64) int32_t edge_keep[4][BN_TILE_SIZE]; /* -1 where the texel exists */
+    _Alignas(64) int32_t edge_fill[4][BN_TILE_SIZE]; /* the largest integer where it does not */
+
+    int levels;
+    size_t level_count[BN_FIELD_LEVELS];
+    int32_t *lowest[BN_FIELD_LEVELS], *highest[BN_FIELD_LEVELS]; /* level 0: of tiles */
+    uint32_t *stamp[BN_FIELD_LEVELS], *touched[BN_FIELD_LEVELS]; /* of one change, levels above 0 */
+    uint32_t changes;
+} bn_field;
+
+/* The place of a texel: its tile and its position in it. */
+typedef struct bn_field_texel {
+    uint32_t tile, lane;
+} bn_field_texel;
+
+/* A field without a texel set, its energies small random numbers of the seed that break ties.
+ * `extent` may hold zeros nowhere. Returns 0 when memory is short; destroy it in any case. */
+int bn_field_create(bn_field *field, const uint32_t extent[3], double sigma, uint64_t seed);
+void bn_field_destroy(bn_field *field);
+
+/* Finds all extremes anew. */
+void bn_field_refresh(bn_field *field);
+
+/* The linear index of a texel in a row-major array, and back. */
+size_t bn_field_index(const bn_field *field, bn_field_texel texel);
+bn_field_texel bn_field_at(const bn_field *field, size_t index);
+
+#endif

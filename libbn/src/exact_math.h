@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Exponential and logarithm from the four basic operations alone, so that they give the same bits on
+ * every machine; the C library promises no such thing. Both are good to about 1e-15 relative. */
+#ifndef BN_EXACT_MATH_H
+#define BN_EXACT_MATH_H
+
+#include <math.h>
+
+#define BN_LN2_HIGH 0x1.62e42feep-1 /* the first 32 bits of ln 2, and the rest */
+#define BN_LN2_LOW 0x1.a39ef35793c76p-33
+
+/* e^x for x in [-700, 700]. */
+static inline double bn_exact_exp(double x) {
+    double scaled = x / (BN_LN2_HIGH + BN_LN2_LOW);
+    int whole = (int)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+    double rest = (x - whole * BN_LN2_HIGH) - whole * BN_LN2_LOW, sum = 1;
+    for (int i = 16; i >= 1; --i) sum = 1 + sum * rest / i;
+    return ldexp(sum, whole);
+}
+
+/* ln x for normal x > 0, by the series of 2 atanh((m - 1) / (m + 1)). */
+static inline double bn_exact_log(double x) {
+    int exponent;
+    double m = frexp(x, &exponent);
+    if (m < 0.70710678118654752) {
+        m *= 2;
+        --exponent;
+    }
+    double z = (m - 1) / (m + 1), square = z * z, sum = 0;
+    for (int i = 27; i >= 1; i -= 2) sum = sum * square + 1.0 / i;
+    return exponent * BN_LN2_HIGH + (exponent * BN_LN2_LOW + 2 * z * sum);
+}
+
+#endif

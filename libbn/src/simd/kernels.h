@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The inner loops, written once over the small vector types of vec.h. Each file of this folder that
+ * includes this one defines which instruction set it is. */
+#include "simd.h"
+#include "vec.h"
+
+#if defined(__GNUC__)
+#define BN_INLINE static inline __attribute__((always_inline))
+#else
+#define BN_INLINE static inline
+#endif
+
+/* ---- Extremes of 64 values ---- */
+
+BN_INLINE int32_t lowest_of_64(const int32_t *values) {
+    bn_i32v low = i32_load(values);
+    for (int i = BN_I32_LANES; i < 64; i += BN_I32_LANES) low = i32_min(low, i32_load(values + i));
+    return i32_lowest(low);
+}
+
+BN_INLINE int32_t highest_of_64(const int32_t *values) {
+    bn_i32v high = i32_load(values);
+    for (int i = BN_I32_LANES; i < 64; i += BN_I32_LANES)
+        high = i32_max(high, i32_load(values + i));
+    return i32_highest(high);
+}
+
+/* The position of the first of 64 values, or'ed with `fill`, that equals `value`, which occurs. */
+BN_INLINE uint32_t first_of_64(const int32_t *values, const int32_t *fill, int32_t value) {
+    const bn_i32v wanted = i32_set(value);
+    for (uint32_t i = 0;; i += BN_I32_LANES) {
+        bn_i32v v = i32_load(values + i);
+        if (fill != NULL) v = i32_or(v, i32_load(fill + i));
+        uint32_t bits = i32_equal_bits(v, wanted);
+        if (bits != 0) return i + first_bit(bits);
+    }
+}
+
+/* ---- Energy field ---- */
+
+/* Adds or subtracts the kernel over one tile and finds its extremes. */
+BN_INLINE void change_tile(bn_field *f, size_t index, const int32_t *kernel, uint32_t edge,
+                           int sign, int extremes) {
+    int32_t *energy = f->energy + index * BN_TILE_SIZE;
+    const ptrdiff_t step = f->kernel_step;
+    bn_i32v low = i32_set(INT32_MAX), high = i32_set(0);
+    for (int i = 0; i < BN_TILE_SIZE; i += BN_I32_LANES) {
+        bn_i32v value = i32_load(energy + i), add = i32_load_rows(kernel + i / 8 * step, step);
+        value = sign > 0 ? i32_add(value, add) : i32_subtract(value, add);
+        if (edge != 0) value = i32_and(value, i32_load(f->edge_keep[edge] + i));
+        i32_store(energy + i, value);
+        if (extremes & BN_FIELD_HIGHEST) high = i32_max(high, value);
+        if (extremes & BN_FIELD_LOWEST) {
+            if (edge != 0) value = i32_or(value, i32_load(f->edge_fill[edge] + i));
+            low = i32_min(low, value);
+        }
+    }
+    if (extremes & BN_FIELD_LOWEST) f->lowest[0][index] = i32_lowest(low);
+    if (extremes & BN_FIELD_HIGHEST) f->highest[0][index] = i32_highest(high);
+}
+
+/* The pieces of an axis under the kernel at c: texels first .. last stand at position + shift. */
+typedef struct piece {
+    int32_t first, last, shift;
+} piece;
+
+BN_INLINE int split(const bn_field *f, int axis, int32_t c, int32_t reach, piece pieces[2]) {
+    const int32_t extent = (int32_t)f->extent[axis], first = c - reach, last = c + reach;
+    if (f->folded[axis]) {
+        pieces[0] = (piece){0, extent - 1, 0};
+        return 1;
+    }
+    pieces[0] = (piece){first < 0 ? 0 : first, last < extent ? last : extent - 1, 0};
+    if (first < 0) {
+        pieces[1] = (piece){first + extent, extent - 1, -extent};
+        return 2;
+    }
+    if (last >= extent) {
+        pieces[1] = (piece){0, last - extent, extent};
+        return 2;
+    }
+    return 1;
+}
+
+BN_INLINE void touch(bn_field *f, int level, size_t group, size_t *count) {
+    if (f->stamp[level][group] == f->changes) return;
+    f->stamp[level][group] = f->changes;
+    f->touched[level][(*count)++] = (uint32_t)group;
+}
+
+/* One slice of the torus; `kernel` is the slice of the kernel at offset (0, 0). */
+BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
+                            const int32_t *kernel, int sign, int extremes, size_t *touched) {
+    const int line = f->tile_extent[1] == 1, log_x = line ? 6 : 3, log_y = line ? 0 : 3;
+    const int32_t tiles_x = (int32_t)f->tiles[0], tiles_y = (int32_t)f->tiles[1];
+    piece px[2], py[2];
+    const int nx = split(f, 0, c[0], reach, px), ny = split(f, 1, c[1], reach, py);
+    for (int iy = 0; iy < ny; ++iy) {
+        for (int32_t ty = py[iy].first >> log_y; ty <= py[iy].last >> log_y; ++ty) {
+            const int32_t *row =
+                kernel + (ty * (1 << log_y) + py[iy].shift - c[1]) * f->kernel_stride;
+            const int32_t band = ty & ~7, rows = tiles_y - band < 8 ? tiles_y - band : 8;
+            const size_t base =
+                (slice * f->tiles[1] + (uint32_t)band) * f->tiles[0] + (uint32_t)(ty & 7);
+            const uint32_t edge_y = ty + 1 == tiles_y ? f->edge[1] : 0;
+            for (int ix = 0; ix < nx; ++ix) {
+                for (int32_t tx = px[ix].first >> log_x; tx <= px[ix].last >> log_x; ++tx) {
+                    const size_t index = base + (size_t)tx * (uint32_t)rows;
+                    const uint32_t edge = edge_y | (tx + 1 == tiles_x ? f->edge[0] : 0);
+                    change_tile(f, index, row + (tx * (1 << log_x) + px[ix].shift - c[0]), edge,
+                                sign, extremes);
+                    if (f->levels > 1) touch(f, 1, index / BN_FIELD_FANOUT, touched);
+                }
+            }
+        }
+    }
+}
+
+BN_INLINE void change(bn_field *f, bn_field_texel texel, int sign, int extremes) {
+    const bn_field_tile *home = &f->tile[texel.tile];
+    const int32_t c[2] = {(int32_t)(home->x + (texel.lane & (f->tile_extent[0] - 1))),
+                          (int32_t)(home->y + (f->tile_extent[1] == 1 ? 0 : texel.lane >> 3))};
+    const int32_t cz = (int32_t)home->z;
+    const ptrdiff_t slice_size = f->kernel_rows * f->kernel_stride;
+    size_t touched = 0;
+    ++f->changes;
+    if (f->extent[2] == 1) {
+        change_slice(f, 0, c, f->slice_reach[0], f->kernel, sign, extremes, &touched);
+    } else {
+        piece pz[2];
+        const int nz = split(f, 2, cz, f->reach[2], pz);
+        for (int iz = 0; iz < nz; ++iz) {
+            for (int32_t z = pz[iz].first; z <= pz[iz].last; ++z) {
+                const int32_t dz = z + pz[iz].shift - cz;
+                change_slice(f, (size_t)z, c, f->slice_reach[dz < 0 ? -dz : dz],
+                             f->kernel + dz * slice_size, sign, extremes, &touched);
+            }
+        }
+    }
+    for (int level = 1; level < f->levels; ++level) {
+        size_t above = 0;
+        for (size_t i = 0; i < touched; ++i) {
+            const size_t group = f->touched[level][i], first = group * BN_FIELD_FANOUT;
+            if (extremes & BN_FIELD_LOWEST) {
+                f->lowest[level][group] = lowest_of_64(f->lowest[level - 1] + first);
+            }
+            if (extremes & BN_FIELD_HIGHEST) {
+                f->highest[level][group] = highest_of_64(f->highest[level - 1] + first);
+            }
+            if (level + 1 < f->levels) touch(f, level + 1, group / BN_FIELD_FANOUT, &above);
+        }
+        touched = above;
+    }
+}
+
+/* A compiled form for each use: filling, emptying, and moving texels. */
+static void field_change(bn_field *f, bn_field_texel texel, int sign, int extremes) {
+    if (sign > 0) {
+        if (extremes == BN_FIELD_LOWEST) {
+            change(f, texel, 1, BN_FIELD_LOWEST);
+        } else {
+            change(f, texel, 1, BN_FIELD_LOWEST | BN_FIELD_HIGHEST);
+        }
+    } else {
+        if (extremes == BN_FIELD_HIGHEST) {
+            change(f, texel, -1, BN_FIELD_HIGHEST);
+        } else {
+            change(f, texel, -1, BN_FIELD_LOWEST | BN_FIELD_HIGHEST);
+        }
+    }
+}
+
+static bn_field_texel field_find(const bn_field *f, int extreme) {
+    const int low = extreme == BN_FIELD_LOWEST;
+    int32_t *const *values = low ? f->lowest : f->highest;
+    const int top = f->levels - 1;
+    const int32_t value = low ? lowest_of_64(values[top]) : highest_of_64(values[top]);
+    size_t index = first_of_64(values[top], NULL, value);
+    for (int level = top - 1; level >= 0; --level) {
+        index *= BN_FIELD_FANOUT;
+        index += first_of_64(values[level] + index, NULL, value);
+    }
+    const uint32_t edge = f->tile[index].edge;
+    bn_field_texel texel = {(uint32_t)index,
+                            first_of_64(f->energy + index * BN_TILE_SIZE,
+                                        edge != 0 ? f->edge_fill[edge] : NULL, value)};
+    return texel;
+}
+
+/* ---- Annealing ---- */
+
+static int32_t window_difference(const int16_t *first, const int16_t *second, size_t stride,
+                                 const int16_t *weights, uint32_t rows, uint32_t row_lanes,
+                                 int16_t low, int16_t high) {
+    const bn_i16x16 lows = i16_set(low), highs = i16_set(high);
+    bn_i32x8 plus = x8_zero(), minus = x8_zero();
+    for (uint32_t y = 0; y < rows; ++y) {
+        for (uint32_t x = 0; x < row_lanes; x += BN_WINDOW_LANES) {
+            bn_i16x16 weight = i16_load(weights + x);
+            minus = i16_multiply_add(minus, i16_clamp(i16_load(first + x), lows, highs), weight);
+            plus = i16_multiply_add(plus, i16_clamp(i16_load(second + x), lows, highs), weight);
+        }
+        first += stride;
+        second += stride;
+        weights += row_lanes;
+    }
+    return x8_sum(x8_subtract(plus, minus));
+}
+
+const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME, field_change, field_find, window_difference};

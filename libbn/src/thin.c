@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Thinning of a sparse pattern: the first and the last ranks of void-and-cluster.
+ *
+ * Where points stand further apart than the Gaussian reaches, its sums say nothing, and taking away
+ * the "tightest cluster" would be left to rounding. So the Gaussian grows with the spacing of the
+ * points that are left (0.45 of it, where void-and-cluster's own stands at the usual density of the
+ * initial pattern), which keeps the pattern blue at every grey level down to single points. The
+ * points lie in cells of the kernel's reach. Energies are integers that only fall, so the next point
+ * comes from a queue of buckets whose entries are put right when they come up. Time and memory are
+ * linear in the points. */
+#include "thin.h"
+#include "exact_math.h"
+#include "hash.h"
+#include "memory.h"
+#include <string.h>
+
+static const double BN_THIN_SIGMA = 0.45; /* in spacings */
+static const double BN_THIN_REACH = 3.5;  /* in sigmas */
+static const double BN_THIN_STAGE = 0.5;  /* share of the points left when the Gaussian grows */
+
+enum { BN_THIN_TABLE = 1024, BN_THIN_BUCKETS = 1024 };
+static const uint32_t BN_THIN_NONE = UINT32_MAX;
+
+typedef struct thin {
+    const uint32_t *extent;
+    /* Of the points that are left, in the order of their cells. A point that was taken away is
+     * BN_THIN_NONE. The energy is the sum of the weights of a point's pairs. */
+    uint32_t *point, *x, *y, *z, *energy;
+    uint32_t *cell_of, *cell_start, *next, *scratch;
+    size_t count;
+    uint32_t cells[3];
+    uint64_t scale; /* of squared distance to table entries, by 2^32 */
+    uint64_t bucket_scale;
+    uint32_t bucket[BN_THIN_BUCKETS];
+    uint32_t table[BN_THIN_TABLE + 1]; /* the last: nothing */
+} thin;
+
+double bn_spacing(const uint32_t extent[3], size_t points) {
+    int used[3] = {1, 1, 1};
+    for (;;) {
+        double volume = 1, spacing;
+        int axes = 0, narrow = -1;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!used[axis]) continue;
+            volume *= extent[axis];
+            ++axes;
+            if (narrow < 0 || extent[axis] < extent[narrow]) narrow = axis;
+        }
+        spacing = volume / (double)points;
+        if (axes == 3) spacing = bn_exact_exp(bn_exact_log(spacing) / 3);
+        if (axes == 2) spacing = sqrt(spacing);
+        if (axes == 1 || extent[narrow] >= spacing) return spacing;
+        used[narrow] = 0;
+    }
+}
+
+double bn_thin_spacing(double sigma) {
+    return sigma / BN_THIN_SIGMA;
+}
+
+static uint32_t cell_along(const thin *t, int axis, uint32_t at) {
+    return (uint32_t)((uint64_t)at * t->cells[axis] / t->extent[axis]);
+}
+
+static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
+    uint32_t d = a > b ? a - b : b - a;
+    d = d < extent - d ? d : extent - d;
+    return (uint64_t)d * d;
+}
+
+/* Runs over the points first .. last - 1 near `slot`: with `collect` adds the weight of each pair
+ * to both, else takes this one's weight from the others. Points taken away join in: nobody looks.
+ */
+static void visit_range(thin *t, uint32_t slot, uint32_t first, uint32_t last, int collect) {
+    const uint32_t x = t->x[slot], y = t->y[slot], z = t->z[slot];
+    uint32_t sum = 0;
+    for (uint32_t other = first; other < last; ++other) {
+        uint64_t square =
+            square_along(x, t->x[other], t->extent[0]) + square_along(y, t->y[other], t->extent[1]);
+        if (t->extent[2] > 1) square += square_along(z, t->z[other], t->extent[2]);
+        const uint64_t entry = square * t->scale >> 32;
+        const uint32_t weight = t->table[entry < BN_THIN_TABLE ? entry : BN_THIN_TABLE];
+        if (collect) {
+            sum += weight;
+            t->energy[other] += weight;
+        } else {
+            t->energy[other] -= weight;
+        }
+    }
+    if (collect) t->energy[slot] += sum;
+}
+
+static void visit(thin *t, uint32_t slot, int collect) {
+    const uint32_t at[3] = {t->x[slot], t->y[slot], t->z[slot]};
+    uint32_t from[3], number[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const uint32_t cells = t->cells[axis], home = cell_along(t, axis, at[axis]);
+        number[axis] = cells < 3 ? cells : 3;
+        from[axis] = cells < 3 ? 0 : home == 0 ? cells - 1 : home - 1;
+    }
+    for (uint32_t z = 0; z < number[2]; ++z) {
+        uint32_t cz = from[2] + z < t->cells[2] ? from[2] + z : from[2] + z - t->cells[2];
+        for (uint32_t y = 0; y < number[1]; ++y) {
+            uint32_t cy = from[1] + y < t->cells[1] ? from[1] + y : from[1] + y - t->cells[1];
+            uint32_t row = (cz * t->cells[1] + cy) * t->cells[0];
+            /* The cells along x lie side by side, but for those beyond the torus' edge. */
+            uint32_t end = from[0] + number[0], wrapped = end > t->cells[0] ? end - t->cells[0] : 0;
+            const uint32_t ranges[2][2] = {
+                {t->cell_start[row + from[0]], t->cell_start[row + end - wrapped]},
+                {t->cell_start[row], t->cell_start[row + wrapped]}};
+            for (int i = 0; i < 2; ++i) {
+                uint32_t first = ranges[i][0];
+                /* Each pair once, and none with itself. */
+                if (collect && first <= slot) first = slot + 1;
+                visit_range(t, slot, first, ranges[i][1], collect);
+            }
+        }
+    }
+}
+
+/* Moves values[i] to where cell order has it: position[i]. */
+static void reorder(thin *t, uint32_t **values) {
+    uint32_t *from = *values;
+    for (size_t i = 0; i < t->count; ++i) t->scratch[t->cell_of[i]] = from[i];
+    *values = t->scratch;
+    t->scratch = from;
+}
+
+static void sort_into_cells(thin *t, double reach) {
+    size_t cells = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        double fit = t->extent[axis] / (reach + 1);
+        t->cells[axis] = fit < 1 ? 1 : (uint32_t)fit;
+        cells *= t->cells[axis];
+    }
+    memset(t->cell_start, 0, (cells + 2) * sizeof *t->cell_start);
+    for (size_t i = 0; i < t->count; ++i) {
+        t->cell_of[i] =
+            (cell_along(t, 2, t->z[i]) * t->cells[1] + cell_along(t, 1, t->y[i])) * t->cells[0] +
+            cell_along(t, 0, t->x[i]);
+        ++t->cell_start[t->cell_of[i] + 2];
+    }
+    for (size_t c = 2; c < cells + 2; ++c) t->cell_start[c] += t->cell_start[c - 1];
+    for (size_t i = 0; i < t->count; ++i) {
+        t->cell_of[i] = t->cell_start[t->cell_of[i] + 1]++;
+    }
+    reorder(t, &t->point);
+    reorder(t, &t->x);
+    reorder(t, &t->y);
+    reorder(t, &t->z);
+}
+
+static void push(thin *t, uint32_t slot) {
+    uint32_t *head = &t->bucket[t->energy[slot] * t->bucket_scale >> 32];
+    t->next[slot] = *head;
+    *head = slot;
+}
+
+/* Chooses the Gaussian for t->count points, and finds their cells, energies and buckets. */
+static void begin_stage(thin *t, uint64_t seed) {
+    const double reach = BN_THIN_REACH * BN_THIN_SIGMA * bn_spacing(t->extent, t->count);
+    uint32_t most = 0;
+    t->scale = (uint64_t)((double)BN_THIN_TABLE * 0x1p32 / (reach * reach));
+    sort_into_cells(t, reach);
+    memset(t->energy, 0, t->count * sizeof *t->energy);
+    for (size_t i = 0; i < t->count; ++i) visit(t, (uint32_t)i, 1);
+    for (size_t i = 0; i < t->count; ++i) most = t->energy[i] > most ? t->energy[i] : most;
+    t->bucket_scale = ((uint64_t)BN_THIN_BUCKETS << 32) / ((uint64_t)most + 1);
+    for (int i = 0; i < BN_THIN_BUCKETS; ++i) t->bucket[i] = BN_THIN_NONE;
+    /* A bucket's points come in an order that has nothing to do with where they are. */
+    uint32_t size = 1;
+    while (size < t->count) size *= 2;
+    const uint32_t step = (uint32_t)(bn_mix64(seed ^ t->count) | 1u);
+    for (uint32_t i = 0; i < size; ++i) {
+        uint32_t slot = (i * step + step / 2) & (size - 1);
+        if (slot < t->count) push(t, slot);
+    }
+}
+
+/* Takes away points until `left` are left; their list grows downwards from `removed`. */
+static void take_away(thin *t, size_t left, uint32_t *removed) {
+    int top = BN_THIN_BUCKETS - 1;
+    for (size_t remaining = t->count; remaining > left;) {
+        const uint32_t slot = t->bucket[top];
+        if (slot == BN_THIN_NONE) {
+            --top;
+            continue;
+        }
+        t->bucket[top] = t->next[slot];
+        if ((int)(t->energy[slot] * t->bucket_scale >> 32) < top) {
+            push(t, slot);
+            continue;
+        }
+        *--removed = t->point[slot];
+        t->point[slot] = BN_THIN_NONE;
+        --remaining;
+        visit(t, slot, 0);
+    }
+}
+
+int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count) {
+    if (count < 2) return 1;
+    thin *t = bn_allocate_zero(1, sizeof *t);
+    if (t == NULL) return 0;
+    uint32_t **const arrays[] = {&t->point,   &t->x,    &t->y,      &t->z,
+                                 &t->cell_of, &t->next, &t->energy, &t->scratch};
+    enum { array_count = sizeof arrays / sizeof *arrays };
+    int good = 1;
+    for (int i = 0; i < array_count; ++i) {
+        *arrays[i] = bn_allocate(count, sizeof **arrays[i]);
+        good = good && *arrays[i] != NULL;
+    }
+    /* A cell is never smaller than the reach, which is above 1.5 spacings. */
+    t->cell_start = bn_allocate(count + 8, sizeof *t->cell_start);
+    if (!good || t->cell_start == NULL) {
+        good = 0;
+        goto done;
+    }
+    t->extent = extent;
+    t->count = count;
+    for (int i = 0; i < BN_THIN_TABLE; ++i) {
+        double x = BN_THIN_REACH * BN_THIN_REACH / 2 * (i + 0.5) / BN_THIN_TABLE;
+        t->table[i] = (uint32_t)(0x1p24 * bn_exact_exp(-x));
+    }
+    for (size_t i = 0; i < count; ++i) {
+        size_t line = points[i] / extent[0];
+        t->point[i] = points[i];
+        t->x[i] = points[i] % extent[0];
+        t->y[i] = (uint32_t)(line % extent[1]);
+        t->z[i] = (uint32_t)(line / extent[1]);
+    }
+    while (t->count > 1) {
+        size_t left = (size_t)(BN_THIN_STAGE * (double)t->count), kept = 0;
+        if (left < 1) left = 1;
+        begin_stage(t, seed);
+        take_away(t, left, points + t->count);
+        for (size_t i = 0; i < t->count; ++i) {
+            if (t->point[i] == BN_THIN_NONE) continue;
+            t->point[kept] = t->point[i];
+            t->x[kept] = t->x[i];
+            t->y[kept] = t->y[i];
+            t->z[kept++] = t->z[i];
+        }
+        t->count = left;
+    }
+    points[0] = t->point[0];
+done:
+    for (int i = 0; i < array_count; ++i) bn_free(*arrays[i]);
+    bn_free(t->cell_start);
+    bn_free(t);
+    return good;
+}
