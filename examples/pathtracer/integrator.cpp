@@ -12,9 +12,10 @@ namespace {
 // The first bounces decide most of a pixel; roulette there would cost more noise than time.
 constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 
+// The weight of a sample of density pdf > 0.
 float power_heuristic(float pdf, float other_pdf) {
-    const float a = pdf * pdf, b = other_pdf * other_pdf;
-    return a / (a + b);
+    const float ratio = other_pdf / pdf;
+    return 1 / (1 + ratio * ratio);
 }
 
 } // namespace
@@ -34,7 +35,7 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint
     const PixelSample sample = {integrator.sampler, x, y, index};
     const float light_count = static_cast<float>(scene.lights.size());
 
-    const Vec2 in_pixel = pair01(draw(sample, integrator.pixel));
+    const Vec2 in_pixel = pair01(draw(sample, integrator.pixel, 2));
     Ray ray = camera_ray(scene.camera,
                          {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y});
     Vec3 radiance = {0, 0, 0};
@@ -45,7 +46,7 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint
         Hit hit;
         ++ray_count;
         if (!intersect(*integrator.geometry, ray, hit)) break;
-        const Surface surface = scene.surfaces[hit.quad];
+        const Surface surface = scene.surfaces[hit.triangle];
         const float facing = -dot(hit.normal, ray.direction); // > 0: the front is seen
 
         // ---- Light that the ray ran into
@@ -67,7 +68,7 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint
 
         // ---- Next event: a point on a light
         if (!scene.lights.empty()) {
-            const Draw u = draw(sample, domains.light);
+            const Draw u = draw(sample, domains.light, scene.lights.size() > 1 ? 4 : 2);
             const auto chosen = static_cast<size_t>(u.u[2] * light_count);
             const Light &light = scene.lights[std::min(chosen, scene.lights.size() - 1)];
             const LightSample to_light = light_sample(light, point, pair01(u));
@@ -85,12 +86,14 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint
         }
 
         // ---- The next ray, and roulette for it
-        const Draw u = draw(sample, domains.scatter);
+        const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
+        const Draw u = draw(sample, domains.scatter, roulette ? 4 : 2);
         const MaterialSample scatter = material_sample(material, frame, pair01(u));
         if (!(scatter.pdf > 0)) break;
         throughput *= scatter.weight;
-        if (bounce >= FIRST_ROULETTE_BOUNCE) {
-            const float survival = std::min(max_component(throughput), 1.0f);
+        if (roulette) {
+            // The share of light the bounce keeps, so that survivors carry on undimmed.
+            const float survival = std::min(max_component(scatter.weight), 1.0f);
             if (u.u[2] >= survival) break;
             throughput = (1 / survival) * throughput;
         }

@@ -66,19 +66,20 @@ GeometryPointer geometry_build(const Scene &scene) {
     rtcSetSceneFlags(geometry->scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(geometry->scene, RTC_BUILD_QUALITY_HIGH);
 
-    RTCGeometry quads = rtcNewGeometry(geometry->device, RTC_GEOMETRY_TYPE_QUAD);
-    void *vertices = rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+    RTCGeometry mesh = rtcNewGeometry(geometry->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    void *vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              sizeof(Vec3), scene.vertices.size());
-    void *indices = rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4,
-                                            sizeof(Quad), scene.quads.size());
-    if (vertices && indices) {
+    void *triangles = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              sizeof(Triangle), scene.triangles.size());
+    if (vertices && triangles) {
         std::copy(scene.vertices.begin(), scene.vertices.end(), static_cast<Vec3 *>(vertices));
-        std::copy(scene.quads.begin(), scene.quads.end(), static_cast<Quad *>(indices));
-        rtcCommitGeometry(quads);
-        rtcAttachGeometry(geometry->scene, quads);
+        std::copy(scene.triangles.begin(), scene.triangles.end(),
+                  static_cast<Triangle *>(triangles));
+        rtcCommitGeometry(mesh);
+        rtcAttachGeometry(geometry->scene, mesh);
         rtcCommitScene(geometry->scene);
     }
-    rtcReleaseGeometry(quads);
+    rtcReleaseGeometry(mesh);
 
     rtcSetDeviceErrorFunction(geometry->device, nullptr, nullptr);
     if (!error.empty()) throw Error("Embree cannot take in the scene: " + error);
@@ -106,7 +107,7 @@ bool intersect(const Geometry &geometry, const Ray &ray, Hit &hit) {
 #endif
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     hit.distance = query.ray.tfar;
-    hit.quad = query.hit.primID;
+    hit.triangle = query.hit.primID;
     hit.normal = normalize({query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z});
     return true;
 }

@@ -10,8 +10,8 @@
 
 struct Hit {
     float distance;
-    uint32_t quad; // index into Scene::quads
-    Vec3 normal;   // geometric, unit, on the front of the quad
+    uint32_t triangle; // index into Scene::triangles
+    Vec3 normal;       // geometric, unit, on the front of the triangle
 };
 
 // The acceleration structure of a scene. It holds no reference to the scene.

@@ -2,9 +2,12 @@
 // Files that are there whole or not at all.
 #include "output_file.h"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <string>
 #include <system_error>
 
 #include "error.h"
@@ -14,16 +17,18 @@ namespace fs = std::filesystem;
 namespace {
 
 // The file a name stands for: a link keeps pointing at it.
-fs::path resolve(const fs::path &path) {
+fs::path resolve(fs::path path) {
     std::error_code ignored;
-    if (!fs::is_symlink(path, ignored)) return path;
-    const fs::path target = fs::weakly_canonical(path, ignored);
-    return target.empty() ? path : target;
+    for (int links = 0; links < 40 && fs::is_symlink(path, ignored); ++links) {
+        const fs::path target = fs::read_symlink(path, ignored);
+        path = target.is_absolute() ? target : path.parent_path() / target;
+    }
+    return path;
 }
 
 fs::path beside(const fs::path &path) {
     fs::path result = path;
-    result += ".part";
+    result += ".part-" + std::to_string(getpid());
     return result;
 }
 

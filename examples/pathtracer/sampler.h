@@ -3,14 +3,17 @@
 //
 // Every decision of a path has a domain, and domains follow the call tree:
 //
-//     root ─ pixel                  (0,1) position in the pixel
-//          └ bounce 0, 1, ... ─ light     (0,1) point on the light   (2) which light
-//                             └ scatter   (0,1) direction            (2) roulette
+//     root - pixel                    (0,1) position in the pixel
+//          - bounce - 0, 1, 2 ...
+//                       - light       (0,1) point on the light   (2) which light
+//                       - scatter     (0,1) direction            (2) roulette
 //
-// One 4-D draw serves what belongs together. Two-dimensional decisions stay on the pairs (0,1) and
-// (2,3), where samples are blue and stratified; different domains are independent, so a further
-// decision gets a domain of its own and no other one notices. Draws are pure functions of pixel,
-// index and domain: nothing is stored, and threads, tiles and crops cannot change a picture.
+// The four dimensions of a domain serve what belongs together; two-dimensional decisions stay on
+// the pairs (0,1) and (2,3), where samples are blue and stratified. Different domains are
+// independent, so a new decision gets a domain of its own and none of the others notices. A 2-D
+// draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
+// Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
+// crops cannot change a picture.
 #pragma once
 
 #include <bn/bn.h>
@@ -69,13 +72,18 @@ struct PixelSample {
     uint32_t index;
 };
 
+// Numbers in [0, 1); those not drawn are 0.
 struct Draw {
-    float u[4]; // each in [0, 1)
+    float u[4];
 };
 
-inline Draw draw(const PixelSample &s, uint32_t domain) {
-    Draw result;
-    bn_sample_4d(s.sampler, s.x, s.y, s.index, domain, result.u);
+// The first `dimensions` of a domain: 2 or 4.
+inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
+    Draw result{};
+    if (dimensions == 2)
+        bn_sample_2d(s.sampler, s.x, s.y, s.index, domain, result.u);
+    else
+        bn_sample_4d(s.sampler, s.x, s.y, s.index, domain, result.u);
     return result;
 }
 

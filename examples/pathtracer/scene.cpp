@@ -19,20 +19,26 @@ uint32_t add_material(Scene &scene, Vec3 albedo) {
     return static_cast<uint32_t>(scene.materials.size() - 1);
 }
 
-void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+// A quadrilateral, its corners counter-clockwise as seen from its front. It need not be flat.
+void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
     const auto first = static_cast<uint32_t>(scene.vertices.size());
     scene.vertices.insert(scene.vertices.end(), {a, b, c, d});
-    scene.quads.push_back({{first, first + 1, first + 2, first + 3}});
-    scene.surfaces.push_back({material, -1});
+    scene.triangles.push_back({{first, first + 1, first + 2}});
+    scene.triangles.push_back({{first, first + 2, first + 3}});
+    scene.surfaces.insert(scene.surfaces.end(), 2, surface);
 }
 
-// A parallelogram that shines towards the side from which a, b, c run counter-clockwise.
+void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+    add_quad(scene, Surface{material, -1}, a, b, c, d);
+}
+
+// A parallelogram that shines to the side from which a, b, c run counter-clockwise.
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
     const Vec3 edge_u = b - a, edge_v = c - b;
     const Vec3 normal = cross(edge_u, edge_v);
-    add_quad(scene, material, a, b, c, a + edge_v);
-    scene.surfaces.back().light = static_cast<int32_t>(scene.lights.size());
+    const auto light = static_cast<int32_t>(scene.lights.size());
     scene.lights.push_back({a, edge_u, edge_v, normalize(normal), length(normal), radiance});
+    add_quad(scene, Surface{material, light}, a, b, c, a + edge_v);
 }
 
 // A block that stands on the floor: the four corners of its top in order around it. It has no

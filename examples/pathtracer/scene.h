@@ -10,11 +10,9 @@
 #include "light.h"
 #include "material.h"
 
-// A quadrilateral, four vertices in order around it; counter-clockwise as seen from its front. It
-// need not be flat: it is two triangles that share the diagonal from the second to the fourth
-// vertex.
-struct Quad {
-    uint32_t vertices[4];
+// Counter-clockwise as seen from its front.
+struct Triangle {
+    uint32_t vertices[3];
 };
 
 struct Surface {
@@ -25,8 +23,8 @@ struct Surface {
 struct Scene {
     Camera camera;
     std::vector<Vec3> vertices;
-    std::vector<Quad> quads;
-    std::vector<Surface> surfaces; // one for each quad
+    std::vector<Triangle> triangles;
+    std::vector<Surface> surfaces; // one for each triangle
     std::vector<Material> materials;
     std::vector<Light> lights;
 };

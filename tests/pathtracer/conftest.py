@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The binary under test: $BN_PATHTRACER, else the default build folder's."""
+
+import os
+import pathlib
+
+import pytest
+from pathtracer_driver import PathTracer
+
+DEFAULT_BINARY = (
+    pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
+)
+
+
+@pytest.fixture
+def pathtracer(tmp_path):
+    binary = pathlib.Path(os.environ.get("BN_PATHTRACER", DEFAULT_BINARY)).absolute()
+    if "BN_PATHTRACER" not in os.environ and not binary.exists():
+        pytest.skip(f"no path tracer at {binary}; build it or set BN_PATHTRACER")
+    return PathTracer(binary, tmp_path)

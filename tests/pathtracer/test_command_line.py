@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: what it says, and that bad input ends in one clear line and no file."""
+
+import os
+import pty
+import resource
+import signal
+import subprocess
+import time
+
+import pytest
+from PIL import Image
+
+HUGE = ["--size", "8192x8192", "--spp", 1000000]  # would take days
+
+
+def failure(pathtracer, *arguments, **options):
+    """Runs what must fail; returns its one line on stderr."""
+    before = sorted(os.listdir(pathtracer.folder))
+    done = pathtracer.run(*arguments, **options)
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.startswith("pathtracer: ") and done.stderr.endswith("\n")
+    assert done.stderr.count("\n") == 1
+    assert sorted(os.listdir(pathtracer.folder)) == before
+    return done.stderr
+
+
+def test_help_and_list(pathtracer):
+    text = pathtracer.run("--help")
+    assert text.returncode == 0 and text.stderr == ""
+    options = "--scene --sampler --spp --declare --size --seed --threads --max-depth --mask --reference"
+    options += " --crop --first-sample --exposure --quiet --list --help -o"
+    for option in options.split():
+        assert option in text.stdout
+    listing = pathtracer.run("--list")
+    assert listing.returncode == 0 and listing.stderr == ""
+    for name in ("cornell", "furnace", "blue", "sobol", "white", "zorder", "mask"):
+        assert name in listing.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scene", "teapot"], ["teapot", "cornell"]),
+        (["--sampler", "pink"], ["pink", "blue", "sobol", "white", "zorder", "mask"]),
+        (["--spp", "0"], ["--spp", "'0'", "1"]),
+        (["--spp", "-3"], ["--spp", "'-3'"]),
+        (["--spp", "99999999999999999999"], ["--spp"]),
+        (["--spp", "4x"], ["--spp", "'4x'"]),
+        (["--spp", ""], ["--spp", "''"]),
+        (["--spp"], ["--spp", "value"]),
+        (["--size", "0x64"], ["--size", "'0x64'"]),
+        (["--size", "64x"], ["--size"]),
+        (["--size", "64"], ["--size"]),
+        (["--size", "64x64x3"], ["--size"]),
+        (["--size", "1000000x1000000"], ["--size", "65536"]),
+        (["--size", "65536x65536"], ["--crop"]),
+        (["--seed", "-1"], ["--seed", "'-1'"]),
+        (["--seed", "18446744073709551616"], ["--seed", "18446744073709551615"]),
+        (["--threads", "0"], ["--threads"]),
+        (["--threads", "100000"], ["--threads", "1024"]),
+        (["--max-depth", "-1"], ["--max-depth"]),
+        (["--max-depth", "1e3"], ["--max-depth"]),
+        (["--declare", "many"], ["--declare"]),
+        (["--first-sample", "4294967295", "--spp", "2"], ["--first-sample", "4294967295"]),
+        (["--exposure", "nan"], ["--exposure", "'nan'"]),
+        (["--exposure", "1000"], ["--exposure"]),
+        (["--crop", "0,0,10"], ["--crop"]),
+        (["--crop", "0,0,0,10"], ["--crop"]),
+        (["--crop", "5,0,3,10"], ["--crop"]),
+        (["--crop", "-1,0,3,10"], ["--crop"]),
+        (["--crop", "0,0,10,10", "--size", "9x20"], ["--crop", "9x20"]),
+        (["--fast"], ["--fast", "--help"]),
+        (["scene.obj"], ["scene.obj", "--help"]),
+        (["--mask", "builtin"], ["--mask", "blue"]),
+        (["--sampler", "mask", "--mask", "absent.png"], ["absent.png"]),
+        (["--reference", "absent.exr"], ["absent.exr"]),
+    ],
+)
+def test_bad_arguments(pathtracer, arguments, said):
+    message = failure(pathtracer, "-o", "out.exr", *arguments, timeout=20)
+    for word in said:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("output", "said"),
+    [
+        ("absent/out.exr", ["absent/out.exr", "No such file"]),
+        ("file/out.exr", ["file/out.exr", "Not a directory"]),
+        ("folder.exr", ["folder.exr", "regular"]),
+        ("out.png", ["out.png", ".exr"]),
+        ("", ["-o"]),
+    ],
+)
+def test_unwritable_output_is_found_before_rendering(pathtracer, output, said):
+    (pathtracer.folder / "file").write_text("a file")
+    (pathtracer.folder / "folder.exr").mkdir()
+    message = failure(pathtracer, *HUGE, "-o", output, timeout=20)
+    for word in said:
+        assert word in message
+
+
+def test_the_output_is_required(pathtracer):
+    assert "-o" in failure(pathtracer, "--spp", 1)
+
+
+def test_a_preview_that_cannot_be_written_is_found_before_rendering(pathtracer):
+    (pathtracer.folder / "out.png").mkdir()
+    assert "out.png" in failure(pathtracer, *HUGE, "-o", "out.exr", timeout=20)
+
+
+def test_a_reference_of_another_size(pathtracer):
+    reference = pathtracer.render("--size", "16x12", "--spp", 1)
+    message = failure(pathtracer, *HUGE, "--reference", reference, "-o", "out.exr", timeout=20)
+    assert "16x12" in message and "8192x8192" in message
+    part = pathtracer.render("--size", "16x12", "--spp", 1, "--crop", "0,0,8,8")
+    common = ["--size", "16x12", "--spp", 1, "--reference", part, "-o", "out.exr"]
+    assert "part" in failure(pathtracer, *common)
+    assert pathtracer.run(*common, "--crop", "2,2,8,8").returncode == 0
+
+
+@pytest.mark.parametrize("damage", ["truncated", "foreign", "empty"])
+def test_a_reference_that_is_none(pathtracer, damage):
+    reference = pathtracer.render("--size", "64x64", "--spp", 1)
+    whole = reference.read_bytes()
+    reference.write_bytes({"truncated": whole[:3000], "foreign": b"text" * 999, "empty": b""}[damage])
+    message = failure(pathtracer, "--size", "64x64", "--reference", reference, "-o", "out.exr")
+    assert str(reference) in message
+
+
+def test_a_mask_that_is_none(pathtracer):
+    (pathtracer.folder / "text.png").write_text("no picture")
+    Image.new("L", (5000, 5000)).save(pathtracer.folder / "large.png")
+    common = ["--sampler", "mask", "-o", "out.exr"]
+    assert "text.png" in failure(pathtracer, *common, "--mask", "text.png")
+    assert "large.png" in failure(pathtracer, *common, "--mask", "large.png")
+
+
+def test_a_full_disk_leaves_the_old_file(pathtracer):
+    """A limit on file sizes takes the way of a full disk: the last bytes cannot be written."""
+    old = pathtracer.render("--size", "8x8", "--spp", 1)
+    before = old.read_bytes()
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+
+    message = failure(
+        pathtracer, "--size", "128x128", "--spp", 1, "-o", old, preexec_fn=limit, timeout=20
+    )
+    assert str(old) in message and "cannot write" in message
+    assert old.read_bytes() == before
+
+
+def test_a_link_keeps_its_target(pathtracer):
+    (pathtracer.folder / "deep").mkdir()
+    link = pathtracer.folder / "link.exr"
+    link.symlink_to("deep/target.exr")
+    assert pathtracer.run("--size", "8x8", "--spp", 1, "-o", link).returncode == 0
+    assert link.is_symlink()
+    assert (pathtracer.folder / "deep/target.exr").stat().st_size > 0
+
+
+def test_a_pipe_sees_no_progress(pathtracer):
+    common = ["--size", "96x96", "--spp", 16]
+    loud = pathtracer.run(*common, "-o", "out.exr")
+    assert loud.returncode == 0 and loud.stderr == ""
+    assert loud.stdout.count("\n") == 1 and "rays/s" in loud.stdout
+    quiet = pathtracer.run(*common, "--quiet", "-o", "out.exr")
+    assert quiet.returncode == 0 and quiet.stderr == "" and quiet.stdout == ""
+    assert sorted(os.listdir(pathtracer.folder)) == ["out.exr", "out.png"]
+
+
+def read_terminal(leader, until):
+    """Reads what a program shows on its terminal until `until` has come or it closes it."""
+    shown = b""
+    deadline = time.monotonic() + 60
+    while until not in shown and time.monotonic() < deadline:
+        try:
+            chunk = os.read(leader, 4096)
+        except OSError:
+            break
+        if not chunk:
+            break
+        shown += chunk
+    return shown.decode()
+
+
+def test_a_terminal_sees_progress_and_an_interrupt_leaves_nothing(pathtracer):
+    leader, follower = pty.openpty()
+    program = subprocess.Popen(
+        [pathtracer.binary, *map(str, HUGE), "-o", "out.exr"],
+        stderr=follower,
+        stdout=subprocess.PIPE,
+        cwd=pathtracer.folder,
+    )
+    os.close(follower)
+    shown = read_terminal(leader, b"rays/s")
+    program.send_signal(signal.SIGINT)
+    assert program.wait(timeout=20) != 0
+    program.stdout.close()
+    os.close(leader)
+    assert "rays/s" in shown and "%" in shown
+    assert os.listdir(pathtracer.folder) == []
+
+
+def test_a_terminal_sees_the_time_left(pathtracer):
+    leader, follower = pty.openpty()
+    with subprocess.Popen(
+        [pathtracer.binary, "--size", "128x128", "--spp", "96", "--threads", "1", "-o", "out.exr"],
+        stderr=follower,
+        stdout=subprocess.DEVNULL,
+        cwd=pathtracer.folder,
+    ) as program:
+        os.close(follower)
+        shown = read_terminal(leader, b"100.0 %")
+        os.close(leader)
+        assert program.wait(timeout=60) == 0
+    assert "s left" in shown and "100.0 %" in shown

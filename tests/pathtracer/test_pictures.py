@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a picture may not depend on, and what is written beside it."""
+
+import numpy as np
+import pytest
+from pathtracer_driver import read_exr
+from PIL import Image
+from scipy.ndimage import gaussian_filter
+
+SAMPLERS = ["blue", "sobol", "white", "zorder", "mask"]
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_threads_do_not_change_a_bit(pathtracer, sampler):
+    common = ["--sampler", sampler, "--size", "45x37", "--spp", 3]
+    one = pathtracer.image(*common, "--threads", 1)
+    for threads in (2, 3):
+        assert np.array_equal(one, pathtracer.image(*common, "--threads", threads))
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_crops_equal_the_whole_to_the_bit(pathtracer, sampler):
+    common = ["--sampler", sampler, "--size", "45x37", "--spp", 3, "--first-sample", 5]
+    whole = pathtracer.image(*common)
+    for x0, y0, x1, y1 in [(0, 0, 45, 37), (11, 3, 30, 29), (44, 36, 45, 37), (0, 7, 45, 8)]:
+        path = pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}")
+        part, header = read_exr(path)
+        assert np.array_equal(whole[y0:y1, x0:x1], part)
+        low, high = header["dataWindow"]
+        assert [*low, *high] == [x0, y0, x1 - 1, y1 - 1]
+        low, high = header["displayWindow"]
+        assert [*low, *high] == [0, 0, 44, 36]
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_sample_ranges_add_up(pathtracer, sampler):
+    common = ["--sampler", sampler, "--size", "40x32"]
+    whole = pathtracer.image(*common, "--spp", 8)
+    first = pathtracer.image(*common, "--spp", 4)
+    second = pathtracer.image(*common, "--spp", 4, "--first-sample", 4)
+    assert not np.array_equal(first, second)
+    np.testing.assert_allclose((first + second) / 2, whole, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_seeds_change_the_noise(pathtracer, sampler):
+    common = ["--sampler", sampler, "--size", "32x32", "--spp", 1]
+    zero = pathtracer.image(*common)
+    assert np.array_equal(zero, pathtracer.image(*common, "--seed", 0))
+    large = pathtracer.image(*common, "--seed", 2**64 - 1)
+    assert np.mean(zero != large) > 0.5
+
+
+def test_samplers_differ(pathtracer):
+    images = [pathtracer.image("--sampler", s, "--size", "32x32", "--spp", 4) for s in SAMPLERS]
+    for i, one in enumerate(images):
+        for other in images[i + 1 :]:
+            assert np.mean(one != other) > 0.5
+
+
+def test_no_value_is_negative_or_not_finite(pathtracer):
+    for depth in (0, 1, 8, 64):
+        image = pathtracer.image("--size", "128x128", "--spp", 16, "--max-depth", depth)
+        assert np.isfinite(image).all()
+        assert (image >= 0).all()
+        assert image.max() >= 4
+
+
+def test_wide_and_tall_pictures_show_the_middle_alike(pathtracer):
+    square = pathtracer.image("--size", "48x48", "--spp", 64)
+    wide = pathtracer.image("--size", "80x48", "--spp", 64)[:, 16:64]
+    assert abs(square.mean() / wide.mean() - 1) < 0.02
+    assert np.abs(gaussian_filter(square - wide, (2, 2, 0))).max() < 0.3
+
+
+def test_attributes(pathtracer):
+    seed = 2**64 - 1
+    arguments = ["--sampler", "zorder", "--declare", 16, "--spp", 5, "--seed", seed]
+    arguments += ["--first-sample", 7, "--max-depth", 3, "--threads", 2, "--size", "20x10"]
+    header = read_exr(pathtracer.render(*arguments))[1]
+    assert header["scene"] == "cornell"
+    assert header["sampler"] == "zorder"
+    assert header["spp"] == 5
+    assert int(header["declaredSpp"]) == 16
+    assert int(header["seed"]) == seed
+    assert int(header["firstSample"]) == 7
+    assert header["maxDepth"] == 3
+    assert header["threads"] == 2
+    assert header["seconds"] > 0
+    assert int(header["rays"]) >= 20 * 10 * 5
+    assert len(header["bnVersion"].split(".")) == 3
+    assert header["bnVersion"] in header["software"]
+    assert "ZIP" in str(header["compression"])
+
+
+def expected_preview(linear, exposure):
+    v = linear.astype(np.float64) * 2.0**exposure
+    v = np.where(v < 0.6, v, 1 - 0.4 * np.exp((0.6 - v) / 0.4))
+    return 255 * np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("exposure", [0, -2, 1.5])
+def test_preview(pathtracer, exposure):
+    path = pathtracer.render("--size", "50x40", "--crop", "3,2,47,39", "--exposure", exposure)
+    linear = read_exr(path)[0]
+    preview = np.asarray(Image.open(path.with_suffix(".png")))
+    assert preview.dtype == np.uint8 and preview.shape == linear.shape
+    # Rounding to 8 bits is half a level; the rest is the float arithmetic of the program.
+    assert np.abs(preview - expected_preview(linear, exposure)).max() < 0.51
+
+
+@pytest.mark.parametrize("crop", [None, (5, 3, 41, 30)])
+def test_error_against_a_reference(pathtracer, crop):
+    reference = pathtracer.render("--size", "48x36", "--spp", 64, "--seed", 1)
+    arguments = ["--size", "48x36", "--spp", 2, "--quiet", "--reference", reference, "-o", "out.exr"]
+    if crop:
+        arguments += ["--crop", ",".join(map(str, crop))]
+    done = pathtracer.run(*arguments)
+    assert done.returncode == 0, done.stderr
+    words = done.stdout.split()
+    assert words[0] == "rmse" and words[2:4] == ["sigma", "1.0"] and words[5:7] == ["sigma", "2.1"]
+    printed = [float(words[i]) for i in (1, 4, 7)]
+
+    x0, y0, x1, y1 = crop or (0, 0, 48, 36)
+    image = read_exr(pathtracer.folder / "out.exr")[0].astype(np.float64)
+    error = image - read_exr(reference)[0][y0:y1, x0:x1]
+    expected = [
+        np.sqrt(np.mean(np.square(gaussian_filter(error, (s, s, 0)) if s else error)))
+        for s in (0, 1.0, 2.1)
+    ]
+    # Seven digits of an RMSE are six decimals here.
+    np.testing.assert_allclose(printed, expected, atol=1e-6)
+
+
+def test_the_builtin_mask_can_be_given_by_name_or_file(pathtracer):
+    common = ["--sampler", "mask", "--size", "80x64", "--spp", 2]
+    default = pathtracer.image(*common)
+    assert np.array_equal(default, pathtracer.image(*common, "--mask", "builtin"))
+
+    ranks = np.random.default_rng(0).permutation(32 * 48).reshape(32, 48).astype(np.uint16)
+    Image.fromarray(ranks).save(pathtracer.folder / "mask.png")
+    Image.fromarray(40 * ranks).save(pathtracer.folder / "brighter.png")
+    own = pathtracer.image(*common, "--mask", "mask.png")
+    assert np.mean(own != default) > 0.5
+    # Only the order of the values counts.
+    assert np.array_equal(own, pathtracer.image(*common, "--mask", "brighter.png"))

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Radiance against what is known without rendering, and samplers against each other.
+
+Statistical tests use fixed seeds, so they fail always or never on one machine; the rates stated are the
+chances of a false alarm had the seeds been drawn anew.
+"""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+SAMPLERS = ["blue", "sobol", "white", "zorder", "mask"]
+SEEDS = 12
+
+
+def block_means(image, blocks=4):
+    """Means of blocks x blocks equal parts of the picture, all channels: (blocks * blocks,)."""
+    h, w, _ = image.shape
+    parts = image.astype(np.float64).reshape(blocks, h // blocks, blocks, w // blocks, 3)
+    return parts.mean(axis=(1, 3, 4)).ravel()
+
+
+def smallest_p(p_values):
+    """Bonferroni: the chance, at most, that the smallest of these would be so small by luck."""
+    return np.nanmin(p_values) * np.size(p_values)
+
+
+def test_lights_alone_have_their_radiance(pathtracer):
+    image = pathtracer.image("--size", "256x256", "--spp", 4, "--max-depth", 0)
+    lit = image.max(axis=2) > 0
+    assert 200 < lit.sum() < 2000
+    assert (image[lit].max(axis=0) == [17, 12, 4]).all()
+    full = (image == np.float32([17, 12, 4])).all(axis=2)
+    assert full.sum() > 0.5 * lit.sum()
+
+
+@pytest.mark.parametrize("depth", [0, 1, 2, 8, 40])
+def test_furnace(pathtracer, depth):
+    """Walls that emit 1/2 and reflect 1/2: n bounces see 1 - 2^-(n + 1) everywhere. The image mean over
+    seeds passes a t-test with a false-alarm rate of 0.1 % for each depth."""
+    expected = 1 - 0.5 ** (depth + 1)
+    common = ["--scene", "furnace", "--size", "32x32", "--spp", 32, "--max-depth", depth]
+    images = np.array([pathtracer.image(*common, "--seed", seed) for seed in range(SEEDS)])
+    if depth == 0:
+        assert (images == 0.5).all()
+        return
+    means = images.mean(axis=(1, 2, 3), dtype=np.float64)
+    assert stats.ttest_1samp(means, expected).pvalue > 0.001
+    assert abs(means.mean() / expected - 1) < 0.001
+    # No corner, edge or wall is off: averages over 8 x 8 pixels and all seeds.
+    blocks = np.mean([block_means(image) for image in images], axis=0)
+    np.testing.assert_allclose(blocks, expected, rtol=0.01)
+
+
+def irradiance_factor(points, normal, polygon):
+    """Lambert's formula: irradiance at points from a polygon of radiance 1, wholly visible."""
+    to_corner = polygon[None, :, :] - points[:, None, :]
+    to_corner /= np.linalg.norm(to_corner, axis=2, keepdims=True)
+    total = np.zeros(len(points))
+    for i in range(len(polygon)):
+        a, b = to_corner[:, i], to_corner[:, (i + 1) % len(polygon)]
+        axis = np.cross(a, b)
+        sine = np.linalg.norm(axis, axis=1)
+        angle = np.arctan2(sine, np.einsum("ij,ij->i", a, b))
+        total += angle / sine * (axis @ normal)
+    return np.abs(total) / 2
+
+
+def wall_radiance(size, axis, plane, normal, albedo, low, high):
+    """Direct radiance of the pixels whose whole footprint lies on an unshadowed part of a wall of the
+    Cornell box: `low` to `high` in the two other axes. Returns a mask and the radiance there."""
+    eye = np.array([278.0, 273.0, -800.0])
+    lamp = np.array([[213, 548.8, 227], [343, 548.8, 227], [343, 548.8, 332], [213, 548.8, 332.0]])
+    sub = 4
+    at = (np.arange(size * sub) + 0.5) / sub
+    x, y = np.meshgrid(at, at)
+    scale = 0.025 / 0.035 / size
+    # The camera looks along +z with +y up, so that +x is to the left.
+    direction = np.stack([-(x - size / 2) * scale, (size / 2 - y) * scale, np.ones_like(x)], axis=-1)
+    t = (plane - eye[axis]) / direction[..., axis]
+    points = eye + t[..., None] * direction
+    others = [i for i in range(3) if i != axis]
+    inside = (points[..., others] > low).all(axis=-1) & (points[..., others] < high).all(axis=-1)
+    inside &= t > 0
+    factor = irradiance_factor(points.reshape(-1, 3), np.array(normal), lamp).reshape(x.shape)
+    factor = factor.reshape(size, sub, size, sub).mean(axis=(1, 3))
+    mask = inside.reshape(size, sub, size, sub).all(axis=(1, 3))
+    return mask, factor[mask, None] / np.pi * np.array(albedo) * np.array([17, 12, 4.0])
+
+
+WALLS = {
+    "back": (2, 559.2, (0, 0, -1), (0.725, 0.71, 0.68), (60, 360), (500, 540)),
+    "right": (0, 0.0, (1, 0, 0), (0.14, 0.45, 0.091), (360, 60), (540, 500)),
+}
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_direct_light_is_analytic(pathtracer, wall):
+    """One bounce on walls that see all of the lamp, against the closed form. t-tests of the means of the
+    patch per channel over seeds, false-alarm rate 0.1 % for each wall."""
+    size = 96
+    mask, expected = wall_radiance(size, *WALLS[wall])
+    assert mask.sum() > 100
+    rows, columns = np.nonzero(mask)
+    crop = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+    mask = mask[crop[1] : crop[3], crop[0] : crop[2]]
+    common = ["--size", f"{size}x{size}", "--crop", ",".join(map(str, crop)), "--spp", 32]
+    common += ["--max-depth", 1, "--sampler", "sobol"]
+    images = np.array(
+        [pathtracer.image(*common, "--seed", seed)[mask] for seed in range(SEEDS)], dtype=np.float64
+    )
+    means = images.mean(axis=1)
+    p_values = stats.ttest_1samp(means, expected.mean(axis=0)).pvalue
+    assert smallest_p(p_values) > 0.001
+    np.testing.assert_allclose(means.mean(axis=0), expected.mean(axis=0), rtol=0.002)
+    # Pixel by pixel: the shape is right, not only the sum.
+    noise = images.std(axis=0) / np.sqrt(SEEDS) + 1e-3 * expected
+    assert (np.abs(images.mean(axis=0) - expected) < 6 * noise).all()
+
+
+@pytest.fixture(scope="module")
+def many_means():
+    return {}
+
+
+def seed_means(pathtracer, cache, sampler, spp, first_seed):
+    key = (sampler, spp, first_seed)
+    if key not in cache:
+        common = ["--sampler", sampler, "--size", "32x32", "--spp", spp]
+        cache[key] = np.array(
+            [
+                block_means(pathtracer.image(*common, "--seed", first_seed + seed))
+                for seed in range(SEEDS)
+            ]
+        )
+    return cache[key]
+
+
+@pytest.mark.parametrize("spp", [1, 12])
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_samplers_agree_on_the_mean(pathtracer, many_means, sampler, spp):
+    """Every sampler against an independent run of sobol with 64 samples per pixel: Welch's t-tests of
+    the image mean and of 16 block means over seeds, false-alarm rate 0.1 % for each sampler and count."""
+    expected = seed_means(pathtracer, many_means, "sobol", 64, 1000)
+    means = seed_means(pathtracer, many_means, sampler, spp, 0)
+    p_values = list(stats.ttest_ind(means, expected, equal_var=False).pvalue)
+    p_values.append(
+        stats.ttest_ind(means.mean(axis=1), expected.mean(axis=1), equal_var=False).pvalue
+    )
+    assert smallest_p(p_values) > 0.001
+    # The tests above would see a bias of a few percent.
+    assert means.mean(axis=1).std() < 0.12 * expected.mean() / np.sqrt(spp)
+
+
+def test_depth_adds_light(pathtracer):
+    """Each further bounce adds what the bounces before it leave; roulette does not end the sum."""
+    means = [
+        pathtracer.image("--size", "48x48", "--spp", 64, "--max-depth", depth).mean()
+        for depth in (0, 1, 2, 4, 8, 32)
+    ]
+    assert all(a < b for a, b in zip(means, means[1:]))
+    assert means[-1] < 1.02 * means[-2]
+
+
+@pytest.mark.parametrize("sampler", ["blue", "sobol"])
+def test_more_samples_mean_less_error(pathtracer, sampler):
+    """Over four seeds: 64 times the samples, a 16th of the error or less; white noise has an 8th."""
+    common = ["--size", "32x32", "--quiet", "-o", "out.exr"]
+    reference = pathtracer.render(*common[:2], "--spp", 1024, "--sampler", "sobol", "--seed", 9)
+    common += ["--reference", reference, "--sampler", sampler]
+    errors = []
+    for spp in (1, 8, 64):
+        runs = [pathtracer.run(*common, "--spp", spp, "--seed", seed) for seed in range(4)]
+        errors.append(np.mean([float(run.stdout.split()[1]) for run in runs]))
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[0] > 16 * errors[2]
