@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
+
+Runs the program bench_samplers, keeps its rows as CSV, and makes of them the tables of samplers.md and the
+pictures: error against samples per pixel, error against the width of the blur, spectra of error images.
+"""
+
+import argparse
+import csv
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import bluenoise
+from report.files import write_text, written_beside
+from report.image_error import radial_spectrum
+
+TABLE_SPP = (1, 2, 3, 4, 6, 8, 16, 32, 64, 128, 256)
+COLOURS = {"white": "0.6", "sobol": "tab:orange", "zorder": "tab:green", "mask": "tab:purple", "blue": "tab:blue"}
+PEER_COLOURS = ("tab:red", "tab:brown", "tab:pink", "tab:olive", "tab:cyan")
+
+
+def run_bench(program, arguments):
+    """The rows of bench_samplers as dicts; progress goes to the terminal."""
+    result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True, check=False)
+    if result.returncode != 0:
+        sys.exit(f"bench: {program} failed with status {result.returncode}")
+    return list(csv.DictReader(io.StringIO(result.stdout)))
+
+
+def ratios(rows, **wanted):
+    """{spp: ratio to white} of the rows that have these values; declared="own" is each count declared."""
+    own = wanted.pop("declared", "0") == "own"
+    return {
+        int(row["spp"]): float(row["ratio"])
+        for row in rows
+        if all(row[key] == value for key, value in wanted.items())
+        and row["declared"] == (row["spp"] if own else "0")
+    }
+
+
+def names_in(rows):
+    return list(dict.fromkeys(row["sampler"] for row in rows))
+
+
+def colour_of(name, names):
+    peers = [other for other in names if other not in COLOURS]
+    return COLOURS.get(name) or PEER_COLOURS[peers.index(name) % len(PEER_COLOURS)]
+
+
+def table(rows, family, pair, sigma):
+    lines = ["| sampler | " + " | ".join(str(spp) for spp in TABLE_SPP) + " |",
+             "| --- |" + " ---: |" * len(TABLE_SPP)]
+    for name in names_in(rows):
+        for declared in ("0", "own"):
+            found = ratios(rows, sampler=name, family=family, pair=pair, sigma=sigma, declared=declared)
+            if name == "white" or not found:
+                continue
+            label = name if declared == "0" else f"{name}, count declared"
+            cells = (f"{found[spp]:.3f}" if spp in found else "" for spp in TABLE_SPP)
+            lines.append(f"| {label} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def plot_spp(rows, path):
+    figure, axes = plt.subplots(2, 3, figsize=(13, 8), sharex=True)
+    names = names_in(rows)
+    for row, (family, pair) in enumerate((("half-planes", "01"), ("wide", "23"))):
+        for axis, sigma in zip(axes[row], ("0.0", "1.0", "2.1")):
+            for name in names:
+                found = ratios(rows, sampler=name, family=family, pair=pair, sigma=sigma)
+                spp = sorted(found)
+                axis.plot(spp, [found[n] for n in spp], label=name, color=colour_of(name, names),
+                          linewidth=2.2 if name == "blue" else 1.2)
+            axis.set(xscale="log", yscale="log", title=f"{family}, dimensions {pair}, sigma {sigma}")
+            axis.set_xscale("log", base=2)
+            axis.grid(True, which="both", alpha=0.25)
+    for axis in axes[1]:
+        axis.set_xlabel("samples per pixel")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("RMSE relative to white noise")
+    axes[0, 0].legend()
+    save(figure, path)
+
+
+def plot_sigma(rows, path):
+    figure, axes = plt.subplots(1, 4, figsize=(15, 4), sharey=True)
+    names = names_in(rows)
+    sigmas = sorted({row["sigma"] for row in rows}, key=float)
+    for axis, spp in zip(axes, (1, 4, 16, 64)):
+        for name in names:
+            values = [ratios(rows, sampler=name, family="half-planes", pair="01", sigma=s).get(spp) for s in sigmas]
+            axis.plot([float(s) for s in sigmas], values, label=name, color=colour_of(name, names), marker="o",
+                      markersize=3, linewidth=2.2 if name == "blue" else 1.2)
+        axis.set(title=f"{spp} samples per pixel", xlabel="sigma of the blur in pixels", yscale="log")
+        axis.grid(True, which="both", alpha=0.25)
+    axes[0].set_ylabel("RMSE relative to white noise")
+    axes[0].legend()
+    save(figure, path)
+
+
+def plot_spectra(path):
+    """Error images of one disc at 1, 4 and 16 samples and their radial spectra, per sampler."""
+    kinds = ("white", "sobol", "mask", "zorder", "blue")
+    size, counts = 128, (1, 4, 16)
+    figure, axes = plt.subplots(len(counts), len(kinds) + 1, figsize=(14, 8))
+    for row, spp in enumerate(counts):
+        for column, kind in enumerate(kinds):
+            u = bluenoise.Sampler(kind, seed=7).block(0, 0, size, size, 0, spp, domain=3)
+            inside = (u[..., 0] - 0.4) ** 2 + (u[..., 1] - 0.45) ** 2 < 0.35**2
+            error = inside.mean(axis=-1) - np.pi * 0.35**2
+            axes[row, column].imshow(error, cmap="gray", vmin=-0.6 / spp**0.6, vmax=0.6 / spp**0.6,
+                                     interpolation="nearest")
+            axes[row, column].set(xticks=[], yticks=[], title=kind if row == 0 else None,
+                                  ylabel=f"{spp} spp" if column == 0 else None)
+            frequency, power = radial_spectrum(error)
+            white = np.pi * 0.35**2 * (1 - np.pi * 0.35**2) / spp
+            axes[row, -1].plot(frequency, power / white, color=COLOURS[kind], label=kind)
+        axes[row, -1].set(yscale="log", ylim=(1e-3, 8))
+        axes[row, -1].grid(True, which="both", alpha=0.25)
+    axes[0, -1].set_title("power, white = 1")
+    axes[0, -1].legend(fontsize=7)
+    axes[-1, -1].set_xlabel("cycles per pixel")
+    save(figure, path)
+
+
+def save(figure, path):
+    figure.tight_layout()
+    with written_beside(path) as beside:
+        figure.savefig(beside, dpi=80)
+    plt.close(figure)
+
+
+def report_text(rows, command):
+    pairs = sorted({row["pair"] for row in rows if row["pair"] != "all"}, key="01 23 02 03 12 13".split().index)
+    parts = ["# Screen-space error of the samplers", "",
+             f"Printed by `{command}`. Every figure is the mean RMSE over a family of integrands, as a ratio to",
+             "white noise in the same run, 256x256 pixels; lower is better. Unless a count is declared, one run of",
+             "each sampler is stopped at every count. Sigma is the blur in pixels; 0.0 is the error of each pixel",
+             "by itself, which blue noise leaves as it is.", "",
+             "![Error against samples per pixel](samplers_spp.png)", "",
+             "![Error against the width of the blur](samplers_sigma.png)", "",
+             "Error images of a disc, one sampler per column, and their radially averaged power spectra:", "",
+             "![Error images and their spectra](samplers_spectra.png)", ""]
+    families = list(dict.fromkeys((row["family"], row["pair"]) for row in rows))
+    for family, pair in sorted(families, key=lambda item: (item[0] != "half-planes", item[0] == "4-D",
+                                                           pairs.index(item[1]) if item[1] in pairs else 9)):
+        for sigma in ("1.0", "2.1", "0.0"):
+            where = "all four dimensions" if pair == "all" else f"dimensions {pair[0]} and {pair[1]}"
+            parts += [f"## {family}, {where}, sigma {sigma}", "", table(rows, family, pair, sigma), ""]
+    return "\n".join(parts)
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
+    parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
+    parser.add_argument("--peer", action="append", default=[], metavar="NAME=FILE.npy",
+                        help="samples of another library, float32 [256][256][spp][4]")
+    parser.add_argument("--max-spp", default="256", help="largest count (default 256)")
+    parser.add_argument("--quick", action="store_true", help="half-planes in the pair (0, 1) only")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+    options = parser.parse_args()
+
+    arguments = ["--max-spp", options.max_spp, "--declared"]
+    for peer in options.peer:
+        arguments += ["--peer", peer]
+    if options.quick:
+        rows = run_bench(options.program, [*arguments, "--families", "half-planes", "--pairs", "01"])
+    else:
+        rows = run_bench(options.program, [*arguments, "--pairs", "01,23"])
+        cross = [argument for argument in arguments if argument != "--declared"]
+        rows += run_bench(options.program, [*cross, "--families", "half-planes", "--pairs", "02,03,12,13"])
+    out = io.StringIO()
+    writer = csv.DictWriter(out, rows[0].keys(), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(options.out / "samplers.csv", out.getvalue())
+    plot_spp(rows, options.out / "samplers_spp.png")
+    plot_sigma(rows, options.out / "samplers_sigma.png")
+    plot_spectra(options.out / "samplers_spectra.png")
+    command = "scripts/bench samplers" + "".join(f" --peer {peer.split('=')[0]}=FILE.npy" for peer in options.peer)
+    text = report_text(rows, command)
+    write_text(options.out / "samplers.md", text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
