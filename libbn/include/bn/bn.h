@@ -206,6 +206,43 @@ BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t cou
 BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
                                double sigma, double *error);
 
+/* The power spectrum of a 2-D mask: power[v * width + u] is the squared magnitude of the discrete
+ * Fourier transform at frequency (u / width, v / height) cycles per texel, over the sum of the squared
+ * deviations of the ranks from their mean. So white noise has 1 everywhere; frequencies above 1/2 are
+ * the negative ones less 1; the constant, power[0], is 0. Errors: INVALID_ARGUMENT (NULL, a zero
+ * extent), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY. */
+BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
+                                   float *power);
+
+/* ---- Dithering ------------------------------------------------------------------------------------ */
+
+typedef struct bn_dither_options {
+    size_t struct_size;         /* sizeof(bn_dither_options) */
+    uint32_t levels;            /* evenly spaced output levels from 0 to 1, 2 (default) to 256 */
+    int32_t srgb;               /* 0 (default): keep local means of the values as they are. 1: values are
+                                   sRGB-encoded, and so is the output; keep local means of their light */
+    int32_t channel_offset;     /* 1 (default): each channel reads the mask at an offset of its own, so
+                                   that the channels' errors do not correlate. 0: all read it alike */
+    const uint32_t *mask_ranks; /* a mask of any extents, tiled; NULL (default): the built-in 64x64 */
+    uint32_t mask_width;        /* its extents, in texels; 0 when mask_ranks is NULL */
+    uint32_t mask_height;
+} bn_dither_options;
+
+static inline bn_dither_options bn_dither_options_default(void) {
+    bn_dither_options options = {sizeof(bn_dither_options), 2, 0, 1, NULL, 0, 0};
+    return options;
+}
+
+/* Dithers an image[height][width][channels] of values in [0, 1] to few levels: a value v becomes
+ * floor(v * (levels - 1) + t) / (levels - 1), t the mask's value (rank + 0.5) / texels at the pixel.
+ * 0 and 1 stay 0 and 1; values outside count as the nearer of them. With srgb, v * (levels - 1) has
+ * its fraction replaced by the one that gives v's light. `out` may be `image`. Errors:
+ * INVALID_ARGUMENT (image or out NULL, a zero extent, levels, a mask with a zero extent or extents
+ * without a mask), SIZE_MISMATCH, BAD_DATA (NaN in the image, ranks that are no permutation),
+ * OUT_OF_MEMORY. */
+BN_API bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
+                           uint32_t height, uint32_t channels, float *out, size_t count);
+
 #ifdef __cplusplus
 }
 #endif

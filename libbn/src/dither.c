@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Ordered dithering with a mask (Bayer, "An optimum method for two-level rendition of
+ * continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993): one threshold per pixel
+ * and channel. */
+#include "memory.h"
+#include "options.h"
+#include <math.h>
+
+/* Where channel c looks the mask up, as shares of its extents: a sequence of evenly spread points
+ * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), far apart on the
+ * torus, where a blue-noise mask has nothing in common with itself. */
+static uint32_t channel_shift(uint32_t channel, uint32_t extent, double step) {
+    double at = channel * step;
+    return (uint32_t)((at - floor(at)) * extent);
+}
+
+static double linear_of_srgb(double v) {
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+}
+
+typedef struct levels {
+    double steps;       /* levels - 1 */
+    double linear[256]; /* light of each level, for sRGB */
+    int srgb;
+} levels;
+
+static float quantise(const levels *l, float value, double threshold) {
+    double v = value < 0 ? 0 : value > 1 ? 1 : value, scaled = v * l->steps, low = floor(scaled);
+    double fraction = scaled - low;
+    if (low >= l->steps) return 1;
+    if (l->srgb) {
+        /* The share of the upper level that gives the value's light, not its code. */
+        double dark = l->linear[(int)low], light = l->linear[(int)low + 1];
+        fraction = (linear_of_srgb(v) - dark) / (light - dark);
+    }
+    return (float)((low + floor(fraction + threshold)) / l->steps);
+}
+
+bn_result bn_dither(const bn_dither_options *given, const float *image, uint32_t width,
+                    uint32_t height, uint32_t channels, float *out, size_t count) {
+    bn_dither_options o = bn_dither_options_default();
+    bn_result result = bn_options_read(&o, sizeof o, given);
+    uint64_t product, mask_product;
+    if (result != BN_SUCCESS) return result;
+    if (image == NULL || out == NULL || width == 0 || height == 0 || channels == 0) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (o.levels < 2 || o.levels > 256) return BN_ERROR_INVALID_ARGUMENT;
+    if (!bn_extent_product(width, height, channels, SIZE_MAX / sizeof *image, &product)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (count != product) return BN_ERROR_SIZE_MISMATCH;
+    if (o.mask_ranks == NULL
+            ? o.mask_width != 0 || o.mask_height != 0
+            : !bn_extent_product(o.mask_width, o.mask_height, 1, UINT32_MAX, &mask_product)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (isnan(image[i])) return BN_ERROR_BAD_DATA;
+    }
+    const uint32_t mask_width = o.mask_ranks != NULL ? o.mask_width : 64;
+    const uint32_t mask_height = o.mask_ranks != NULL ? o.mask_height : 64;
+    const size_t texels = (size_t)mask_width * mask_height;
+    if (o.mask_ranks != NULL) {
+        int permutation = bn_is_permutation(o.mask_ranks, texels);
+        if (permutation != 1) return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
+    }
+    const uint16_t *builtin = bn_builtin_mask(64);
+    double *thresholds = bn_allocate(texels, sizeof *thresholds);
+    if (thresholds == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    for (size_t i = 0; i < texels; ++i) {
+        uint32_t rank = o.mask_ranks != NULL ? o.mask_ranks[i] : builtin[i];
+        thresholds[i] = (rank + 0.5) / (double)texels;
+    }
+
+    levels l = {.steps = (double)(o.levels - 1), .srgb = o.srgb != 0};
+    for (uint32_t i = 0; i < o.levels; ++i) l.linear[i] = linear_of_srgb(i / l.steps);
+    for (uint32_t channel = 0; channel < channels; ++channel) {
+        uint32_t shift_x = 0, shift_y = 0;
+        if (o.channel_offset) {
+            shift_x = channel_shift(channel, mask_width, 0.7548776662466927);
+            shift_y = channel_shift(channel, mask_height, 0.5698402909980532);
+        }
+        for (uint32_t y = 0; y < height; ++y) {
+            const double *row =
+                thresholds + (size_t)(((uint64_t)y + shift_y) % mask_height) * mask_width;
+            size_t i = (size_t)y * width * channels + channel;
+            for (uint32_t x = 0, at = shift_x; x < width; ++x, i += channels) {
+                out[i] = quantise(&l, image[i], row[at]);
+                if (++at == mask_width) at = 0;
+            }
+        }
+    }
+    bn_free(thresholds);
+    return BN_SUCCESS;
+}

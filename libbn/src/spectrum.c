@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The power spectrum of a mask: one transform, by columns and then by rows. */
+#include "fft.h"
+#include "memory.h"
+#include <bn/bn.h>
+
+bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
+                            float *power) {
+    uint64_t product;
+    if (ranks == NULL || power == NULL || width == 0 || height == 0) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (!bn_extent_product(width, height, 1, UINT32_MAX, &product))
+        return BN_ERROR_INVALID_ARGUMENT;
+    if (count != product) return BN_ERROR_SIZE_MISMATCH;
+    int permutation = bn_is_permutation(ranks, count);
+    if (permutation != 1) return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
+
+    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    bn_fft *columns = bn_fft_create(height), *rows = bn_fft_create(width);
+    double *data = bn_allocate(count, 4 * sizeof *data);
+    if (columns == NULL || rows == NULL || data == NULL) goto done;
+    double *re = data, *im = data + count, *turned_re = im + count, *turned_im = turned_re + count;
+    const double n = (double)count;
+    for (size_t i = 0; i < count; ++i) {
+        re[i] = ranks[i] - (n - 1) / 2;
+        im[i] = 0;
+    }
+    bn_fft_columns(columns, re, im, width);
+    bn_transpose(re, height, width, turned_re);
+    bn_transpose(im, height, width, turned_im);
+    bn_fft_columns(rows, turned_re, turned_im, height);
+    bn_transpose(turned_re, width, height, re);
+    bn_transpose(turned_im, width, height, im);
+    /* The sum of the squares of 0 .. n - 1 around their mean. */
+    const double total = n * (n * n - 1) / 12;
+    for (size_t i = 0; i < count; ++i) {
+        power[i] = total > 0 ? (float)((re[i] * re[i] + im[i] * im[i]) / total) : 0;
+    }
+    power[0] = 0;
+    result = BN_SUCCESS;
+done:
+    bn_fft_destroy(columns);
+    bn_fft_destroy(rows);
+    bn_free(data);
+    return result;
+}

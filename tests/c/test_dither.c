@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Dithering: the formula, exact ends, means, independent channels, light, bad input. */
+#include "check.h"
+#include "masks.h"
+#include <math.h>
+
+static void test_formula(void) {
+    enum { width = 37, height = 29, mask_width = 7, mask_height = 5 };
+    uint32_t mask[mask_width * mask_height], state = 4;
+    float image[width * height], out[width * height];
+    fill_white(mask, mask_width * mask_height, 3);
+    for (int i = 0; i < width * height; ++i) {
+        image[i] = (float)(next_random(&state) >> 8) * 0x1p-24f;
+        if (i % 11 == 0) image[i] = 0;
+        if (i % 13 == 0) image[i] = 1;
+    }
+    for (uint32_t levels = 2; levels <= 256; levels += levels < 5 ? 1 : 251) {
+        bn_dither_options options = bn_dither_options_default();
+        options.levels = levels;
+        options.mask_ranks = mask;
+        options.mask_width = mask_width;
+        options.mask_height = mask_height;
+        CHECK(bn_dither(&options, image, width, height, 1, out, width * height) == BN_SUCCESS);
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                uint32_t rank = mask[y % mask_height * mask_width + x % mask_width];
+                double t = (rank + 0.5) / (mask_width * mask_height), v = image[y * width + x];
+                double expected = floor(v * (levels - 1) + t) / (levels - 1);
+                CHECK(out[y * width + x] == (float)expected);
+                if (v == 0 || v == 1) CHECK(out[y * width + x] == v);
+            }
+        }
+        /* In place. */
+        float copy[width * height];
+        memcpy(copy, image, sizeof copy);
+        CHECK(bn_dither(&options, copy, width, height, 1, copy, width * height) == BN_SUCCESS);
+        CHECK(memcmp(copy, out, sizeof copy) == 0);
+    }
+}
+
+static double light(double v) {
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+}
+
+/* The built-in mask holds every threshold once per tile, so means of flat tiles are right to half a
+ * rank; a smooth ramp's stay within 0.001. */
+static void test_means(void) {
+    enum { size = 256 };
+    static float image[size * size * 3], out[size * size * 3];
+    for (int srgb = 0; srgb <= 1; ++srgb) {
+        for (int kind = 0; kind < 3; ++kind) {
+            for (int y = 0; y < size; ++y) {
+                for (int x = 0; x < size; ++x) {
+                    for (int c = 0; c < 3; ++c) {
+                        double ramp = (x + 0.5 * c) / size;
+                        double wave = 0.5 + 0.5 * sin(x * 0.05 + c) * sin(y * 0.031);
+                        double v = kind == 0 ? 0.31 + 0.07 * c : kind == 1 ? ramp : wave;
+                        image[(y * size + x) * 3 + c] = (float)(v > 1 ? 1 : v);
+                    }
+                }
+            }
+            bn_dither_options options = bn_dither_options_default();
+            options.srgb = srgb;
+            options.levels = 4;
+            CHECK(bn_dither(&options, image, size, size, 3, out, size * size * 3) == BN_SUCCESS);
+            for (int c = 0; c < 3; ++c) {
+                double difference = 0;
+                for (int i = c; i < size * size * 3; i += 3) {
+                    difference += srgb ? light(out[i]) - light(image[i]) : out[i] - image[i];
+                }
+                CHECK(fabs(difference / (size * size)) < 0.001);
+            }
+        }
+    }
+}
+
+/* With offsets, the channels of a flat colour are set together about as often as chance has it.
+ * Their covariance over 4096 independent texels would have a standard deviation of 0.25 / 64; 6 of
+ * them have a false-alarm rate below 1e-8 in each of 3 pairs. Without, they are the same. */
+static void test_channels(void) {
+    enum { size = 64 };
+    static float image[size * size * 3], out[size * size * 3];
+    for (int i = 0; i < size * size * 3; ++i) image[i] = 0.5f;
+    bn_dither_options options = bn_dither_options_default();
+    CHECK(bn_dither(&options, image, size, size, 3, out, size * size * 3) == BN_SUCCESS);
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < a; ++b) {
+            double both = 0;
+            for (int i = 0; i < size * size; ++i) both += out[3 * i + a] * out[3 * i + b];
+            CHECK(fabs(both / (size * size) - 0.25) < 6 * 0.25 / 64);
+        }
+    }
+    options.channel_offset = 0;
+    CHECK(bn_dither(&options, image, size, size, 3, out, size * size * 3) == BN_SUCCESS);
+    for (int i = 0; i < size * size; ++i) CHECK(out[3 * i] == out[3 * i + 2]);
+}
+
+static void test_bad_input(void) {
+    float image[6] = {0, 0.5f, 1, 2, -1, 0.25f}, out[6] = {7, 7, 7, 7, 7, 7};
+    uint32_t mask[4] = {0, 1, 2, 3};
+    bn_dither_options options = bn_dither_options_default();
+    CHECK(bn_dither(NULL, NULL, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_dither(NULL, image, 3, 2, 1, NULL, 6) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_dither(NULL, image, 0, 2, 1, out, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_dither(NULL, image, 3, 0, 1, out, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_dither(NULL, image, 3, 2, 0, out, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_dither(NULL, image, 3, 2, 1, out, 5) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_dither(NULL, image, UINT32_MAX, UINT32_MAX, UINT32_MAX, out, 6) ==
+          BN_ERROR_INVALID_ARGUMENT);
+    for (uint32_t levels = 0; levels <= 257; levels += levels == 1 ? 256 : 1) {
+        options.levels = levels;
+        CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);
+    }
+    options.levels = 2;
+    options.mask_width = 2;
+    CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);
+    options.mask_ranks = mask;
+    CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);
+    options.mask_height = 2;
+    mask[1] = 2;
+    CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_BAD_DATA);
+    image[2] = NAN;
+    CHECK(bn_dither(NULL, image, 3, 2, 1, out, 6) == BN_ERROR_BAD_DATA);
+    for (int i = 0; i < 6; ++i) CHECK(out[i] == 7);
+    image[2] = INFINITY;
+    CHECK(bn_dither(NULL, image, 3, 2, 1, out, 6) == BN_SUCCESS);
+    CHECK(out[0] == 0 && out[2] == 1 && out[3] == 1 && out[4] == 0);
+}
+
+int main(void) {
+    test_formula();
+    test_means();
+    test_channels();
+    test_bad_input();
+    return check_result();
+}
