@@ -17,8 +17,19 @@ write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/bnConfigVersion.cm
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/bnConfig.cmake"
               "${CMAKE_CURRENT_BINARY_DIR}/bnConfigVersion.cmake" DESTINATION ${bn_package_dir})
 
-# Relative to the .pc file, so that an installed tree can be moved.
-file(RELATIVE_PATH bn_pc_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
+# Relative to the .pc file, so that an installed tree can be moved; not where a folder was given whole.
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+    set(bn_pc_prefix "${CMAKE_INSTALL_PREFIX}")
+else()
+    file(RELATIVE_PATH bn_pc_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
+    string(PREPEND bn_pc_prefix "\${pcfiledir}/")
+endif()
+foreach(dir IN ITEMS LIBDIR INCLUDEDIR)
+    set(bn_pc_${dir} "${CMAKE_INSTALL_${dir}}")
+    if(NOT IS_ABSOLUTE "${bn_pc_${dir}}")
+        string(PREPEND bn_pc_${dir} "\${prefix}/")
+    endif()
+endforeach()
 set(bn_pc_cflags "")
 if(BN_BUILD_SHARED)
     set(bn_pc_cflags " -DBN_SHARED")

@@ -53,8 +53,8 @@ class Installed:
 
 def install(kind: str, folder: Path) -> Installed:
     build, first, prefix = folder / "build", folder / "first", folder / "moved" / "here"
-    cmake_build(ROOT, build, f"-DBN_BUILD_SHARED={'ON' if kind == 'shared' else 'OFF'}",
-                "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", f"-DCMAKE_INSTALL_PREFIX={first}")
+    cmake_build(ROOT, build, f"-DBN_BUILD_SHARED={'ON' if kind == 'shared' else 'OFF'}", "-DBN_BUILD_TESTS=OFF",
+                "-DBN_BUILD_TOOLS=OFF", f"-DCMAKE_INSTALL_PREFIX={first}")
     run("cmake", "--install", build)
     prefix.parent.mkdir()
     first.rename(prefix)

@@ -5,7 +5,7 @@ import os
 import subprocess
 
 import pytest
-from conftest import ROOT, cmake_build, run
+from conftest import ROOT, Installed, cmake_build, run
 
 HERE = ROOT / "tests" / "install"
 
@@ -46,6 +46,22 @@ def test_pkg_config_names_only_the_moved_tree(installed):
     paths = [word[2:] for word in installed.pkg_config("--cflags", "--libs") if word[:2] in ("-I", "-L")]
     assert paths
     assert all(os.path.realpath(path).startswith(f"{installed.prefix}/") for path in paths)
+
+
+@pytest.mark.parametrize("lib, include", [("lib/some-arch", "include"), ("{0}/a/lib", "{0}/b/include")],
+                         ids=["deeper", "given whole"])
+def test_other_folders(lib, include, expected, tmp_path):
+    """Debian has a deeper folder for libraries; other systems give libraries and headers prefixes of their own."""
+    lib, include, prefix = lib.format(tmp_path), include.format(tmp_path), tmp_path / "prefix"
+    cmake_build(ROOT, tmp_path / "build", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF",
+                f"-DCMAKE_INSTALL_PREFIX={prefix}", f"-DCMAKE_INSTALL_LIBDIR={lib}",
+                f"-DCMAKE_INSTALL_INCLUDEDIR={include}")
+    run("cmake", "--install", tmp_path / "build")
+    lib = prefix / lib  # an absolute one stays what it is
+    Installed("static", lib).compile(HERE / "consumer.c", tmp_path / "consumer")
+    assert run(tmp_path / "consumer") == expected
+    cmake_build(HERE / "find_package", tmp_path / "found", f"-Dbn_DIR={lib}/cmake/bn")
+    assert run(tmp_path / "found" / "consumer") == expected
 
 
 @pytest.mark.parametrize("way", ["add_subdirectory", "fetch_content"])
