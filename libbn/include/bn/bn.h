@@ -178,6 +178,41 @@ static inline bn_void_and_cluster_options bn_void_and_cluster_options_default(vo
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
                                      uint32_t height, uint32_t depth, uint32_t *ranks, size_t count);
 
+typedef struct bn_anneal_options {
+    size_t struct_size;       /* sizeof(bn_anneal_options) */
+    double sigma;             /* the viewing blur whose error is minimised, in texels; default 1, in
+                                 [0.25, 4]. Texels interact by exp(-distance^2 / (4 sigma^2)) */
+    double far_sigma;         /* one channel: a second, wider blur; default 1.5, in [sigma, 4] */
+    double far_weight;        /* one channel: the weight of the second blur's squared error against the
+                                 first's; default 1, 0 for none */
+    double value_sigma;       /* several channels: how near values must be to repel each other; default
+                                 1, in [0.01, 100] */
+    double start_temperature; /* as a share of all that one texel's pairs can gain; default 4e-4 */
+    double end_temperature;   /* default 2e-6; geometric in between. 0 < end <= start <= 1 */
+    uint32_t sweeps;          /* trial swaps per texel; default 1000 */
+    int32_t start_from_ranks; /* 0 (default): start from void-and-cluster of the seed; 1: from ranks */
+    uint64_t seed;            /* default 0 */
+    bn_progress progress;     /* default NULL; called before each sweep */
+    void *progress_user;
+} bn_anneal_options;
+
+static inline bn_anneal_options bn_anneal_options_default(void) {
+    bn_anneal_options options = {
+        sizeof(bn_anneal_options), 1, 1.5, 1, 1, 4e-4, 2e-6, 1000, 0, 0, NULL, NULL};
+    return options;
+}
+
+/* Simulated annealing of a mask by swaps (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
+ * slow, and the best masks there are. ranks[channels][height][width], 1 to 4 channels, each channel a
+ * permutation, on output and, with start_from_ranks, on input.
+ * One channel: minimises E_sigma^2 + far_weight * E_far_sigma^2 of bn_mask_error, about 50 ns per trial.
+ * Several: minimises the sum over pairs of texels of exp(-distance^2 / (4 sigma^2)) *
+ * exp(-|difference of values|^(channels / 2) / value_sigma^2), values in [0, 1); about 1 microsecond.
+ * Errors: INVALID_ARGUMENT, SIZE_MISMATCH (count is not width * height * channels), BAD_DATA (ranks to
+ * start from are no permutation), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uint32_t height,
+                           uint32_t channels, uint32_t *ranks, size_t count);
+
 /* Ranks of values: ranks[i] is the number of values that are smaller than values[i], or equal and at a
  * smaller position. Errors: INVALID_ARGUMENT (a NULL, zero count, more than 2^32 - 1 values), BAD_DATA
  * (NaN), OUT_OF_MEMORY. */

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
+ * arguments, starting points and the choice of energy. Cost: sweeps x texels trials. */
+#include "anneal.h"
+#include "memory.h"
+#include "options.h"
+#include <math.h>
+#include <string.h>
+
+/* Windows end where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
+static const double BN_ANNEAL_CUTOFF = 4.8;
+
+static int good_options(const bn_anneal_options *o) {
+    return o->sigma >= 0.25 && o->sigma <= 4 && o->far_sigma >= o->sigma && o->far_sigma <= 4 &&
+           o->far_weight >= 0 && isfinite(o->far_weight) && o->value_sigma >= 0.01 &&
+           o->value_sigma <= 100 && o->start_temperature <= 1 && o->end_temperature > 0 &&
+           o->end_temperature <= o->start_temperature;
+}
+
+static bn_result start(const bn_anneal_options *o, uint32_t width, uint32_t height,
+                       uint32_t channels, const uint32_t *from, uint32_t *ranks, size_t texels) {
+    for (uint32_t c = 0; c < channels; ++c) {
+        if (o->start_from_ranks) {
+            int permutation = bn_is_permutation(from + c * texels, texels);
+            if (permutation != 1) {
+                return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
+            }
+            memcpy(ranks + c * texels, from + c * texels, texels * sizeof *ranks);
+        } else {
+            bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+            v.seed = bn_mix64(o->seed + c);
+            bn_result result =
+                bn_void_and_cluster(&v, width, height, 1, ranks + c * texels, texels);
+            if (result != BN_SUCCESS) return result;
+        }
+    }
+    return BN_SUCCESS;
+}
+
+bn_result bn_anneal(const bn_anneal_options *given, uint32_t width, uint32_t height,
+                    uint32_t channels, uint32_t *ranks, size_t count) {
+    bn_anneal_options o = bn_anneal_options_default();
+    bn_result result = bn_options_read(&o, sizeof o, given);
+    uint64_t texels;
+    if (result != BN_SUCCESS) return result;
+    if (ranks == NULL || width == 0 || height == 0 || channels == 0 || channels > 4 ||
+        !good_options(&o)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (!bn_extent_product(width, height, 1, INT32_MAX, &texels)) return BN_ERROR_OUT_OF_MEMORY;
+    if (count != texels * channels) return BN_ERROR_SIZE_MISMATCH;
+
+    bn_anneal_job job = {.options = &o,
+                         .width = width,
+                         .height = height,
+                         .channels = channels,
+                         .texels = (uint32_t)texels,
+                         .random = bn_random_seeded(o.seed, 2)};
+    const double sigma = channels == 1 && o.far_weight > 0 ? o.far_sigma : o.sigma;
+    for (int axis = 0; axis < 2; ++axis) {
+        const uint32_t most = ((axis == 0 ? width : height) - 1) / 2;
+        job.reach[axis] = (uint32_t)(BN_ANNEAL_CUTOFF * sigma);
+        if (job.reach[axis] > most) job.reach[axis] = most;
+    }
+    double *logs = bn_allocate(BN_ANNEAL_LOG_SIZE, sizeof *logs);
+    job.ranks = bn_allocate(count, sizeof *job.ranks);
+    if (logs == NULL || job.ranks == NULL) {
+        result = BN_ERROR_OUT_OF_MEMORY;
+        goto done;
+    }
+    for (int i = 0; i < BN_ANNEAL_LOG_SIZE; ++i) {
+        logs[i] = -bn_exact_log((i + 0.5) / BN_ANNEAL_LOG_SIZE);
+    }
+    job.logs = logs;
+    result = start(&o, width, height, channels, ranks, job.ranks, texels);
+    /* Without neighbours there is nothing to improve. */
+    if (result == BN_SUCCESS && job.reach[0] + job.reach[1] > 0) {
+        result = channels == 1 ? bn_anneal_scalar(&job) : bn_anneal_vector(&job);
+    }
+    if (result == BN_SUCCESS) memcpy(ranks, job.ranks, count * sizeof *ranks);
+done:
+    bn_free(logs);
+    bn_free(job.ranks);
+    return result;
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What annealing of one channel and of several share. */
+#ifndef BN_ANNEAL_H
+#define BN_ANNEAL_H
+
+#include "exact_math.h"
+#include "random.h"
+
+enum { BN_ANNEAL_LOG_SIZE = 4096 };
+
+typedef struct bn_anneal_job {
+    const bn_anneal_options *options;
+    uint32_t width, height, channels;
+    uint32_t texels;
+    uint32_t reach[2];  /* half the window along x and y: no window meets itself around the torus */
+    uint32_t *ranks;    /* [channels][texels], worked on in place */
+    const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
+    bn_random random;
+} bn_anneal_job;
+
+/* The temperature of a sweep, as a share of the largest gain. */
+static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sweep) {
+    const bn_anneal_options *o = job->options;
+    double t = (sweep + 0.5) / o->sweeps;
+    return o->start_temperature *
+           bn_exact_exp(t * bn_exact_log(o->end_temperature / o->start_temperature));
+}
+
+static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep) {
+    const bn_anneal_options *o = job->options;
+    return o->progress != NULL && o->progress(o->progress_user, (double)sweep / o->sweeps) != 0;
+}
+
+/* A texel at most three away from p in both axes; may be p. `choice` is below 49. */
+static inline uint32_t bn_anneal_neighbour(const bn_anneal_job *job, uint32_t p, uint32_t choice) {
+    uint32_t x = (p % job->width + 3 * job->width + choice % 7 - 3) % job->width;
+    uint32_t y = (p / job->width + 3 * job->height + choice / 7 - 3) % job->height;
+    return y * job->width + x;
+}
+
+/* The shorter way round from one coordinate to another. */
+static inline int32_t bn_anneal_offset(uint32_t from, uint32_t to, uint32_t extent) {
+    int32_t d = (int32_t)to - (int32_t)from, half = (int32_t)(extent / 2);
+    return d > half ? d - (int32_t)extent : d < -half ? d + (int32_t)extent : d;
+}
+
+bn_result bn_anneal_scalar(bn_anneal_job *job);
+bn_result bn_anneal_vector(bn_anneal_job *job);
+
+#endif

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Annealing of one channel by the dithering error itself.
+ *
+ * Summed over all thresholds, the squared error E_sigma^2 is a constant minus the sum over pairs of
+ * W(p - q) |r_p - r_q|, W the Gaussian of sigma sqrt(2) (the error's autocorrelation, and
+ * |a - b| = a + b - 2 min(a, b)). Exchanging the ranks a < b of two texels changes it by the
+ * difference of two sums of W clamp(r, a, b) over their windows, so a trial costs two windows of
+ * 16-bit multiplications. Half of the trials are with a texel of a near rank, half with a near
+ * texel. */
+#include "anneal.h"
+#include "memory.h"
+#include "simd/simd.h"
+
+enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* so that the difference of two windows fits 32 bits */ };
+
+typedef struct board {
+    bn_anneal_job *job;
+    const bn_simd *simd;
+    uint32_t rows, row_lanes; /* of a window */
+    size_t stride, image_rows;
+    int16_t *image;   /* reduced ranks, with a toroidal margin */
+    int16_t *weights; /* [rows][row_lanes] */
+    uint32_t *positions;
+} board;
+
+/* Ranks in 16 bits, from -32768; in large masks several share a value, and those are never swapped
+ * for gain. */
+static int16_t reduced(const board *b, uint32_t rank) {
+    const uint32_t texels = b->job->texels;
+    if (texels > 65536) rank = (uint32_t)((uint64_t)rank * 65536 / texels);
+    return (int16_t)((int32_t)rank - 32768);
+}
+
+/* Writes a texel and its images in the margin. */
+static void place(board *b, uint32_t p, uint32_t rank) {
+    const bn_anneal_job *job = b->job;
+    const uint32_t x = p % job->width, y = p / job->width;
+    const int16_t value = reduced(b, rank);
+    job->ranks[p] = rank;
+    b->positions[rank] = p;
+    for (size_t row = (y + job->reach[1]) % job->height; row < b->image_rows; row += job->height) {
+        for (size_t at = (x + job->reach[0]) % job->width; at < b->stride; at += job->width) {
+            b->image[row * b->stride + at] = value;
+        }
+    }
+}
+
+/* Tries to exchange the ranks of p and q; a loss up to `allowance` is accepted. */
+static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
+    const bn_anneal_job *job = b->job;
+    if (job->ranks[p] > job->ranks[q]) {
+        uint32_t t = p;
+        p = q;
+        q = t;
+    }
+    const uint32_t low = job->ranks[p], high = job->ranks[q];
+    const uint32_t px = p % job->width, py = p / job->width;
+    const uint32_t qx = q % job->width, qy = q / job->width;
+    const int16_t a = reduced(b, low), c = reduced(b, high);
+    int64_t gain =
+        b->simd->window_difference(b->image + py * b->stride + px, b->image + qy * b->stride + qx,
+                                   b->stride, b->weights, b->rows, b->row_lanes, a, c);
+    /* The pair itself does not change. */
+    const int32_t dx = bn_anneal_offset(px, qx, job->width) + (int32_t)job->reach[0];
+    const int32_t dy = bn_anneal_offset(py, qy, job->height) + (int32_t)job->reach[1];
+    if (dx >= 0 && dx <= 2 * (int32_t)job->reach[0] && dy >= 0 &&
+        dy <= 2 * (int32_t)job->reach[1]) {
+        gain += (int64_t)b->weights[(size_t)dy * b->row_lanes + (size_t)dx] * (c - a);
+    }
+    if ((double)gain >= -allowance) {
+        place(b, p, high);
+        place(b, q, low);
+    }
+}
+
+static void sweep(board *b, double temperature) {
+    bn_anneal_job *job = b->job;
+    const uint32_t texels = job->texels, reach = texels / 32 + 1;
+    for (uint32_t trial = 0; trial < texels; ++trial) {
+        const uint64_t bits = bn_random_next(&job->random);
+        const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
+        const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];
+        const uint32_t choice = (uint32_t)(bits >> 14 & 0x3ffff);
+        uint32_t q;
+        if (bits >> 12 & 1) {
+            const uint32_t step = 1 + (uint32_t)((uint64_t)choice * reach >> 18);
+            const uint32_t rank = job->ranks[p];
+            if (bits >> 13 & 1 ? rank < step : step >= texels - rank) continue;
+            q = b->positions[bits >> 13 & 1 ? rank - step : rank + step];
+        } else {
+            q = bn_anneal_neighbour(job, p, choice % 49);
+            if (q == p) continue;
+        }
+        try_swap(b, p, q, allowance);
+    }
+}
+
+/* Both blurs' Gaussians, each of volume one, in the ratio of the option. */
+static void fill_weights(board *b) {
+    const bn_anneal_options *o = b->job->options;
+    const int32_t rx = (int32_t)b->job->reach[0], ry = (int32_t)b->job->reach[1];
+    const double near_share = 1 / (o->sigma * o->sigma);
+    const double far_share = o->far_weight / (o->far_sigma * o->far_sigma);
+    double scale = 0;
+    for (int pass = 0; pass < 2; ++pass) {
+        double sum = 0;
+        for (int32_t y = -ry; y <= ry; ++y) {
+            for (int32_t x = -rx; x <= rx; ++x) {
+                if (x == 0 && y == 0) continue;
+                double square = (double)x * x + (double)y * y;
+                double w = near_share * bn_exact_exp(-square / (4 * o->sigma * o->sigma)) +
+                           far_share * bn_exact_exp(-square / (4 * o->far_sigma * o->far_sigma));
+                sum += w;
+                b->weights[(size_t)(y + ry) * b->row_lanes + (size_t)(x + rx)] =
+                    (int16_t)(w * scale + 0.5);
+            }
+        }
+        scale = BN_ANNEAL_WEIGHT_SUM / sum;
+    }
+}
+
+bn_result bn_anneal_scalar(bn_anneal_job *job) {
+    board b = {.job = job, .simd = bn_simd_get(), .rows = 2 * job->reach[1] + 1};
+    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    b.row_lanes = (2 * job->reach[0] + BN_WINDOW_LANES) / BN_WINDOW_LANES * BN_WINDOW_LANES;
+    b.stride = (size_t)job->width + b.row_lanes;
+    b.image_rows = (size_t)job->height + 2 * job->reach[1];
+    b.image = bn_allocate(b.image_rows, b.stride * sizeof *b.image);
+    b.weights = bn_allocate_zero(b.rows, b.row_lanes * sizeof *b.weights);
+    b.positions = bn_allocate(job->texels, sizeof *b.positions);
+    if (b.image == NULL || b.weights == NULL || b.positions == NULL) goto done;
+    fill_weights(&b);
+    for (uint32_t p = 0; p < job->texels; ++p) place(&b, p, job->ranks[p]);
+    const double most = BN_ANNEAL_WEIGHT_SUM * (job->texels < 65536 ? job->texels : 65536.0);
+    result = BN_SUCCESS;
+    for (uint32_t s = 0; s < job->options->sweeps; ++s) {
+        if (bn_anneal_cancelled(job, s)) {
+            result = BN_ERROR_CANCELLED;
+            break;
+        }
+        sweep(&b, most * bn_anneal_temperature(job, s));
+    }
+done:
+    bn_free(b.image);
+    bn_free(b.weights);
+    bn_free(b.positions);
+    return result;
+}

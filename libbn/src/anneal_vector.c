@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Annealing of two to four channels by the energy of Georgiev and Fajardo ("Blue-noise dithered
+ * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times
+ * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial exchanges one channel's values or all
+ * of them between two texels and costs two windows of table lookups, twice. */
+#include "anneal.h"
+#include "memory.h"
+
+enum {
+    BN_VECTOR_BITS = 12,                       /* of a value */
+    BN_VECTOR_TABLE = 4096,                    /* entries for squared distances from 0 to 4 */
+    BN_VECTOR_SHIFT = 2 * BN_VECTOR_BITS - 10, /* squared distance to entry */
+    BN_VECTOR_ONE = 1 << 14
+};
+
+typedef struct field {
+    bn_anneal_job *job;
+    int16_t *values;     /* [texels][4], in BN_VECTOR_BITS bits; absent channels 0 */
+    uint32_t *positions; /* [channels][texels]: the texel of each rank */
+    int32_t *weights;    /* of the offsets of a window */
+    int32_t table[BN_VECTOR_TABLE + 1];
+} field;
+
+static uint32_t entry(const int16_t *a, const int16_t *b) {
+    int32_t sum = 0;
+    for (int c = 0; c < 4; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+    return (uint32_t)sum >> BN_VECTOR_SHIFT;
+}
+
+/* What the energy of p's pairs grows by when its value changes from `old` to `new`. The pair with
+ * `other` is left out: an exchange keeps the distance within the pair, whichever channels it takes.
+ */
+static int64_t change(const field *f, uint32_t p, uint32_t other, const int16_t *old,
+                      const int16_t *new) {
+    const bn_anneal_job *job = f->job;
+    const uint32_t rx = job->reach[0], ry = job->reach[1], width = job->width;
+    const uint32_t x0 = (p % width + width - rx) % width;
+    uint32_t y = (p / width + job->height - ry) % job->height;
+    const int32_t *weight = f->weights;
+    int64_t sum = 0;
+    for (uint32_t row = 0; row <= 2 * ry; ++row) {
+        uint32_t x = x0;
+        for (uint32_t column = 0; column <= 2 * rx; ++column, ++weight) {
+            const uint32_t n = y * width + x;
+            if (++x == width) x = 0;
+            if (n == p || n == other) continue;
+            const int16_t *v = f->values + 4 * (size_t)n;
+            sum += (int64_t)*weight * (f->table[entry(v, new)] - f->table[entry(v, old)]);
+        }
+        if (++y == job->height) y = 0;
+    }
+    return sum;
+}
+
+static int16_t reduced(const bn_anneal_job *job, uint32_t rank) {
+    return (int16_t)(((uint64_t)rank * 2 + 1) * (1 << BN_VECTOR_BITS) /
+                     ((uint64_t)job->texels * 2));
+}
+
+static void try_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double allowance) {
+    bn_anneal_job *job = f->job;
+    int16_t *vp = f->values + 4 * (size_t)p, *vq = f->values + 4 * (size_t)q;
+    int16_t new_p[4], new_q[4];
+    for (uint32_t c = 0; c < 4; ++c) {
+        new_p[c] = channels >> c & 1 ? vq[c] : vp[c];
+        new_q[c] = channels >> c & 1 ? vp[c] : vq[c];
+    }
+    int64_t loss = change(f, p, q, vp, new_p) + change(f, q, p, vq, new_q);
+    if ((double)loss > allowance) return;
+    for (uint32_t c = 0; c < job->channels; ++c) {
+        if (!(channels >> c & 1)) continue;
+        uint32_t *ranks = job->ranks + (size_t)c * job->texels, rank = ranks[p];
+        ranks[p] = ranks[q];
+        ranks[q] = rank;
+        f->positions[(size_t)c * job->texels + ranks[p]] = p;
+        f->positions[(size_t)c * job->texels + ranks[q]] = q;
+        vp[c] = new_p[c];
+        vq[c] = new_q[c];
+    }
+}
+
+static void sweep(field *f, double temperature) {
+    bn_anneal_job *job = f->job;
+    const uint32_t texels = job->texels, reach = texels / 16 + 1;
+    for (uint32_t trial = 0; trial < texels; ++trial) {
+        const uint64_t bits = bn_random_next(&job->random);
+        const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
+        const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];
+        const uint32_t more = bn_random_below(&job->random, 1u << 24);
+        const uint32_t channel = (more & 0xff) % job->channels;
+        uint32_t q, channels = 1u << channel;
+        switch (bits >> 12 & 3) {
+        case 0: /* one channel's near rank */
+        case 1: {
+            const uint32_t step = 1 + (uint32_t)((uint64_t)(more >> 8) * reach >> 16);
+            const uint32_t rank = job->ranks[(size_t)channel * texels + p];
+            if (bits >> 14 & 1 ? rank < step : step >= texels - rank) continue;
+            q = f->positions[(size_t)channel * texels +
+                             (bits >> 14 & 1 ? rank - step : rank + step)];
+            break;
+        }
+        case 2: /* one channel of a near texel */
+            q = bn_anneal_neighbour(job, p, (more >> 8) % 49);
+            break;
+        default: /* all channels of any texel */
+            q = (uint32_t)((bits >> 16 & 0xffff) * texels >> 16);
+            channels = 15;
+            break;
+        }
+        if (q != p) try_swap(f, p, q, channels, allowance);
+    }
+}
+
+/* |v|^(channels / 2) by square roots alone: distance is the root of the entry. */
+static double power(double square, uint32_t channels) {
+    double distance = sqrt(square);
+    if (channels == 2) return distance;
+    return channels == 3 ? distance * sqrt(distance) : square;
+}
+
+bn_result bn_anneal_vector(bn_anneal_job *job) {
+    const bn_anneal_options *o = job->options;
+    const uint32_t columns = 2 * job->reach[0] + 1, rows = 2 * job->reach[1] + 1;
+    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    field *f = bn_allocate_zero(1, sizeof *f);
+    if (f == NULL) return result;
+    f->job = job;
+    f->values = bn_allocate_zero(job->texels, 4 * sizeof *f->values);
+    f->positions = bn_allocate(job->texels, job->channels * sizeof *f->positions);
+    f->weights = bn_allocate((size_t)columns * rows, sizeof *f->weights);
+    if (f->values == NULL || f->positions == NULL || f->weights == NULL) goto done;
+    double sum = 0;
+    for (uint32_t y = 0; y < rows; ++y) {
+        for (uint32_t x = 0; x < columns; ++x) {
+            double dx = (double)x - job->reach[0], dy = (double)y - job->reach[1];
+            double w = bn_exact_exp(-(dx * dx + dy * dy) / (4 * o->sigma * o->sigma));
+            f->weights[y * columns + x] = (int32_t)(BN_VECTOR_ONE * w);
+            sum += w;
+        }
+    }
+    for (int i = 0; i <= BN_VECTOR_TABLE; ++i) {
+        double d = power((i + 0.5) * 4 / BN_VECTOR_TABLE, job->channels);
+        double exponent = d / (o->value_sigma * o->value_sigma);
+        f->table[i] = exponent > 30 ? 0 : (int32_t)(BN_VECTOR_ONE * bn_exact_exp(-exponent));
+    }
+    for (uint32_t c = 0; c < job->channels; ++c) {
+        for (uint32_t p = 0; p < job->texels; ++p) {
+            const uint32_t rank = job->ranks[(size_t)c * job->texels + p];
+            f->values[4 * (size_t)p + c] = reduced(job, rank);
+            f->positions[(size_t)c * job->texels + rank] = p;
+        }
+    }
+    const double most = sum * BN_VECTOR_ONE * BN_VECTOR_ONE;
+    result = BN_SUCCESS;
+    for (uint32_t s = 0; s < o->sweeps; ++s) {
+        if (bn_anneal_cancelled(job, s)) {
+            result = BN_ERROR_CANCELLED;
+            break;
+        }
+        sweep(f, most * bn_anneal_temperature(job, s));
+    }
+done:
+    bn_free(f->values);
+    bn_free(f->positions);
+    bn_free(f->weights);
+    bn_free(f);
+    return result;
+}

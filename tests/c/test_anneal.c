@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Annealing: permutations, determinism, better than where it started, cancelling, bad input. */
+#include "check.h"
+#include "masks.h"
+#include <math.h>
+
+static double error_of(const uint32_t *ranks, uint32_t width, uint32_t height, double sigma) {
+    double error = 1;
+    CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigma, &error) == BN_SUCCESS);
+    return error;
+}
+
+static void test_extents(void) {
+    static const uint32_t extents[][2] = {{1, 1},  {2, 1},  {1, 3},   {2, 2}, {5, 4},
+                                          {40, 1}, {3, 50}, {16, 16}, {33, 9}};
+    for (size_t i = 0; i < sizeof extents / sizeof *extents; ++i) {
+        for (uint32_t channels = 1; channels <= 4; ++channels) {
+            const uint32_t *e = extents[i];
+            const size_t texels = (size_t)e[0] * e[1], count = texels * channels;
+            uint32_t *ranks = malloc(count * sizeof *ranks), *again = malloc(count * sizeof *again);
+            bn_anneal_options options = bn_anneal_options_default();
+            options.sweeps = 5;
+            options.sigma = i % 2 ? 0.25 : 4;
+            options.far_sigma = 4;
+            options.start_temperature = 0.01;
+            options.seed = i;
+            CHECK(bn_anneal(&options, e[0], e[1], channels, ranks, count) == BN_SUCCESS);
+            CHECK(bn_anneal(&options, e[0], e[1], channels, again, count) == BN_SUCCESS);
+            CHECK(memcmp(ranks, again, count * sizeof *ranks) == 0);
+            for (uint32_t c = 0; c < channels; ++c) {
+                CHECK(is_permutation(ranks + c * texels, texels));
+            }
+            free(ranks);
+            free(again);
+        }
+    }
+}
+
+/* Fixed seeds, exact integers: no false alarms. */
+static void test_improves(void) {
+    enum { size = 32 };
+    static uint32_t start[size * size], ranks[size * size], white[size * size];
+    CHECK(bn_void_and_cluster(NULL, size, size, 1, start, size * size) == BN_SUCCESS);
+    memcpy(ranks, start, sizeof ranks);
+    bn_anneal_options options = bn_anneal_options_default();
+    options.start_from_ranks = 1;
+    options.sweeps = 3000;
+    CHECK(bn_anneal(&options, size, size, 1, ranks, size * size) == BN_SUCCESS);
+    CHECK(is_permutation(ranks, size * size));
+    CHECK(error_of(ranks, size, size, 1) < 0.037);
+    CHECK(error_of(ranks, size, size, 1) < 0.985 * error_of(start, size, size, 1));
+    CHECK(error_of(ranks, size, size, 1.5) < 0.0165);
+
+    /* From white noise too, and the weight of the far blur trades one error for the other. */
+    fill_white(white, size * size, 3);
+    memcpy(ranks, white, sizeof ranks);
+    options.start_temperature = 1e-2;
+    options.far_weight = 0;
+    CHECK(bn_anneal(&options, size, size, 1, ranks, size * size) == BN_SUCCESS);
+    const double near_only = error_of(ranks, size, size, 1.5);
+    CHECK(error_of(ranks, size, size, 1) < 0.038);
+    memcpy(ranks, white, sizeof ranks);
+    options.far_weight = 4;
+    CHECK(bn_anneal(&options, size, size, 1, ranks, size * size) == BN_SUCCESS);
+    CHECK(error_of(ranks, size, size, 1.5) < near_only);
+}
+
+/* The error of a half-plane's pattern after a Gaussian, summed over directions and offsets: what a
+ * vector mask is for. Slow and plain. */
+static double half_plane_error(const uint32_t *ranks, uint32_t size) {
+    const size_t texels = (size_t)size * size;
+    const double pi = acos(-1);
+    uint32_t *order = malloc(texels * sizeof *order);
+    float *values = malloc(texels * sizeof *values);
+    double total = 0;
+    for (int direction = 0; direction < 12; ++direction) {
+        double c = cos(pi * direction / 12 + 0.1), s = sin(pi * direction / 12 + 0.1), error = 0;
+        for (size_t i = 0; i < texels; ++i)
+            values[i] = (float)(c * ranks[i] + s * ranks[texels + i]);
+        /* The mask error of the ranks along the direction is its mean over all offsets. */
+        CHECK(bn_ranks_from_values(values, texels, order) == BN_SUCCESS);
+        CHECK(bn_mask_error(order, size, size, texels, 1, &error) == BN_SUCCESS);
+        total += error * error;
+    }
+    free(order);
+    free(values);
+    return sqrt(total / 12);
+}
+
+static void test_vectors(void) {
+    enum { size = 32, texels = size * size };
+    static uint32_t ranks[2 * texels];
+    fill_white(ranks, texels, 1);
+    fill_white(ranks + texels, texels, 2);
+    const double white = half_plane_error(ranks, size);
+    bn_anneal_options options = bn_anneal_options_default();
+    options.start_from_ranks = 1;
+    options.sweeps = 150;
+    CHECK(bn_anneal(&options, size, size, 2, ranks, 2 * texels) == BN_SUCCESS);
+    CHECK(is_permutation(ranks, texels) && is_permutation(ranks + texels, texels));
+    CHECK(half_plane_error(ranks, size) < 0.62 * white);
+}
+
+static int32_t cancel_late(void *user, double fraction) {
+    (void)user;
+    return fraction > 0.5;
+}
+
+static void test_bad_input(void) {
+    uint32_t ranks[32];
+    for (uint32_t i = 0; i < 32; ++i) ranks[i] = i % 16;
+    bn_anneal_options options = bn_anneal_options_default();
+    options.start_from_ranks = 1;
+    CHECK(bn_anneal(&options, 4, 4, 1, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&options, 0, 4, 1, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&options, 4, 0, 1, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&options, 4, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&options, 4, 4, 5, ranks, 80) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&options, 4, 4, 2, ranks, 16) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_anneal(&options, UINT32_MAX, UINT32_MAX, 1, ranks, 16) == BN_ERROR_OUT_OF_MEMORY);
+    static const double bad[] = {0, -1, 0.1, 5, NAN, INFINITY};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        bn_anneal_options o = options;
+        o.sigma = bad[i];
+        CHECK(bn_anneal(&o, 4, 4, 1, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+        o = options;
+        o.far_sigma = bad[i];
+        CHECK(bn_anneal(&o, 4, 4, 1, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+        o = options;
+        o.start_temperature = i < 3 ? -1e-9 : bad[i];
+        CHECK(bn_anneal(&o, 4, 4, 1, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+        o = options;
+        o.far_weight = i < 4 ? -1 - bad[i] : bad[i];
+        CHECK(o.far_weight >= 0 || bn_anneal(&o, 4, 4, 1, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+    }
+    uint32_t before[32];
+    options.progress = cancel_late;
+    memcpy(before, ranks, sizeof ranks);
+    CHECK(bn_anneal(&options, 4, 4, 2, ranks, 32) == BN_ERROR_CANCELLED);
+    CHECK(bn_anneal(&options, 4, 4, 1, ranks, 16) == BN_ERROR_CANCELLED);
+    ranks[3] = before[3] = 16;
+    CHECK(bn_anneal(&options, 4, 4, 2, ranks, 32) == BN_ERROR_BAD_DATA);
+    CHECK(memcmp(before, ranks, sizeof ranks) == 0);
+}
+
+int main(void) {
+    test_extents();
+    test_improves();
+    test_vectors();
+    test_bad_input();
+    return check_result();
+}
