@@ -22,13 +22,14 @@ job_count() {
     echo "$cores"
 }
 
-# run_logged "what is done" command...: quiet; when it fails, the end of what the command printed is shown.
+# run_logged "what is done" command...: quiet; when it fails, the end of what the command printed is shown,
+# shown_lines of it (default 30).
 run_logged() {
     local status=0
     say "$1"
     shift
     mkdir -p "$root/out"
     "$@" >"$root/out/setup.log" 2>&1 </dev/null || status=$?
-    [ "$status" -eq 0 ] || tail -n 30 "$root/out/setup.log" >&2
+    [ "$status" -eq 0 ] || tail -n "${shown_lines:-30}" "$root/out/setup.log" >&2
     return "$status"
 }

@@ -8,6 +8,7 @@ so that an interrupted one goes on where it was.
 
 import dataclasses
 import json
+import signal
 import subprocess
 from pathlib import Path
 
@@ -69,6 +70,8 @@ class Renderer:
             path.parent.mkdir(parents=True, exist_ok=True)
             done = subprocess.run([self.program, *request.arguments(), "--quiet", "-o", path], check=False,
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True)
+            if done.returncode == -signal.SIGINT:
+                raise KeyboardInterrupt
             if done.returncode != 0:
                 raise RenderError(done.stderr.strip() or f"{self.program} ended with {done.returncode}")
             self._record(path, key)
