@@ -207,4 +207,23 @@ static int32_t window_difference(const int16_t *first, const int16_t *second, si
     return x8_sum(x8_subtract(plus, minus));
 }
 
-const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME, field_change, field_find, window_difference};
+/* ---- Relaxation ---- */
+
+static void relax_row(const int16_t *centre, const ptrdiff_t *offsets, const int16_t *weights,
+                      uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
+                      int16_t *gradient) {
+    const bn_i16x16 low = i16_set((int16_t)-limit), high = i16_set(limit);
+    for (uint32_t x = 0; x < columns; x += BN_WINDOW_LANES) {
+        const bn_i16x16 here = i16_load(centre + x);
+        bn_i16x16 sum = i16_set(0);
+        for (uint32_t k = 0; k < pairs; ++k) {
+            bn_i16x16 d = i16_subtract_saturated(here, i16_load(centre + x + offsets[k]));
+            d = i16_shift_left(i16_clamp(d, low, high), shift);
+            sum = i16_add(sum, i16_multiply_upper(d, i16_load(weights + k * BN_WINDOW_LANES)));
+        }
+        i16_store(gradient + x, sum);
+    }
+}
+
+const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME, field_change, field_find, window_difference,
+                               relax_row};

@@ -23,6 +23,14 @@ typedef struct bn_simd {
     int32_t (*window_difference)(const int16_t *first, const int16_t *second, size_t stride,
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
                                  int16_t low, int16_t high);
+
+    /* The gradient of `columns` texels in a row: sums over the pairs of weight * clamp(centre -
+     * other, -limit, limit) * 2^shift, each product rounded to its upper half as (a b + 2^14) /
+     * 2^15. Weights stand BN_WINDOW_LANES times each and add up to less than 2^15. Reads and writes
+     * up to the next multiple of BN_WINDOW_LANES. */
+    void (*relax_row)(const int16_t *centre, const ptrdiff_t *offsets, const int16_t *weights,
+                      uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
+                      int16_t *gradient);
 } bn_simd;
 
 /* The best set this machine has. The environment variable BN_SIMD limits it to "scalar", "sse4.1",

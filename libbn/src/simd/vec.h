@@ -155,6 +155,21 @@ static inline bn_i16x16 i16_load(const int16_t *p) {
 static inline bn_i16x16 i16_clamp(bn_i16x16 a, bn_i16x16 low, bn_i16x16 high) {
     return _mm256_min_epi16(_mm256_max_epi16(a, low), high);
 }
+static inline void i16_store(int16_t *p, bn_i16x16 a) {
+    _mm256_storeu_si256((__m256i *)(void *)p, a);
+}
+static inline bn_i16x16 i16_add(bn_i16x16 a, bn_i16x16 b) {
+    return _mm256_add_epi16(a, b);
+}
+static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 a, bn_i16x16 b) {
+    return _mm256_subs_epi16(a, b);
+}
+static inline bn_i16x16 i16_shift_left(bn_i16x16 a, int32_t shift) {
+    return _mm256_sll_epi16(a, _mm_cvtsi32_si128(shift));
+}
+static inline bn_i16x16 i16_multiply_upper(bn_i16x16 a, bn_i16x16 b) {
+    return _mm256_mulhrs_epi16(a, b);
+}
 static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 a, bn_i16x16 b) {
     return _mm256_add_epi32(sum, _mm256_madd_epi16(a, b));
 }
@@ -248,6 +263,27 @@ static inline bn_i16x16 i16_load(const int16_t *p) {
 static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
     bn_i16x16 r = {_mm_min_epi16(_mm_max_epi16(x.a, low.a), high.a),
                    _mm_min_epi16(_mm_max_epi16(x.b, low.b), high.b)};
+    return r;
+}
+static inline void i16_store(int16_t *p, bn_i16x16 x) {
+    _mm_storeu_si128((__m128i *)(void *)p, x.a);
+    _mm_storeu_si128((__m128i *)(void *)(p + 8), x.b);
+}
+static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {_mm_add_epi16(x.a, y.a), _mm_add_epi16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {_mm_subs_epi16(x.a, y.a), _mm_subs_epi16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {_mm_mulhrs_epi16(x.a, y.a), _mm_mulhrs_epi16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
+    const __m128i by = _mm_cvtsi32_si128(shift);
+    bn_i16x16 r = {_mm_sll_epi16(x.a, by), _mm_sll_epi16(x.b, by)};
     return r;
 }
 static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 x, bn_i16x16 y) {
@@ -344,6 +380,27 @@ static inline bn_i16x16 i16_load(const int16_t *p) {
 static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
     bn_i16x16 r = {vminq_s16(vmaxq_s16(x.a, low.a), high.a),
                    vminq_s16(vmaxq_s16(x.b, low.b), high.b)};
+    return r;
+}
+static inline void i16_store(int16_t *p, bn_i16x16 x) {
+    vst1q_s16(p, x.a);
+    vst1q_s16(p + 8, x.b);
+}
+static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {vaddq_s16(x.a, y.a), vaddq_s16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {vqsubq_s16(x.a, y.a), vqsubq_s16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {vqrdmulhq_s16(x.a, y.a), vqrdmulhq_s16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
+    const int16x8_t by = vdupq_n_s16((int16_t)shift);
+    bn_i16x16 r = {vshlq_s16(x.a, by), vshlq_s16(x.b, by)};
     return r;
 }
 static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 x, bn_i16x16 y) {
@@ -454,6 +511,28 @@ static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
         x.v[i] = x.v[i] < low.v[i] ? low.v[i] : x.v[i];
         x.v[i] = x.v[i] > high.v[i] ? high.v[i] : x.v[i];
     }
+    return x;
+}
+static inline void i16_store(int16_t *p, bn_i16x16 x) {
+    memcpy(p, x.v, sizeof x.v);
+}
+static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
+    for (int i = 0; i < 16; ++i) x.v[i] = (int16_t)(x.v[i] + y.v[i]);
+    return x;
+}
+static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
+    for (int i = 0; i < 16; ++i) {
+        int32_t d = x.v[i] - y.v[i];
+        x.v[i] = (int16_t)(d > INT16_MAX ? INT16_MAX : d < INT16_MIN ? INT16_MIN : d);
+    }
+    return x;
+}
+static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
+    for (int i = 0; i < 16; ++i) x.v[i] = (int16_t)(x.v[i] * (1 << shift));
+    return x;
+}
+static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
+    for (int i = 0; i < 16; ++i) x.v[i] = (int16_t)((x.v[i] * y.v[i] + (1 << 14)) >> 15);
     return x;
 }
 static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 x, bn_i16x16 y) {

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Relaxation: permutations at any extents, the same bits on any number of threads, quality,
+ * finishing other masks, cancelling, bad input. */
+#include "check.h"
+#include "masks.h"
+#include <math.h>
+
+static double error_of(const uint32_t *ranks, uint32_t width, uint32_t height, double sigma) {
+    double error = 1;
+    CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigma, &error) == BN_SUCCESS);
+    return error;
+}
+
+static void test_extents(void) {
+    static const uint32_t extents[][2] = {{1, 1},  {2, 1},   {1, 3},   {2, 2},   {5, 4},
+                                          {40, 1}, {3, 500}, {700, 2}, {16, 16}, {33, 95}};
+    for (size_t i = 0; i < sizeof extents / sizeof *extents; ++i) {
+        const size_t count = (size_t)extents[i][0] * extents[i][1];
+        uint32_t *ranks = malloc(count * sizeof *ranks);
+        static const double sigmas[] = {0.25, 0.92, 2.5};
+        for (int s = 0; s < 3; ++s) {
+            bn_relax_options options = bn_relax_options_default();
+            options.sigma = sigmas[s];
+            options.start_step = 8;
+            options.start_softness = 0.49;
+            options.steps = s == 0 ? 1 : 12;
+            CHECK(bn_relax(&options, extents[i][0], extents[i][1], ranks, count) == BN_SUCCESS);
+            CHECK(is_permutation(ranks, count));
+        }
+        free(ranks);
+    }
+}
+
+static void test_threads(void) {
+    enum { width = 200, height = 300, count = width * height };
+    uint32_t *ranks = malloc(count * sizeof *ranks);
+    uint64_t expected = 0;
+    for (uint32_t threads = 1; threads <= 5; ++threads) {
+        bn_relax_options options = bn_relax_options_default();
+        options.threads = threads;
+        options.steps = 10;
+        CHECK(bn_relax(&options, width, height, ranks, count) == BN_SUCCESS);
+        if (threads == 1) expected = hash_ranks(ranks, count);
+        CHECK(hash_ranks(ranks, count) == expected);
+    }
+    free(ranks);
+}
+
+static void test_quality(void) {
+    enum { size = 64, count = size * size };
+    static uint32_t ranks[count], other[count];
+    for (uint64_t seed = 0; seed < 4; ++seed) {
+        bn_relax_options options = bn_relax_options_default();
+        options.seed = seed;
+        CHECK(bn_relax(&options, size, size, ranks, count) == BN_SUCCESS);
+        CHECK(error_of(ranks, size, size, 1) <= 0.042);
+        CHECK(error_of(ranks, size, size, 1.5) <= 0.019);
+        CHECK(seed == 0 || memcmp(ranks, other, sizeof ranks) != 0);
+        memcpy(other, ranks, sizeof ranks);
+    }
+    /* White noise after a few small steps is better than white noise. */
+    fill_white(ranks, count, 1);
+    const double before = error_of(ranks, size, size, 1);
+    bn_relax_options options = bn_relax_options_default();
+    options.start_from_ranks = 1;
+    options.start_step = 0.3;
+    options.start_softness = 0.05;
+    options.steps = 16;
+    CHECK(bn_relax(&options, size, size, ranks, count) == BN_SUCCESS);
+    CHECK(is_permutation(ranks, count) && error_of(ranks, size, size, 1) < 0.8 * before);
+}
+
+static int32_t cancel_late(void *user, double fraction) {
+    ++*(int *)user;
+    return fraction > 0.5;
+}
+
+static void test_bad_input(void) {
+    uint32_t ranks[16];
+    for (uint32_t i = 0; i < 16; ++i) ranks[i] = 7;
+    bn_relax_options options = bn_relax_options_default();
+    CHECK(bn_relax(&options, 4, 4, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_relax(&options, 0, 4, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_relax(&options, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_relax(&options, 4, 4, ranks, 15) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_relax(&options, UINT32_MAX, UINT32_MAX, ranks, 16) == BN_ERROR_OUT_OF_MEMORY);
+    static const double bad[] = {0, -1, NAN, INFINITY, 9};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        double *const fields[] = {&options.sigma, &options.start_step, &options.end_step,
+                                  &options.start_softness, &options.end_softness};
+        for (size_t f = 0; f < sizeof fields / sizeof *fields; ++f) {
+            const double kept = *fields[f];
+            *fields[f] = bad[i];
+            CHECK(bn_relax(&options, 4, 4, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+            *fields[f] = kept;
+        }
+    }
+    options.steps = 0;
+    CHECK(bn_relax(&options, 4, 4, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+    options.steps = 10;
+    options.start_from_ranks = 1;
+    CHECK(bn_relax(&options, 4, 4, ranks, 16) == BN_ERROR_BAD_DATA);
+    options.start_from_ranks = 0;
+    int calls = 0;
+    options.progress = cancel_late;
+    options.progress_user = &calls;
+    CHECK(bn_relax(&options, 4, 4, ranks, 16) == BN_ERROR_CANCELLED);
+    CHECK(calls == 7);
+    for (uint32_t i = 0; i < 16; ++i) CHECK(ranks[i] == 7);
+}
+
+int main(void) {
+    test_extents();
+    test_threads();
+    test_quality();
+    test_bad_input();
+    return check_result();
+}
