@@ -17,7 +17,11 @@ enum {
     BN_TILE_SIZE = 64,
     BN_FIELD_FANOUT = 64,
     BN_FIELD_LEVELS = 6, /* 64^6 values are enough for 2^31 texels */
-    BN_FIELD_SET = 1 << 30
+    BN_FIELD_SET = 1 << 30,
+    /* Most tiles under the kernel in a slice: 54 texels each way at sigma 16, or a folded axis,
+     * which is no longer; so at most 15 tiles along an axis, and one more where the torus' ends
+     * meet. */
+    BN_FIELD_JOBS = 16 * 16
 };
 
 /* What a change keeps up to date, and a search looks for. */

@@ -5,9 +5,9 @@
  * the "tightest cluster" would be left to rounding. So the Gaussian grows with the spacing of the
  * points that are left (0.45 of it, where void-and-cluster's own stands at the usual density of the
  * initial pattern), which keeps the pattern blue at every grey level down to single points. The
- * points lie in cells of the kernel's reach. Energies are integers that only fall, so the next point
- * comes from a queue of buckets whose entries are put right when they come up. Time and memory are
- * linear in the points. */
+ * points lie in cells of the kernel's reach. Energies are integers that only fall, so the next
+ * point comes from a queue of buckets whose entries are put right when they come up. Time and
+ * memory are linear in the points. */
 #include "thin.h"
 #include "exact_math.h"
 #include "hash.h"
@@ -15,7 +15,7 @@
 #include <string.h>
 
 static const double BN_THIN_SIGMA = 0.45; /* in spacings */
-static const double BN_THIN_REACH = 3.5;  /* in sigmas */
+static const double BN_THIN_REACH = 3;    /* in sigmas */
 static const double BN_THIN_STAGE = 0.5;  /* share of the points left when the Gaussian grows */
 
 enum { BN_THIN_TABLE = 1024, BN_THIN_BUCKETS = 1024 };
@@ -129,7 +129,7 @@ static void reorder(thin *t, uint32_t **values) {
 static void sort_into_cells(thin *t, double reach) {
     size_t cells = 1;
     for (int axis = 0; axis < 3; ++axis) {
-        double fit = t->extent[axis] / (reach + 1);
+        double fit = t->extent[axis] / reach;
         t->cells[axis] = fit < 1 ? 1 : (uint32_t)fit;
         cells *= t->cells[axis];
     }
@@ -210,7 +210,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         *arrays[i] = bn_allocate(count, sizeof **arrays[i]);
         good = good && *arrays[i] != NULL;
     }
-    /* A cell is never smaller than the reach, which is above 1.5 spacings. */
+    /* A cell is never smaller than the reach, which is above 1.3 spacings. */
     t->cell_start = bn_allocate(count + 8, sizeof *t->cell_start);
     if (!good || t->cell_start == NULL) {
         good = 0;

@@ -89,12 +89,18 @@ static void put_back(maker *m, size_t ones) {
 
 /* Lists the texels that are set (or not) in m->minority and thins them. */
 static int thin(maker *m, int set, size_t expected) {
+    const bn_field *f = &m->field;
     size_t listed = 0;
-    for (size_t i = 0; i < m->count; ++i) {
-        int is_set = energy_at(m, bn_field_at(&m->field, i)) >= BN_FIELD_SET;
-        if (is_set == set && listed < expected) m->minority[listed++] = (uint32_t)i;
+    for (uint32_t tile = 0; tile < f->tile_count; ++tile) {
+        const int32_t *energy = f->energy + (size_t)tile * BN_TILE_SIZE;
+        const int32_t *keep = f->edge_keep[f->tile[tile].edge];
+        for (uint32_t lane = 0; lane < BN_TILE_SIZE; ++lane) {
+            if ((energy[lane] >= BN_FIELD_SET) != set || keep[lane] == 0) continue;
+            const bn_field_texel texel = {tile, lane};
+            if (listed < expected) m->minority[listed++] = (uint32_t)bn_field_index(f, texel);
+        }
     }
-    return bn_thin(m->field.extent, m->options->seed, m->minority, listed);
+    return bn_thin(f->extent, m->options->seed, m->minority, listed);
 }
 
 /* How many texels of a minority are so far apart that they are bn_thin's. */

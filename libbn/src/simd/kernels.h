@@ -10,6 +10,14 @@
 #define BN_INLINE static inline
 #endif
 
+BN_INLINE void prefetch(const void *p) {
+#if defined(__GNUC__)
+    __builtin_prefetch(p, 1);
+#else
+    (void)p;
+#endif
+}
+
 /* ---- Extremes of 64 values ---- */
 
 BN_INLINE int32_t lowest_of_64(const int32_t *values) {
@@ -25,15 +33,17 @@ BN_INLINE int32_t highest_of_64(const int32_t *values) {
     return i32_highest(high);
 }
 
-/* The position of the first of 64 values, or'ed with `fill`, that equals `value`, which occurs. */
+/* The position of the first of 64 values, or'ed with `fill`, that equals `value`, which occurs.
+ * Looks at all of them: a loop that ends early ends where no processor can foresee. */
 BN_INLINE uint32_t first_of_64(const int32_t *values, const int32_t *fill, int32_t value) {
     const bn_i32v wanted = i32_set(value);
-    for (uint32_t i = 0;; i += BN_I32_LANES) {
+    uint64_t bits = 0;
+    for (uint32_t i = 0; i < 64; i += BN_I32_LANES) {
         bn_i32v v = i32_load(values + i);
         if (fill != NULL) v = i32_or(v, i32_load(fill + i));
-        uint32_t bits = i32_equal_bits(v, wanted);
-        if (bits != 0) return i + first_bit(bits);
+        bits |= (uint64_t)i32_equal_bits(v, wanted) << i;
     }
+    return first_bit(bits);
 }
 
 /* ---- Energy field ---- */
@@ -88,13 +98,22 @@ BN_INLINE void touch(bn_field *f, int level, size_t group, size_t *count) {
     f->touched[level][(*count)++] = (uint32_t)group;
 }
 
-/* One slice of the torus; `kernel` is the slice of the kernel at offset (0, 0). */
-BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
-                            const int32_t *kernel, int sign, int extremes, size_t *touched) {
+/* What one change does to one tile. */
+typedef struct job {
+    size_t index;
+    const int32_t *kernel;
+    uint32_t edge;
+} job;
+
+/* The tiles of one slice of the torus; `kernel` is the slice of the kernel at offset (0, 0). A row
+ * of tiles is at most as long as the kernel, so the jobs fit. Starts fetching them from memory. */
+BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
+                             const int32_t *kernel, job *jobs) {
     const int line = f->tile_extent[1] == 1, log_x = line ? 6 : 3, log_y = line ? 0 : 3;
     const int32_t tiles_x = (int32_t)f->tiles[0], tiles_y = (int32_t)f->tiles[1];
     piece px[2], py[2];
     const int nx = split(f, 0, c[0], reach, px), ny = split(f, 1, c[1], reach, py);
+    uint32_t count = 0;
     for (int iy = 0; iy < ny; ++iy) {
         for (int32_t ty = py[iy].first >> log_y; ty <= py[iy].last >> log_y; ++ty) {
             const int32_t *row =
@@ -105,14 +124,27 @@ BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32
             const uint32_t edge_y = ty + 1 == tiles_y ? f->edge[1] : 0;
             for (int ix = 0; ix < nx; ++ix) {
                 for (int32_t tx = px[ix].first >> log_x; tx <= px[ix].last >> log_x; ++tx) {
-                    const size_t index = base + (size_t)tx * (uint32_t)rows;
-                    const uint32_t edge = edge_y | (tx + 1 == tiles_x ? f->edge[0] : 0);
-                    change_tile(f, index, row + (tx * (1 << log_x) + px[ix].shift - c[0]), edge,
-                                sign, extremes);
-                    if (f->levels > 1) touch(f, 1, index / BN_FIELD_FANOUT, touched);
+                    job *j = &jobs[count++];
+                    j->index = base + (size_t)tx * (uint32_t)rows;
+                    j->kernel = row + (tx * (1 << log_x) + px[ix].shift - c[0]);
+                    j->edge = edge_y | (tx + 1 == tiles_x ? f->edge[0] : 0);
+                    for (int i = 0; i < BN_TILE_SIZE; i += 16) {
+                        prefetch(f->energy + j->index * BN_TILE_SIZE + i);
+                    }
                 }
             }
         }
+    }
+    return count;
+}
+
+BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
+                            const int32_t *kernel, int sign, int extremes, size_t *touched) {
+    job jobs[BN_FIELD_JOBS];
+    const uint32_t count = list_jobs(f, slice, c, reach, kernel, jobs);
+    for (uint32_t i = 0; i < count; ++i) {
+        change_tile(f, jobs[i].index, jobs[i].kernel, jobs[i].edge, sign, extremes);
+        if (f->levels > 1) touch(f, 1, jobs[i].index / BN_FIELD_FANOUT, touched);
     }
 }
 

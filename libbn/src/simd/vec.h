@@ -11,12 +11,12 @@
 #include <stdint.h>
 #include <string.h>
 
-static inline uint32_t first_bit(uint32_t bits) {
+static inline uint32_t first_bit(uint64_t bits) {
 #if defined(__GNUC__)
-    return (uint32_t)__builtin_ctz(bits);
+    return (uint32_t)__builtin_ctzll(bits);
 #else
     uint32_t i = 0;
-    while (!(bits >> i & 1)) ++i;
+    while (i < 63 && !(bits >> i & 1)) ++i;
     return i;
 #endif
 }
