@@ -14,16 +14,19 @@ from PIL import Image
 from . import page
 from .contact_sheet import sheet, zoomed
 from .files import read_exr, write_image, write_text, written_beside
-from .image_error import SIGMAS, error_image, luminance_error, radial_spectrum, rmse
+from .image_error import SIGMAS, blurred, error_image, luminance_error, radial_spectrum, rmse
 from .renders import RenderError, Renderer, Request
 
 SAMPLERS = ("white", "sobol", "blue")
 COUNTS = (1, 4, 16, 64)
 SCENE, SIZE = "cornell", 256
+EXPOSURE = 1.0  # stops, of the previews: the scene is dark but for its lamp
 # The reference and the pictures have different seeds, and so no sample in common.
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 4096
-# Where half-shadow, the edge of a box and a plain wall meet; in pixels of the 256x256 picture.
-ZOOM = (96, 150, 64, 64)
+# Where half-shadow, the edge of a box and plain faces meet: left, top, width, height in pixels.
+PART = (64, 166, 64, 64)
+# The same for the README's picture, at the count where it is seen best.
+README_PART, README_COUNT, README_SIZE = (40, 150, 96, 96), 4, 288
 PARTS = 16
 
 
@@ -61,7 +64,7 @@ def render_all(renderer, seed_count):
                     progress(f"{sampler}, {spp} spp, seed {seed}", done)
                     folder = "" if seed == 0 else f"seeds/{seed}/"
                     name = f"{folder}{SCENE}_{sampler}_{spp}.exr"
-                    path = renderer.render(Request(sampler, spp, seed, SCENE, SIZE, SIZE), name)
+                    path = renderer.render(Request(sampler, spp, seed, SCENE, SIZE, SIZE, exposure=EXPOSURE), name)
                     pictures.setdefault((sampler, spp), []).append(path)
                     done += spp
     finally:
@@ -115,14 +118,28 @@ def write_csv(path, rows):
             writer.writerow([row["sampler"], row["spp"], *row["rmse"], row["seconds"]])
 
 
+def grey(error, full_scale):
+    return Image.fromarray(error_image(error, full_scale)).convert("RGB")
+
+
+def readme_picture(cells):
+    """A part of the picture, and what a blur leaves of its error; one grey scale for all samplers."""
+    left, top, width, height = README_PART
+    errors = {sampler: blurred(cells[sampler, README_COUNT].error, 1.0) for sampler in SAMPLERS}
+    full_scale = 3 * float(np.std(errors["white"][top:top + height, left:left + width]))
+    rows = [[[zoomed(cells[sampler, README_COUNT].whole, README_PART, README_SIZE)] for sampler in SAMPLERS],
+            [[zoomed(grey(errors[sampler], full_scale), README_PART, README_SIZE)] for sampler in SAMPLERS]]
+    return sheet(rows, (f"{README_COUNT} spp", "error,\nblurred"), SAMPLERS)
+
+
 class Cells:
     """The pictures of one sampler and count, as 8-bit images."""
 
     def __init__(self, path, reference, full_scale):
         self.error = luminance_error(read_exr(path)[0], reference)
         self.whole = Image.open(path.with_suffix(".png")).convert("RGB")
-        self.part = zoomed(self.whole, ZOOM, SIZE)
-        self.difference = Image.fromarray(error_image(self.error, full_scale)).convert("RGB")
+        self.part = zoomed(self.whole, PART, SIZE)
+        self.difference = grey(self.error, full_scale)
 
 
 def make_cells(pictures, reference):
@@ -177,9 +194,7 @@ def write_report(folder, rows, cells, notes):
     contact = sheet([[[cells[s, n].whole, cells[s, n].part, cells[s, n].difference] for n in COUNTS]
                      for s in SAMPLERS], SAMPLERS, columns)
     write_image(folder / "contact_sheet.png", contact)
-    # The picture of the README: two counts are enough to see what it is about.
-    readme = sheet([[[cells[s, n].part] for s in SAMPLERS] for n in COUNTS[:2]], columns[:2], SAMPLERS)
-    write_image(folder / "readme.png", readme)
+    write_image(folder / "readme.png", readme_picture(cells))
 
     best = [i for i, row in enumerate(rows) if row["sampler"] == "blue"]
     sections = [("Error", [page.table(HEADER, map(texts, rows), best), *map(page.paragraph, notes),

@@ -32,11 +32,12 @@ class Request:
     width: int = 256
     height: int = 256
     first_sample: int = 0
+    exposure: float = 0.0  # stops, of the preview only
 
     def arguments(self):
         return ["--scene", self.scene, "--sampler", self.sampler, "--spp", str(self.spp),
                 "--seed", str(self.seed), "--size", f"{self.width}x{self.height}",
-                "--first-sample", str(self.first_sample)]
+                "--first-sample", str(self.first_sample), "--exposure", str(self.exposure)]
 
 
 class Renderer:
