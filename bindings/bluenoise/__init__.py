@@ -8,8 +8,9 @@ functions may be called from any number of threads; they work without Python's g
 """
 
 from ._core import CancelledError, RuntimeMissingError, __version__
+from ._dither import dither
 from ._masks import mask, to_float
-from ._measure import anisotropy, measure
+from ._measure import anisotropy, measure, power_spectrum, radial_power
 from ._sampler import Sampler
 
 __all__ = [
@@ -18,7 +19,10 @@ __all__ = [
     "Sampler",
     "__version__",
     "anisotropy",
+    "dither",
     "mask",
     "measure",
+    "power_spectrum",
+    "radial_power",
     "to_float",
 ]

@@ -11,10 +11,14 @@ import sys
 from pathlib import Path
 from typing import Any, Callable, Optional, Sequence
 
-from . import __version__, _files
+import numpy as np
+
+from . import __version__, _files, dither, power_spectrum, radial_power
 from . import mask as make_mask
 from . import measure as measure_mask
 from ._masks import METHODS
+from ._measure import ranks_of
+from ._plot import plot_spectrum
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:
@@ -61,6 +65,25 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("mask", type=Path, help="a grey picture or .npy")
     command.add_argument("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=_measure)
+
+    command = commands.add_parser(
+        "dither", help="dither a picture", description="Dithers a picture; see bluenoise.dither."
+    )
+    command.add_argument("input", type=Path, help="any picture that Pillow reads")
+    command.add_argument("output", type=Path, help="a picture of a lossless kind")
+    command.add_argument("--levels", default=2, type=_integer, help="2 to 256 (default 2)")
+    command.add_argument("--mask", type=Path, metavar="FILE", help="mask (default: the built-in 64)")
+    command.add_argument("--srgb", action="store_true", help="keep the mean in linear light")
+    command.set_defaults(run=_dither)
+
+    command = commands.add_parser(
+        "spectrum",
+        help="power spectrum of a mask",
+        description="Writes a mask's power spectrum: a plot, the radial average (.csv) or the array (.npy).",
+    )
+    command.add_argument("mask", type=Path, help="a grey picture or .npy")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="FILE")
+    command.set_defaults(run=_spectrum)
     return parser
 
 
@@ -139,6 +162,34 @@ def _line(name: str, value: str) -> None:
 
 def _number(value: float, spec: str) -> str:
     return "none" if math.isnan(value) else format(value, spec)
+
+
+def _dither(options: argparse.Namespace) -> None:
+    _files.check_output(options.output, _files.LOSSLESS)
+    picture = _files.open_picture(options.input)
+    ranks = None
+    if options.mask is not None:
+        ranks, exact = ranks_of("mask", _files.load_mask(options.mask))
+        if not exact:
+            raise ValueError(f"{options.mask} is no mask: some values occur more than once")
+    result = dither(picture, options.levels, mask=ranks, srgb=options.srgb)
+    _files.save_picture(options.output, result, picture)
+
+
+def _spectrum(options: argparse.Namespace) -> None:
+    path = options.output
+    suffix = path.suffix.lower()
+    _files.check_output(path, (".png", ".svg", ".pdf", ".csv", ".npy"))
+    values = _files.load_mask(options.mask)
+    with _files.replacing(path) as beside:
+        if suffix == ".npy":
+            np.save(beside, power_spectrum(values))
+        elif suffix == ".csv":
+            frequency, power = radial_power(values)
+            rows = "".join(f"{f:.6f},{p:.6f}\n" for f, p in zip(frequency, power))
+            beside.write_text("frequency,power\n" + rows, encoding="ascii")
+        else:
+            plot_spectrum(values, beside)
 
 
 def _without_nan(value: Any) -> Any:

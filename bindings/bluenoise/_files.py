@@ -14,6 +14,9 @@ import numpy.typing as npt
 
 _PNG_LEVELS = 2**16
 
+# Pictures that keep what dithering made.
+LOSSLESS = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".ppm")
+
 
 def pillow() -> Any:
     """The module PIL.Image."""
@@ -50,6 +53,8 @@ def replacing(path: Path) -> Iterator[Path]:
 def open_picture(path: Path) -> Any:
     """A picture, read completely."""
     Image = pillow()
+    from PIL import ImageOps
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
@@ -61,7 +66,7 @@ def open_picture(path: Path) -> Any:
         raise ValueError(f"{path} has too many pixels") from None
     except (OSError, SyntaxError, ValueError) as error:
         raise ValueError(f"{path} cannot be read as a picture: {error}") from None
-    return picture
+    return ImageOps.exif_transpose(picture)
 
 
 def load_mask(path: Path) -> npt.NDArray[Any]:
@@ -98,3 +103,13 @@ def save_mask(path: Path, ranks: npt.NDArray[np.uint32], description: str) -> bo
         text.add_text("Description", description)
         pillow().fromarray(levels).save(beside, pnginfo=text)
     return ranks.size <= _PNG_LEVELS
+
+
+def save_picture(path: Path, picture: Any, source: Any) -> None:
+    """Writes a picture with the colour profile and resolution of its source."""
+    kept = {name: source.info[name] for name in ("icc_profile", "dpi") if source.info.get(name)}
+    with replacing(path) as beside:
+        try:
+            picture.save(beside, **kept)
+        except (ValueError, KeyError) as error:
+            raise ValueError(f"{path} cannot hold this picture: {error}") from None

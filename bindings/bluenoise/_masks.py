@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import sys
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -14,6 +15,7 @@ from . import _arguments as arguments
 from . import _core
 from ._arguments import Progress, Ranks, Seed
 
+_FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
 _MAX_TEXELS = 2**31 - 1
 
@@ -31,13 +33,22 @@ def mask(
         One to three extents of at least 1, at most 2**31 - 1 texels together; or one integer.
     method
         ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993.
-        ``"white"``: a random permutation. ``"builtin"``: a mask that ships, square only, optimised for hours.
+        ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, one or two dimensions: slow, and the
+        best there is. ``"white"``: a random permutation. ``"builtin"``: a mask that ships, square only, optimised for hours.
     seed
         Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. 0 for ``"builtin"``.
     options
         For ``"void-and-cluster"``: ``sigma``, the standard deviation of its Gaussian in texels, 0.25 to 16 (1.5);
         ``initial_fraction``, the share of texels of the initial pattern, above 0 to 0.5 (0.1); ``progress``, called
         now and then with the fraction done: a true result stops with ``CancelledError``, an exception comes through.
+
+        For ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors are
+        made small, 0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error;
+        ``sweeps`` (1000), trial swaps per texel, at about 50 ns each; ``start_temperature`` (4e-4) and
+        ``end_temperature`` (2e-6), shares of all that one texel's pairs can gain; ``start_from_ranks``, a mask to start
+        from (void-and-cluster of the seed); ``progress``. With ``channels`` of 2 to 4 the result has shape (channels,
+        h, w), each channel a permutation, the vectors of values blue together (about 1 us per trial); then
+        ``value_sigma`` (1, 0.01 to 100) is how near values must be to repel each other, and the far blur has no part.
 
     Raises ``ValueError`` (unknown method, number out of range), ``TypeError`` (wrong type, unknown option) and
     ``MemoryError``. Ctrl-C interrupts.
@@ -79,6 +90,52 @@ def _void_and_cluster(
     return ranks.reshape(shape)
 
 
+def _anneal(
+    shape: tuple[int, ...],
+    seed: Seed,
+    *,
+    sigma: float = 1.0,
+    far_sigma: Optional[float] = None,
+    far_weight: float = 1.0,
+    value_sigma: float = 1.0,
+    start_temperature: float = 4e-4,
+    end_temperature: float = 2e-6,
+    sweeps: int = 1000,
+    channels: int = 1,
+    start_from_ranks: Optional[npt.ArrayLike] = None,
+    progress: Optional[Progress] = None,
+) -> Ranks:
+    if len(shape) > 2:
+        raise ValueError(f"shape for method 'anneal' must be (n,) or (h, w), not {shape}")
+    channels = arguments.integer("channels", channels, 1, 4)
+    result = shape if channels == 1 else (channels, *shape)
+    sigma = arguments.real("sigma", sigma, 0.25, 4)
+    if far_sigma is None:
+        far_sigma = max(sigma, _FAR_SIGMA)
+    start = arguments.real("start_temperature", start_temperature, 0, 1, low_included=False)
+    if start_from_ranks is None:
+        ranks = np.empty(result, np.uint32)
+    else:
+        ranks = arguments.integers("start_from_ranks", start_from_ranks, np.uint32, *arguments.UINT32)
+        if ranks.shape != result:
+            raise ValueError(f"start_from_ranks must have shape {result}, not {ranks.shape}")
+        ranks = np.array(ranks, order="C")
+    _core.anneal(
+        ranks.reshape((channels,) + (1,) * (2 - len(shape)) + shape),
+        sigma,
+        arguments.real("far_sigma", far_sigma, sigma, 4),
+        arguments.real("far_weight", far_weight, 0, sys.float_info.max),
+        arguments.real("value_sigma", value_sigma, 0.01, 100),
+        start,
+        arguments.real("end_temperature", end_temperature, 0, start, low_included=False),
+        arguments.integer("sweeps", sweeps, 0, arguments.UINT32[1]),
+        start_from_ranks is not None,
+        arguments.seed(seed),
+        arguments.callback("progress", progress),
+    )
+    return ranks
+
+
 def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
     """Sorts 48 random bits per texel of the library's white sampler, so bits do not depend on NumPy."""
     count = math.prod(shape)
@@ -104,6 +161,7 @@ def _builtin(shape: tuple[int, ...], seed: Seed) -> Ranks:
 
 _MAKERS: dict[str, Callable[..., Ranks]] = {
     "void-and-cluster": _void_and_cluster,
+    "anneal": _anneal,
     "white": _white,
     "builtin": _builtin,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from typing import Any, Sequence, Union
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -84,27 +84,50 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
     32 texels; NaN when there is none. An isotropic method gives about -10 log10 k for k masks, so k = 16: -12 dB
     (Ulichney, "Dithering with blue noise", 1988).
     """
-    spectra = []
+    total: Any = 0.0
+    shape: Optional[tuple[int, ...]] = None
     for mask in masks:  # type: ignore[union-attr]
-        ranks, _ = ranks_of("masks", mask)
-        spectra.append(_power(ranks))
-        if spectra[-1].shape != spectra[0].shape:
-            raise ValueError(f"masks must have one shape, not {spectra[0].shape} and {spectra[-1].shape}")
-    if not spectra:
+        power = _core.power_spectrum(ranks_of("masks", mask)[0])
+        if shape is not None and power.shape != shape:
+            raise ValueError(f"masks must have one shape, not {shape} and {power.shape}")
+        shape = power.shape
+        total = total + power.astype(np.float64)
+    if shape is None:
         raise ValueError("masks must hold at least one mask, not 0")
-    power = np.mean(spectra, axis=0)
-    ring, _ = _rings(power.shape)
+    ring, _ = _rings(shape)
     texels = np.bincount(ring)
     usable = texels >= _MIN_RING_TEXELS
     usable[0] = False
-    if not usable.any():
-        return math.nan
     texels = texels[usable]
-    mean = np.bincount(ring, power.reshape(-1))[usable] / texels
-    square = np.bincount(ring, power.reshape(-1) ** 2)[usable] / texels
+    mean = np.bincount(ring, total.reshape(-1))[usable] / texels
+    square = np.bincount(ring, total.reshape(-1) ** 2)[usable] / texels
     variance = (square - mean**2) * texels / (texels - 1)
     uneven = (mean > 0) & (variance > 0)
     return float(np.mean(10 * np.log10(variance[uneven] / mean[uneven] ** 2))) if uneven.any() else math.nan
+
+
+def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    """The power spectrum of a mask of shape (height, width), float32 of the same shape, white noise 1 on average.
+
+    Element [0, 0] is the constant, 0; frequencies lie as ``numpy.fft.fftfreq`` has them. The mask may be given as
+    ranks or as values of any integer or float type; the spectrum is that of the ranks. Raises as ``measure`` does.
+    """
+    return _core.power_spectrum(ranks_of("mask", mask)[0])
+
+
+def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """The radially averaged power spectrum: (frequency, power), both float64 of one length.
+
+    Rings are one step of 1 / max(height, width) cycles per texel wide; the frequencies are their middles, from one step
+    to at most sqrt(1/2); the constant is left out, and rings without an element too. Raises as ``measure`` does.
+    """
+    power = power_spectrum(mask)
+    ring, width = _rings(power.shape)
+    texels = np.bincount(ring)
+    texels[0] = 0
+    present = np.flatnonzero(texels)
+    total = np.bincount(ring, power.reshape(-1).astype(np.float64))
+    return present.astype(np.float64) * width, total[present] / texels[present]
 
 
 def frequencies(shape: tuple[int, ...]) -> npt.NDArray[np.float64]:

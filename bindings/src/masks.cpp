@@ -33,6 +33,41 @@ Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double s
     return ranks;
 }
 
+/* `ranks` has shape (channels, height, width): where to start from when asked, always where the
+ * result goes. */
+void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, double value_sigma,
+            double start_temperature, double end_temperature, uint32_t sweeps,
+            bool start_from_ranks, uint64_t seed, const py::object &callback) {
+    Progress progress(callback);
+    bn_anneal_options options = bn_anneal_options_default();
+    options.sigma = sigma;
+    options.far_sigma = far_sigma;
+    options.far_weight = far_weight;
+    options.value_sigma = value_sigma;
+    options.start_temperature = start_temperature;
+    options.end_temperature = end_temperature;
+    options.sweeps = sweeps;
+    options.start_from_ranks = start_from_ranks ? 1 : 0;
+    options.seed = seed;
+    options.progress = Progress::call;
+    options.progress_user = &progress;
+    uint32_t *out = ranks.mutable_data();
+    const auto channels = static_cast<uint32_t>(ranks.shape(0));
+    const auto height = static_cast<uint32_t>(ranks.shape(1));
+    const auto width = static_cast<uint32_t>(ranks.shape(2));
+    const auto count = static_cast<size_t>(ranks.size());
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        result = bn_anneal(&options, width, height, channels, out, count);
+    }
+    progress.finish(result, "anneal, " + std::to_string(channels) + " x " + std::to_string(height) +
+                                " x " + std::to_string(width) +
+                                (start_from_ranks ? ", start_from_ranks given" : "") + ", sigma " +
+                                std::to_string(sigma) + ", far_sigma " + std::to_string(far_sigma) +
+                                ", sweeps " + std::to_string(sweeps));
+}
+
 Ranks ranks_from_values(const Floats &values) {
     Ranks ranks(values.size());
     const float *from = values.data();
@@ -84,16 +119,37 @@ double mask_error(const Ranks &ranks, double sigma) {
     return error;
 }
 
+Floats power_spectrum(const Ranks &ranks) {
+    Floats power({ranks.shape(0), ranks.shape(1)});
+    const uint32_t *from = ranks.data();
+    float *to = power.mutable_data();
+    const auto height = static_cast<uint32_t>(ranks.shape(0));
+    const auto width = static_cast<uint32_t>(ranks.shape(1));
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        result = bn_power_spectrum(from, width, height, size_t{width} * height, to);
+    }
+    check(result,
+          "spectrum of a " + std::to_string(height) + " x " + std::to_string(width) + " mask");
+    return power;
+}
+
 } // namespace
 
 void bind_masks(py::module_ &module) {
     module.def("void_and_cluster", &void_and_cluster, py::arg("depth"), py::arg("height"),
                py::arg("width"), py::arg("sigma"), py::arg("initial_fraction"), py::arg("seed"),
                py::arg("progress"));
+    module.def("anneal", &anneal, py::arg("ranks").noconvert(), py::arg("sigma"),
+               py::arg("far_sigma"), py::arg("far_weight"), py::arg("value_sigma"),
+               py::arg("start_temperature"), py::arg("end_temperature"), py::arg("sweeps"),
+               py::arg("start_from_ranks"), py::arg("seed"), py::arg("progress"));
     module.def("ranks_from_values", &ranks_from_values, py::arg("values").noconvert());
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));
     module.def("builtin_mask_exists", &builtin_mask_exists, py::arg("size"));
+    module.def("power_spectrum", &power_spectrum, py::arg("ranks").noconvert());
     module.def("mask_error", &mask_error, py::arg("ranks").noconvert(), py::arg("sigma"));
 }
 

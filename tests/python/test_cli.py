@@ -68,6 +68,53 @@ def test_measure(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["anisotropy"] is None  # NaN is no JSON
 
 
+def test_dither(tmp_path, capsys):
+    y, x = np.mgrid[:40, :60]
+    picture = Image.fromarray(np.stack([4 * x, 6 * y, 2 * (x + y)], axis=-1).astype(np.uint8))
+    picture.save(tmp_path / "in.png", icc_profile=b"a profile")
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png")]) == 0
+    out = Image.open(tmp_path / "out.png")
+    assert (np.asarray(out) == np.asarray(bluenoise.dither(picture))).all()
+    assert out.info["icc_profile"] == b"a profile"
+    ranks = bluenoise.mask((16, 16), seed=1)
+    assert main(["mask", "--size", "16x16", "--seed", "1", "-o", str(tmp_path / "m.png")]) == 0
+    arguments = ["--levels", "4", "--srgb", "--mask", str(tmp_path / "m.png")]
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "o.tif"), *arguments]) == 0
+    expected = bluenoise.dither(picture, 4, mask=ranks, srgb=True)
+    assert (np.asarray(Image.open(tmp_path / "o.tif")) == np.asarray(expected)).all()
+    assert lines(capsys) == ([], [])
+
+
+def test_dither_follows_the_orientation_of_a_photograph(tmp_path):
+    photograph = Image.fromarray(np.tile(np.arange(0, 240, 4, dtype=np.uint8), (40, 1)))
+    exif = Image.Exif()
+    exif[0x0112] = 6  # turned by a quarter
+    photograph.save(tmp_path / "in.jpg", exif=exif)
+    assert main(["dither", str(tmp_path / "in.jpg"), str(tmp_path / "out.png")]) == 0
+    assert Image.open(tmp_path / "out.png").size == (40, 60)
+
+
+def test_spectrum(tmp_path, capsys):
+    ranks = bluenoise.mask((64, 64), seed=1)
+    np.save(tmp_path / "m.npy", ranks)
+    assert main(["spectrum", str(tmp_path / "m.npy"), "-o", str(tmp_path / "s.npy")]) == 0
+    np.testing.assert_array_equal(np.load(tmp_path / "s.npy"), bluenoise.power_spectrum(ranks))
+    assert main(["spectrum", str(tmp_path / "m.npy"), "-o", str(tmp_path / "s.csv")]) == 0
+    assert (tmp_path / "s.csv").read_text().startswith("frequency,power\n")
+    table = np.loadtxt(tmp_path / "s.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(table.T, bluenoise.radial_power(ranks), atol=1e-6)
+    assert lines(capsys) == ([], [])
+
+
+def test_spectrum_as_a_plot(tmp_path):
+    pytest.importorskip("matplotlib")
+    np.save(tmp_path / "m.npy", bluenoise.mask((32, 48), seed=1))
+    for name in ("s.png", "s.svg"):
+        assert main(["spectrum", str(tmp_path / "m.npy"), "-o", str(tmp_path / name)]) == 0
+    assert np.asarray(Image.open(tmp_path / "s.png")).std() > 10
+    assert "<svg" in (tmp_path / "s.svg").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -88,6 +135,13 @@ def test_measure(tmp_path, capsys):
         (["measure", "colour.png"], ["colour.png", "two dimensions"]),
         (["measure", "line.npy"], ["line.npy", "(3,)"]),
         (["measure", "folder.png"], ["folder.png"]),
+        (["dither", "missing.png", "out.png"], ["missing.png"]),
+        (["dither", "colour.png", "out.jpg"], ["out.jpg", ".png"]),
+        (["dither", "colour.png", "out.pgm", "--levels", "1"], ["levels", "1"]),
+        (["dither", "colour.png", "out.png", "--mask", "line.npy"], ["line.npy"]),
+        (["dither", "colour.png", "out.png", "--mask", "flat.npy"], ["flat.npy", "more than once"]),
+        (["spectrum", "colour.png", "-o", "out.csv"], ["colour.png"]),
+        (["spectrum", "flat.npy", "-o", "out.txt"], ["out.txt", ".csv"]),
     ],
 )
 def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsys, monkeypatch):
@@ -96,6 +150,7 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
     (tmp_path / "broken.png").write_bytes(b"\x89PNG\r\n\x1a\n no more")
     (tmp_path / "broken.npy").write_bytes(b"\x93NUMPY no more")
     np.save(tmp_path / "line.npy", [0, 1, 2])
+    np.save(tmp_path / "flat.npy", np.zeros((4, 4), int))
     Image.new("RGB", (4, 4)).save(tmp_path / "colour.png")
     before = sorted(tmp_path.iterdir())
     assert main(arguments) == 1

@@ -43,6 +43,76 @@ def test_void_and_cluster_is_blue():
     assert wide["e_2"] < figures["e_2"] and wide["e_1"] > figures["e_1"]
 
 
+QUICK = {"method": "anneal", "sweeps": 20}
+
+
+@pytest.mark.parametrize("shape", [(1,), (40,), (1, 1), (1, 9), (16, 16), (13, 30)])
+def test_anneal_every_rank_once(shape):
+    ranks = mask(shape, seed=3, **QUICK)
+    assert ranks.shape == shape and ranks.dtype == np.uint32 and is_permutation(ranks)
+    assert (ranks == mask(shape, seed=3, **QUICK)).all()
+    for channels in (2, 4):
+        vectors = mask(shape, seed=3, channels=channels, **QUICK)
+        assert vectors.shape == (channels, *shape)
+        assert all(is_permutation(channel) for channel in vectors)
+
+
+def test_anneal_is_better_than_void_and_cluster():
+    options = {"method": "anneal", "far_weight": 0}
+    annealed = bluenoise.measure(mask((64, 64), seed=5, sigma=1.0, **options))
+    assert annealed["e_1"] < 0.985 * bluenoise.measure(mask((64, 64), seed=5))["e_1"]
+    wide = bluenoise.measure(mask((64, 64), seed=5, sigma=2.0, sweeps=200, **options))
+    assert wide["e_2"] < annealed["e_2"]
+
+
+def test_anneal_starts_from_ranks_and_leaves_them():
+    start = mask((16, 16), method="white", seed=1)
+    kept = start.copy()
+    none = mask((16, 16), method="anneal", sweeps=0, start_from_ranks=start.astype(np.int64))
+    assert (none == start).all() and none is not start
+    some = mask((16, 16), start_from_ranks=start, **QUICK)
+    assert (start == kept).all() and is_permutation(some) and (some != start).any()
+    stacked = np.stack([start, start.T])
+    vectors = mask((16, 16), method="anneal", sweeps=0, channels=2, start_from_ranks=stacked)
+    assert (vectors == stacked).all()
+
+
+def test_anneal_reports_and_cancels():
+    fractions = []
+    mask((8, 8), progress=fractions.append, **QUICK)
+    assert len(fractions) > 10 and fractions == sorted(fractions)
+    with pytest.raises(bluenoise.CancelledError):
+        mask((8, 8), progress=lambda fraction: fraction > 0.5, **QUICK)
+
+
+@pytest.mark.parametrize(
+    ("shape", "options", "error", "words"),
+    [
+        ((4, 4, 4), {}, ValueError, ["shape", "(4, 4, 4)"]),
+        ((8, 8), {"sigma": 0.2}, ValueError, ["sigma", "0.2"]),
+        ((8, 8), {"sigma": 4.1}, ValueError, ["sigma", "4.1"]),
+        ((8, 8), {"far_sigma": 0.9}, ValueError, ["far_sigma", "0.9"]),
+        ((8, 8), {"far_weight": -1}, ValueError, ["far_weight", "-1"]),
+        ((8, 8), {"far_weight": float("inf")}, ValueError, ["far_weight", "inf"]),
+        ((8, 8), {"value_sigma": 0}, ValueError, ["value_sigma", "0"]),
+        ((8, 8), {"start_temperature": 1.5}, ValueError, ["start_temperature", "1.5"]),
+        ((8, 8), {"end_temperature": 0}, ValueError, ["end_temperature", "0"]),
+        ((8, 8), {"end_temperature": 1e-3}, ValueError, ["end_temperature", "0.001"]),
+        ((8, 8), {"sweeps": -1}, ValueError, ["sweeps", "-1"]),
+        ((8, 8), {"sweeps": 1.0}, TypeError, ["sweeps", "1.0"]),
+        ((8, 8), {"channels": 5}, ValueError, ["channels", "5"]),
+        ((8, 8), {"start_from_ranks": np.zeros((8, 9), int)}, ValueError, ["start_from_ranks", "(8, 9)"]),
+        ((8, 8), {"start_from_ranks": np.zeros((8, 8), int)}, ValueError, ["start_from_ranks"]),
+        ((8, 8), {"start_from_ranks": np.zeros((8, 8))}, TypeError, ["start_from_ranks", "float64"]),
+        ((8, 8), {"initial_fraction": 0.1}, TypeError, ["initial_fraction", "anneal"]),
+    ],
+)
+def test_anneal_bad_arguments(shape, options, error, words):
+    with pytest.raises(error) as caught:
+        mask(shape, method="anneal", **options)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
 def test_white_is_white():
     """Against the analytic error of white noise; the spread over seeds is below 1 %."""
     figures = bluenoise.measure(mask((128, 128), method="white", seed=1))

@@ -150,10 +150,12 @@ def test_mask_kind_takes_ranks():
     sampler = Sampler("mask", seed=1, mask=ranks)
     assert not sampler.mask.flags.writeable and sampler.mask.dtype == np.uint32
     expected = sampler.block(0, 0, 24, 16, 0, 2)
-    first = expected[:, :, 0]  # the mask itself, so toroidal
-    assert (first == sampler.block(24, -16, 24, 16, 0, 1)[:, :, 0]).all()
+    # The first samples are the mask, toroidal but for digits finer than its 384 ranks.
+    first, next_tile = expected[:, :, 0], sampler.block(24, -16, 24, 16, 0, 1)[:, :, 0]
+    assert (np.floor(first * 512) == np.floor(next_tile * 512)).all()
     given = ranks.astype(np.int64).tolist()
-    np.testing.assert_array_equal(Sampler("mask", seed=1, mask=given).block(0, 0, 24, 16, 0, 2), expected)
+    again = Sampler("mask", seed=1, mask=given)
+    np.testing.assert_array_equal(again.block(0, 0, 24, 16, 0, 2), expected)
     ranks[:] = 0  # a copy was taken
     np.testing.assert_array_equal(sampler.block(0, 0, 24, 16, 0, 2), expected)
 

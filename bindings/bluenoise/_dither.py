@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dithering of arrays and of Pillow pictures."""
+
+from __future__ import annotations
+
+import reprlib
+import sys
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _core
+
+_PICTURE_MODES = ("1", "L", "LA", "I;16", "F", "P", "PA", "RGB", "RGBA")
+
+
+def dither(
+    image: Any,
+    levels: int = 2,
+    *,
+    mask: Optional[npt.ArrayLike] = None,
+    srgb: bool = False,
+    channel_offset: bool = True,
+) -> Any:
+    """Dithers a picture to a few levels with a mask; returns the same kind of picture, with values from 0 to full scale.
+
+    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)`` with t the mask's value there; the mask
+    repeats over the picture. 0 and 1 stay.
+
+    Parameters
+    ----------
+    image
+        An array of shape (height, width) or (height, width, channels): uint8, uint16 (full scale is the type's
+        largest value) or floats in [0, 1]; all channels are dithered. Or a Pillow picture of mode 1, L, LA, I;16, F,
+        P, PA, RGB or RGBA; its alpha channel stays as it is, 1 comes back as L, and palettes as RGB or RGBA.
+    levels
+        2 to 256, evenly spaced from 0 to full scale.
+    mask
+        Integers of shape (height, width), every rank 0 .. n - 1 once. None: the built-in 64 x 64.
+    srgb
+        True: the values are encoded by the sRGB curve, and local means of their light are kept.
+    channel_offset
+        True: each channel reads the mask at an offset of its own, so that the channels' errors do not correlate.
+
+    Raises ``ValueError`` (NaN or values outside [0, 1], sizes, a mask that is no permutation), ``TypeError`` and
+    ``MemoryError``.
+
+    >>> dither(np.full((64, 64), 0.25)).mean()
+    0.25
+    """
+    levels = arguments.integer("levels", levels, 2, 256)
+    for name, flag in (("srgb", srgb), ("channel_offset", channel_offset)):
+        if not isinstance(flag, (bool, np.bool_)):
+            raise TypeError(f"{name} must be True or False, not {flag!r}")
+    ranks = None if mask is None else arguments.ranks("mask", mask)
+    pillow = sys.modules.get("PIL.Image")  # whoever has a picture has imported Pillow
+    if pillow is not None and isinstance(image, pillow.Image):
+        return _dither_picture(image, pillow, levels, bool(srgb), bool(channel_offset), ranks)
+    return _dither_array(image, levels, bool(srgb), bool(channel_offset), ranks)
+
+
+def _dither_array(
+    image: Any, levels: int, srgb: bool, channel_offset: bool, ranks: Optional[arguments.Ranks]
+) -> npt.NDArray[Any]:
+    array = np.asarray(image)
+    if array.dtype.kind == "f":
+        values = array.astype(np.float32, order="C")
+        inside = (values >= 0) & (values <= 1)
+        if not inside.all():
+            raise ValueError(f"image must hold values in [0, 1], not {array[~inside][0]}")
+    elif array.dtype in (np.uint8, np.uint16):
+        values = array.astype(np.float32, order="C") / np.float32(np.iinfo(array.dtype).max)
+    else:
+        raise TypeError(
+            f"image must hold uint8, uint16 or floats, not {array.dtype} ({reprlib.repr(image)})"
+        )
+    if array.ndim not in (2, 3) or array.size == 0:
+        raise ValueError(
+            f"image must have shape (height, width) or (height, width, channels), not {array.shape}"
+        )
+    if array.ndim == 2:
+        values = values[:, :, None]
+    values = np.ascontiguousarray(values)
+    out = _core.dither(values, levels, srgb, channel_offset, ranks).reshape(array.shape)
+    if array.dtype.kind == "f":
+        return out.astype(array.dtype)
+    return np.rint(out * np.iinfo(array.dtype).max).astype(array.dtype)
+
+
+def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:
+    if picture.mode == "1":
+        picture = picture.convert("L")
+    elif picture.mode in ("P", "PA"):
+        transparent = picture.mode == "PA" or "transparency" in picture.info
+        picture = picture.convert("RGBA" if transparent else "RGB")
+    array = np.asarray(picture)
+    if picture.mode.startswith("I") and array.size and 0 <= array.min() <= array.max() <= 65535:
+        array = array.astype(np.uint16)
+    elif picture.mode not in _PICTURE_MODES:
+        raise ValueError(f"image must have mode {', '.join(_PICTURE_MODES)}, not {picture.mode}")
+    if picture.mode in ("LA", "RGBA"):
+        out = array.copy()
+        out[..., :-1] = _dither_array(array[..., :-1], *options)
+    else:
+        out = _dither_array(array, *options)
+    return pillow.fromarray(out)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The picture that ``bluenoise spectrum`` writes; needs matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ._measure import power_spectrum, radial_power
+
+
+def plot_spectrum(mask: npt.ArrayLike, path: Path) -> None:
+    """Draws the power spectrum, its constant in the middle, beside its radial average, into a picture file."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ImportError("plots need matplotlib: pip install 'bluenoise[plot]'") from None
+    power = np.fft.fftshift(power_spectrum(mask))
+    frequency, radial = radial_power(mask)
+    figure = Figure(figsize=(9, 4), dpi=150, layout="constrained")
+    plane, curve = figure.subplots(1, 2)
+    # A spectrum of one mask scatters exponentially around its mean; three means show nearly all of it.
+    top = 3 * max(float(radial.max()), 1.0)
+    height, width = power.shape
+    edges = (-0.5 - 0.5 / width, 0.5 - 0.5 / width, 0.5 - 0.5 / height, -0.5 - 0.5 / height)
+    shown = plane.imshow(power, cmap="gray", vmin=0, vmax=top, extent=edges, interpolation="nearest")
+    plane.set(title="power spectrum", xlabel="cycles per texel", ylabel="cycles per texel")
+    figure.colorbar(shown, ax=plane, shrink=0.8)
+    curve.plot(frequency, radial, color="tab:blue", label="radial average")
+    curve.axhline(1, color="0.6", linewidth=1, linestyle="--", label="white noise")
+    curve.axvline(0.5, color="0.8", linewidth=1)
+    curve.set(title="radial average", xlabel="cycles per texel", ylabel="power", xlim=(0, 0.71))
+    curve.set_ylim(bottom=0)
+    curve.legend(loc="upper left", frameon=False)
+    figure.savefig(path)

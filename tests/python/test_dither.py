@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+import bluenoise
+from bluenoise import dither, mask, to_float
+
+
+def test_one_channel_is_the_formula():
+    ranks = mask((16, 24), seed=1)
+    image = np.random.default_rng(0).random((50, 70), np.float32)
+    t = np.tile(to_float(ranks), (4, 3))[:50, :70].astype(np.float64)
+    for levels in (2, 3, 16, 256):
+        out = dither(image, levels, mask=ranks)
+        steps = levels - 1
+        expected = np.floor(image * np.float64(steps) + t)
+        found = out.astype(np.float64) * steps
+        assert out.dtype == np.float32 and out.shape == image.shape
+        assert (np.abs(found - np.rint(found)) < 1e-4).all()
+        # A value within rounding of a step may fall on either side.
+        doubtful = np.abs(image * np.float64(steps) + t - np.rint(image * np.float64(steps) + t)) < 1e-4
+        assert ((np.rint(found) == expected) | doubtful).all() and doubtful.mean() < 0.1
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32, np.float64])
+@pytest.mark.parametrize("shape", [(33, 47), (33, 47, 1), (33, 47, 3), (5, 6, 7)])
+def test_shape_and_type_stay_and_ends_are_exact(dtype, shape):
+    full = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1
+    for value in (0, full):
+        out = dither(np.full(shape, value, dtype), 2)
+        assert out.dtype == dtype and out.shape == shape and (out == value).all()
+    levels = dither(np.random.default_rng(1).integers(0, full, shape, endpoint=True).astype(dtype), 4)
+    assert set(np.unique(levels)) <= {dtype(full * k / 3) for k in range(4)}
+
+
+@pytest.mark.parametrize("levels", [2, 5, 256])
+@pytest.mark.parametrize("srgb", [False, True])
+def test_ends_are_exact_at_every_count(levels, srgb):
+    ends = np.zeros((64, 64))
+    ends[:, 32:] = 1
+    assert (dither(ends, levels, srgb=srgb) == ends).all()
+
+
+def test_uint8_at_256_levels_is_unchanged():
+    image = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    assert (dither(image, 256) == image).all()
+
+
+@pytest.mark.parametrize("levels", [2, 4])
+def test_the_mean_stays(levels):
+    """Within 0.001 of full scale for pictures of 256 x 256; twice that for ramps along an axis, which meet the same
+    columns of the mask at the same values again and again."""
+    y, x = np.mgrid[:256, :256] / 255
+    pictures = [
+        np.full_like(x, 0.37),
+        (x + y) / 2,
+        0.1 + 0.8 * ((x - 0.5) ** 2 + (y - 0.5) ** 2 < 0.16),
+        0.5 + 0.3 * np.sin(5 * x + 1) * np.cos(7 * y),
+    ]
+    for image in pictures:
+        assert dither(image, levels).mean() == pytest.approx(image.mean(), abs=0.001)
+    for image in (x, y):
+        assert dither(image, levels).mean() == pytest.approx(image.mean(), abs=0.002)
+
+
+def encode(linear):
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def decode(value):
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+@pytest.mark.parametrize("levels", [2, 4])
+def test_srgb_keeps_the_mean_in_linear_light(levels):
+    for light in (0.05, 0.2, 0.5, 0.9):
+        image = np.full((256, 256), encode(light))
+        out = dither(image, levels, srgb=True)
+        assert decode(out.astype(np.float64)).mean() == pytest.approx(light, abs=0.001)
+        assert out.mean() != pytest.approx(image.mean(), abs=0.01)
+
+
+def test_channels_do_not_correlate():
+    grey = dither(np.full((256, 256, 3), 0.5))
+    for a, b in ((0, 1), (0, 2), (1, 2)):
+        assert abs(np.corrcoef(grey[..., a].ravel(), grey[..., b].ravel())[0, 1]) < 0.1
+        assert (grey[..., a] != grey[..., b]).any()
+
+
+def test_channels_alike_on_request():
+    grey = dither(np.full((64, 64, 3), 0.5), channel_offset=False)
+    assert (grey[..., 0] == grey[..., 1]).all() and (grey[..., 0] == grey[..., 2]).all()
+    assert (grey[..., 0] == dither(np.full((64, 64), 0.5))).all()
+
+
+def test_mask_tiles_from_the_first_texel():
+    ranks = mask((8, 12), seed=3)
+    out = dither(np.full((30, 30), 0.3), mask=ranks)
+    assert (out[:16, :12] == dither(np.full((16, 12), 0.3), mask=ranks)).all()
+    assert (out[8:16, 12:24] == out[:8, :12]).all()
+
+
+def test_any_layout():
+    image = np.random.default_rng(2).random((20, 30, 3))
+    expected = dither(image)
+    assert (dither(np.asfortranarray(image)) == expected).all()
+    assert (dither(image[::-1])[:, 0] == dither(np.ascontiguousarray(image[::-1]))[:, 0]).all()
+    assert (dither(image.tolist()) == expected).all()
+
+
+@pytest.mark.parametrize(
+    ("image", "options", "error", "words"),
+    [
+        ([[0.5, float("nan")]], {}, ValueError, ["image", "nan"]),
+        ([[0.5, 1.001]], {}, ValueError, ["image", "1.001"]),
+        ([[0.5, -0.1]], {}, ValueError, ["image", "-0.1"]),
+        ([[0.5, float("inf")]], {}, ValueError, ["image", "inf"]),
+        ([0.5], {}, ValueError, ["image", "(1,)"]),
+        (np.zeros((0, 4)), {}, ValueError, ["image", "(0, 4)"]),
+        (np.zeros((4, 4, 0)), {}, ValueError, ["image", "(4, 4, 0)"]),
+        (np.zeros((2, 2, 2, 2)), {}, ValueError, ["image", "(2, 2, 2, 2)"]),
+        ([[1, 0]], {}, TypeError, ["image", "int64"]),
+        ([["a"]], {}, TypeError, ["image"]),
+        (None, {}, TypeError, ["image", "None"]),
+        ([[0.5]], {"levels": 1}, ValueError, ["levels", "1"]),
+        ([[0.5]], {"levels": 257}, ValueError, ["levels", "257"]),
+        ([[0.5]], {"levels": 2.5}, TypeError, ["levels", "2.5"]),
+        ([[0.5]], {"mask": [[0, 0]]}, ValueError, ["mask"]),
+        ([[0.5]], {"mask": [[0.5]]}, TypeError, ["mask", "float64"]),
+        ([[0.5]], {"mask": [0, 1]}, ValueError, ["mask", "(2,)"]),
+        ([[0.5]], {"channel_offset": 1}, TypeError, ["channel_offset", "1"]),
+        ([[0.5]], {"srgb": "yes"}, TypeError, ["srgb", "'yes'"]),
+    ],
+)
+def test_bad_arguments(image, options, error, words):
+    with pytest.raises(error) as caught:
+        dither(image, **options)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+class TestPictures:
+    Image = pytest.importorskip("PIL.Image")
+
+    def picture(self, mode):
+        y, x = np.mgrid[:40, :60]
+        rgba = np.stack([4 * x, 6 * y, 2 * (x + y), 3 * x + y], axis=-1).astype(np.uint8)
+        return self.Image.fromarray(rgba).convert(mode)
+
+    @pytest.mark.parametrize(
+        ("mode", "result"),
+        [("1", "L"), ("L", "L"), ("LA", "LA"), ("P", "RGB"), ("RGB", "RGB"), ("RGBA", "RGBA")],
+    )
+    def test_modes(self, mode, result):
+        out = dither(self.picture(mode), 3)
+        assert isinstance(out, self.Image.Image) and out.mode == result and out.size == (60, 40)
+        values = np.asarray(out)
+        if mode in ("LA", "RGBA"):
+            assert (values[..., -1] == np.asarray(self.picture(mode))[..., -1]).all()
+            values = values[..., :-1]
+        assert set(np.unique(values)) <= {0, 128, 255}
+
+    def test_equals_the_array(self):
+        picture = self.picture("RGB")
+        assert (np.asarray(dither(picture, 4)) == dither(np.asarray(picture), 4)).all()
+
+    def test_sixteen_bits_and_floats(self):
+        ramp = np.linspace(0, 65535, 4096).reshape(64, 64).astype(np.uint16)
+        sixteen = dither(self.Image.fromarray(ramp), 2)
+        assert sixteen.mode.startswith("I;16")
+        assert (np.asarray(sixteen) == dither(ramp, 2)).all()
+        assert set(np.unique(np.asarray(sixteen))) == {0, 65535}
+        wide = dither(self.Image.fromarray(ramp.astype(np.int32)), 2)
+        assert (np.asarray(wide) == np.asarray(sixteen)).all()
+        floats = dither(self.Image.fromarray((ramp / 65535).astype(np.float32)), 2)
+        assert floats.mode == "F" and set(np.unique(np.asarray(floats))) == {0, 1}
+
+    def test_a_mode_that_has_no_grey_scale(self):
+        with pytest.raises(ValueError, match="HSV"):
+            dither(self.picture("RGB").convert("HSV"))
+        with pytest.raises(ValueError, match="mode"):
+            dither(self.Image.fromarray(np.array([[70000]], np.int32)))
+
+
+def test_mask_of_a_mask_sampler_works_here_too():
+    ranks = mask((16, 16), seed=5)
+    assert (dither(np.full((16, 16), 0.25), mask=ranks) == (ranks >= 192)).all()
+    assert bluenoise.Sampler("mask", mask=ranks).mask.shape == (16, 16)
