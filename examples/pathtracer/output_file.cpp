@@ -41,7 +41,7 @@ void write_whole(const fs::path &part, const fs::path &path, const std::vector<c
     errno = 0;
     std::FILE *file = std::fopen(part.string().c_str(), "wb");
     if (!file) throw cannot_write(path, std::strerror(errno));
-    bool good = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    bool good = bytes.empty() || std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
     good = std::fflush(file) == 0 && good;
     const int write_error = errno;
     good = std::fclose(file) == 0 && good;
