@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Every allocation of the mask functions fails once: the result says so, outputs stay as they were,
+ * and everything that was allocated is given back. The linker puts these in the place of malloc and
+ * free
+ * (--wrap), which needs the static library. */
+#include "check.h"
+#include "masks.h"
+
+void *__real_malloc(size_t size);
+void __real_free(void *memory);
+void *__wrap_malloc(size_t size);
+void __wrap_free(void *memory);
+
+static int calls, fail_at, living, counting;
+
+void *__wrap_malloc(size_t size) {
+    if (!counting) return __real_malloc(size);
+    if (++calls == fail_at) return NULL;
+    ++living;
+    return __real_malloc(size);
+}
+
+void __wrap_free(void *memory) {
+    if (counting && memory != NULL) --living;
+    __real_free(memory);
+}
+
+enum { SIZE = 24, TEXELS = SIZE * SIZE };
+static uint32_t ranks[2 * TEXELS], mask[TEXELS];
+static float values[TEXELS], power[TEXELS];
+static double error;
+
+static bn_result call(int function) {
+    bn_anneal_options anneal = bn_anneal_options_default();
+    bn_relax_options relax = bn_relax_options_default();
+    bn_dither_options dither = bn_dither_options_default();
+    anneal.sweeps = 1;
+    relax.steps = 1;
+    relax.threads = 1;
+    dither.mask_ranks = mask;
+    dither.mask_width = dither.mask_height = SIZE;
+    switch (function) {
+    case 0:
+        return bn_void_and_cluster(NULL, SIZE, SIZE, 1, ranks, TEXELS);
+    case 1:
+        return bn_anneal(&anneal, SIZE, SIZE, 1, ranks, TEXELS);
+    case 2:
+        return bn_anneal(&anneal, SIZE, SIZE, 2, ranks, 2 * TEXELS);
+    case 3:
+        return bn_relax(&relax, SIZE, SIZE, ranks, TEXELS);
+    case 4:
+        return bn_ranks_from_values(values, TEXELS, ranks);
+    case 5:
+        return bn_mask_error(mask, SIZE, SIZE, TEXELS, 1, &error);
+    case 6:
+        return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power);
+    default:
+        return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
+    }
+}
+
+int main(void) {
+    fill_white(mask, TEXELS, 1);
+    for (int function = 0; function < 8; ++function) {
+        int failures = 0;
+        for (fail_at = 1;; ++fail_at) {
+            memset(ranks, 0x5a, sizeof ranks);
+            memset(power, 0x5a, sizeof power);
+            error = -7;
+            calls = living = 0;
+            counting = 1;
+            bn_result result = call(function);
+            counting = 0;
+            CHECK(living == 0);
+            if (result == BN_SUCCESS) break;
+            ++failures;
+            CHECK(result == BN_ERROR_OUT_OF_MEMORY && error == -7);
+            size_t touched = 0;
+            for (size_t i = 0; i < 2 * TEXELS; ++i) touched += ranks[i] != 0x5a5a5a5au;
+            for (size_t i = 0; i < TEXELS; ++i) touched += memcmp(&power[i], &ranks[i], 4) != 0;
+            CHECK(touched == 0);
+        }
+        /* It succeeded because all of its allocations were let through, and it had some. */
+        CHECK(failures > 0 && calls == fail_at - 1);
+    }
+    return check_result();
+}
