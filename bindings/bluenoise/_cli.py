@@ -53,8 +53,10 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--size", required=True, type=_size, metavar="WxH[xD]", help="in texels")
     command.add_argument("--method", default="void-and-cluster", choices=METHODS)
     command.add_argument("--seed", default=0, type=_integer, help="0 to 2**64 - 1 (default 0)")
-    command.add_argument("--sigma", type=float, help="void-and-cluster: Gaussian in texels (1.5)")
+    command.add_argument("--sigma", type=float, help="viewing blur or Gaussian, in texels")
     command.add_argument("--initial-fraction", type=float, help="void-and-cluster: share (0.1)")
+    command.add_argument("--steps", type=_integer, help="relax: steps (96)")
+    command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (1000)")
     command.add_argument("--quiet", action="store_true", help="no progress")
     command.add_argument("-o", "--output", required=True, type=Path, metavar="FILE")
     command.set_defaults(run=_mask)
@@ -124,7 +126,8 @@ def _mask(options: argparse.Namespace) -> None:
         _files.pillow()
         if len(shape) == 3:
             raise ValueError("a mask of three dimensions does not fit in a PNG: write .npy")
-    given = {"sigma": options.sigma, "initial_fraction": options.initial_fraction}
+    names = ("sigma", "initial_fraction", "steps", "sweeps")
+    given = {name: getattr(options, name) for name in names}
     given = {name: value for name, value in given.items() if value is not None}
     progress = _progress(options.quiet)
     if progress is not None and "progress" in METHODS[options.method]:

@@ -58,6 +58,19 @@ def anneal(
     seed: int,
     progress: Optional[Progress],
 ) -> None: ...
+def relax(
+    ranks: Ranks,
+    sigma: float,
+    start_step: float,
+    end_step: float,
+    start_softness: float,
+    end_softness: float,
+    steps: int,
+    threads: int,
+    start_from_ranks: bool,
+    seed: int,
+    progress: Optional[Progress],
+) -> None: ...
 def ranks_from_values(values: npt.NDArray[np.float32]) -> Ranks: ...
 def ranks_to_float(ranks: Ranks, count: int) -> npt.NDArray[np.float32]: ...
 def builtin_mask(size: int) -> Optional[Ranks]: ...

@@ -68,6 +68,38 @@ void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, dou
                                 ", sweeps " + std::to_string(sweeps));
 }
 
+/* `ranks` has shape (height, width), else as for anneal. */
+void relax(Ranks &ranks, double sigma, double start_step, double end_step, double start_softness,
+           double end_softness, uint32_t steps, uint32_t threads, bool start_from_ranks,
+           uint64_t seed, const py::object &callback) {
+    Progress progress(callback);
+    bn_relax_options options = bn_relax_options_default();
+    options.sigma = sigma;
+    options.start_step = start_step;
+    options.end_step = end_step;
+    options.start_softness = start_softness;
+    options.end_softness = end_softness;
+    options.steps = steps;
+    options.threads = threads;
+    options.start_from_ranks = start_from_ranks ? 1 : 0;
+    options.seed = seed;
+    options.progress = Progress::call;
+    options.progress_user = &progress;
+    uint32_t *out = ranks.mutable_data();
+    const auto height = static_cast<uint32_t>(ranks.shape(0));
+    const auto width = static_cast<uint32_t>(ranks.shape(1));
+    const auto count = static_cast<size_t>(ranks.size());
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        result = bn_relax(&options, width, height, out, count);
+    }
+    progress.finish(result, "relax, " + std::to_string(height) + " x " + std::to_string(width) +
+                                (start_from_ranks ? ", start_from_ranks given" : "") + ", sigma " +
+                                std::to_string(sigma) + ", steps " + std::to_string(steps) +
+                                ", threads " + std::to_string(threads));
+}
+
 Ranks ranks_from_values(const Floats &values) {
     Ranks ranks(values.size());
     const float *from = values.data();
@@ -144,6 +176,10 @@ void bind_masks(py::module_ &module) {
     module.def("anneal", &anneal, py::arg("ranks").noconvert(), py::arg("sigma"),
                py::arg("far_sigma"), py::arg("far_weight"), py::arg("value_sigma"),
                py::arg("start_temperature"), py::arg("end_temperature"), py::arg("sweeps"),
+               py::arg("start_from_ranks"), py::arg("seed"), py::arg("progress"));
+    module.def("relax", &relax, py::arg("ranks").noconvert(), py::arg("sigma"),
+               py::arg("start_step"), py::arg("end_step"), py::arg("start_softness"),
+               py::arg("end_softness"), py::arg("steps"), py::arg("threads"),
                py::arg("start_from_ranks"), py::arg("seed"), py::arg("progress"));
     module.def("ranks_from_values", &ranks_from_values, py::arg("values").noconvert());
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));

@@ -45,6 +45,15 @@ def test_mask_builtin(tmp_path):
     np.testing.assert_array_equal(np.load(out), bluenoise.mask((64, 64), method="builtin"))
 
 
+@pytest.mark.parametrize(("method", "option"), [("relax", "steps"), ("anneal", "sweeps")])
+def test_mask_by_other_methods(method, option, tmp_path):
+    out = tmp_path / "mask.npy"
+    arguments = ["--size", "16x16", "--method", method, f"--{option}", "9", "--sigma", "1.1"]
+    assert main(["mask", *arguments, "-o", str(out)]) == 0
+    expected = bluenoise.mask((16, 16), method=method, sigma=1.1, **{option: 9})
+    np.testing.assert_array_equal(np.load(out), expected)
+
+
 def test_mask_with_more_ranks_than_levels_says_so(tmp_path, capsys):
     out = tmp_path / "mask.png"
     assert main(["mask", "--size", "300x300", "--method", "white", "-o", str(out)]) == 0

@@ -43,6 +43,70 @@ def test_void_and_cluster_is_blue():
     assert wide["e_2"] < figures["e_2"] and wide["e_1"] > figures["e_1"]
 
 
+@pytest.mark.parametrize("shape", [(1,), (40,), (1, 1), (1, 9), (9, 1), (16, 16), (13, 30)])
+def test_relax_every_rank_once(shape):
+    ranks = mask(shape, method="relax", seed=3)
+    assert ranks.shape == shape and ranks.dtype == np.uint32 and is_permutation(ranks)
+    assert (ranks == mask(shape, method="relax", seed=3)).all()
+
+
+def test_relax_is_blue_with_any_number_of_threads():
+    ranks = mask((128, 128), method="relax", seed=1)
+    figures = bluenoise.measure(ranks)
+    assert figures["e_1"] < 0.048 and figures["e_1.5"] < 0.022
+    for threads in (1, 3):
+        assert (mask((128, 128), method="relax", seed=1, threads=threads) == ranks).all()
+    assert (mask((128, 128), method="relax", seed=2) != ranks).any()
+
+
+def test_relax_finishes_a_mask():
+    start = mask((64, 64), method="relax", seed=1, steps=12)
+    options = {"method": "relax", "start_step": 0.1, "start_softness": 0.02}
+    better = mask((64, 64), start_from_ranks=start.tolist(), **options)
+    assert is_permutation(better)
+    assert bluenoise.measure(better)["e_1"] < bluenoise.measure(start)["e_1"]
+
+
+def test_relax_reports_and_cancels():
+    fractions = []
+    mask((64, 64), method="relax", progress=fractions.append)
+    assert len(fractions) > 10 and fractions == sorted(fractions)
+    with pytest.raises(bluenoise.CancelledError):
+        mask((256, 256), method="relax", progress=lambda fraction: fraction > 0.3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "options", "error", "words"),
+    [
+        ((4, 4, 4), {}, ValueError, ["shape", "(4, 4, 4)"]),
+        ((8, 8), {"sigma": 0.2}, ValueError, ["sigma", "0.2"]),
+        ((8, 8), {"sigma": 2.6}, ValueError, ["sigma", "2.6"]),
+        ((8, 8), {"start_step": 9}, ValueError, ["start_step", "9"]),
+        ((8, 8), {"end_step": 0}, ValueError, ["end_step", "0"]),
+        ((8, 8), {"end_step": 5}, ValueError, ["end_step", "5"]),
+        ((8, 8), {"start_softness": 0.5}, ValueError, ["start_softness", "0.5"]),
+        ((8, 8), {"end_softness": 0.46}, ValueError, ["end_softness", "0.46"]),
+        ((8, 8), {"steps": 0}, ValueError, ["steps", "0"]),
+        ((8, 8), {"threads": -1}, ValueError, ["threads", "-1"]),
+        ((8, 8), {"threads": 2.0}, TypeError, ["threads", "2.0"]),
+        ((8, 8), {"start_from_ranks": [[0]]}, ValueError, ["start_from_ranks", "(1, 1)"]),
+        ((8, 8), {"start_from_ranks": np.zeros((8, 8), int)}, ValueError, ["start_from_ranks"]),
+        ((8, 8), {"sweeps": 4}, TypeError, ["sweeps", "relax"]),
+    ],
+)
+def test_relax_bad_arguments(shape, options, error, words):
+    with pytest.raises(error) as caught:
+        mask(shape, method="relax", **options)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_the_ends_of_the_options_of_relax_work():
+    for options in ({"sigma": 0.25}, {"sigma": 2.5}, {"start_step": 8, "end_step": 8}, {"steps": 1}):
+        assert is_permutation(mask((12, 10), method="relax", **options))
+    softness = {"start_softness": 0.49, "end_softness": 0.49}
+    assert is_permutation(mask((12, 10), method="relax", **softness))
+
+
 QUICK = {"method": "anneal", "sweeps": 20}
 
 
