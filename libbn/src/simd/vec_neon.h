@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The vector types of kernels.h for NEON, in pairs of registers; vec.h says what each function
+ * does. */
+#include <arm_neon.h>
+#define BN_SIMD_NAME "neon"
+#define BN_SIMD_TABLE bn_simd_neon
+typedef struct bn_i32x8 {
+    int32x4_t a, b;
+} bn_i32x8;
+typedef struct bn_i16x16 {
+    int16x8_t a, b;
+} bn_i16x16;
+
+#define BN_I32_LANES 8
+typedef bn_i32x8 bn_i32v;
+static inline bn_i32v i32_set(int32_t v) {
+    bn_i32v r = {vdupq_n_s32(v), vdupq_n_s32(v)};
+    return r;
+}
+static inline bn_i32v i32_load(const int32_t *p) {
+    bn_i32v r = {vld1q_s32(p), vld1q_s32(p + 4)};
+    return r;
+}
+static inline bn_i32v i32_load_rows(const int32_t *p, ptrdiff_t step) {
+    bn_i32v r = {vld1q_s32(p), vld1q_s32(p + 4)};
+    (void)step;
+    return r;
+}
+static inline void i32_store(int32_t *p, bn_i32v x) {
+    vst1q_s32(p, x.a);
+    vst1q_s32(p + 4, x.b);
+}
+static inline bn_i32v i32_add(bn_i32v x, bn_i32v y) {
+    bn_i32v r = {vaddq_s32(x.a, y.a), vaddq_s32(x.b, y.b)};
+    return r;
+}
+static inline bn_i32v i32_subtract(bn_i32v x, bn_i32v y) {
+    bn_i32v r = {vsubq_s32(x.a, y.a), vsubq_s32(x.b, y.b)};
+    return r;
+}
+static inline bn_i32v i32_and(bn_i32v x, bn_i32v y) {
+    bn_i32v r = {vandq_s32(x.a, y.a), vandq_s32(x.b, y.b)};
+    return r;
+}
+static inline bn_i32v i32_or(bn_i32v x, bn_i32v y) {
+    bn_i32v r = {vorrq_s32(x.a, y.a), vorrq_s32(x.b, y.b)};
+    return r;
+}
+static inline bn_i32v i32_min(bn_i32v x, bn_i32v y) {
+    bn_i32v r = {vminq_s32(x.a, y.a), vminq_s32(x.b, y.b)};
+    return r;
+}
+static inline bn_i32v i32_max(bn_i32v x, bn_i32v y) {
+    bn_i32v r = {vmaxq_s32(x.a, y.a), vmaxq_s32(x.b, y.b)};
+    return r;
+}
+static inline int32_t i32_lowest(bn_i32v x) {
+    return vminvq_s32(vminq_s32(x.a, x.b));
+}
+static inline int32_t i32_highest(bn_i32v x) {
+    return vmaxvq_s32(vmaxq_s32(x.a, x.b));
+}
+static inline uint32_t i32_equal_bits(bn_i32v x, bn_i32v y) {
+    static const uint16_t bit[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+    uint16x8_t equal = vcombine_u16(vmovn_u32(vceqq_s32(x.a, y.a)), vmovn_u32(vceqq_s32(x.b, y.b)));
+    return vaddvq_u16(vandq_u16(equal, vld1q_u16(bit)));
+}
+
+static inline bn_i32x8 x8_zero(void) {
+    bn_i32x8 r = {vdupq_n_s32(0), vdupq_n_s32(0)};
+    return r;
+}
+static inline bn_i32x8 x8_subtract(bn_i32x8 x, bn_i32x8 y) {
+    bn_i32x8 r = {vsubq_s32(x.a, y.a), vsubq_s32(x.b, y.b)};
+    return r;
+}
+static inline int32_t x8_sum(bn_i32x8 x) {
+    return vaddvq_s32(vaddq_s32(x.a, x.b));
+}
+static inline bn_i16x16 i16_set(int16_t v) {
+    bn_i16x16 r = {vdupq_n_s16(v), vdupq_n_s16(v)};
+    return r;
+}
+static inline bn_i16x16 i16_load(const int16_t *p) {
+    bn_i16x16 r = {vld1q_s16(p), vld1q_s16(p + 8)};
+    return r;
+}
+static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
+    bn_i16x16 r = {vminq_s16(vmaxq_s16(x.a, low.a), high.a),
+                   vminq_s16(vmaxq_s16(x.b, low.b), high.b)};
+    return r;
+}
+static inline void i16_store(int16_t *p, bn_i16x16 x) {
+    vst1q_s16(p, x.a);
+    vst1q_s16(p + 8, x.b);
+}
+static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {vaddq_s16(x.a, y.a), vaddq_s16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {vqsubq_s16(x.a, y.a), vqsubq_s16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
+    bn_i16x16 r = {vqrdmulhq_s16(x.a, y.a), vqrdmulhq_s16(x.b, y.b)};
+    return r;
+}
+static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
+    const int16x8_t by = vdupq_n_s16((int16_t)shift);
+    bn_i16x16 r = {vshlq_s16(x.a, by), vshlq_s16(x.b, by)};
+    return r;
+}
+static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 x, bn_i16x16 y) {
+    sum.a = vmlal_s16(sum.a, vget_low_s16(x.a), vget_low_s16(y.a));
+    sum.b = vmlal_s16(sum.b, vget_high_s16(x.a), vget_high_s16(y.a));
+    sum.a = vmlal_s16(sum.a, vget_low_s16(x.b), vget_low_s16(y.b));
+    sum.b = vmlal_s16(sum.b, vget_high_s16(x.b), vget_high_s16(y.b));
+    return sum;
+}
