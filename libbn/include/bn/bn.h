@@ -155,7 +155,10 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
-/* ---- Making masks --------------------------------------------------------------------------------- */
+/* ---- Making masks ---------------------------------------------------------------------------------
+ * Void-and-cluster makes good masks in milliseconds, on one core. Relaxation is nearly as good and uses
+ * all cores: for large masks. Annealing is slow and the best. All three give the same bits for the same
+ * options on every machine and leave ranks as they were when they fail. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size;      /* sizeof(bn_void_and_cluster_options) */
@@ -173,9 +176,11 @@ static inline bn_void_and_cluster_options bn_void_and_cluster_options_default(vo
 }
 
 /* Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993) on a torus
- * of width x height x depth texels; 1 for the extents a mask does not have. Writes every rank once.
- * Errors: INVALID_ARGUMENT, SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels),
- * CANCELLED (ranks untouched), UNSUPPORTED. */
+ * of width x height x depth texels; 1 for the extents a mask does not have. Any extents will do. Writes
+ * every rank once; no grey level is worse than with the method as published. Runs on the calling
+ * thread; about 0.2 microseconds per texel (2-D, sigma 1.5) and 14 bytes, both close to linear.
+ * Errors: INVALID_ARGUMENT (ranks NULL, a zero extent, an option out of its range), SIZE_MISMATCH,
+ * OUT_OF_MEMORY (also for more than 2^31 - 1 texels), CANCELLED, UNSUPPORTED. */
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
                                      uint32_t height, uint32_t depth, uint32_t *ranks, size_t count);
 
@@ -247,18 +252,19 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uin
                            uint32_t channels, uint32_t *ranks, size_t count);
 
 /* Ranks of values: ranks[i] is the number of values that are smaller than values[i], or equal and at a
- * smaller position. Errors: INVALID_ARGUMENT (a NULL, zero count, more than 2^32 - 1 values), BAD_DATA
- * (NaN), OUT_OF_MEMORY. */
+ * smaller position. Linear time. Errors: INVALID_ARGUMENT (a NULL, zero count, more than 2^32 - 1
+ * values), BAD_DATA (NaN), OUT_OF_MEMORY. */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A rank
  * that is not below count counts as count - 1; 0 for a count of 0. */
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
-/* ---- Masks that ship ------------------------------------------------------------------------------ */
+/* ---- Masks that ship ------------------------------------------------------------------------------
+ * Annealed at length, better than what can be made on the spot. CC0-1.0. */
 
-/* The built-in mask of size x size texels, its ranks 0 .. size * size - 1, in static storage; NULL when
- * there is none of that size. */
+/* The built-in mask of size x size texels, its ranks 0 .. size * size - 1, in static storage. There are
+ * 16, 32, 64, 128 and, unless the library was built with BN_SMALL_DATA, 256; NULL for other sizes. */
 BN_API const uint16_t *bn_builtin_mask(uint32_t size);
 
 /* The same as 32-bit ranks. Errors: INVALID_ARGUMENT (ranks NULL, no such size), SIZE_MISMATCH. */
