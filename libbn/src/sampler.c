@@ -153,9 +153,7 @@ void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
 
 void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   float out[4]) {
-    uint32_t bits[4];
-    bn_sample_4d_u32(sampler, x, y, index, domain, bits);
-    for (int i = 0; i < 4; ++i) out[i] = bn_draw_float(bits[i]);
+    bn_draw_4d(&sampler->table, x, y, index, domain, out);
 }
 
 void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
@@ -256,7 +254,6 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     bn_sampler *s = calloc(1, sizeof *s);
     if (s == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint64_t key = bn_mix64(o.seed + 0x9e3779b97f4a7c15u);
-    s->table.version = BN_DRAW_TABLE_VERSION;
     s->table.kind = o.kind;
     s->table.seed[0] = (uint32_t)key;
     s->table.seed[1] = (uint32_t)(key >> 32);
@@ -268,7 +265,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     }
 #endif
     s->table.sampler = s;
-    bn_digit_tables_fill(&s->table.digits);
+    bn_draw_table_fill(&s->table);
     if (o.kind == BN_SAMPLER_ZORDER) {
         uint32_t spp = o.samples_per_pixel == 0 ? 256 : o.samples_per_pixel;
         while (s->zorder_log2 < BN_ZORDER_MAX_LOG2 && 1u << s->zorder_log2 < spp) ++s->zorder_log2;

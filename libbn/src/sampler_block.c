@@ -8,9 +8,8 @@ static void blue_indices(const bn_sampler *sampler, int32_t x, int32_t y, uint32
     const bn_draw_table *table = &sampler->table;
     const bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
     for (uint32_t i = 0; i < index_count; ++i, out += 4) {
-        uint32_t bits[4], digits = bn_draw_digits(table, first_index + i);
-        bn_draw_blue_at(table, &pixel.pair[0], digits, bits);
-        bn_draw_blue_at(table, &pixel.pair[1], digits, bits + 2);
+        uint32_t bits[4];
+        bn_draw_blue_at(table, &pixel, first_index + i, bits);
         for (int d = 0; d < 4; ++d) out[d] = bn_draw_float(bits[d]);
     }
 }

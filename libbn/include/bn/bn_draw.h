@@ -7,44 +7,73 @@
  *     bn_draw_4d(table, x, y, index, domain, u);
  *
  * The table lives as long as its sampler. Kinds BLUE, SOBOL and WHITE are drawn inline; for ZORDER
- * and MASK the inline form calls the library. Everything is 32-bit unsigned arithmetic, so that the
- * same text can be written for a graphics processor.
+ * and MASK the inline form calls the library. Everything is unsigned integer arithmetic, of 64 bits
+ * only in a few products: bn_draw.glsl is the same text for a graphics processor.
  *
  * HOW BLUE WORKS. Dimensions (0, 1) and (2, 3) are two looks at one toroidal table of pixels, with
- * shifts and symmetries of the table and of the unit square chosen by a hash of the domain. An
- * entry gives the pixel its set of 256 points: digital shifts (sx, sy) of the two coordinates of
- * one fixed scrambled Sobol' (0,8,2)-net, which also decide the order of the points, and the next
- * eight digits (fx, fy). An offline search chose the entries so that the errors of every
- * power-of-two prefix are blue over the screen (libbn/tools/bn_bake_sampler.c). A nested shuffle
- * that keeps power-of-two prefixes in place decorrelates domains. Sample 256 and later ones
- * continue every pixel's set as an Owen-scrambled (0,2)-sequence of its own. */
+ * shifts and symmetries of the table and of the unit square chosen by a hash of the domain: 2^20
+ * equally likely variants of each look. An entry gives the pixel its set of 256 points: digital
+ * shifts (sx, sy) of the two coordinates of one fixed scrambled Sobol' (0,8,2)-net, which also
+ * decide the order of the points, and the next eight digits (fx, fy). An offline search chose the
+ * entries so that the errors of every power-of-two prefix are blue over the screen
+ * (libbn/tools/bn_bake_sampler.c). A nested shuffle, different in every pixel and domain, that
+ * keeps power-of-two prefixes in place decorrelates domains. Sample 256 and later ones continue
+ * every pixel's set as an Owen-scrambled (0,2)-sequence of its own.
+ *
+ * WHAT IT COSTS. One multiplication for the domain, three for the pixel and four for the shuffle,
+ * two looks into the table of pixels (64 KiB) and four into the point set (2 KiB). Draws of many
+ * domains in one pixel, or of many indices, share what they have in common when they are inlined
+ * into a loop. Where SSE2 is, the last step works on the four dimensions at once; define
+ * BN_DRAW_PLAIN for plain C everywhere. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
 #include <bn/bn.h>
+
+#if !defined(BN_DRAW_PLAIN) && (defined(__x86_64__) || defined(_M_X64)) && !defined(_M_ARM64EC)
+#define BN_DRAW_SSE2 1
+#include <emmintrin.h>
+#endif
+
+/* One copy per translation unit, called: what is not worth its place in every loop. */
+#if defined(__GNUC__)
+#define BN_DRAW_RARE static __attribute__((noinline, unused))
+#else
+#define BN_DRAW_RARE static inline
+#endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* Changes whenever the layout of bn_draw_table or the values drawn from it change. */
-#define BN_DRAW_TABLE_VERSION 1u
+#define BN_DRAW_TABLE_VERSION 2u
 
 /* The fixed point set: x[d] and y[d] are the scrambled coordinates of the point whose bit-reversed
- * index is d, 32 bits each with the scrambling of the lower digits; reverse[i] is the byte i with
- * its bits reversed. */
+ * index is d, 32 bits each with the scrambling of the lower digits. */
 typedef struct bn_digit_tables {
     uint32_t x[256], y[256];
-    uint8_t reverse[256];
 } bn_digit_tables;
 
 typedef struct bn_draw_table {
-    uint32_t version; /* BN_DRAW_TABLE_VERSION */
-    int32_t kind;     /* BN_SAMPLER_... */
-    uint32_t seed[2];
-    uint32_t size_log2;     /* the table of pixels has 2^size_log2 x 2^size_log2 entries */
+    uint32_t version;       /* BN_DRAW_TABLE_VERSION */
+    int32_t kind;           /* BN_SAMPLER_... */
+    uint32_t blue_indices;  /* 256 when kind is BLUE, else 0 */
+    uint32_t size_log2;     /* the table of pixels has 2^size_log2 x 2^size_log2 entries; 1 to 7 */
+    uint32_t seed[2];       /* the hashed seed, its low word first */
     const uint32_t *pixels; /* sx, sy, fx, fy: one byte each from the lowest up; row-major */
     const bn_sampler *sampler;
+    /* 2^size_log2 - 1, alone and in each of four bytes, two of them for the columns and two for the
+     * rows; rows are moved by 8 - size_log2 bits to stand beside columns. */
+    uint32_t size_mask, byte_masks, column_masks, row_masks, row_shift, reserved;
+    /* For the first 256 indices: the bit-reversed index in each of four bytes, and the power of two
+     * that brings the index's flip of the first digit into place; see bn_draw_blue_order(). */
+    struct {
+        uint32_t digits, flip;
+    } order[256];
+    /* Symmetries of the unit square as masks, for both pairs: the reflections of the coordinates,
+     * then the exchanges of the two. Sixteen-byte aligned where samplers are. */
+    uint32_t symmetry[64][8];
     bn_digit_tables digits;
 } bn_draw_table;
 
@@ -69,9 +98,11 @@ static inline uint32_t bn_hash32(uint32_t v) {
     return v ^ (v >> 15);
 }
 
-/* bn_domain_child(). */
+/* bn_domain_child(): a multiplication and a shift, a bijection of the domain for every key. The
+ * draws hash what it gives once more. */
 static inline uint32_t bn_draw_domain_child(uint32_t domain, uint32_t key) {
-    return bn_hash32(key * 0x85ebca6bu + bn_hash32(domain + 0x9e3779b9u));
+    uint32_t v = (domain + key * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
+    return v ^ (v >> 16);
 }
 
 /* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
@@ -110,58 +141,86 @@ static inline void bn_digit_tables_fill(bn_digit_tables *tables) {
     for (uint32_t d = 0; d < 256; ++d) {
         tables->x[d] = bn_owen(d << 24, 0x2f0b4c47u);
         tables->y[d] = bn_owen(bn_sobol_second(d << 24), 0x8e5d3aa1u);
-        tables->reverse[d] = (uint8_t)(bn_reverse_bits(d) >> 24);
     }
+}
+
+/* What 16 random bits are multiplied with so that the topmost of the product is the flip of the
+ * first digit of this index and its neighbour: one of the bits, or the sum of several. */
+static inline uint32_t bn_draw_flip(uint32_t index) {
+    uint32_t t = index >> 1;
+    uint32_t flip = 1u << (t & 15u);
+    flip |= (index >> 5 & 1u) << ((t + 5u) & 15u);
+    flip |= (index >> 6 & 1u) << ((t + 11u) & 15u);
+    flip |= (index >> 7 & 1u) << ((t + 2u) & 15u);
+    return index < 2u ? 0u : flip;
+}
+
+/* Fills everything of a table that follows from kind and size_log2. */
+static inline void bn_draw_table_fill(bn_draw_table *table) {
+    table->version = BN_DRAW_TABLE_VERSION;
+    table->blue_indices = table->kind == BN_SAMPLER_BLUE ? 256u : 0u;
+    table->size_mask = (1u << table->size_log2) - 1u;
+    table->byte_masks = table->size_mask * 0x01010101u;
+    table->row_masks = table->byte_masks & 0xff00ff00u;
+    table->column_masks = table->byte_masks & 0x00ff00ffu;
+    table->row_shift = 8u - table->size_log2;
+    for (uint32_t i = 0; i < 256u; ++i) {
+        table->order[i].digits = (bn_reverse_bits(i) >> 24) * 0x01010101u;
+        table->order[i].flip = bn_draw_flip(i);
+    }
+    for (uint32_t i = 0; i < 64u; ++i) {
+        for (uint32_t d = 0; d < 4u; ++d) {
+            table->symmetry[i][d] = 0u - (i >> d & 1u);
+            table->symmetry[i][4u + d] = 0u - (i >> (4u + d / 2u) & 1u);
+        }
+    }
+    bn_digit_tables_fill(&table->digits);
 }
 
 /* ---- BLUE -----------------------------------------------------------------------------------
  * In two steps, so that a loop over the indices of a pixel does the first one once. */
 
-/* Two dimensions of a pixel in a domain. */
-typedef struct bn_blue_pair {
-    uint32_t shift[2];   /* digital shifts of the fixed point set: below 256 */
-    uint32_t lower[2];   /* what the coordinates are XORed with: lower digits and reflection */
-    uint32_t multiplier; /* of the shuffle; even */
-    uint32_t swap;       /* all ones when the two coordinates change places */
-} bn_blue_pair;
-
+/* A pixel in a domain: the two entries it looks at, and its random bits. */
 typedef struct bn_blue_pixel {
-    bn_blue_pair pair[2];
+    uint32_t shifts; /* digital shifts of the fixed point set: sx, sy of both pairs, a byte each */
+    uint32_t fine;   /* digits 8 to 15: fx, fy of both pairs, a byte each */
+    uint64_t key;    /* digits 16 to 31, and the shuffle */
+    uint32_t symmetry; /* of the unit square: four reflections and two exchanges, a bit each */
 } bn_blue_pixel;
-
-/* variant: 20 bits choose the shift over the table, its symmetry and that of the unit square; key:
- * the random bits of pixel and domain. */
-static inline bn_blue_pair bn_draw_blue_look(const bn_draw_table *table, uint32_t x, uint32_t y,
-                                             uint32_t variant, uint32_t key) {
-    bn_blue_pair pair;
-    uint32_t log2 = table->size_log2, mask = (1u << log2) - 1u, u, v, swap, entry;
-    u = (x + variant) ^ (0u - (variant >> 14 & 1u));
-    v = (y + (variant >> 7)) ^ (0u - (variant >> 15 & 1u));
-    swap = (u ^ v) & (0u - (variant >> 16 & 1u));
-    u = (u ^ swap) & mask;
-    v = (v ^ swap) & mask;
-    entry = table->pixels[(v << log2) | u];
-    pair.shift[0] = entry & 255u;
-    pair.shift[1] = entry >> 8 & 255u;
-    pair.lower[0] = ((entry & 0x00ff0000u) | (key & 0xffffu)) ^ (0u - (variant >> 17 & 1u));
-    pair.lower[1] = ((entry >> 8 & 0x00ff0000u) | key >> 16) ^ (0u - (variant >> 18 & 1u));
-    pair.multiplier = key << 1;
-    pair.swap = 0u - (variant >> 19 & 1u);
-    return pair;
-}
 
 static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32_t x, int32_t y,
                                                uint32_t domain) {
     bn_blue_pixel pixel;
-    uint32_t variant0 = bn_hash32(domain + table->seed[0]);
-    uint32_t variant1 = bn_hash32(variant0 ^ table->seed[1]);
-    uint32_t key0 = bn_hash32((uint32_t)x * 0x8da6b343u + (uint32_t)y * 0xd8163841u +
-                              (variant0 ^ (variant1 << 7 | variant1 >> 25)));
-    uint32_t key1 = (key0 ^ variant1) * 0xc2b2ae35u;
-    key1 ^= key1 >> 15;
-    pixel.pair[0] = bn_draw_blue_look(table, (uint32_t)x, (uint32_t)y, variant0, key0);
-    pixel.pair[1] = bn_draw_blue_look(table, (uint32_t)x, (uint32_t)y, variant1, key1);
+    /* The upper bits of a product depend on all of the domain. */
+    uint64_t variant =
+        domain * 0x9e3779b97f4a7c15ull + (table->seed[0] | (uint64_t)table->seed[1] << 32);
+    uint32_t shift = (uint32_t)(variant >> 32);
+    uint32_t exchange = (uint32_t)(variant >> 26) & 16u;
+    /* Column and row of the first look in the lower two bytes, row and column of the second in the
+     * upper two: of one domain the two looks always differ. Shifted, then reflected. */
+    uint32_t place = ((uint32_t)x & 127u) * 0x01000001u | ((uint32_t)y & 127u) * 0x00010100u;
+    place = place << exchange | place >> ((32u - exchange) & 31u);
+    place = (place + (shift & 0x7f7f7f7fu)) ^ (shift >> 7 & 0x01010101u) * 127u;
+    place = (place & table->column_masks) | (place & table->row_masks) >> table->row_shift;
+    uint32_t entry0 = table->pixels[place & 0xffffu], entry1 = table->pixels[place >> 16];
+    pixel.shifts = (entry0 & 0xffffu) | entry1 << 16;
+    pixel.fine = entry0 >> 16 | (entry1 & 0xffff0000u);
+    uint64_t position = ((uint32_t)x + (uint32_t)y * 0x9e3779b1u) * 0xd1342543de82ef95ull;
+    position ^= position >> 32;
+    pixel.key = (position ^ (variant << 32 | variant >> 32)) * 0x9e3779b97f4a7c15ull;
+    pixel.symmetry = (uint32_t)(variant >> 24) & 63u;
     return pixel;
+}
+
+/* The shuffled index of both pairs as digits, one byte for each of the four coordinates. Each digit
+ * of the index is flipped by its later ones: by a product, nested in the index from its top bit
+ * down, and the first digit also by random bits of its own, so that no two of thousands of domains
+ * share an order of a pixel's first 32 samples. Zero stays where it is, so that every power-of-two
+ * prefix is mapped to itself. */
+static inline uint32_t bn_draw_blue_order(uint64_t key, uint32_t digits, uint32_t flip) {
+    uint32_t flips = ((uint32_t)(key >> 32) & 0x00fe00feu) * (digits & 255u) & 0x00ff00ffu;
+    flips ^= ((uint32_t)key * flip & 0x80008000u) >> 8;
+    return (flips * 0x101u) ^ digits;
 }
 
 /* One coordinate from sample 256 on. `first` is what the first 256 samples have at these first
@@ -180,40 +239,120 @@ static inline uint32_t bn_draw_continue(uint32_t first, uint32_t shifted, uint32
     return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
 }
 
-/* digits: the bit-reversed index. */
-static inline void bn_draw_blue_at(const bn_draw_table *table, const bn_blue_pair *pair,
-                                   uint32_t digits, uint32_t out[2]) {
-    uint32_t x, y, swap;
-    /* The shuffle: nested in the index from its top bit down, and fixing zero, so that it maps
-     * every power-of-two prefix to itself. */
-    digits ^= digits * pair->multiplier;
-    x = table->digits.x[(digits >> 24) ^ pair->shift[0]] ^ pair->lower[0];
-    y = table->digits.y[(digits >> 24) ^ pair->shift[1]] ^ pair->lower[1];
-    if ((digits & 0x00ffffffu) != 0u) {
-        uint32_t second = bn_sobol_second(digits);
-        uint32_t key = pair->multiplier ^ pair->lower[1];
-        /* Later digits of the index reach up into the first eight of y. */
-        uint32_t shifted = bn_sobol_second(pair->shift[1] << 24) ^ second;
-        y = table->digits.y[bn_sobol_second(shifted & 0xff000000u) >> 24] ^ pair->lower[1];
-        x = bn_draw_continue(x, digits ^ (pair->shift[0] << 24), digits & 0x00ffffffu,
-                             bn_hash32(key));
-        y = bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~key));
-    }
-    swap = (x ^ y) & pair->swap;
-    out[0] = x ^ swap;
-    out[1] = y ^ swap;
+/* One pair of dimensions from sample 256 on. lower: what the coordinates of the point set are XORed
+ * with; key: the pixel's key from the pair's multiplier up; flip: of the first digit. */
+static inline void bn_draw_blue_later(const bn_draw_table *table, uint32_t shifts,
+                                      const uint32_t lower[2], uint32_t key, uint32_t flip,
+                                      uint32_t index, uint32_t out[2]) {
+    uint32_t digits = bn_reverse_bits(index);
+    digits ^= digits * (key & ~1u);
+    digits ^= flip;
+    uint32_t second = bn_sobol_second(digits);
+    /* Later digits of the index reach up into the first eight of y. */
+    uint32_t shifted = bn_sobol_second((shifts >> 8 & 255u) << 24) ^ second;
+    uint32_t x = table->digits.x[(digits >> 24) ^ (shifts & 255u)] ^ lower[0];
+    uint32_t y = table->digits.y[bn_sobol_second(shifted & 0xff000000u) >> 24] ^ lower[1];
+    out[0] =
+        bn_draw_continue(x, digits ^ (shifts & 255u) << 24, digits & 0x00ffffffu, bn_hash32(key));
+    out[1] = bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~key));
 }
 
-static inline uint32_t bn_draw_digits(const bn_draw_table *table, uint32_t index) {
-    return index < 256u ? (uint32_t)table->digits.reverse[index] << 24 : bn_reverse_bits(index);
+/* What the coordinates of the point set are XORed with: the lower digits. */
+static inline void bn_draw_blue_lower(const bn_blue_pixel *pixel, uint32_t lower[4]) {
+    for (uint32_t d = 0; d < 4u; ++d) {
+        lower[d] = ((uint32_t)(pixel->key >> 16u * d) & 0xffffu) | (pixel->fine >> 8u * d & 255u)
+                                                                       << 16;
+    }
+}
+
+/* Reflections and exchanges of the coordinates. */
+static inline void bn_draw_blue_reflect(uint32_t symmetry, uint32_t v[4]) {
+    for (uint32_t d = 0; d < 4u; ++d) v[d] ^= 0u - (symmetry >> d & 1u);
+    for (uint32_t pair = 0; pair < 2u; ++pair) {
+        uint32_t exchange =
+            (v[2u * pair] ^ v[2u * pair + 1u]) & (0u - (symmetry >> (4u + pair) & 1u));
+        v[2u * pair] ^= exchange;
+        v[2u * pair + 1u] ^= exchange;
+    }
+}
+
+/* Sample 256 and later ones of a pixel. */
+static inline void bn_draw_blue_beyond(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                       uint32_t index, uint32_t out[4]) {
+    uint32_t lower[4];
+    uint32_t flips = (uint32_t)pixel->key * bn_draw_flip(index);
+    bn_draw_blue_lower(pixel, lower);
+    for (uint32_t pair = 0; pair < 2u; ++pair) {
+        uint32_t key = (uint32_t)(pixel->key >> 32), flip = flips & 0x80000000u;
+        if (pair == 0u)
+            flip = (flips & 0x8000u) << 16;
+        else
+            key = key >> 16 | key << 16;
+        bn_draw_blue_later(table, pixel->shifts >> 16u * pair, lower + 2u * pair, key, flip, index,
+                           out + 2u * pair);
+    }
+    bn_draw_blue_reflect(pixel->symmetry, out);
+}
+
+#if defined(BN_DRAW_SSE2)
+
+/* The first 256 samples, the four dimensions in one register. */
+static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                         uint32_t index) {
+    const __m128i *symmetry = (const __m128i *)(const void *)table->symmetry[pixel->symmetry];
+    uint32_t order =
+        bn_draw_blue_order(pixel->key, table->order[index].digits, table->order[index].flip) ^
+        pixel->shifts;
+    uint32_t second = order >> 16;
+    __m128i v = _mm_unpacklo_epi64(
+        _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)table->digits.x[order & 255u]),
+                           _mm_cvtsi32_si128((int)table->digits.y[order >> 8 & 255u])),
+        _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)table->digits.x[second & 255u]),
+                           _mm_cvtsi32_si128((int)table->digits.y[second >> 8])));
+    __m128i fine = _mm_unpacklo_epi8(_mm_cvtsi32_si128((int)pixel->fine), _mm_setzero_si128());
+    __m128i lower = _mm_unpacklo_epi16(_mm_cvtsi64_si128((long long)pixel->key), fine);
+    v = _mm_xor_si128(v, _mm_xor_si128(lower, _mm_load_si128(symmetry)));
+    __m128i exchange =
+        _mm_and_si128(_mm_xor_si128(v, _mm_shuffle_epi32(v, 0xb1)), _mm_load_si128(symmetry + 1));
+    return _mm_xor_si128(v, exchange);
+}
+
+#else
+
+/* The first 256 samples. */
+static inline void bn_draw_blue_first(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                      uint32_t index, uint32_t out[4]) {
+    uint32_t lower[4];
+    uint32_t order =
+        bn_draw_blue_order(pixel->key, table->order[index].digits, table->order[index].flip) ^
+        pixel->shifts;
+    bn_draw_blue_lower(pixel, lower);
+    out[0] = table->digits.x[order & 255u] ^ lower[0];
+    out[1] = table->digits.y[order >> 8 & 255u] ^ lower[1];
+    out[2] = table->digits.x[order >> 16 & 255u] ^ lower[2];
+    out[3] = table->digits.y[order >> 24] ^ lower[3];
+    bn_draw_blue_reflect(pixel->symmetry, out);
+}
+
+#endif
+
+static inline void bn_draw_blue_at(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                   uint32_t index, uint32_t out[4]) {
+    if (index >= 256u) {
+        bn_draw_blue_beyond(table, pixel, index, out);
+        return;
+    }
+#if defined(BN_DRAW_SSE2)
+    _mm_storeu_si128((__m128i *)(void *)out, bn_draw_blue_first(table, pixel, index));
+#else
+    bn_draw_blue_first(table, pixel, index, out);
+#endif
 }
 
 static inline void bn_draw_blue(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                                 uint32_t domain, uint32_t out[4]) {
     bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
-    uint32_t digits = bn_draw_digits(table, index);
-    bn_draw_blue_at(table, &pixel.pair[0], digits, out);
-    bn_draw_blue_at(table, &pixel.pair[1], digits, out + 2);
+    bn_draw_blue_at(table, &pixel, index, out);
 }
 
 /* ---- SOBOL and WHITE ------------------------------------------------------------------------- */
@@ -262,17 +401,36 @@ static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t
 }
 
 static inline float bn_draw_float(uint32_t bits) {
-    return (float)(bits >> 8) * (1.0f / 16777216.0f); /* 2^-24; C++11 has no hexadecimal floats */
+    /* 2^-24; C++11 has no hexadecimal floats. What is converted fits a signed integer. */
+    return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
+}
+
+/* What bn_draw_4d() does not do at once. */
+BN_DRAW_RARE void bn_draw_4d_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
+                                  uint32_t domain, float out[4]) {
+    uint32_t bits[4];
+    bn_draw_4d_u32(table, x, y, index, domain, bits);
+    for (int d = 0; d < 4; ++d) out[d] = bn_draw_float(bits[d]);
 }
 
 static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                               uint32_t domain, float out[4]) {
-    uint32_t bits[4];
-    bn_draw_4d_u32(table, x, y, index, domain, bits);
-    out[0] = bn_draw_float(bits[0]);
-    out[1] = bn_draw_float(bits[1]);
-    out[2] = bn_draw_float(bits[2]);
-    out[3] = bn_draw_float(bits[3]);
+    if (index < table->blue_indices) {
+        bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
+#if defined(BN_DRAW_SSE2)
+        __m128i v = _mm_srli_epi32(bn_draw_blue_first(table, &pixel, index), 8);
+        _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(v), _mm_set1_ps(1.0f / 16777216.0f)));
+#else
+        uint32_t bits[4];
+        bn_draw_blue_first(table, &pixel, index, bits);
+        out[0] = bn_draw_float(bits[0]);
+        out[1] = bn_draw_float(bits[1]);
+        out[2] = bn_draw_float(bits[2]);
+        out[3] = bn_draw_float(bits[3]);
+#endif
+    } else {
+        bn_draw_4d_rare(table, x, y, index, domain, out);
+    }
 }
 
 #ifdef __cplusplus

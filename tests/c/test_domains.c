@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Domains are independent: over random call trees, how often two of them look at the blue table in
+ * the same way, how far their samples correlate, and how well products over two of them converge.
+ * Everything is seeded; the rates of false alarms hold for fresh seeds. */
+#include "check.h"
+#include <bn/bn_draw.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DOMAINS = 64, DOMAIN_PAIRS = DOMAINS * (DOMAINS - 1) / 2 };
+
+static uint32_t random_u32(void) {
+    static uint32_t counter;
+    return bn_hash32(bn_hash32(++counter) ^ 0x51ed270bu);
+}
+
+/* A path tracer's call tree: bounces chained one to the next, each with its light loop, its
+ * split and a few single decisions; keys are small numbers. */
+static void make_tree(uint32_t domains[DOMAINS]) {
+    uint32_t path = bn_domain_child(BN_DOMAIN_ROOT, random_u32() & 1023u);
+    int count = 0;
+    while (count < DOMAINS) {
+        uint32_t decisions = 1 + (random_u32() & 3u), lights = random_u32() & 7u;
+        for (uint32_t key = 0; key < decisions && count < DOMAINS; ++key) {
+            domains[count++] = bn_domain_child(path, key);
+        }
+        uint32_t loop = bn_domain_child(path, 100 + (random_u32() & 3u));
+        for (uint32_t light = 0; light < lights && count < DOMAINS; ++light) {
+            domains[count++] = bn_domain_child(loop, light);
+        }
+        path = bn_domain_child(path, random_u32() & 1u ? 7u : 1u << (random_u32() & 31u));
+    }
+}
+
+static bn_sampler *make(int32_t kind) {
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *sampler = NULL;
+    options.kind = kind;
+    options.seed = 20;
+    if (bn_sampler_create(&options, &sampler) != BN_SUCCESS) exit(1);
+    return sampler;
+}
+
+static int compare_u64(const void *a, const void *b) {
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Two looks at the table with the same shift and symmetries give the same first digits in every
+ * pixel. 2^20 equally likely variants of a look (for a table of 128 x 128) make 7.7 equal pairs
+ * among those of 1000 trees; five deviations above that has probability 2e-5. Within a domain the
+ * two looks never coincide. */
+static void test_coincidences(void) {
+    bn_sampler *s = make(BN_SAMPLER_BLUE);
+    int equal = 0, within = 0;
+    for (int tree = 0; tree < 1000; ++tree) {
+        uint32_t domains[DOMAINS];
+        uint64_t looks[2 * DOMAINS];
+        make_tree(domains);
+        for (int d = 0; d < DOMAINS; ++d) {
+            looks[2 * d] = looks[2 * d + 1] = 0;
+            for (int pixel = 0; pixel < 4; ++pixel) {
+                uint32_t u[4];
+                bn_sample_4d_u32(s, 13 * pixel, 31 * pixel * pixel, 0, domains[d], u);
+                for (int pair = 0; pair < 2; ++pair) {
+                    uint32_t digits = (u[2 * pair] >> 24) << 8 | u[2 * pair + 1] >> 24;
+                    looks[2 * d + pair] = looks[2 * d + pair] << 16 | digits;
+                }
+            }
+            within += looks[2 * d] == looks[2 * d + 1];
+        }
+        qsort(looks, 2 * DOMAINS, sizeof *looks, compare_u64);
+        for (int i = 1; i < 2 * DOMAINS; ++i) equal += looks[i] == looks[i - 1];
+    }
+    double variants = 64.0 * pow(4.0, bn_sampler_table(s)->size_log2);
+    double expected = 1000.0 * 4 * DOMAIN_PAIRS / variants;
+    printf("equal looks: %d across domains (%.1f expected), %d within\n", equal, expected, within);
+    CHECK(equal < expected + 5.0 * sqrt(expected) && within == 0);
+    bn_sampler_destroy(s);
+}
+
+/* |sum of products| of two domains over `count` centred values. */
+static float product_sum(const float *a, const float *b, int count) {
+    float sum = 0.0f;
+    for (int i = 0; i < count; ++i) sum += a[i] * b[i];
+    return fabsf(sum);
+}
+
+static int compare_floats(const void *a, const void *b) {
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* The products of all pairs of domains of `trees` trees, sorted: the first `count` samples of one
+ * pixel each, or with side > 0 the first sample of side x side pixels. */
+static float *sorted_products(int32_t kind, int trees, int count, int side) {
+    enum { LARGEST = 64 * 64 };
+    bn_sampler *s = make(kind);
+    float *sums = malloc((size_t)trees * DOMAIN_PAIRS * sizeof *sums), *next = sums;
+    float(*values)[LARGEST] = malloc(DOMAINS * sizeof *values);
+    int values_count = side > 0 ? side * side : count;
+    for (int tree = 0; tree < trees; ++tree) {
+        uint32_t domains[DOMAINS];
+        make_tree(domains);
+        int32_t x0 = (int32_t)(random_u32() & 1023u), y0 = (int32_t)(random_u32() & 1023u);
+        for (int d = 0; d < DOMAINS; ++d) {
+            for (int i = 0; i < values_count; ++i) {
+                float u[4];
+                if (side > 0) {
+                    bn_sample_4d(s, x0 + i % side, y0 + i / side, 0, domains[d], u);
+                } else {
+                    bn_sample_4d(s, x0, y0, (uint32_t)i, domains[d], u);
+                }
+                /* Every dimension meets every other over the trees. */
+                values[d][i] = u[(d + tree * (d & 1)) & 3] - 0.5f;
+            }
+        }
+        for (int a = 0; a < DOMAINS; ++a) {
+            for (int b = 0; b < a; ++b)
+                *next++ = 12.0f * product_sum(values[a], values[b], values_count) /
+                          sqrtf((float)values_count);
+        }
+    }
+    free(values);
+    bn_sampler_destroy(s);
+    qsort(sums, (size_t)trees * DOMAIN_PAIRS, sizeof *sums, compare_floats);
+    return sums;
+}
+
+static double share_above(const float *sorted, int count, float limit) {
+    int i = count;
+    while (i > 0 && sorted[i - 1] > limit) --i;
+    return (double)(count - i) / count;
+}
+
+/* In a pixel: the limit is the one that 99.9 % of the pairs of SOBOL's domains keep, which are
+ * independent Owen-scrambled sequences. */
+static void test_pixel_correlation(void) {
+    enum { TREES = 120, PAIRS = TREES * DOMAIN_PAIRS };
+    for (int count = 16; count <= 64; count *= 2) {
+        float *sobol = sorted_products(BN_SAMPLER_SOBOL, TREES, count, 0);
+        float *blue = sorted_products(BN_SAMPLER_BLUE, TREES, count, 0);
+        double share = share_above(blue, PAIRS, sobol[PAIRS - PAIRS / 1000]);
+        printf("%d samples of a pixel: %.3f %% of the pairs of domains beyond the 99.9 %% limit\n",
+               count, 100.0 * share);
+        CHECK(share <= 0.0015);
+        free(sobol);
+        free(blue);
+    }
+}
+
+/* Over the screen: blue pictures correlate a little more widely than white ones, with a variance
+ * that is the mean product of their power spectra; the limit is that of the normal distribution
+ * with the scale of the middle half of all pairs. */
+static void test_screen_correlation(void) {
+    enum { TREES = 40, PAIRS = TREES * DOMAIN_PAIRS };
+    float *blue = sorted_products(BN_SAMPLER_BLUE, TREES, 1, 64);
+    double scale = blue[PAIRS / 2] / 0.67449;
+    double share = share_above(blue, PAIRS, (float)(3.2905 * scale));
+    printf("screen: scale %.3f, %.3f %% beyond the 99.9 %% limit\n", scale, 100.0 * share);
+    CHECK(scale < 1.25);
+    CHECK(share <= 0.0015);
+    free(blue);
+}
+
+/* Products of two half-planes in different domains, or in the two pairs of one domain: the error
+ * of BLUE against that of SOBOL, whose sequences are independent. The ratios vary by 1 % from seed
+ * to seed. */
+static double product_error(const bn_sampler *s, int function, uint32_t count, int one_domain) {
+    double angle = 2.4 * function, square = 0.0, mean[2] = {0.0, 0.0};
+    double normal[2][3] = {{cos(angle), sin(angle), 0.0}, {cos(3 * angle), -sin(3 * angle), 0.0}};
+    enum { GRID = 256, SIDE = 48 };
+    for (int k = 0; k < 2; ++k) {
+        normal[k][2] = 0.5 * (normal[k][0] + normal[k][1]) + 0.1 * sin(5.0 * angle + k);
+        for (int i = 0; i < GRID * GRID; ++i) {
+            mean[k] +=
+                normal[k][0] * (i % GRID + 0.5) / GRID + normal[k][1] * (i / GRID + 0.5) / GRID <
+                normal[k][2];
+        }
+        mean[k] /= GRID * GRID;
+    }
+    for (int32_t pixel = 0; pixel < SIDE * SIDE; ++pixel) {
+        double sum = 0.0;
+        uint32_t a = bn_domain_child(1, (uint32_t)function), b = bn_domain_child(a, 1);
+        for (uint32_t i = 0; i < count; ++i) {
+            float u[4], v[4];
+            bn_sample_4d(s, pixel % SIDE, pixel / SIDE, i, a, u);
+            bn_sample_4d(s, pixel % SIDE, pixel / SIDE, i, b, v);
+            const float *w = one_domain ? u + 2 : v;
+            sum += normal[0][0] * u[0] + normal[0][1] * u[1] < normal[0][2] &&
+                   normal[1][0] * w[0] + normal[1][1] * w[1] < normal[1][2];
+        }
+        square += pow(sum / count - mean[0] * mean[1], 2.0);
+    }
+    return square / (SIDE * SIDE);
+}
+
+static void test_products(void) {
+    enum { FUNCTIONS = 48 };
+    bn_sampler *blue = make(BN_SAMPLER_BLUE), *sobol = make(BN_SAMPLER_SOBOL);
+    for (int one_domain = 0; one_domain < 2; ++one_domain) {
+        for (uint32_t count = 4; count <= 64; count *= 4) {
+            double b = 0.0, s = 0.0;
+            for (int f = 0; f < FUNCTIONS; ++f) {
+                b += product_error(blue, f, count, one_domain);
+                s += product_error(sobol, f, count, one_domain);
+            }
+            printf("products %s, %u samples: error %.3f of SOBOL's\n",
+                   one_domain ? "in a domain" : "over two domains", count, sqrt(b / s));
+            CHECK(sqrt(b / s) < 1.04);
+        }
+    }
+    bn_sampler_destroy(blue);
+    bn_sampler_destroy(sobol);
+}
+
+int main(void) {
+    test_coincidences();
+    test_pixel_correlation();
+    test_screen_correlation();
+    test_products();
+    return check_result();
+}
