@@ -28,6 +28,55 @@ static void blur(const float *in, float *out, float *scratch, uint32_t n, double
     }
 }
 
+/* RMSE along axis-aligned edges: of steps in each coordinate, blurred with sigma 2.1 along rows and
+ * along columns only, as a ratio to white noise, for every prefix. */
+static void print_edges(const tile *t) {
+    enum { RADIUS = 8, TESTS = 15 };
+    uint32_t n = t->opt.size, pixels = n * n;
+    double kernel[2 * RADIUS + 1], total = 0.0, gain = 0.0;
+    for (int d = -RADIUS; d <= RADIUS; ++d)
+        total += kernel[d + RADIUS] = exp(-d * d / (2.0 * 2.1 * 2.1));
+    for (int d = 0; d <= 2 * RADIUS; ++d) gain += kernel[d] * kernel[d] / (total * total);
+    float *errors = allocate((size_t)LEVELS * pixels, sizeof *errors);
+    double error[LEVELS] = {0}, white[LEVELS] = {0};
+    for (int test = 0; test < 2 * TESTS; ++test) {
+        double c = (test % TESTS + 1.0) / (TESTS + 1.0);
+        for (uint32_t pixel = 0; pixel < pixels; ++pixel) {
+            uint32_t entry = t->entries[pixel], start = bn_reverse_bits(entry & 255u) >> 24;
+            uint32_t inside = 0;
+            for (uint32_t i = 0; i < POINTS; ++i) {
+                float x, y;
+                set_point(t, bn_reverse_bits(i ^ start) >> 24, entry_key(entry), entry >> 16 & 255u,
+                          entry >> 24, &x, &y);
+                inside += (test < TESTS ? x : y) < c;
+                for (int level = 0; level < LEVELS; ++level) {
+                    if (i + 1 == 1u << level) {
+                        errors[(size_t)level * pixels + pixel] =
+                            (float)((double)inside / (i + 1) - c);
+                    }
+                }
+            }
+        }
+        for (int level = 0; level < LEVELS; ++level) {
+            const float *e = errors + (size_t)level * pixels;
+            for (uint32_t pixel = 0; pixel < pixels; ++pixel) {
+                uint32_t x = pixel % n, y = pixel / n;
+                double row = 0.0, column = 0.0;
+                for (int d = -RADIUS; d <= RADIUS; ++d) {
+                    row += kernel[d + RADIUS] * e[y * n + ((x + (uint32_t)d) & (n - 1))];
+                    column += kernel[d + RADIUS] * e[((y + (uint32_t)d) & (n - 1)) * n + x];
+                }
+                error[level] += (row * row + column * column) / (total * total);
+            }
+            white[level] += 2.0 * pixels * gain * c * (1.0 - c) / (1 << level);
+        }
+    }
+    printf("  edges:    ");
+    for (int level = 0; level < LEVELS; ++level) printf(" %.4f", sqrt(error[level] / white[level]));
+    printf("\n");
+    free(errors);
+}
+
 /* Mean RMSE over 40 half-planes after both blurs, as a ratio to white noise, for every prefix. */
 void report(const tile *t) {
     enum { tests = 40 };
@@ -80,6 +129,7 @@ void report(const tile *t) {
             }
         }
     }
+    print_edges(t);
     printf("  crowding, worst shape: %.3f of random\n", worst_crowding(t));
     for (int s = 0; s < 3; ++s) {
         printf("  sigma %.1f:", sigma[s]);

@@ -76,6 +76,7 @@ static void tree_energies(const tile *t, workspace *w, const float *xs, const fl
         float *values = w->values;
         evaluate(t, xs, ys, begin, values);
         float *dot = w->dot;
+        float own = begin < STEPS ? 1.0f + (float)t->opt.edges : 1.0f;
         for (int level = 0; level < LEVELS; ++level) {
             const float *field = w->field + (size_t)level * count + begin;
             float scale = 1.0f / (float)(1 << level);
@@ -88,7 +89,7 @@ static void tree_energies(const tile *t, workspace *w, const float *xs, const fl
                 }
                 for (int i = 0; i < LANES; ++i) {
                     float e = v[i] * scale;
-                    d[i] += e * (e + 2.0f * field[i]);
+                    d[i] += e * (own * e + 2.0f * field[i]);
                 }
             }
             dot += blocks * LANES;
@@ -144,6 +145,16 @@ static void visit(tile *t, workspace *w, int32_t (*change)[MAX_CELLS], uint32_t 
         const float *errors = tile_errors(t, y * n + x);
         float weight = q->weight;
         for (uint32_t i = 0; i < total; ++i) w->field[i] += weight * errors[i];
+    }
+    for (int k = 0; k < t->line_count; ++k) {
+        const neighbour *q = &t->line[k];
+        uint32_t x = (px + (uint32_t)q->dx) & (n - 1), y = (py + (uint32_t)q->dy) & (n - 1);
+        const float *errors = tile_errors(t, y * n + x);
+        for (uint32_t level = 0; level < LEVELS; ++level) {
+            for (uint32_t i = level * count; i < level * count + STEPS; ++i) {
+                w->field[i] += q->weight * errors[i];
+            }
+        }
     }
     double cooled = 1.0 - (double)t->sweep / t->opt.sweeps;
     float temperature =
@@ -252,7 +263,9 @@ static void run(job *j) {
 
 static void set_chunk(tile *t, uint32_t chunk, uint64_t number) {
     for (uint32_t i = chunk * LANES, k = 0; k < LANES; ++i, ++k) {
-        integrand f = integrand_make(t->opt.seed + 77, number * LANES + k);
+        integrand f = chunk < STEPS / LANES && t->opt.edges > 0.0
+                          ? step_make(number, (int)chunk, (int)k)
+                          : integrand_make(t->opt.seed + 77, number * LANES + k);
         t->a[i] = (float)f.a;
         t->b[i] = (float)f.b;
         t->c[i] = (float)f.c;

@@ -70,6 +70,14 @@ integrand integrand_make(uint64_t seed, uint64_t index) {
     return f;
 }
 
+/* The same for edges parallel to an axis: x < c or y < c. */
+integrand step_make(uint64_t index, int axis, int k) {
+    double shift = 0.6180339887498949 * (double)index;
+    integrand f = {axis == 0, axis == 1, (k + shift - floor(shift)) / LANES, 0.0, 0.0};
+    f.mean = f.c;
+    return f;
+}
+
 uint32_t entry_make(uint32_t sx, uint32_t sy, uint32_t fx, uint32_t fy) {
     return sx | sy << 8 | fx << 16 | fy << 24;
 }
@@ -135,6 +143,24 @@ static int make_neighbours(const options *opt, neighbour *out) {
     return n;
 }
 
+/* Along rows and columns: for edges that are parallel to them, all of whose pixels have the same
+ * integrand while those beside them have none. */
+static int make_line(const options *opt, neighbour *out) {
+    int n = 0, reach = (int)opt->size / BLOCKS < 7 ? (int)opt->size / BLOCKS : 7;
+    for (int d = -reach; d <= reach; ++d) {
+        if (d == 0) continue;
+        float w = (float)(opt->edges * 0.5 *
+                          (exp(-d * d / (4.0 * opt->sigma[0] * opt->sigma[0])) +
+                           exp(-d * d / (4.0 * opt->sigma[1] * opt->sigma[1]))));
+        if (out != NULL) {
+            out[n] = (neighbour){d, 0, w};
+            out[n + 1] = (neighbour){0, d, w};
+        }
+        n += 2;
+    }
+    return n;
+}
+
 void tile_create(tile *t, const options *opt) {
     memset(t, 0, sizeof *t);
     t->opt = *opt;
@@ -149,6 +175,9 @@ void tile_create(tile *t, const options *opt) {
     t->neighbour_count = make_neighbours(opt, NULL);
     t->neighbours = allocate((size_t)t->neighbour_count, sizeof *t->neighbours);
     make_neighbours(opt, t->neighbours);
+    t->line_count = make_line(opt, NULL);
+    t->line = allocate((size_t)t->line_count, sizeof *t->line);
+    make_line(opt, t->line);
     t->occupied = allocate(PARTITIONS, sizeof *t->occupied);
     t->changes = allocate(BLOCKS * BLOCKS / 4, sizeof *t->changes);
     bn_digit_tables_fill(&t->digits);
@@ -162,6 +191,7 @@ void tile_destroy(tile *t) {
     free(t->errors);
     free(t->a);
     free(t->neighbours);
+    free(t->line);
     free(t->occupied);
     free(t->changes);
 }

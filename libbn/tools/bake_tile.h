@@ -5,7 +5,15 @@
 
 #include <bn/bn_draw.h>
 
-enum { LEVELS = 9, POINTS = 256, LANES = 16, PARTITIONS = 10, MAX_CELLS = 1 << 14, BLOCKS = 4 };
+enum {
+    LEVELS = 9,
+    POINTS = 256,
+    LANES = 16,
+    PARTITIONS = 10,
+    MAX_CELLS = 1 << 14,
+    BLOCKS = 4,
+    STEPS = 2 * LANES
+};
 
 typedef struct options {
     uint32_t size;
@@ -18,6 +26,7 @@ typedef struct options {
     double sigma[2]; /* the two blurs, in pixels */
     double level_weight[LEVELS];
     double temperature; /* at the first sweep; falls to zero over the sweeps */
+    double edges;       /* weight of the errors along rows and columns of axis-aligned edges */
     double evenness;    /* weight of the evenness of the first samples over the tile */
     double refresh;     /* share of the integrands that is replaced before each sweep */
     const char *output;
@@ -66,8 +75,9 @@ typedef struct tile {
     float *errors;        /* [size][size][LEVELS][integrands] */
     float *a, *b, *c, *r; /* the same, one array per parameter */
     float *mean;
-    neighbour *neighbours;
-    int neighbour_count;
+    neighbour *neighbours,
+        *line; /* of all integrands; of the first STEPS, along rows and columns */
+    int neighbour_count, line_count;
     float level_weight[LEVELS];
     int32_t (*occupied)[MAX_CELLS]; /* [PARTITIONS]: entries in every cell of every partition */
     int32_t (*changes)[PARTITIONS][MAX_CELLS]; /* of each block of the colour being visited */
@@ -81,6 +91,7 @@ void *allocate(size_t count, size_t size);
 void integrand_finish(integrand *f);
 double integrand_value(const integrand *f, double x, double y);
 integrand integrand_make(uint64_t seed, uint64_t index);
+integrand step_make(uint64_t index, int axis, int k);
 uint32_t entry_make(uint32_t sx, uint32_t sy, uint32_t fx, uint32_t fy);
 uint32_t entry_key(uint32_t entry);
 void set_point(const tile *t, uint32_t j, uint32_t key, uint32_t fx, uint32_t fy, float *x,

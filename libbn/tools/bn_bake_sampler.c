@@ -85,9 +85,10 @@ static int read_table(tile *t, const char *path, const char *signature, uint32_t
 
 /* All options that decide the result, as text. */
 static void make_signature(const options *o, char *text, size_t size) {
-    int at = snprintf(text, size, "%u %u %u %u %llu %.17g %.17g %.17g %.17g %s", o->size,
+    int at = snprintf(text, size, "%u %u %u %u %llu %.17g %.17g %.17g %.17g %.17g %s", o->size,
                       o->integrands, o->sweeps, o->proposals, (unsigned long long)o->seed, o->wide,
-                      o->temperature, o->evenness, o->refresh, o->start != NULL ? o->start : "-");
+                      o->temperature, o->edges, o->evenness, o->refresh,
+                      o->start != NULL ? o->start : "-");
     for (int level = 0; level < LEVELS && at > 0 && (size_t)at < size; ++level) {
         at += snprintf(text + at, size - (size_t)at, " %.17g", o->level_weight[level]);
     }
@@ -98,7 +99,7 @@ static void make_signature(const options *o, char *text, size_t size) {
 static const char usage[] =
     "usage: bn_bake_sampler [options] -o FILE\n"
     "  --size N            side of the tile, a power of two from 16 to 256 (128)\n"
-    "  --integrands N      test integrands, a multiple of 16 (512)\n"
+    "  --integrands N      test integrands, a multiple of 16, at least 64 (512)\n"
     "  --sweeps N          visits of every pixel (32)\n"
     "  --proposals N       random other sets tried at every visit (2)\n"
     "  --seed N            (1)\n"
@@ -106,7 +107,8 @@ static const char usage[] =
     "  --level-weights W   nine weights for 1, 2, 4, ... 256 samples (1,1,1,1,1,1,1,1,1)\n"
     "  --refresh SHARE     integrands replaced before every sweep (0.04)\n"
     "  --temperature T     of the first sweep; falls to zero (0.05)\n"
-    "  --evenness W        weight of the evenness of first samples (0.3)\n"
+    "  --edges W           weight of axis-aligned edges, along which errors add up (4)\n"
+    "  --evenness W        weight of the evenness of first samples (0.4)\n"
     "  --start FILE        begin from this table instead of the hierarchical order\n"
     "  --threads N         (2)\n"
     "Progress is kept in FILE.progress every sweep; the same command goes on from there.\n";
@@ -155,6 +157,8 @@ static int parse(int argc, char **argv, options *opt) {
             opt->temperature = number;
         } else if (strcmp(name, "--evenness") == 0) {
             opt->evenness = number;
+        } else if (strcmp(name, "--edges") == 0) {
+            opt->edges = number;
         } else if (strcmp(name, "--refresh") == 0) {
             opt->refresh = number;
         } else {
@@ -163,9 +167,9 @@ static int parse(int argc, char **argv, options *opt) {
     }
     uint32_t n = opt->size;
     return opt->output != NULL && n >= 16 && n <= 256 && (n & (n - 1)) == 0 &&
-           opt->integrands >= LANES && opt->integrands <= 8192 && opt->integrands % LANES == 0 &&
-           opt->threads >= 1 && opt->threads <= 64 && opt->proposals <= 256 && opt->wide <= 1.0 &&
-           opt->refresh <= 1.0;
+           opt->integrands >= 2 * STEPS && opt->integrands <= 8192 &&
+           opt->integrands % LANES == 0 && opt->threads >= 1 && opt->threads <= 64 &&
+           opt->proposals <= 256 && opt->wide <= 1.0 && opt->refresh <= 1.0;
 }
 
 static double now(void) {
@@ -185,7 +189,8 @@ int main(int argc, char **argv) {
                    .sigma = {1.05, 2.1},
                    .refresh = 0.04,
                    .temperature = 0.05,
-                   .evenness = 0.3};
+                   .edges = 4.0,
+                   .evenness = 0.4};
     for (int level = 0; level < LEVELS; ++level) opt.level_weight[level] = 1.0;
     char progress[PATH_SIZE], signature[1024];
     if (!parse(argc, argv, &opt) || !path_beside(progress, opt.output, ".progress")) {
