@@ -55,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--seed", default=0, type=_integer, help="0 to 2**64 - 1 (default 0)")
     command.add_argument("--sigma", type=float, help="viewing blur or Gaussian, in texels")
     command.add_argument("--initial-fraction", type=float, help="void-and-cluster: share (0.1)")
-    command.add_argument("--steps", type=_integer, help="relax: steps (96)")
+    command.add_argument("--steps", type=_integer, help="relax: steps (64)")
     command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (1000)")
     command.add_argument("--quiet", action="store_true", help="no progress")
     command.add_argument("-o", "--output", required=True, type=Path, metavar="FILE")

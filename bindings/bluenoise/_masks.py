@@ -46,7 +46,7 @@ def mask(
         ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of its Gaussian in texels, 0.25 to 16;
         ``initial_fraction`` (0.1), the share of texels of the initial pattern, above 0 to 0.5.
 
-        ``"relax"``: ``sigma`` (0.92), the viewing blur in texels whose error falls, 0.25 to 2.5; ``steps`` (96);
+        ``"relax"``: ``sigma`` (0.92), the viewing blur in texels whose error falls, 0.25 to 2.5; ``steps`` (64);
         ``start_step`` (4, at most 8) and ``end_step`` (0.05), how far values move, in value ranges; ``start_softness``
         (0.45, at most 0.49) and ``end_softness`` (0.008), the difference of values at which a pair's force is full;
         ``threads`` (0: one per processor; the result does not depend on it); ``start_from_ranks``, a mask to start
@@ -124,7 +124,7 @@ def _relax(
     end_step: float = 0.05,
     start_softness: float = 0.45,
     end_softness: float = 0.008,
-    steps: int = 96,
+    steps: int = 64,
     threads: int = 0,
     start_from_ranks: Optional[npt.ArrayLike] = None,
     progress: Optional[Progress] = None,

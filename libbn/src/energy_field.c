@@ -117,8 +117,8 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
     if (good) {
         f->kernel_block =
             bn_allocate_zero(slices * rows, (size_t)f->kernel_stride * sizeof *f->kernel_block);
-        f->slice_reach = bn_allocate((size_t)f->reach[2] + 1, sizeof *f->slice_reach);
-        good = f->kernel_block != NULL && f->slice_reach != NULL;
+        f->circle = bn_allocate((size_t)f->reach[2] + 1, sizeof *f->circle);
+        good = f->kernel_block != NULL && f->circle != NULL;
     }
     if (good) {
         int32_t *origin =
@@ -143,9 +143,12 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
             }
         }
         for (int32_t z = 0; z <= f->reach[2]; ++z) {
-            int32_t r = radius;
-            while (!f->folded[2] && r * r + z * z > radius * radius) --r;
-            f->slice_reach[z] = r;
+            const int32_t square = radius * radius - (f->folded[2] ? 0 : z * z);
+            bn_field_circle circle = {radius, square};
+            while (circle.reach * circle.reach > square) --circle.reach;
+            /* Of a folded axis every tile counts, and distances along it do not. */
+            if (f->folded[0] || f->folded[1]) circle.square = INT32_MAX;
+            f->circle[z] = circle;
         }
         *centre = origin[0];
         origin[0] += BN_FIELD_SET;
@@ -196,7 +199,7 @@ void bn_field_destroy(bn_field *f) {
     bn_free(f->tile);
     bn_free(f->energy);
     bn_free(f->kernel_block);
-    bn_free(f->slice_reach);
+    bn_free(f->circle);
     for (int level = 0; level < f->levels; ++level) {
         bn_free(f->lowest[level]);
         bn_free(f->highest[level]);

@@ -32,6 +32,11 @@ typedef struct bn_field_tile {
     uint32_t edge;    /* the axes it sticks out of the torus along; 0: all its texels exist */
 } bn_field_tile;
 
+/* A slice of the kernel: along x and y, where they are not folded, it is zero outside this. */
+typedef struct bn_field_circle {
+    int32_t reach, square;
+} bn_field_circle;
+
 typedef struct bn_field {
     uint32_t extent[3];      /* texels; axes of extent 1 come last */
     uint32_t tile_extent[2]; /* texels of a tile: 8 x 8 or 64 x 1 */
@@ -45,10 +50,10 @@ typedef struct bn_field {
     int32_t *kernel_block;
     const int32_t *kernel;
     ptrdiff_t kernel_rows, kernel_stride,
-        kernel_step;      /* step: between the 8-texel rows of a tile */
-    int32_t reach[3];     /* offsets run from -reach to reach */
-    int32_t *slice_reach; /* along x and y where not folded, by |dz|: the kernel ends at a sphere */
-    int folded[3];        /* the kernel is wider than the torus and has its images added up */
+        kernel_step;         /* step: between the 8-texel rows of a tile */
+    int32_t reach[3];        /* offsets run from -reach to reach */
+    bn_field_circle *circle; /* the kernel ends at a sphere: its slices by |dz| */
+    int folded[3];           /* the kernel is wider than the torus and has its images added up */
 
     /* Tiles at the end of an axis that stick out: bit 0 along x, bit 1 along y. */
     uint32_t edge[2];

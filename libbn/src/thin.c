@@ -26,7 +26,7 @@ typedef struct thin {
     /* Of the points that are left, in the order of their cells. A point that was taken away is
      * BN_THIN_NONE. The energy is the sum of the weights of a point's pairs. */
     uint32_t *point, *x, *y, *z, *energy;
-    uint32_t *cell_of, *cell_start, *next, *scratch;
+    uint32_t *cell_of, *home, *cell_start, *next, *scratch;
     size_t count;
     uint32_t cells[3];
     uint64_t scale; /* of squared distance to table entries, by 2^32 */
@@ -72,47 +72,66 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
  * to both, else takes this one's weight from the others. Points taken away join in: nobody looks.
  */
 static void visit_range(thin *t, uint32_t slot, uint32_t first, uint32_t last, int collect) {
-    const uint32_t x = t->x[slot], y = t->y[slot], z = t->z[slot];
-    uint32_t sum = 0;
+    /* Copies, which stores to the energies cannot change. */
+    const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
+    const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot], z = zs[slot];
+    const uint64_t scale = t->scale;
+    uint32_t *energy = t->energy, sum = 0;
     for (uint32_t other = first; other < last; ++other) {
-        uint64_t square =
-            square_along(x, t->x[other], t->extent[0]) + square_along(y, t->y[other], t->extent[1]);
-        if (t->extent[2] > 1) square += square_along(z, t->z[other], t->extent[2]);
-        const uint64_t entry = square * t->scale >> 32;
+        uint64_t square = square_along(x, xs[other], width) + square_along(y, ys[other], height);
+        if (depth > 1) square += square_along(z, zs[other], depth);
+        const uint64_t entry = square * scale >> 32;
         const uint32_t weight = t->table[entry < BN_THIN_TABLE ? entry : BN_THIN_TABLE];
         if (collect) {
             sum += weight;
-            t->energy[other] += weight;
+            energy[other] += weight;
         } else {
-            t->energy[other] -= weight;
+            energy[other] -= weight;
         }
     }
-    if (collect) t->energy[slot] += sum;
+    if (collect) energy[slot] += sum;
 }
 
-static void visit(thin *t, uint32_t slot, int collect) {
-    const uint32_t at[3] = {t->x[slot], t->y[slot], t->z[slot]};
-    uint32_t from[3], number[3];
+/* The ranges of points in and around a cell, at most 18: cells along x lie side by side, but for
+ * those beyond the torus' edge. */
+static uint32_t ranges_around(const thin *t, uint32_t cell, uint32_t ranges[18][2]) {
+    const uint32_t home[3] = {cell % t->cells[0], cell / t->cells[0] % t->cells[1],
+                              cell / t->cells[0] / t->cells[1]};
+    uint32_t from[3], number[3], count = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        const uint32_t cells = t->cells[axis], home = cell_along(t, axis, at[axis]);
+        const uint32_t cells = t->cells[axis];
         number[axis] = cells < 3 ? cells : 3;
-        from[axis] = cells < 3 ? 0 : home == 0 ? cells - 1 : home - 1;
+        from[axis] = cells < 3 ? 0 : home[axis] == 0 ? cells - 1 : home[axis] - 1;
     }
+    const uint32_t end = from[0] + number[0];
+    const uint32_t wrapped = end > t->cells[0] ? end - t->cells[0] : 0;
     for (uint32_t z = 0; z < number[2]; ++z) {
         uint32_t cz = from[2] + z < t->cells[2] ? from[2] + z : from[2] + z - t->cells[2];
         for (uint32_t y = 0; y < number[1]; ++y) {
             uint32_t cy = from[1] + y < t->cells[1] ? from[1] + y : from[1] + y - t->cells[1];
-            uint32_t row = (cz * t->cells[1] + cy) * t->cells[0];
-            /* The cells along x lie side by side, but for those beyond the torus' edge. */
-            uint32_t end = from[0] + number[0], wrapped = end > t->cells[0] ? end - t->cells[0] : 0;
-            const uint32_t ranges[2][2] = {
-                {t->cell_start[row + from[0]], t->cell_start[row + end - wrapped]},
-                {t->cell_start[row], t->cell_start[row + wrapped]}};
-            for (int i = 0; i < 2; ++i) {
-                uint32_t first = ranges[i][0];
-                /* Each pair once, and none with itself. */
-                if (collect && first <= slot) first = slot + 1;
-                visit_range(t, slot, first, ranges[i][1], collect);
+            const uint32_t *row = t->cell_start + (cz * t->cells[1] + cy) * t->cells[0];
+            ranges[count][0] = row[from[0]];
+            ranges[count++][1] = row[end - wrapped];
+            if (wrapped == 0) continue;
+            ranges[count][0] = row[0];
+            ranges[count++][1] = row[wrapped];
+        }
+    }
+    return count;
+}
+
+/* The energy of every point: each pair once, and none with itself. */
+static void collect(thin *t, uint32_t cells) {
+    uint32_t ranges[18][2];
+    for (uint32_t cell = 0; cell < cells; ++cell) {
+        if (t->cell_start[cell] == t->cell_start[cell + 1]) continue;
+        const uint32_t count = ranges_around(t, cell, ranges);
+        for (uint32_t slot = t->cell_start[cell]; slot < t->cell_start[cell + 1]; ++slot) {
+            t->home[slot] = cell;
+            for (uint32_t i = 0; i < count; ++i) {
+                if (ranges[i][1] <= slot) continue;
+                visit_range(t, slot, ranges[i][0] > slot ? ranges[i][0] : slot + 1, ranges[i][1],
+                            1);
             }
         }
     }
@@ -163,7 +182,7 @@ static void begin_stage(thin *t, uint64_t seed) {
     t->scale = (uint64_t)((double)BN_THIN_TABLE * 0x1p32 / (reach * reach));
     sort_into_cells(t, reach);
     memset(t->energy, 0, t->count * sizeof *t->energy);
-    for (size_t i = 0; i < t->count; ++i) visit(t, (uint32_t)i, 1);
+    collect(t, t->cells[0] * t->cells[1] * t->cells[2]);
     for (size_t i = 0; i < t->count; ++i) most = t->energy[i] > most ? t->energy[i] : most;
     t->bucket_scale = ((uint64_t)BN_THIN_BUCKETS << 32) / ((uint64_t)most + 1);
     for (int i = 0; i < BN_THIN_BUCKETS; ++i) t->bucket[i] = BN_THIN_NONE;
@@ -194,7 +213,9 @@ static void take_away(thin *t, size_t left, uint32_t *removed) {
         *--removed = t->point[slot];
         t->point[slot] = BN_THIN_NONE;
         --remaining;
-        visit(t, slot, 0);
+        uint32_t ranges[18][2];
+        const uint32_t count = ranges_around(t, t->home[slot], ranges);
+        for (uint32_t i = 0; i < count; ++i) visit_range(t, slot, ranges[i][0], ranges[i][1], 0);
     }
 }
 
@@ -202,8 +223,8 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
     if (count < 2) return 1;
     thin *t = bn_allocate_zero(1, sizeof *t);
     if (t == NULL) return 0;
-    uint32_t **const arrays[] = {&t->point,   &t->x,    &t->y,      &t->z,
-                                 &t->cell_of, &t->next, &t->energy, &t->scratch};
+    uint32_t **const arrays[] = {&t->point, &t->x,    &t->y,      &t->z,      &t->cell_of,
+                                 &t->home,  &t->next, &t->energy, &t->scratch};
     enum { array_count = sizeof arrays / sizeof *arrays };
     int good = 1;
     for (int i = 0; i < array_count; ++i) {

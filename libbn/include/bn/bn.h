@@ -92,8 +92,7 @@ typedef struct bn_sampler bn_sampler;
 
 enum {
     /* The sampler to use: progressive, blue on screen in both pairs of every domain. In each pixel every
-     * power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3). With 1 to 4 declared
-     * samples_per_pixel it takes a table made for so few. */
+     * power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3). */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0,2)-sequences, padded, independent in each pixel: what to compare with. */
     BN_SAMPLER_SOBOL = 1,
@@ -112,9 +111,9 @@ enum {
 typedef struct bn_sampler_options {
     size_t struct_size;         /* sizeof(bn_sampler_options) */
     int32_t kind;               /* BN_SAMPLER_..., default BN_SAMPLER_BLUE */
-    uint32_t samples_per_pixel; /* 0 (default): unknown. Else a hint: quality is tuned for that count;
-                                   indices beyond it go on as ever. ZORDER rounds it up to a power of two
-                                   (at most 2^16) and takes 0 as 256. */
+    uint32_t samples_per_pixel; /* 0 (default): unknown. Else a hint; indices beyond it go on as ever.
+                                   ZORDER is good at that count only: it rounds it up to a power of two
+                                   (at most 2^16) and takes 0 as 256. The others need no hint. */
     uint64_t seed;              /* default 0; different seeds give independent pictures */
     const uint32_t *mask_ranks; /* kind MASK: a permutation, copied. NULL (default): the built-in 64x64 */
     uint32_t mask_width;        /* extents of mask_ranks, in texels; 0 when mask_ranks is NULL */
@@ -194,7 +193,7 @@ typedef struct bn_relax_options {
     double start_softness;    /* difference of values at which a pair's force is full, in value ranges;
                                  default 0.45, at most 0.49. To finish a mask take about 0.02 */
     double end_softness;      /* default 0.008 */
-    uint32_t steps;           /* default 96 */
+    uint32_t steps;           /* default 64 */
     uint32_t threads;         /* 0 (default): one per processor. The result does not depend on it */
     int32_t start_from_ranks; /* 0 (default): start from white noise of the seed; 1: from ranks */
     uint64_t seed;            /* default 0 */
@@ -204,7 +203,7 @@ typedef struct bn_relax_options {
 
 static inline bn_relax_options bn_relax_options_default(void) {
     bn_relax_options options = {
-        sizeof(bn_relax_options), 0.92, 4, 0.05, 0.45, 0.008, 96, 0, 0, 0, NULL, NULL};
+        sizeof(bn_relax_options), 0.92, 4, 0.05, 0.45, 0.008, 64, 0, 0, 0, NULL, NULL};
     return options;
 }
 

@@ -105,10 +105,16 @@ typedef struct job {
     uint32_t edge;
 } job;
 
-/* The tiles of one slice of the torus; `kernel` is the slice of the kernel at offset (0, 0). A row
- * of tiles is at most as long as the kernel, so the jobs fit. Starts fetching them from memory. */
+/* How far the texels first .. last of an axis are from 0 at least. */
+BN_INLINE int32_t distance(int32_t first, int32_t last) {
+    return first > 0 ? first : last < 0 ? -last : 0;
+}
+
+/* The tiles of one slice of the torus that the kernel reaches, which there is a circle of the
+ * square `limit`; `kernel` is its slice at offset (0, 0). A row of tiles is at most as long as the
+ * kernel, so the jobs fit. Starts fetching them from memory. */
 BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
-                             const int32_t *kernel, job *jobs) {
+                             int32_t limit, const int32_t *kernel, job *jobs) {
     const int line = f->tile_extent[1] == 1, log_x = line ? 6 : 3, log_y = line ? 0 : 3;
     const int32_t tiles_x = (int32_t)f->tiles[0], tiles_y = (int32_t)f->tiles[1];
     piece px[2], py[2];
@@ -116,21 +122,26 @@ BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2]
     uint32_t count = 0;
     for (int iy = 0; iy < ny; ++iy) {
         for (int32_t ty = py[iy].first >> log_y; ty <= py[iy].last >> log_y; ++ty) {
-            const int32_t *row =
-                kernel + (ty * (1 << log_y) + py[iy].shift - c[1]) * f->kernel_stride;
+            const int32_t dy = ty * (1 << log_y) + py[iy].shift - c[1];
+            const int32_t near_y = distance(dy, dy + (1 << log_y) - 1);
+            const int32_t *row = kernel + dy * f->kernel_stride;
             const int32_t band = ty & ~7, rows = tiles_y - band < 8 ? tiles_y - band : 8;
             const size_t base =
                 (slice * f->tiles[1] + (uint32_t)band) * f->tiles[0] + (uint32_t)(ty & 7);
             const uint32_t edge_y = ty + 1 == tiles_y ? f->edge[1] : 0;
             for (int ix = 0; ix < nx; ++ix) {
                 for (int32_t tx = px[ix].first >> log_x; tx <= px[ix].last >> log_x; ++tx) {
-                    job *j = &jobs[count++];
+                    const int32_t dx = tx * (1 << log_x) + px[ix].shift - c[0];
+                    const int32_t near_x = distance(dx, dx + (1 << log_x) - 1);
+                    job *j = &jobs[count];
                     j->index = base + (size_t)tx * (uint32_t)rows;
-                    j->kernel = row + (tx * (1 << log_x) + px[ix].shift - c[0]);
+                    j->kernel = row + dx;
                     j->edge = edge_y | (tx + 1 == tiles_x ? f->edge[0] : 0);
                     for (int i = 0; i < BN_TILE_SIZE; i += 16) {
                         prefetch(f->energy + j->index * BN_TILE_SIZE + i);
                     }
+                    /* Corners may be beyond the kernel's circle. */
+                    count += near_x * near_x + near_y * near_y <= limit;
                 }
             }
         }
@@ -138,13 +149,23 @@ BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2]
     return count;
 }
 
-BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
+BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32_t dz,
                             const int32_t *kernel, int sign, int extremes, size_t *touched) {
     job jobs[BN_FIELD_JOBS];
-    const uint32_t count = list_jobs(f, slice, c, reach, kernel, jobs);
+    const int32_t limit = f->circle[dz < 0 ? -dz : dz].square;
+    const int32_t reach = f->circle[dz < 0 ? -dz : dz].reach;
+    const uint32_t count = list_jobs(f, slice, c, reach, limit, kernel, jobs);
     for (uint32_t i = 0; i < count; ++i) {
-        change_tile(f, jobs[i].index, jobs[i].kernel, jobs[i].edge, sign, extremes);
-        if (f->levels > 1) touch(f, 1, jobs[i].index / BN_FIELD_FANOUT, touched);
+        const size_t index = jobs[i].index;
+        const int32_t low = f->lowest[0][index], high = f->highest[0][index];
+        change_tile(f, index, jobs[i].kernel, jobs[i].edge, sign, extremes);
+        if (f->levels == 1) continue;
+        /* Where energies only grow, the lowest of a group changes with the tile that has it alone.
+         */
+        const size_t group = index / BN_FIELD_FANOUT;
+        if (extremes == BN_FIELD_LOWEST && sign > 0 && low != f->lowest[1][group]) continue;
+        if (extremes == BN_FIELD_HIGHEST && sign < 0 && high != f->highest[1][group]) continue;
+        touch(f, 1, group, touched);
     }
 }
 
@@ -157,15 +178,15 @@ BN_INLINE void change(bn_field *f, bn_field_texel texel, int sign, int extremes)
     size_t touched = 0;
     ++f->changes;
     if (f->extent[2] == 1) {
-        change_slice(f, 0, c, f->slice_reach[0], f->kernel, sign, extremes, &touched);
+        change_slice(f, 0, c, 0, f->kernel, sign, extremes, &touched);
     } else {
         piece pz[2];
         const int nz = split(f, 2, cz, f->reach[2], pz);
         for (int iz = 0; iz < nz; ++iz) {
             for (int32_t z = pz[iz].first; z <= pz[iz].last; ++z) {
                 const int32_t dz = z + pz[iz].shift - cz;
-                change_slice(f, (size_t)z, c, f->slice_reach[dz < 0 ? -dz : dz],
-                             f->kernel + dz * slice_size, sign, extremes, &touched);
+                change_slice(f, (size_t)z, c, dz, f->kernel + dz * slice_size, sign, extremes,
+                             &touched);
             }
         }
     }
@@ -206,7 +227,13 @@ static bn_field_texel field_find(const bn_field *f, int extreme) {
     const int low = extreme == BN_FIELD_LOWEST;
     int32_t *const *values = low ? f->lowest : f->highest;
     const int top = f->levels - 1;
-    const int32_t value = low ? lowest_of_64(values[top]) : highest_of_64(values[top]);
+    /* The top level has up to 64 values and neutral ones behind them. */
+    bn_i32v best = i32_load(values[top]);
+    for (size_t i = BN_I32_LANES; i < f->level_count[top]; i += BN_I32_LANES) {
+        const bn_i32v more = i32_load(values[top] + i);
+        best = low ? i32_min(best, more) : i32_max(best, more);
+    }
+    const int32_t value = low ? i32_lowest(best) : i32_highest(best);
     size_t index = first_of_64(values[top], NULL, value);
     for (int level = top - 1; level >= 0; --level) {
         index *= BN_FIELD_FANOUT;
