@@ -4,6 +4,7 @@
 import argparse
 import csv
 import io
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -27,22 +28,26 @@ REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 4096
 PART = (64, 166, 64, 64)
 # The same for the README's picture, at the count where it is seen best.
 README_PART, README_COUNT, README_SIZE = (40, 150, 96, 96), 4, 288
-PARTS = 16
+PARTS = 64
 
 
 class Progress:
     """One line on a terminal, nothing in a pipe."""
 
     def __init__(self, total):
-        self.total, self.done, self.started = total, 0.0, time.monotonic()
-        self.shown = sys.stderr.isatty()
+        self.total, self.shown = total, sys.stderr.isatty()
+        self.last_done, self.last_time = 0.0, time.monotonic()
+        self.rendered, self.busy = 0.0, 0.0  # what was really rendered now, not found from before, and its seconds
 
     def __call__(self, what, done):
-        if not self.shown:
-            return
-        rate = max(done, 1e-9) / max(time.monotonic() - self.started, 1e-9)
-        left = f"{(self.total - done) / rate:.0f} s left" if done else ""
-        print(f"\r{100 * done / self.total:5.1f} %  {what}  {left}\033[K", end="", file=sys.stderr, flush=True)
+        now = time.monotonic()
+        if now - self.last_time > 0.05:
+            self.rendered += done - self.last_done
+            self.busy += now - self.last_time
+        self.last_done, self.last_time = done, now
+        if self.shown:
+            left = f"{(self.total - done) * self.busy / self.rendered:.0f} s left" if self.rendered else ""
+            print(f"\r{100 * done / self.total:5.1f} %  {what}  {left}\033[K", end="", file=sys.stderr, flush=True)
 
     def close(self):
         if self.shown:
@@ -108,6 +113,22 @@ def text_table(rows):
         out.write(line[0].ljust(widths[0]) + "  " +
                   "  ".join(cell.rjust(width) for cell, width in zip(line[1:], widths[1:])) + "\n")
     return out.getvalue()
+
+
+TABLE_BEGIN, TABLE_END = "<!-- table: scripts/demo --readme -->\n", "<!-- end of the table -->\n"
+
+
+def update_readme(root, folder, rows):
+    """Puts the table and the picture of this run into the README of the repository at `root`."""
+    readme = root / "README.md"
+    text = readme.read_text(encoding="utf-8")
+    if text.count(TABLE_BEGIN) != 1 or text.count(TABLE_END) != 1:
+        raise ValueError(f"{readme} has lost the marks of its table: {TABLE_BEGIN.strip()} and {TABLE_END.strip()}")
+    before, rest = text.split(TABLE_BEGIN)
+    after = rest.split(TABLE_END)[1]
+    write_text(readme, f"{before}{TABLE_BEGIN}```\n{text_table(rows)}```\n{TABLE_END}{after}")
+    with written_beside(root / "docs" / "cornell.png") as beside:
+        shutil.copyfile(folder / "readme.png", beside)
 
 
 def write_csv(path, rows):
@@ -214,6 +235,7 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write (default out/demo)")
     parser.add_argument("--seeds", type=int, default=4, metavar="N",
                         help="the table's errors are root mean squares over N seeds (default 4)")
+    parser.add_argument("--readme", action="store_true", help="also put the table and the picture into the README")
     options = parser.parse_args()
     if not 1 <= options.seeds <= 1000:
         parser.error(f"--seeds is from 1 to 1000, not {options.seeds}")
@@ -230,6 +252,8 @@ def main():
     )
     write_csv(options.out / "table.csv", rows)
     write_report(options.out, rows, make_cells(pictures, reference), notes)
+    if options.readme:
+        update_readme(Path(__file__).resolve().parents[2], options.out, rows)
     print(text_table(rows))
     for note in notes:
         print(note)

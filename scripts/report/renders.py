@@ -2,11 +2,13 @@
 """Renders through the path tracer that are made once and kept while nothing they depend on has changed.
 
 A file is valid while its record in renders.json names the same request (options and the SHA-256 of the path
-tracer, which holds libbn) and the file has the bytes that were written then. References are rendered in parts,
-so that an interrupted one goes on where it was.
+tracer, which holds libbn) and the file has the bytes that were written then. References take minutes: they are
+rendered in parts, so that an interrupted one goes on where it was, and are valid while the path tracer still
+gives the same bits for one sample in every pixel, so that a change of another sampler leaves them alone.
 """
 
 import dataclasses
+import hashlib
 import json
 import signal
 import subprocess
@@ -54,7 +56,7 @@ class Renderer:
             self._records = {}  # none yet, or not ours: everything is rendered again
 
     def _key(self, request, **more):
-        return {**dataclasses.asdict(request), "program": self._program_sha256, **more}
+        return {"program": self._program_sha256, **dataclasses.asdict(request), **more}
 
     def _valid(self, path, key):
         record = self._records.get(str(path.relative_to(self.folder)), {})
@@ -78,7 +80,7 @@ class Renderer:
             self._record(path, key)
         return path
 
-    def reference(self, request, name, part_count=16, report=lambda fraction: None):
+    def reference(self, request, name, part_count=64, report=lambda fraction: None):
         """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
 
         Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS: half of what its
@@ -86,7 +88,10 @@ class Renderer:
         """
         if request.spp % part_count or part_count % 2:
             raise ValueError(f"{request.spp} samples do not divide into {part_count} equal parts in two halves")
-        path, key = self.folder / name, self._key(request, parts=part_count)
+        path = self.folder / name
+        last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
+        probe, _ = read_exr(self.render(last_sample, f"{path.stem}-probe.exr"))
+        key = self._key(request, parts=part_count, program=hashlib.sha256(probe.tobytes()).hexdigest())
         if self._valid(path, key):
             return path
         part_spp = request.spp // part_count

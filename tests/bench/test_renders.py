@@ -65,9 +65,9 @@ def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path, runs)
     np.testing.assert_allclose(merged, whole, rtol=1e-5, atol=1e-6)
     assert attributes["spp"] == 8
     assert all(attributes[f"error{i}"] > 0 for i in range(len(SIGMAS)))
-    assert len(runs) == 5
+    assert len(runs) == 6  # the whole, a probe, four parts
     renderer.reference(SMALL, "reference.exr", part_count=4)
-    assert len(runs) == 5
+    assert len(runs) == 6
     assert not list(tmp_path.glob("*part*"))
 
 
@@ -78,9 +78,30 @@ def test_interrupted_reference_goes_on(pathtracer, tmp_path, runs):
 
     with pytest.raises(KeyboardInterrupt):
         Renderer(pathtracer, tmp_path).reference(SMALL, "reference.exr", 4, interrupt)
-    assert len(runs) == 2 and not (tmp_path / "reference.exr").exists()
+    assert len(runs) == 3 and not (tmp_path / "reference.exr").exists()
     Renderer(pathtracer, tmp_path).reference(SMALL, "reference.exr", 4)
-    assert len(runs) == 4
+    assert len(runs) == 5
+
+
+@pytest.mark.parametrize("change, new_runs", [(b"\0", 1), (b"", 0)], ids=["same pictures", "same program"])
+def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs, change, new_runs):
+    program = tmp_path / "pathtracer"
+    program.write_bytes(pathtracer.read_bytes())
+    program.chmod(0o755)
+    path = Renderer(program, tmp_path / "out").reference(SMALL, "reference.exr", 4)
+    before, old_runs = path.read_bytes(), len(runs)
+    program.write_bytes(pathtracer.read_bytes() + change)
+    assert Renderer(program, tmp_path / "out").reference(SMALL, "reference.exr", 4).read_bytes() == before
+    assert len(runs) == old_runs + new_runs
+
+
+def test_reference_is_rendered_again_when_the_path_tracer_draws_another(pathtracer, tmp_path, runs):
+    program = tmp_path / "pathtracer"
+    for depth, runs_so_far in ((8, 5), (1, 10)):  # a probe and four parts each
+        program.write_text(f"#!/bin/sh\nexec '{pathtracer}' --max-depth {depth} \"$@\"\n")
+        program.chmod(0o755)
+        Renderer(program, tmp_path / "out").reference(SMALL, "reference.exr", 4)
+        assert len(runs) == runs_so_far
 
 
 def test_failure_is_the_path_tracers_own_line(pathtracer, tmp_path):

@@ -64,3 +64,8 @@ def test_options_it_names_exist(option):
     cmake = (ROOT / "CMakeLists.txt").read_text()
     header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
     assert re.search(rf"\b{option}\b", cmake + header)
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`(bn_[a-z0-9_]+)`", README))))
+def test_functions_it_names_exist(name):
+    assert re.search(rf"\b{name}\(", (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text())
