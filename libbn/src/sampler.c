@@ -6,14 +6,11 @@
 #include "options.h"
 #include <stdlib.h>
 
-/* Baked tables of pixels, 32 bits each; see data/README.md. */
+/* The baked table of pixels, 32 bits each; see data/README.md. */
 extern const uint32_t bn_data_blue_table[];
 extern const size_t bn_data_blue_table_count;
-#ifndef BN_SMALL_DATA
-extern const uint32_t bn_data_blue_few_table[];
-#endif
 
-enum { BN_FEW_SAMPLES = 4, BN_MORTON_BITS = 12, BN_ZORDER_MAX_LOG2 = 16 };
+enum { BN_MORTON_BITS = 12, BN_ZORDER_MAX_LOG2 = 16 };
 
 /* ---- ZORDER
  * --------------------------------------------------------------------------------------- The
@@ -259,11 +256,6 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     s->table.seed[1] = (uint32_t)(key >> 32);
     s->table.pixels = bn_data_blue_table;
     while ((size_t)1 << (2 * s->table.size_log2) < bn_data_blue_table_count) ++s->table.size_log2;
-#ifndef BN_SMALL_DATA
-    if (o.samples_per_pixel >= 1 && o.samples_per_pixel <= BN_FEW_SAMPLES) {
-        s->table.pixels = bn_data_blue_few_table;
-    }
-#endif
     s->table.sampler = s;
     bn_draw_table_fill(&s->table);
     if (o.kind == BN_SAMPLER_ZORDER) {
