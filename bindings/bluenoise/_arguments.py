@@ -98,9 +98,30 @@ def shape(value: object, max_ndim: int) -> tuple[int, ...]:
     return tuple(integer("shape", extent, 1, UINT32[1]) for extent in extents)
 
 
+def is_permutation(flat: npt.NDArray[Any]) -> bool:
+    """Whether a flat array of integers holds each of 0 .. size - 1 once."""
+    if flat.size == 0 or flat.min() != 0 or flat.max() != flat.size - 1:
+        return False
+    seen = np.zeros(flat.size, bool)
+    seen[flat] = True
+    return bool(seen.all())
+
+
+def permutation(name: str, flat: npt.NDArray[Any]) -> None:
+    """Raises with the first rank that does not occur once."""
+    if is_permutation(flat):
+        return
+    counts = np.bincount(flat[flat < flat.size], minlength=flat.size)
+    rank = int(np.flatnonzero(counts != 1)[0])
+    raise ValueError(
+        f"{name} must hold every rank 0 .. {flat.size - 1} exactly once, but holds {rank} {counts[rank]} times"
+    )
+
+
 def ranks(name: str, value: object) -> Ranks:
-    """A mask of two dimensions as uint32 in C order; that it is a permutation is checked by the library."""
+    """A mask of two dimensions as uint32 in C order."""
     array = integers(name, value, np.uint32, *UINT32)
     if array.ndim != 2 or array.size == 0:
         raise ValueError(f"{name} must have shape (height, width), not {array.shape}")
+    permutation(name, array.reshape(-1))
     return np.ascontiguousarray(array)

@@ -47,7 +47,7 @@ def dither(
     Raises ``ValueError`` (NaN or values outside [0, 1], sizes, a mask that is no permutation), ``TypeError`` and
     ``MemoryError``.
 
-    >>> dither(np.full((64, 64), 0.25)).mean()
+    >>> float(dither(np.full((64, 64), 0.25)).mean())
     0.25
     """
     levels = arguments.integer("levels", levels, 2, 256)

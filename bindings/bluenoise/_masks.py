@@ -63,7 +63,7 @@ def mask(
     Raises ``ValueError`` (unknown method, number out of range), ``TypeError`` (wrong type, unknown option) and
     ``MemoryError``. Ctrl-C interrupts.
 
-    >>> mask((64, 64), seed=1).max()
+    >>> int(mask((64, 64), seed=1).max())
     4095
     """
     extents = arguments.shape(shape, 3)
@@ -105,13 +105,17 @@ def _check_flat(shape: tuple[int, ...], method: str) -> None:
         raise ValueError(f"shape for method {method!r} must be (n,) or (h, w), not {shape}")
 
 
-def _working_ranks(shape: tuple[int, ...], start_from_ranks: Optional[npt.ArrayLike]) -> Ranks:
+def _working_ranks(
+    shape: tuple[int, ...], start_from_ranks: Optional[npt.ArrayLike], channels: int = 1
+) -> Ranks:
     """An array for the result: a copy of the ranks to start from, or one without values."""
     if start_from_ranks is None:
         return np.empty(shape, np.uint32)
     ranks = arguments.integers("start_from_ranks", start_from_ranks, np.uint32, *arguments.UINT32)
     if ranks.shape != shape:
         raise ValueError(f"start_from_ranks must have shape {shape}, not {ranks.shape}")
+    for channel in ranks.reshape(channels, -1):
+        arguments.permutation("start_from_ranks", channel)
     return np.array(ranks, order="C")
 
 
@@ -171,7 +175,7 @@ def _anneal(
     if far_sigma is None:
         far_sigma = max(sigma, _FAR_SIGMA)
     start = arguments.real("start_temperature", start_temperature, 0, 1, low_included=False)
-    ranks = _working_ranks(result, start_from_ranks)
+    ranks = _working_ranks(result, start_from_ranks, channels)
     _core.anneal(
         ranks.reshape((channels,) + (1,) * (2 - len(shape)) + shape),
         sigma,

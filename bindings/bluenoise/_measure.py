@@ -26,7 +26,7 @@ def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
     if array.ndim != 2 or array.size == 0:
         raise ValueError(f"{name} must have shape (height, width), not {array.shape}")
     flat = array.reshape(-1)
-    if _is_permutation(flat):
+    if array.dtype.kind != "f" and arguments.is_permutation(flat):
         return np.ascontiguousarray(array, np.uint32), True
     if array.dtype.kind == "f" and np.isnan(flat).any():
         raise ValueError(f"{name} must not hold NaN, but element {int(np.isnan(flat).argmax())} is NaN")
@@ -36,14 +36,6 @@ def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
     ranks = np.empty(flat.size, np.uint32)
     ranks[order] = np.arange(flat.size, dtype=np.uint32)
     return ranks.reshape(array.shape), exact
-
-
-def _is_permutation(flat: npt.NDArray[Any]) -> bool:
-    if flat.dtype.kind == "f" or flat.min() != 0 or flat.max() != flat.size - 1:
-        return False
-    seen = np.zeros(flat.size, bool)
-    seen[flat] = True
-    return bool(seen.all())
 
 
 def measure(mask: npt.ArrayLike) -> dict[str, Any]:

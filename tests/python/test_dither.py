@@ -125,7 +125,7 @@ def test_any_layout():
         ([[0.5]], {"levels": 1}, ValueError, ["levels", "1"]),
         ([[0.5]], {"levels": 257}, ValueError, ["levels", "257"]),
         ([[0.5]], {"levels": 2.5}, TypeError, ["levels", "2.5"]),
-        ([[0.5]], {"mask": [[0, 0]]}, ValueError, ["mask"]),
+        ([[0.5]], {"mask": [[0, 0]]}, ValueError, ["mask", "0 2 times"]),
         ([[0.5]], {"mask": [[0.5]]}, TypeError, ["mask", "float64"]),
         ([[0.5]], {"mask": [0, 1]}, ValueError, ["mask", "(2,)"]),
         ([[0.5]], {"channel_offset": 1}, TypeError, ["channel_offset", "1"]),

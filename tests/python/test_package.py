@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as installed: version, names, types, files, no needless imports."""
 
+import doctest
+import importlib
 import importlib.metadata
 import pickle
 import re
@@ -30,6 +32,15 @@ def test_public_names_exist_and_have_docstrings():
         assert name == "__version__" or value.__doc__, name
     for name in ("sample", "block", "domain", "qmc"):
         assert getattr(bluenoise.Sampler, name).__doc__
+
+
+def test_examples_in_docstrings_hold():
+    tried = 0
+    for name in ("_sampler", "_masks", "_dither"):
+        failed, count = doctest.testmod(importlib.import_module(f"bluenoise.{name}"))
+        assert failed == 0
+        tried += count
+    assert tried >= 4
 
 
 def test_exceptions_belong_to_the_package():
