@@ -258,6 +258,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     while ((size_t)1 << (2 * s->table.size_log2) < bn_data_blue_table_count) ++s->table.size_log2;
     s->table.sampler = s;
     bn_draw_table_fill(&s->table);
+    bn_block_prepare(&s->block, &s->table);
     if (o.kind == BN_SAMPLER_ZORDER) {
         uint32_t spp = o.samples_per_pixel == 0 ? 256 : o.samples_per_pixel;
         while (s->zorder_log2 < BN_ZORDER_MAX_LOG2 && 1u << s->zorder_log2 < spp) ++s->zorder_log2;
