@@ -4,11 +4,15 @@
 #include "anneal.h"
 #include "memory.h"
 #include "options.h"
+#include "thin.h"
 #include <math.h>
 #include <string.h>
 
 /* Windows end where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
+
+/* Texels of one value that are this many sigmas apart do not feel each other. */
+static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
 static int good_options(const bn_anneal_options *o) {
     return o->sigma >= 0.25 && o->sigma <= 4 && o->far_sigma >= o->sigma && o->far_sigma <= 4 &&
@@ -76,6 +80,11 @@ bn_result bn_anneal(const bn_anneal_options *given, uint32_t width, uint32_t hei
     /* Without neighbours there is nothing to improve. */
     if (result == BN_SUCCESS && job.reach[0] + job.reach[1] > 0) {
         result = channels == 1 ? bn_anneal_scalar(&job) : bn_anneal_vector(&job);
+    }
+    const uint32_t extent[3] = {width, height, 1};
+    if (result == BN_SUCCESS && channels == 1 && o.order_ends &&
+        !bn_thin_ends(extent, BN_ANNEAL_SPARSE * sigma, o.seed, job.ranks, texels)) {
+        result = BN_ERROR_OUT_OF_MEMORY;
     }
     if (result == BN_SUCCESS) memcpy(ranks, job.ranks, count * sizeof *ranks);
 done:

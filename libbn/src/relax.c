@@ -13,6 +13,7 @@
 #include "memory.h"
 #include "options.h"
 #include "simd/simd.h"
+#include "thin.h"
 #include "threads.h"
 #include <math.h>
 #include <string.h>
@@ -23,6 +24,7 @@ enum {
     BN_RELAX_FRACTION = 4 /* bits below a 16-bit value */
 };
 static const double BN_RELAX_CUTOFF = 4.6; /* of the kernel, in sigmas */
+static const double BN_RELAX_SPARSE = 3.8; /* sigmas between texels that do not feel each other */
 
 typedef struct relaxation {
     const bn_relax_options *options;
@@ -39,6 +41,7 @@ typedef struct relaxation {
     uint32_t *histograms; /* [threads][bin_count] */
     int16_t *values;      /* of the bins */
     int32_t *last;        /* the last step's values, to rank exactly */
+    uint32_t *ranks;
     int cancelled;
 } relaxation;
 
@@ -250,8 +253,10 @@ bn_result bn_relax(const bn_relax_options *given, uint32_t width, uint32_t heigh
     r.histograms = bn_allocate((size_t)threads * r.bin_count, sizeof *r.histograms);
     r.values = bn_allocate(r.bin_count, sizeof *r.values);
     r.last = bn_allocate(count, sizeof *r.last);
+    r.ranks = bn_allocate(count, sizeof *r.ranks);
     float *final = bn_allocate(count, sizeof *final);
-    if (!r.image || !r.bins || !r.histograms || !r.values || !r.last || !final || !fill_pairs(&r)) {
+    if (!r.image || !r.bins || !r.histograms || !r.values || !r.last || !r.ranks || !final ||
+        !fill_pairs(&r)) {
         result = BN_ERROR_OUT_OF_MEMORY;
         goto done;
     }
@@ -263,7 +268,14 @@ bn_result bn_relax(const bn_relax_options *given, uint32_t width, uint32_t heigh
     }
     /* Below 2^24, so floats are exact. */
     for (size_t i = 0; i < count; ++i) final[i] = (float)r.last[i];
-    result = bn_ranks_from_values(final, count, ranks);
+    result = bn_ranks_from_values(final, count, r.ranks);
+    if (result != BN_SUCCESS) goto done;
+    const uint32_t extent[3] = {width, height, 1};
+    if (!bn_thin_ends(extent, BN_RELAX_SPARSE * o.sigma, o.seed, r.ranks, count)) {
+        result = BN_ERROR_OUT_OF_MEMORY;
+        goto done;
+    }
+    memcpy(ranks, r.ranks, count * sizeof *ranks);
 done:
     bn_free(r.image);
     bn_free(r.offsets);
@@ -272,6 +284,7 @@ done:
     bn_free(r.histograms);
     bn_free(r.values);
     bn_free(r.last);
+    bn_free(r.ranks);
     bn_free(final);
     return result;
 }

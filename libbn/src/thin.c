@@ -271,3 +271,36 @@ done:
     bn_free(t);
     return good;
 }
+
+size_t bn_thin_count(const uint32_t extent[3], size_t count, double spacing) {
+    size_t low = 1, high = count / 2 + count % 2;
+    while (low < high) {
+        const size_t middle = low + (high - low + 1) / 2;
+        if (bn_spacing(extent, middle) >= spacing) {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    return low;
+}
+
+int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t *ranks,
+                 size_t count) {
+    const size_t points = bn_thin_count(extent, count, spacing);
+    if (points > count / 2) return 1;
+    uint32_t *first = bn_allocate(points, 2 * sizeof *first);
+    if (first == NULL) return 0;
+    uint32_t *last = first + points;
+    for (size_t i = 0; i < count; ++i) {
+        if (ranks[i] < points) first[ranks[i]] = (uint32_t)i;
+        if (ranks[i] >= count - points) last[count - 1 - ranks[i]] = (uint32_t)i;
+    }
+    const int good = bn_thin(extent, seed, first, points) && bn_thin(extent, ~seed, last, points);
+    for (size_t i = 0; i < points && good; ++i) {
+        ranks[first[i]] = (uint32_t)i;
+        ranks[last[i]] = (uint32_t)(count - 1 - i);
+    }
+    bn_free(first);
+    return good;
+}

@@ -103,24 +103,9 @@ static int thin(maker *m, int set, size_t expected) {
     return bn_thin(f->extent, m->options->seed, m->minority, listed);
 }
 
-/* How many texels of a minority are so far apart that they are bn_thin's. */
-static size_t sparse_count(const uint32_t extent[3], size_t count, double sigma) {
-    size_t low = 1, high = count / 2 + 1;
-    const double limit = bn_thin_spacing(sigma);
-    while (low < high) {
-        size_t middle = low + (high - low + 1) / 2;
-        if (bn_spacing(extent, middle) >= limit) {
-            low = middle;
-        } else {
-            high = middle - 1;
-        }
-    }
-    return low;
-}
-
 static bn_result make(maker *m, const uint32_t extent[3]) {
     size_t initial = (size_t)((double)m->count * m->options->initial_fraction);
-    size_t sparse = sparse_count(extent, m->count, m->options->sigma);
+    size_t sparse = bn_thin_count(extent, m->count, bn_thin_spacing(m->options->sigma));
     if (initial == 0) initial = 1;
     if (sparse > initial) sparse = initial;
     size_t last = m->count - initial < sparse ? m->count - initial : sparse;

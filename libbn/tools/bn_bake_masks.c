@@ -98,6 +98,7 @@ int main(int argc, char **argv) {
         options.end_temperature = temperature(step + 1);
         options.sweeps = sweeps / STEPS;
         options.seed = (uint64_t)step;
+        options.order_ends = step + 1 == STEPS;
         result = bn_anneal(&options, size, size, 1, ranks, count);
         if (result != BN_SUCCESS) return fail(bn_result_string(result), "in annealing");
         char next[PATH_SIZE];

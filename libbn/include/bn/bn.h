@@ -227,6 +227,8 @@ typedef struct bn_anneal_options {
     double start_temperature; /* as a share of all that one texel's pairs can gain; default 4e-4 */
     double end_temperature;   /* default 2e-6; geometric in between. 0 < end <= start <= 1 */
     uint32_t sweeps;          /* trial swaps per texel; default 1000 */
+    int32_t order_ends;       /* one channel: 1 (default): order the first and the last ranks, whose texels
+                                 are too far apart for the blurs to see, as void-and-cluster does. 0: no */
     int32_t start_from_ranks; /* 0 (default): start from void-and-cluster of the seed; 1: from ranks */
     uint64_t seed;            /* default 0 */
     bn_progress progress;     /* default NULL; called before each sweep */
@@ -235,7 +237,7 @@ typedef struct bn_anneal_options {
 
 static inline bn_anneal_options bn_anneal_options_default(void) {
     bn_anneal_options options = {
-        sizeof(bn_anneal_options), 1, 1.5, 1, 1, 4e-4, 2e-6, 1000, 0, 0, NULL, NULL};
+        sizeof(bn_anneal_options), 1, 1.5, 1, 1, 4e-4, 2e-6, 1000, 1, 0, 0, NULL, NULL};
     return options;
 }
 
