@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The plain form of bn_draw.h, which other machines use, draws what the library draws. */
+#define BN_DRAW_PLAIN
+#include "check.h"
+#include <bn/bn_draw.h>
+#include <string.h>
+
+int main(void) {
+    for (int32_t kind = 0; kind < 5; ++kind) {
+        bn_sampler_options options = bn_sampler_options_default();
+        bn_sampler *s = NULL;
+        options.kind = kind;
+        options.seed = 6;
+        CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+        const bn_draw_table *table = bn_sampler_table(s);
+        CHECK(table->version == BN_DRAW_TABLE_VERSION);
+        uint32_t domain = BN_DOMAIN_ROOT;
+        for (uint32_t i = 0; i < 20000; ++i) {
+            uint32_t index = i % 3 == 0 ? i % 256u : i % 3 == 1 ? i : i * 0x9e3779b1u;
+            int32_t x = (int32_t)bn_hash32(i), y = (int32_t)bn_hash32(i + 1u);
+            uint32_t bits[4], plain_bits[4];
+            float floats[4], plain[4];
+            CHECK(bn_domain_child(domain, i) == bn_draw_domain_child(domain, i));
+            domain = bn_draw_domain_child(domain, i);
+            bn_sample_4d_u32(s, x, y, index, domain, bits);
+            bn_sample_4d(s, x, y, index, domain, floats);
+            bn_draw_4d_u32(table, x, y, index, domain, plain_bits);
+            bn_draw_4d(table, x, y, index, domain, plain);
+            CHECK(memcmp(bits, plain_bits, sizeof bits) == 0);
+            CHECK(memcmp(floats, plain, sizeof floats) == 0);
+        }
+        bn_sampler_destroy(s);
+    }
+    return check_result();
+}

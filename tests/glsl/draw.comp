@@ -1,0 +1,27 @@
+#version 430
+/* SPDX-License-Identifier: Apache-2.0
+ * A compute shader that draws, as bn_draw.glsl says: what the validator is given, with the text
+ * of bn_draw.glsl in place of its name. */
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 0) readonly buffer bn_table {
+    uint bn_words[];
+};
+layout(std430, binding = 1) writeonly buffer bn_samples {
+    vec4 samples[];
+};
+layout(location = 0) uniform uvec2 seed;
+#define BN_PIXEL(i) bn_words[i]
+#define BN_DIGIT_X(i) bn_words[16384u + (i)]
+#define BN_DIGIT_Y(i) bn_words[16640u + (i)]
+#define BN_SEED_LOW seed.x
+#define BN_SEED_HIGH seed.y
+#include "bn_draw.glsl"
+
+void main() {
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    uint at = (pixel.y * 512u + pixel.x) * 3u;
+    uint domain = bn_domain_child(0u, gl_GlobalInvocationID.z);
+    samples[at] = bn_draw_blue(pixel.x, pixel.y, 5u, domain);
+    samples[at + 1u] = bn_draw_sobol(pixel.x, pixel.y, 5u, domain);
+    samples[at + 2u] = bn_draw_white(pixel.x, pixel.y, 5u, domain);
+}
