@@ -3,6 +3,11 @@
 #ifndef BN_SAMPLER_BLOCK_H
 #define BN_SAMPLER_BLOCK_H
 
+/* Before bn_draw.h, which then uses it. */
+#if (defined(__x86_64__) || defined(_M_X64)) && !defined(_M_ARM64EC)
+#include <emmintrin.h>
+#endif
+
 #include <bn/bn_draw.h>
 
 enum { BN_RUN = 8 };

@@ -3,6 +3,9 @@
  * independence of domains and seeds, uniformity. How blue the samples are is tested in
  * tests/quality. */
 #include "check.h"
+#if defined(__SSE2__)
+#include <emmintrin.h> /* before bn_draw.h: its faster form */
+#endif
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdlib.h>

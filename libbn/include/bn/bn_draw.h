@@ -23,16 +23,18 @@
  * WHAT IT COSTS. About 115 instructions on x86-64 for a draw of four dimensions, two looks into the
  * table of pixels (64 KiB) and four into the point set (2 KiB). Draws of many domains in one pixel,
  * or of many indices, share what they have in common when they are inlined into a loop. Samples
- * from 256 on cost about eight times as much. Where SSE2 is, the last step works on the four
- * dimensions at once; define BN_DRAW_PLAIN before including this header for plain C everywhere. */
+ * from 256 on cost about eight times as much. Include <emmintrin.h> before this header, where SSE2
+ * is, and the last step works on the four dimensions at once; the library itself does. Without it,
+ * or with BN_DRAW_PLAIN defined, this is plain C: the same bits, somewhat slower. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
 #include <bn/bn.h>
 
-#if !defined(BN_DRAW_PLAIN) && (defined(__x86_64__) || defined(_M_X64)) && !defined(_M_ARM64EC)
+/* What GCC, Clang and MSVC define in <emmintrin.h>. */
+#if !defined(BN_DRAW_PLAIN) &&                                                                     \
+    (defined(_EMMINTRIN_H_INCLUDED) || defined(__EMMINTRIN_H) || defined(_INCLUDED_EMM))
 #define BN_DRAW_SSE2 1
-#include <emmintrin.h>
 #endif
 
 /* One copy per translation unit, called: what is not worth its place in every loop. */
