@@ -148,8 +148,9 @@ def test_samplers_agree_on_the_mean(pathtracer, many_means, sampler, spp):
         stats.ttest_ind(means.mean(axis=1), expected.mean(axis=1), equal_var=False).pvalue
     )
     assert smallest_p(p_values) > 0.001
-    # The tests above would see a bias of a few percent.
-    assert means.mean(axis=1).std() < 0.12 * expected.mean() / np.sqrt(spp)
+    # The tests above would see a bias of a few percent: the deviation of white noise is about 0.11 of the
+    # mean, and that of so few seeds is above 1.6 times the true one once in a thousand.
+    assert means.mean(axis=1).std() < 0.18 * expected.mean() / np.sqrt(spp)
 
 
 def test_depth_adds_light(pathtracer):
