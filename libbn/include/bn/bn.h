@@ -176,7 +176,7 @@ static inline bn_void_and_cluster_options bn_void_and_cluster_options_default(vo
 
 /* Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993) on a torus
  * of width x height x depth texels; 1 for the extents a mask does not have. Any extents will do. Writes
- * every rank once; no grey level is worse than with the method as published. Runs on the calling
+ * every rank once; level with the method as published at every grey level, better at both ends. Runs on the calling
  * thread; about 0.2 microseconds per texel (2-D, sigma 1.5) and 14 bytes, both close to linear.
  * Errors: INVALID_ARGUMENT (ranks NULL, a zero extent, an option out of its range), SIZE_MISMATCH,
  * OUT_OF_MEMORY (also for more than 2^31 - 1 texels), CANCELLED, UNSUPPORTED. */
