@@ -141,7 +141,8 @@ def save(figure, path):
 def report_text(rows, command):
     pairs = sorted({row["pair"] for row in rows if row["pair"] != "all"}, key="01 23 02 03 12 13".split().index)
     parts = ["# Screen-space error of the samplers", "",
-             f"Printed by `{command}`. Every figure is the mean RMSE over a family of integrands, as a ratio to",
+             f"Printed by `{command}`.", "",
+             "Every figure is the mean RMSE over a family of integrands, as a ratio to",
              "white noise in the same run, 256x256 pixels; lower is better. Unless a count is declared, one run of",
              "each sampler is stopped at every count. Sigma is the blur in pixels; 0.0 is the error of each pixel",
              "by itself, which blue noise leaves as it is.", "",
@@ -164,19 +165,22 @@ def main():
     parser.add_argument("--peer", action="append", default=[], metavar="NAME=FILE.npy",
                         help="samples of another library, float32 [256][256][spp][4]")
     parser.add_argument("--max-spp", default="256", help="largest count (default 256)")
-    parser.add_argument("--quick", action="store_true", help="half-planes in the pair (0, 1) only")
+    parser.add_argument("--quick", action="store_true", help="blue and sobol only, two families, no declared counts")
+    parser.add_argument("--rows", type=Path, metavar="CSV", help="take rows measured before instead of measuring")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
     options = parser.parse_args()
 
-    arguments = ["--max-spp", options.max_spp, "--declared"]
+    arguments = ["--max-spp", options.max_spp]
     for peer in options.peer:
         arguments += ["--peer", peer]
-    if options.quick:
-        rows = run_bench(options.program, [*arguments, "--families", "half-planes", "--pairs", "01"])
+    if options.rows:
+        rows = list(csv.DictReader(io.StringIO(options.rows.read_text(encoding="utf-8"))))
+    elif options.quick:
+        rows = run_bench(options.program, [*arguments, "--pairs", "01,23", "--families", "half-planes,wide",
+                                           "--samplers", "blue,sobol"])
     else:
-        rows = run_bench(options.program, [*arguments, "--pairs", "01,23"])
-        cross = [argument for argument in arguments if argument != "--declared"]
-        rows += run_bench(options.program, [*cross, "--families", "half-planes", "--pairs", "02,03,12,13"])
+        rows = run_bench(options.program, [*arguments, "--declared", "--pairs", "01,23"])
+        rows += run_bench(options.program, [*arguments, "--families", "half-planes", "--pairs", "02,03,12,13"])
     out = io.StringIO()
     writer = csv.DictWriter(out, rows[0].keys(), lineterminator="\n")
     writer.writeheader()
@@ -185,7 +189,8 @@ def main():
     plot_spp(rows, options.out / "samplers_spp.png")
     plot_sigma(rows, options.out / "samplers_sigma.png")
     plot_spectra(options.out / "samplers_spectra.png")
-    command = "scripts/bench samplers" + "".join(f" --peer {peer.split('=')[0]}=FILE.npy" for peer in options.peer)
+    peers = [name for name in names_in(rows) if name not in COLOURS]
+    command = "scripts/bench samplers" + (" --quick" if options.quick else "") + "".join(f" --peer {name}=FILE.npy" for name in peers)
     text = report_text(rows, command)
     write_text(options.out / "samplers.md", text)
     print(text)
