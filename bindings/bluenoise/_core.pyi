@@ -54,6 +54,7 @@ def anneal(
     start_temperature: float,
     end_temperature: float,
     sweeps: int,
+    order_ends: bool,
     start_from_ranks: bool,
     seed: int,
     progress: Optional[Progress],

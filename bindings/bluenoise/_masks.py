@@ -55,7 +55,8 @@ def mask(
         ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors fall,
         0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error; ``sweeps`` (1000),
         trial swaps per texel, at about 50 ns each; ``start_temperature`` (4e-4) and ``end_temperature`` (2e-6), shares
-        of all that one texel's pairs can gain; ``start_from_ranks``, a mask to start from in place of void-and-cluster.
+        of all that one texel's pairs can gain; ``start_from_ranks``, a mask to start from in place of void-and-cluster;
+        ``order_ends`` (True) orders the first and last ranks, too far apart for the blurs to see, by their distances.
         With ``channels`` of 2 to 4 the result has shape (channels, h, w), each channel a permutation, the vectors of
         values blue together (about 1 us per trial); then ``value_sigma`` (1, 0.01 to 100) is how near values must be
         to repel each other, and the far blur has no part.
@@ -164,6 +165,7 @@ def _anneal(
     start_temperature: float = 4e-4,
     end_temperature: float = 2e-6,
     sweeps: int = 1000,
+    order_ends: bool = True,
     channels: int = 1,
     start_from_ranks: Optional[npt.ArrayLike] = None,
     progress: Optional[Progress] = None,
@@ -185,6 +187,7 @@ def _anneal(
         start,
         arguments.real("end_temperature", end_temperature, 0, start, low_included=False),
         arguments.integer("sweeps", sweeps, 0, arguments.UINT32[1]),
+        bool(order_ends),
         start_from_ranks is not None,
         arguments.seed(seed),
         arguments.callback("progress", progress),

@@ -36,7 +36,7 @@ Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double s
 /* `ranks` has shape (channels, height, width): where to start from when asked, always where the
  * result goes. */
 void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, double value_sigma,
-            double start_temperature, double end_temperature, uint32_t sweeps,
+            double start_temperature, double end_temperature, uint32_t sweeps, bool order_ends,
             bool start_from_ranks, uint64_t seed, const py::object &callback) {
     Progress progress(callback);
     bn_anneal_options options = bn_anneal_options_default();
@@ -47,6 +47,7 @@ void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, dou
     options.start_temperature = start_temperature;
     options.end_temperature = end_temperature;
     options.sweeps = sweeps;
+    options.order_ends = order_ends ? 1 : 0;
     options.start_from_ranks = start_from_ranks ? 1 : 0;
     options.seed = seed;
     options.progress = Progress::call;
@@ -176,7 +177,8 @@ void bind_masks(py::module_ &module) {
     module.def("anneal", &anneal, py::arg("ranks").noconvert(), py::arg("sigma"),
                py::arg("far_sigma"), py::arg("far_weight"), py::arg("value_sigma"),
                py::arg("start_temperature"), py::arg("end_temperature"), py::arg("sweeps"),
-               py::arg("start_from_ranks"), py::arg("seed"), py::arg("progress"));
+               py::arg("order_ends"), py::arg("start_from_ranks"), py::arg("seed"),
+               py::arg("progress"));
     module.def("relax", &relax, py::arg("ranks").noconvert(), py::arg("sigma"),
                py::arg("start_step"), py::arg("end_step"), py::arg("start_softness"),
                py::arg("end_softness"), py::arg("steps"), py::arg("threads"),
