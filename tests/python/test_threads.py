@@ -34,7 +34,7 @@ WORK = {
     "block": lambda: SAMPLER.block(0, 0, 512, 512, 0, 4, 0),
     "void_and_cluster": lambda: core.void_and_cluster(1, 256, 256, 1.5, 0.1, 0, None),
     "relax": lambda: core.relax(RANKS[:128, :128].copy(), 1, 4, 0.1, 0.4, 0.1, 9, 2, False, 0, None),
-    "anneal": lambda: core.anneal(RANKS[None].copy(), 1, 2, 0, 1, 1e-3, 1e-3, 1, False, 0, None),
+    "anneal": lambda: core.anneal(RANKS[None].copy(), 1, 2, 0, 1, 1e-3, 1e-3, 1, True, False, 0, None),
     "ranks_to_float": lambda: core.ranks_to_float(RANKS.reshape(-1), RANKS.size),
     "ranks_from_values": lambda: core.ranks_from_values(IMAGE.reshape(-1)),
     "mask_error": lambda: core.mask_error(RANKS, 1.0),
