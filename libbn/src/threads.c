@@ -6,7 +6,7 @@
 #if defined(_WIN32)
 
 struct bn_team {
-    int unused;
+    uint32_t next;
 };
 
 uint32_t bn_thread_count(void) {
@@ -23,6 +23,10 @@ void bn_team_wait(bn_team *team) {
     (void)team;
 }
 
+uint32_t bn_team_next(bn_team *team) {
+    return team->next++;
+}
+
 #else
 
 #include <pthread.h>
@@ -34,7 +38,7 @@ struct bn_team {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     uint32_t size; /* 0 until all threads that could be had are there */
-    uint32_t waiting, generation;
+    uint32_t waiting, generation, next;
     bn_team_work work;
     void *user;
 };
@@ -61,6 +65,13 @@ void bn_team_wait(bn_team *team) {
         while (generation == team->generation) pthread_cond_wait(&team->changed, &team->mutex);
     }
     pthread_mutex_unlock(&team->mutex);
+}
+
+uint32_t bn_team_next(bn_team *team) {
+    pthread_mutex_lock(&team->mutex);
+    const uint32_t next = team->next++;
+    pthread_mutex_unlock(&team->mutex);
+    return next;
 }
 
 static void *run(void *user) {

@@ -20,4 +20,7 @@ void bn_team_run(uint32_t threads, bn_team_work work, void *user);
 /* Waits until all members have come here. What they wrote before is seen by all after. */
 void bn_team_wait(bn_team *team);
 
+/* 0, 1, 2 ... in the order in which members ask, across all of them. */
+uint32_t bn_team_next(bn_team *team);
+
 #endif

@@ -271,6 +271,79 @@ BN_API const uint16_t *bn_builtin_mask(uint32_t size);
 /* The same as 32-bit ranks. Errors: INVALID_ARGUMENT (ranks NULL, no such size), SIZE_MISMATCH. */
 BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count);
 
+/* ---- Masks by a network ---------------------------------------------------------------------------
+ * A convolutional network that turns white noise into blue noise, in one pass, at any size; and, what
+ * no other method here can, on any window of an endless plane that never repeats. After Giunchi,
+ * Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
+ *
+ * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened and never
+ * needed to build or to link. It is looked for at runtime_path; else at the path in the environment
+ * variable BN_ONNXRUNTIME, when that is set; else in the process, and then under the names by which the
+ * system knows it (libonnxruntime.so.1, libonnxruntime.so; .dylib, .dll). Nothing of it is printed, and
+ * its telemetry is switched off unless somebody else had loaded it before; some versions start it while
+ * they are being loaded, unless the environment variable ORT_DISABLE_TELEMETRY is 1.
+ *
+ * Results are as good for every seed and on every machine, but not the same bits: ONNX Runtime does not
+ * promise that from one version or processor to the next. In one process they are: the number of
+ * threads and the extents of windows make no difference beyond 1e-5. */
+
+typedef struct bn_neural bn_neural;
+
+typedef struct bn_neural_options {
+    size_t struct_size;       /* sizeof(bn_neural_options) */
+    const char *model_path;   /* a model file; NULL (default) */
+    const void *model;        /* or its bytes, which are not kept; NULL (default). With neither, the
+                                 network that ships; a library built with BN_SMALL_DATA has none */
+    size_t model_size;        /* bytes of model; 0 when it is NULL */
+    const char *runtime_path; /* the ONNX Runtime library; NULL (default): look for it */
+    uint32_t threads;         /* of every mask and window; 0 (default): one per processor */
+} bn_neural_options;
+
+static inline bn_neural_options bn_neural_options_default(void) {
+    bn_neural_options options = {sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0};
+    return options;
+}
+
+/* Opens a network: some tens of milliseconds, more the first time in a process. A model is an ONNX file
+ * of at most 64 MiB with one input `noise`, float32 of shape (1, 1, h + 2r, w + 2r), uniform in [0, 1),
+ * and one output of shape (1, C, h, w) for 1 to 16 channels; r of at most 256 is the radius of what a texel sees, so the
+ * graph pads nothing. Its metadata names r as bn.receptive_radius; bn.align, 1 for a network without
+ * strides, of which h, w and the position of the first texel must be multiples (the caller's need not);
+ * and bn.version, 1. Errors: INVALID_ARGUMENT (neural NULL, two models, an empty path), IO (model_path
+ * cannot be read), BAD_DATA (no such model: damaged, foreign, too large, of another shape than it says,
+ * or one that gives numbers that are not finite), UNSUPPORTED (a model with external data, operators
+ * outside the ONNX standard, functions, control flow or another bn.version; no model in this library; no
+ * way to load libraries on this system), RUNTIME (no ONNX Runtime, none of a version that will do, or
+ * it failed), OUT_OF_MEMORY. On failure *neural is NULL. */
+BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
+BN_API void bn_neural_close(bn_neural *neural);
+
+/* The number of channels, C, of what the network makes; 0 for NULL. */
+BN_API uint32_t bn_neural_channels(const bn_neural *neural);
+
+/* Makes a mask: ranks[C][height][width], every channel a permutation, of any extents; quality is
+ * promised from 16 x 16 on. Works in tiles, so memory beyond the ranks stays at 24 bytes per texel and
+ * channel and a few megabytes per thread. Errors: INVALID_ARGUMENT (a NULL, a zero extent),
+ * SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels), BAD_DATA (the network gave numbers
+ * that are not finite), RUNTIME. */
+BN_API bn_result bn_neural_mask(const bn_neural *neural, uint32_t width, uint32_t height,
+                                uint64_t seed, uint32_t *ranks, size_t count);
+
+/* Shows the window of width x height texels from (x0, y0) on of the endless plane of a seed, as
+ * values[C][height][width] in [0, 1), uniform over the plane. Windows that overlap agree within 1e-5.
+ * Coordinates reach from -2^40 to 2^40. The same errors as bn_neural_mask, and INVALID_ARGUMENT for
+ * a window that reaches further; when the work has begun and fails, values hold anything. */
+BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
+                                  uint32_t height, uint64_t seed, float *values, size_t count);
+
+/* The white noise that a window is made of, for training and for comparing with other runtimes:
+ * noise[height][width] in [0, 1), a hash of seed, x and y, the same bits everywhere. A window shows what
+ * the network makes of the noise around it; a mask, of the noise from (0, 0) on, repeated with its
+ * extents. Errors: INVALID_ARGUMENT (noise NULL, a zero extent, coordinates beyond 2^41 either way),
+ * SIZE_MISMATCH, OUT_OF_MEMORY (more than there are addresses). */
+BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
+                                 uint64_t seed, float *noise, size_t count);
+
 /* ---- Measuring masks ------------------------------------------------------------------------------ */
 
 /* The dithering error E_sigma of a 2-D mask, lower is better: the root mean square, over texels and the

@@ -1,0 +1,361 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Masks and windows by a network, after Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation
+ * via Unsupervised Learning", 2022, but with one convolutional network for all sizes.
+ *
+ * The network turns white noise into blue noise and sees `radius` texels around each texel, so an
+ * image is made in tiles: the noise of a tile and its margin comes from a hash of the coordinates,
+ * wrapped for a mask and not for a window, and tiles fit together without seams. Threads take tiles
+ * in turn; the split does not change what a texel sees, so memory stays small and results do not
+ * depend on it. Cost: the network's, plus the margins, plus a radix sort for the ranks of a mask.
+ */
+#include "files.h"
+#include "hash.h"
+#include "memory.h"
+#include "onnx_model.h"
+#include "onnxruntime.h"
+#include "options.h"
+#include "threads.h"
+#include <string.h>
+
+enum {
+    BN_TILE_MOST_TEXELS = 1 << 16,  /* of a tile: measured, larger ones leave the cache */
+    BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
+    BN_TILE_LEAST_EXTENT = 32,
+    BN_TILE_COST = 1 << 9 /* of starting a tile, in texels */
+};
+static const int64_t BN_WINDOW_FARTHEST = (int64_t)1 << 40;
+static const int64_t BN_NOISE_FARTHEST = (int64_t)1 << 41; /* margins reach beyond windows */
+
+#if BN_BUILTIN_NETWORK
+extern const uint8_t bn_data_neural[];
+extern const size_t bn_data_neural_count;
+#endif
+
+struct bn_neural {
+    bn_runtime *runtime;
+    bn_onnx_model model;
+    uint32_t threads;
+};
+
+/* ---- Noise
+ * ---------------------------------------------------------------------------------------- */
+
+static uint64_t noise_row(uint64_t seed, int64_t y) {
+    return bn_mix64(bn_mix64(seed + 0x9e3779b97f4a7c15u) ^ (uint64_t)y);
+}
+
+static float noise_at(uint64_t row, int64_t x) {
+    return (float)(bn_mix64(row ^ (uint64_t)x) >> 40) * 0x1p-24f;
+}
+
+static int64_t positive_remainder(int64_t value, int64_t divisor) {
+    const int64_t remainder = value % divisor;
+    return remainder < 0 ? remainder + divisor : remainder;
+}
+
+/* Noise of width x height texels from (x0, y0) on; periods of 0 are none. */
+static void fill_noise(uint64_t seed, int64_t x0, int64_t y0, uint32_t width, uint32_t height,
+                       uint32_t period_x, uint32_t period_y, float *noise) {
+    for (uint32_t i = 0; i < height; ++i) {
+        const int64_t y = period_y == 0 ? y0 + i : positive_remainder(y0 + i, period_y);
+        const uint64_t row = noise_row(seed, y);
+        int64_t x = period_x == 0 ? x0 : positive_remainder(x0, period_x);
+        for (uint32_t j = 0; j < width; ++j) {
+            noise[(size_t)i * width + j] = noise_at(row, x);
+            if (++x == period_x && period_x != 0) x = 0;
+        }
+    }
+}
+
+static int good_range(int64_t first, uint32_t extent, int64_t farthest) {
+    return first >= -farthest && first <= farthest - (int64_t)extent;
+}
+
+bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uint64_t seed,
+                          float *noise, size_t count) {
+    uint64_t product;
+    if (noise == NULL || width == 0 || height == 0 || !good_range(x0, width, BN_NOISE_FARTHEST) ||
+        !good_range(y0, height, BN_NOISE_FARTHEST)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (!bn_extent_product(width, height, 1, SIZE_MAX / sizeof *noise, &product)) {
+        return BN_ERROR_OUT_OF_MEMORY;
+    }
+    if (count != product) return BN_ERROR_SIZE_MISMATCH;
+    fill_noise(seed, x0, y0, width, height, 0, 0, noise);
+    return BN_SUCCESS;
+}
+
+/* ---- Opening
+ * -------------------------------------------------------------------------------------- */
+
+static int all_finite(const float *values, size_t count) {
+    uint32_t bad = 0;
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        bad |= (bits & 0x7f800000u) == 0x7f800000u;
+    }
+    return !bad;
+}
+
+/* Runs the model once on a small piece: its radius must be what it says. */
+static bn_result try_model(const bn_neural *n) {
+    const uint32_t align = n->model.align, extent = (16 + align - 1) / align * align;
+    const uint32_t outer = extent + 2 * n->model.radius;
+    const size_t count = (size_t)n->model.channels * extent * extent;
+    float *noise = bn_allocate((size_t)outer * outer, sizeof *noise);
+    float *values = bn_allocate(count, sizeof *values);
+    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    if (noise != NULL && values != NULL) {
+        const bn_tensor input = {noise, 1, outer, outer};
+        const bn_tensor output = {values, n->model.channels, extent, extent};
+        fill_noise(0, 0, 0, outer, outer, 0, 0, noise);
+        result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
+        if (result != BN_SUCCESS || !all_finite(values, count)) result = BN_ERROR_BAD_DATA;
+    }
+    bn_free(noise);
+    bn_free(values);
+    return result;
+}
+
+static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
+    const void *bytes = o->model;
+    size_t size = o->model_size;
+    unsigned char *from_file = NULL;
+    bn_result result = BN_SUCCESS;
+    if (o->model_path != NULL) {
+        result = bn_file_read(o->model_path, BN_MODEL_MOST_BYTES, &from_file, &size);
+        if (result != BN_SUCCESS) return result;
+        bytes = from_file;
+    } else if (bytes == NULL) {
+#if BN_BUILTIN_NETWORK
+        bytes = bn_data_neural;
+        size = bn_data_neural_count;
+#else
+        return BN_ERROR_UNSUPPORTED;
+#endif
+    }
+    result = bn_onnx_model_read(bytes, size, &n->model);
+    if (result == BN_SUCCESS) {
+        result = bn_runtime_open(o->runtime_path, bytes, size, &n->runtime);
+    }
+    bn_free(from_file);
+    return result == BN_SUCCESS ? try_model(n) : result;
+}
+
+bn_result bn_neural_open(const bn_neural_options *given, bn_neural **neural) {
+    bn_neural_options o = bn_neural_options_default();
+    if (neural == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    *neural = NULL;
+    bn_result result = bn_options_read(&o, sizeof o, given);
+    if (result != BN_SUCCESS) return result;
+    if ((o.model == NULL) != (o.model_size == 0) || (o.model != NULL && o.model_path != NULL) ||
+        (o.model_path != NULL && *o.model_path == 0) ||
+        (o.runtime_path != NULL && *o.runtime_path == 0)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    bn_neural *n = bn_allocate_zero(1, sizeof *n);
+    if (n == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    n->threads = o.threads != 0 ? o.threads : bn_thread_count();
+    result = open_model(n, &o);
+    if (result != BN_SUCCESS) {
+        bn_neural_close(n);
+        return result;
+    }
+    *neural = n;
+    return BN_SUCCESS;
+}
+
+void bn_neural_close(bn_neural *n) {
+    if (n == NULL) return;
+    bn_runtime_close(n->runtime);
+    bn_free(n);
+}
+
+uint32_t bn_neural_channels(const bn_neural *n) {
+    return n != NULL ? n->model.channels : 0;
+}
+
+/* ---- Images in tiles
+ * ------------------------------------------------------------------------------ */
+
+enum { BN_NEURAL_MOST_THREADS = 64 };
+
+typedef struct image {
+    const bn_neural *neural;
+    uint64_t seed;
+    int64_t x0, y0;              /* of the first texel */
+    uint32_t width, height;      /* of `values`, per channel */
+    uint32_t period_x, period_y; /* of the noise; 0 for none */
+    int clamp;                   /* to [0, 1) */
+    float *values;
+    uint32_t tile_width, tile_height, columns, rows;
+    bn_result results[BN_NEURAL_MOST_THREADS];
+} image;
+
+static uint64_t round_up(uint64_t value, uint64_t to) {
+    return (value + to - 1) / to * to;
+}
+
+/* The next number of tiles along an axis to try: all small ones, then about every sixteenth. */
+static uint64_t next_division(uint64_t division) {
+    return division + 1 + division / 16;
+}
+
+/* Splits an area so that all threads together are done soonest, by a count of the texels that the
+ * layers compute: on average half of the margin on every side. */
+static void split(image *m, uint64_t width, uint64_t height, uint32_t threads) {
+    const bn_onnx_model *model = &m->neural->model;
+    const uint64_t smallest = round_up(BN_TILE_LEAST_EXTENT, model->align);
+    uint64_t most = BN_TILES_MOST_TEXELS / threads, least_time = UINT64_MAX;
+    if (most > BN_TILE_MOST_TEXELS) most = BN_TILE_MOST_TEXELS;
+    for (uint64_t across = 1;; across = next_division(across)) {
+        const uint64_t w = round_up((width + across - 1) / across, model->align);
+        const uint64_t columns = (width + w - 1) / w;
+        for (uint64_t down = 1;; down = next_division(down)) {
+            const uint64_t h = round_up((height + down - 1) / down, model->align);
+            const uint64_t rows = (height + h - 1) / h;
+            const uint64_t turns = (rows * columns + threads - 1) / threads;
+            const uint64_t time =
+                turns * ((w + model->radius) * (h + model->radius) + BN_TILE_COST);
+            if (time < least_time && (w * h <= most || (w <= smallest && h <= smallest))) {
+                least_time = time;
+                m->tile_width = (uint32_t)w;
+                m->tile_height = (uint32_t)h;
+                m->columns = (uint32_t)columns;
+                m->rows = (uint32_t)rows;
+            }
+            if (h <= smallest) break;
+        }
+        if (w <= smallest) break;
+    }
+}
+
+/* Keeps the part of a tile that lies in the image. */
+static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y) {
+    const size_t tile_count = (size_t)m->tile_width * m->tile_height;
+    const uint32_t channels = m->neural->model.channels;
+    if (!all_finite(tile, tile_count * channels)) return BN_ERROR_BAD_DATA;
+    for (uint32_t c = 0; c < channels; ++c) {
+        for (uint32_t i = 0; i < m->tile_height; ++i) {
+            const int64_t y = tile_y + i - m->y0;
+            if (y < 0 || y >= m->height) continue;
+            const int64_t skipped = tile_x < m->x0 ? m->x0 - tile_x : 0;
+            const int64_t x = tile_x + skipped - m->x0;
+            int64_t count = m->tile_width - skipped;
+            if (count > m->width - x) count = m->width - x;
+            if (count <= 0) continue;
+            const float *from = tile + c * tile_count + (size_t)i * m->tile_width + skipped;
+            float *to = m->values + ((size_t)c * m->height + (size_t)y) * m->width + x;
+            for (int64_t j = 0; j < count; ++j) {
+                const float value = from[j];
+                to[j] = !m->clamp              ? value
+                        : value < 0            ? 0
+                        : value > 1 - 0x1p-24f ? 1 - 0x1p-24f
+                                               : value;
+            }
+        }
+    }
+    return BN_SUCCESS;
+}
+
+static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
+    image *m = user;
+    const bn_neural *n = m->neural;
+    const uint32_t radius = n->model.radius;
+    const uint32_t outer_width = m->tile_width + 2 * radius,
+                   outer_height = m->tile_height + 2 * radius;
+    const size_t tile_count = (size_t)n->model.channels * m->tile_width * m->tile_height;
+    float *noise = bn_allocate((size_t)outer_width * outer_height, sizeof *noise);
+    float *tile = bn_allocate(tile_count, sizeof *tile);
+    bn_result result = noise != NULL && tile != NULL ? BN_SUCCESS : BN_ERROR_OUT_OF_MEMORY;
+    const int64_t align = n->model.align;
+    const int64_t left = m->x0 - positive_remainder(m->x0, align);
+    const int64_t top = m->y0 - positive_remainder(m->y0, align);
+    (void)size;
+    while (result == BN_SUCCESS) {
+        const uint32_t next = bn_team_next(team);
+        if (next >= m->columns * m->rows) break;
+        const int64_t x = left + (int64_t)(next % m->columns) * m->tile_width;
+        const int64_t y = top + (int64_t)(next / m->columns) * m->tile_height;
+        const bn_tensor input = {noise, 1, outer_height, outer_width};
+        const bn_tensor output = {tile, n->model.channels, m->tile_height, m->tile_width};
+        fill_noise(m->seed, x - radius, y - radius, outer_width, outer_height, m->period_x,
+                   m->period_y, noise);
+        result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
+        if (result == BN_SUCCESS) result = keep(m, tile, x, y);
+    }
+    m->results[index] = result;
+    bn_free(noise);
+    bn_free(tile);
+}
+
+/* Fills m->values of an image whose other fields are set up to `values`. */
+static bn_result fill_image(image *m) {
+    const int64_t align = m->neural->model.align;
+    uint32_t threads = m->neural->threads;
+    if (threads > BN_NEURAL_MOST_THREADS) threads = BN_NEURAL_MOST_THREADS;
+    split(m, (uint64_t)positive_remainder(m->x0, align) + m->width,
+          (uint64_t)positive_remainder(m->y0, align) + m->height, threads);
+    const uint64_t tiles = (uint64_t)m->columns * m->rows;
+    if (threads > tiles) threads = (uint32_t)tiles;
+    bn_team_run(threads, work, m);
+    for (uint32_t i = 0; i < threads; ++i) {
+        if (m->results[i] != BN_SUCCESS) return m->results[i];
+    }
+    return BN_SUCCESS;
+}
+
+bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
+                         uint32_t *ranks, size_t count) {
+    uint64_t texels;
+    if (n == NULL || ranks == NULL || width == 0 || height == 0) return BN_ERROR_INVALID_ARGUMENT;
+    const uint32_t channels = n->model.channels;
+    if (!bn_extent_product(width, height, 1, INT32_MAX, &texels)) return BN_ERROR_OUT_OF_MEMORY;
+    if (count != texels * channels) return BN_ERROR_SIZE_MISMATCH;
+    float *values = bn_allocate(count, sizeof *values);
+    /* Ranks of all channels but the last, so that a failure leaves the caller's as they were. */
+    uint32_t *made = channels > 1 ? bn_allocate(count - texels, sizeof *made) : NULL;
+    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    if (values != NULL && (made != NULL || channels == 1)) {
+        image m = {.neural = n,
+                   .seed = seed,
+                   .width = width,
+                   .height = height,
+                   .period_x = width,
+                   .period_y = height,
+                   .values = values};
+        result = fill_image(&m);
+    }
+    for (uint32_t c = 0; c < channels && result == BN_SUCCESS; ++c) {
+        uint32_t *to = c + 1 < channels ? made + c * texels : ranks + c * texels;
+        result = bn_ranks_from_values(values + c * texels, texels, to);
+    }
+    if (result == BN_SUCCESS && channels > 1) {
+        memcpy(ranks, made, (count - texels) * sizeof *ranks);
+    }
+    bn_free(values);
+    bn_free(made);
+    return result;
+}
+
+bn_result bn_neural_window(const bn_neural *n, int64_t x0, int64_t y0, uint32_t width,
+                           uint32_t height, uint64_t seed, float *values, size_t count) {
+    uint64_t texels;
+    if (n == NULL || values == NULL || width == 0 || height == 0 ||
+        !good_range(x0, width, BN_WINDOW_FARTHEST) || !good_range(y0, height, BN_WINDOW_FARTHEST)) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
+    if (!bn_extent_product(width, height, 1, INT32_MAX, &texels)) return BN_ERROR_OUT_OF_MEMORY;
+    if (count != texels * n->model.channels) return BN_ERROR_SIZE_MISMATCH;
+    image m = {.neural = n,
+               .seed = seed,
+               .x0 = x0,
+               .y0 = y0,
+               .width = width,
+               .height = height,
+               .clamp = 1,
+               .values = values};
+    return fill_image(&m);
+}

@@ -1,0 +1,286 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * A strict reader of the few parts of an ONNX file that decide whether a model is one of ours.
+ *
+ * An ONNX file is a Protocol Buffers message: a sequence of fields, each a varint (number << 3 |
+ * wire type) and a value. The reader walks messages as spans of bytes, checks every length against
+ * its span, allocates nothing and does not recurse: graphs inside attributes are refused. What it
+ * does not know it skips. Field numbers are those of the public schema (onnx.proto). */
+#include "onnx_model.h"
+#include <string.h>
+
+enum { WIRE_VARINT = 0, WIRE_64_BIT = 1, WIRE_BYTES = 2, WIRE_32_BIT = 5 };
+
+typedef struct span {
+    const unsigned char *at, *end;
+} span;
+
+typedef struct field {
+    uint32_t number, wire;
+    uint64_t value; /* of a varint */
+    span bytes;     /* of a length-delimited field */
+} field;
+
+static int read_varint(span *s, uint64_t *value) {
+    *value = 0;
+    for (uint32_t shift = 0; shift < 64; shift += 7) {
+        if (s->at == s->end) return 0;
+        const unsigned char byte = *s->at++;
+        if (shift == 63 && byte > 1) return 0;
+        *value |= (uint64_t)(byte & 0x7f) << shift;
+        if ((byte & 0x80) == 0) return 1;
+    }
+    return 0;
+}
+
+/* The next field of a message: 1, 0 at its end, -1 when it is malformed. */
+static int next_field(span *s, field *f) {
+    uint64_t key, length;
+    if (s->at == s->end) return 0;
+    if (!read_varint(s, &key) || key >> 3 == 0 || key >> 32 != 0) return -1;
+    f->number = (uint32_t)(key >> 3);
+    f->wire = (uint32_t)(key & 7);
+    f->value = 0;
+    f->bytes.at = f->bytes.end = NULL;
+    switch (f->wire) {
+    case WIRE_VARINT:
+        return read_varint(s, &f->value) ? 1 : -1;
+    case WIRE_64_BIT:
+    case WIRE_32_BIT:
+        length = f->wire == WIRE_64_BIT ? 8 : 4;
+        break;
+    case WIRE_BYTES:
+        if (!read_varint(s, &length)) return -1;
+        break;
+    default: /* groups are not in the schema */
+        return -1;
+    }
+    if (length > (uint64_t)(s->end - s->at)) return -1;
+    f->bytes.at = s->at;
+    s->at += length;
+    f->bytes.end = s->at;
+    return 1;
+}
+
+static int is_text(span s, const char *text) {
+    const size_t length = strlen(text);
+    return (size_t)(s.end - s.at) == length && (length == 0 || memcmp(s.at, text, length) == 0);
+}
+
+static int is_bytes(const field *f) {
+    return f->wire == WIRE_BYTES;
+}
+
+/* A decimal number of at most nine digits and nothing else. */
+static int read_decimal(span s, uint32_t *value) {
+    const ptrdiff_t length = s.end - s.at;
+    if (length < 1 || length > 9) return 0;
+    *value = 0;
+    for (; s.at != s.end; ++s.at) {
+        if (*s.at < '0' || *s.at > '9') return 0;
+        *value = *value * 10 + (uint32_t)(*s.at - '0');
+    }
+    return 1;
+}
+
+/* The strings with two field numbers of a message that holds each at most once. */
+static int read_pair(span s, uint32_t first_number, span *first, uint32_t second_number,
+                     span *second) {
+    field f;
+    int state, seen[2] = {0, 0};
+    first->at = first->end = second->at = second->end = s.end;
+    while ((state = next_field(&s, &f)) == 1) {
+        const int which = f.number == first_number ? 0 : f.number == second_number ? 1 : -1;
+        if (which < 0) continue;
+        if (!is_bytes(&f) || seen[which]++) return 0;
+        *(which == 0 ? first : second) = f.bytes;
+    }
+    return state == 0;
+}
+
+/* TensorProto: data stored in other files is refused. */
+static bn_result check_tensor(span s) {
+    enum { EXTERNAL_DATA = 13, DATA_LOCATION = 14 };
+    field f;
+    int state;
+    while ((state = next_field(&s, &f)) == 1) {
+        if (f.number == EXTERNAL_DATA) return BN_ERROR_UNSUPPORTED;
+        if (f.number == DATA_LOCATION && f.value != 0) return BN_ERROR_UNSUPPORTED;
+    }
+    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+/* SparseTensorProto: two tensors. */
+static bn_result check_sparse_tensor(span s) {
+    enum { VALUES = 1, INDICES = 2 };
+    field f;
+    int state;
+    while ((state = next_field(&s, &f)) == 1) {
+        if ((f.number != VALUES && f.number != INDICES) || !is_bytes(&f)) continue;
+        const bn_result result = check_tensor(f.bytes);
+        if (result != BN_SUCCESS) return result;
+    }
+    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+static bn_result check_attribute(span s) {
+    enum { TENSOR = 5, GRAPH = 6, TENSORS = 10, GRAPHS = 11, SPARSE = 22, SPARSES = 23 };
+    field f;
+    int state;
+    while ((state = next_field(&s, &f)) == 1) {
+        bn_result result = BN_SUCCESS;
+        if (!is_bytes(&f)) continue;
+        if (f.number == GRAPH || f.number == GRAPHS) result = BN_ERROR_UNSUPPORTED;
+        if (f.number == TENSOR || f.number == TENSORS) result = check_tensor(f.bytes);
+        if (f.number == SPARSE || f.number == SPARSES) result = check_sparse_tensor(f.bytes);
+        if (result != BN_SUCCESS) return result;
+    }
+    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+static bn_result check_node(span s) {
+    enum { ATTRIBUTE = 5, DOMAIN_NAME = 7 };
+    field f;
+    int state;
+    while ((state = next_field(&s, &f)) == 1) {
+        bn_result result = BN_SUCCESS;
+        if (f.number == DOMAIN_NAME) {
+            if (!is_bytes(&f)) return BN_ERROR_BAD_DATA;
+            if (!is_text(f.bytes, "") && !is_text(f.bytes, "ai.onnx")) return BN_ERROR_UNSUPPORTED;
+        }
+        if (f.number == ATTRIBUTE) {
+            result = is_bytes(&f) ? check_attribute(f.bytes) : BN_ERROR_BAD_DATA;
+        }
+        if (result != BN_SUCCESS) return result;
+    }
+    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+/* The only message among the fields `number` of a message; 0 when there is none or more than one.
+ */
+static int only_message(span s, uint32_t number, span *message) {
+    field f;
+    int state, count = 0;
+    while ((state = next_field(&s, &f)) == 1) {
+        if (f.number != number) continue;
+        if (!is_bytes(&f) || count++) return 0;
+        *message = f.bytes;
+    }
+    return state == 0 && count == 1;
+}
+
+enum { MODEL_AXES = 4 };
+
+/* ValueInfoProto of a float tensor of four axes: its name, and their extents, 0 where they are not
+ * fixed. */
+static int read_value(span s, span *name, uint64_t extents[MODEL_AXES]) {
+    enum { NAME = 1, TYPE = 2, TENSOR_TYPE = 1, ELEMENT = 1, SHAPE = 2, AXIS = 1, EXTENT = 1 };
+    enum { ELEMENT_FLOAT = 1 };
+    span type, tensor, shape;
+    uint32_t axes = 0;
+    int state, floats = 0;
+    field f;
+    if (!read_pair(s, NAME, name, TYPE, &type) || !only_message(type, TENSOR_TYPE, &tensor))
+        return 0;
+    if (!only_message(tensor, SHAPE, &shape)) return 0;
+    while ((state = next_field(&tensor, &f)) == 1) {
+        if (f.number == ELEMENT) floats = f.wire == WIRE_VARINT && f.value == ELEMENT_FLOAT;
+    }
+    if (state != 0 || !floats) return 0;
+    while ((state = next_field(&shape, &f)) == 1) {
+        if (f.number != AXIS) continue;
+        if (!is_bytes(&f) || axes == MODEL_AXES) return 0;
+        span axis = f.bytes;
+        extents[axes] = 0;
+        while ((state = next_field(&axis, &f)) == 1) {
+            if (f.number == EXTENT) extents[axes] = f.wire == WIRE_VARINT ? f.value : UINT64_MAX;
+        }
+        if (state != 0) return 0;
+        ++axes;
+    }
+    return state == 0 && axes == MODEL_AXES;
+}
+
+static bn_result read_graph(span s, bn_onnx_model *model) {
+    enum { NODE = 1, INITIALIZER = 5, INPUT = 11, OUTPUT = 12, SPARSE_INITIALIZER = 15 };
+    uint32_t nodes = 0, inputs = 0, outputs = 0;
+    uint64_t extents[MODEL_AXES];
+    span name;
+    field f;
+    int state;
+    while ((state = next_field(&s, &f)) == 1) {
+        bn_result result = BN_SUCCESS;
+        if (f.number != NODE && f.number != INITIALIZER && f.number != INPUT &&
+            f.number != OUTPUT && f.number != SPARSE_INITIALIZER) {
+            continue;
+        }
+        if (!is_bytes(&f)) return BN_ERROR_BAD_DATA;
+        switch (f.number) {
+        case NODE:
+            result = ++nodes <= BN_MODEL_MOST_NODES ? check_node(f.bytes) : BN_ERROR_UNSUPPORTED;
+            break;
+        case INITIALIZER:
+            result = check_tensor(f.bytes);
+            break;
+        case SPARSE_INITIALIZER:
+            result = check_sparse_tensor(f.bytes);
+            break;
+        case INPUT:
+            if (inputs++ || !read_value(f.bytes, &name, extents) || !is_text(name, "noise") ||
+                extents[0] != 1 || extents[1] != 1 || extents[2] != 0 || extents[3] != 0) {
+                return BN_ERROR_BAD_DATA;
+            }
+            break;
+        default:
+            if (outputs++ || !read_value(f.bytes, &name, extents) || extents[0] != 1 ||
+                extents[1] < 1 || extents[1] > BN_MODEL_MOST_CHANNELS || extents[2] != 0 ||
+                extents[3] != 0) {
+                return BN_ERROR_BAD_DATA;
+            }
+            const size_t length = (size_t)(name.end - name.at);
+            if (length == 0 || length >= BN_MODEL_NAME_SIZE || memchr(name.at, 0, length) != NULL) {
+                return BN_ERROR_BAD_DATA;
+            }
+            memcpy(model->output, name.at, length);
+            model->output[length] = 0;
+            model->channels = (uint32_t)extents[1];
+        }
+        if (result != BN_SUCCESS) return result;
+    }
+    return state == 0 && nodes > 0 && inputs == 1 && outputs == 1 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *model) {
+    enum { GRAPH = 7, METADATA = 14, TRAINING = 20, FUNCTION = 25 };
+    static const char *const keys[] = {"bn.receptive_radius", "bn.align", "bn.version"};
+    enum { KEYS = sizeof keys / sizeof *keys };
+    uint32_t values[KEYS] = {0}, seen[KEYS] = {0};
+    bn_onnx_model found = {0, 0, 0, {0}};
+    span graph;
+    field f;
+    int state;
+    if (size == 0 || size > BN_MODEL_MOST_BYTES) return BN_ERROR_BAD_DATA;
+    const span whole = {bytes, (const unsigned char *)bytes + size};
+    if (!only_message(whole, GRAPH, &graph)) return BN_ERROR_BAD_DATA;
+    span s = whole;
+    while ((state = next_field(&s, &f)) == 1) {
+        span key, value;
+        if (f.number == TRAINING || f.number == FUNCTION) return BN_ERROR_UNSUPPORTED;
+        if (f.number != METADATA) continue;
+        if (!is_bytes(&f) || !read_pair(f.bytes, 1, &key, 2, &value)) return BN_ERROR_BAD_DATA;
+        for (int k = 0; k < KEYS; ++k) {
+            if (is_text(key, keys[k]) && (seen[k]++ || !read_decimal(value, &values[k]))) {
+                return BN_ERROR_BAD_DATA;
+            }
+        }
+    }
+    if (state != 0 || !seen[0] || !seen[1] || !seen[2]) return BN_ERROR_BAD_DATA;
+    if (values[2] != 1) return BN_ERROR_UNSUPPORTED;
+    if (values[0] > BN_MODEL_MOST_RADIUS || values[1] < 1 || values[1] > BN_MODEL_MOST_ALIGN) {
+        return BN_ERROR_BAD_DATA;
+    }
+    found.radius = values[0];
+    found.align = values[1];
+    const bn_result result = read_graph(graph, &found);
+    if (result == BN_SUCCESS) *model = found;
+    return result;
+}

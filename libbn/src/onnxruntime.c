@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The one file that touches ONNX Runtime: finding and loading it, sessions, runs.
+ *
+ * Sessions have no threads of their own: the library runs tiles of an image side by side on its
+ * own, so nothing spins in a host's process and the threads used do not change a result. ONNX
+ * Runtime keeps one environment per process and counts its users, so every session here holds the
+ * environment once. A library in which an environment was made stays loaded: threads or exit
+ * handlers of it may live on. */
+#include "onnxruntime.h"
+#include "memory.h"
+#include "onnxruntime_api.h"
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(_WIN32)
+#include <windows.h>
+#elif defined(__unix__) || defined(__APPLE__)
+#include <dlfcn.h>
+#define BN_HAVE_DLFCN
+#endif
+
+/* ---- Libraries
+ * ------------------------------------------------------------------------------------ */
+
+typedef struct library {
+    void *handle;
+    int was_loaded; /* before this call, by somebody else */
+} library;
+
+#if defined(_WIN32)
+
+static void *library_load(const char *name) {
+    return (void *)LoadLibraryA(name);
+}
+
+static int library_is_loaded(const char *name) {
+    return GetModuleHandleA(name) != NULL;
+}
+
+static bn_ort_get_api_base library_entry(void *handle) {
+    return (bn_ort_get_api_base)(void (*)(void))GetProcAddress((HMODULE)handle, "OrtGetApiBase");
+}
+
+static void library_unload(void *handle) {
+    FreeLibrary((HMODULE)handle);
+}
+
+#elif defined(BN_HAVE_DLFCN)
+
+static void *library_load(const char *name) {
+    return dlopen(name, RTLD_NOW | RTLD_LOCAL);
+}
+
+static int library_is_loaded(const char *name) {
+#if defined(RTLD_NOLOAD)
+    void *handle = dlopen(name, RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD);
+    if (handle != NULL) dlclose(handle);
+    return handle != NULL;
+#else
+    (void)name;
+    return 0;
+#endif
+}
+
+static bn_ort_get_api_base library_entry(void *handle) {
+    /* POSIX lets object and function pointers convert; C does not. */
+    void *symbol = dlsym(handle, "OrtGetApiBase");
+    bn_ort_get_api_base entry = NULL;
+    memcpy(&entry, &symbol, sizeof entry);
+    return entry;
+}
+
+static void library_unload(void *handle) {
+    dlclose(handle);
+}
+
+#endif
+
+#if defined(_WIN32) || defined(BN_HAVE_DLFCN)
+
+#if defined(_WIN32)
+static const char *const library_names[] = {"onnxruntime.dll"};
+#elif defined(__APPLE__)
+static const char *const library_names[] = {"libonnxruntime.1.dylib", "libonnxruntime.dylib"};
+#else
+static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxruntime.so"};
+#endif
+
+static int load_named(const char *name, library *found) {
+    found->was_loaded = library_is_loaded(name);
+    found->handle = library_load(name);
+    return found->handle != NULL;
+}
+
+static int load_anywhere(library *found) {
+#if defined(BN_HAVE_DLFCN)
+    /* The program itself and what it is linked with. */
+    found->was_loaded = 1;
+    found->handle = dlopen(NULL, RTLD_NOW | RTLD_LOCAL);
+    if (found->handle != NULL && library_entry(found->handle) != NULL) return 1;
+    if (found->handle != NULL) dlclose(found->handle);
+#endif
+    for (size_t i = 0; i < sizeof library_names / sizeof *library_names; ++i) {
+        if (library_is_loaded(library_names[i]) && load_named(library_names[i], found)) return 1;
+    }
+    for (size_t i = 0; i < sizeof library_names / sizeof *library_names; ++i) {
+        if (load_named(library_names[i], found)) return 1;
+    }
+    return 0;
+}
+
+static int load_library(const char *path, library *found) {
+    if (path == NULL) path = getenv("BN_ONNXRUNTIME");
+    if (path != NULL && *path != 0) return load_named(path, found);
+    return load_anywhere(found);
+}
+
+#else
+
+static void library_unload(void *handle) {
+    (void)handle;
+}
+
+#endif
+
+/* ---- Sessions
+ * ------------------------------------------------------------------------------------- */
+
+struct bn_runtime {
+    const bn_ort_api *api;
+    bn_ort_env *env;
+    bn_ort_session *session;
+    bn_ort_memory_info *memory;
+};
+
+/* 1 when a call succeeded. */
+static int done(const bn_ort_api *api, bn_ort_status *status) {
+    if (status == NULL) return 1;
+    api->release_status(status);
+    return 0;
+}
+
+/* The table of a library; NULL when it is too old or foreign. Versions are read first, because
+ * asking for one the library does not know makes it print. */
+static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
+    const bn_ort_api_base *base = entry != NULL ? entry() : NULL;
+    const char *version = base != NULL ? base->get_version_string() : NULL;
+    if (version == NULL) return NULL;
+    char *end;
+    const unsigned long major = strtoul(version, &end, 10);
+    if (end == version || *end != '.' || major < 1) return NULL;
+    const char *text = end + 1;
+    unsigned long minor = strtoul(text, &end, 10);
+    if (end == text) return NULL;
+    if (major > 1 || minor > BN_ORT_NEWEST) minor = BN_ORT_NEWEST;
+    return minor < BN_ORT_OLDEST ? NULL : base->get_api((uint32_t)minor);
+}
+
+static bn_result open_session(bn_runtime *r, const void *model, size_t size) {
+    static const char *const settings[][2] = {
+        {"session.intra_op.allow_spinning", "0"},
+        {"session.inter_op.allow_spinning", "0"},
+        {"session.load_model_format", "ONNX"},
+    };
+    const bn_ort_api *api = r->api;
+    bn_ort_session_options *options = NULL;
+    if (!done(api, api->create_session_options(&options))) return BN_ERROR_RUNTIME;
+    int good = done(api, api->set_session_log_severity_level(options, BN_ORT_LOG_FATAL)) &&
+               done(api, api->set_session_graph_optimization_level(options, BN_ORT_OPTIMISE_ALL)) &&
+               done(api, api->set_intra_op_num_threads(options, 1)) &&
+               done(api, api->set_inter_op_num_threads(options, 1));
+    for (size_t i = 0; i < sizeof settings / sizeof *settings && good; ++i) {
+        good = done(api, api->add_session_config_entry(options, settings[i][0], settings[i][1]));
+    }
+    bn_result result = good ? BN_SUCCESS : BN_ERROR_RUNTIME;
+    if (good &&
+        !done(api, api->create_session_from_array(r->env, model, size, options, &r->session))) {
+        r->session = NULL;
+        result = BN_ERROR_BAD_DATA;
+    }
+    api->release_session_options(options);
+    return result;
+}
+
+bn_result bn_runtime_open(const char *library_path, const void *model, size_t size,
+                          bn_runtime **runtime) {
+#if defined(_WIN32) || defined(BN_HAVE_DLFCN)
+    library found = {NULL, 0};
+    if (!load_library(library_path, &found)) return BN_ERROR_RUNTIME;
+    const bn_ort_api *api = get_table(library_entry(found.handle));
+#else
+    library found = {NULL, 0};
+    const bn_ort_api *api = NULL;
+    (void)library_path;
+    (void)get_table;
+    if (found.handle == NULL) return BN_ERROR_UNSUPPORTED;
+#endif
+    bn_runtime *r = api != NULL ? bn_allocate_zero(1, sizeof *r) : NULL;
+    if (r == NULL) {
+        library_unload(found.handle);
+        return api != NULL ? BN_ERROR_OUT_OF_MEMORY : BN_ERROR_RUNTIME;
+    }
+    bn_result result = BN_ERROR_RUNTIME;
+    r->api = api;
+    if (!done(api, api->create_env(BN_ORT_LOG_FATAL, "bn", &r->env)) || r->env == NULL) {
+        r->env = NULL;
+        goto failed;
+    }
+    /* Who brought the library along decides on its telemetry. */
+    if (!found.was_loaded && !done(api, api->disable_telemetry_events(r->env))) goto failed;
+    if (!done(api, api->create_cpu_memory_info(BN_ORT_ARENA_ALLOCATOR, BN_ORT_MEMORY_DEFAULT,
+                                               &r->memory))) {
+        r->memory = NULL;
+        goto failed;
+    }
+    result = open_session(r, model, size);
+    if (result != BN_SUCCESS) goto failed;
+    *runtime = r;
+    return BN_SUCCESS;
+failed:
+    bn_runtime_close(r);
+    return result;
+}
+
+void bn_runtime_close(bn_runtime *r) {
+    if (r == NULL) return;
+    if (r->session != NULL) r->api->release_session(r->session);
+    if (r->memory != NULL) r->api->release_memory_info(r->memory);
+    if (r->env != NULL) r->api->release_env(r->env);
+    bn_free(r);
+}
+
+static bn_ort_value *make_value(const bn_runtime *r, const bn_tensor *t) {
+    const int64_t shape[4] = {1, t->channels, t->height, t->width};
+    const size_t count = (size_t)t->channels * t->height * t->width;
+    bn_ort_value *value = NULL;
+    const int good = done(r->api, r->api->create_tensor_with_data_as_ort_value(
+                                      r->memory, t->values, count * sizeof *t->values, shape, 4,
+                                      BN_ORT_FLOAT, &value));
+    return good ? value : NULL;
+}
+
+bn_result bn_runtime_run(const bn_runtime *r, const bn_tensor *input, const char *output_name,
+                         const bn_tensor *output) {
+    const char *const input_names[] = {"noise"}, *const output_names[] = {output_name};
+    bn_ort_value *in = make_value(r, input);
+    bn_ort_value *out = in != NULL ? make_value(r, output) : NULL;
+    bn_result result = BN_ERROR_RUNTIME;
+    if (out != NULL) {
+        const bn_ort_value *const inputs[] = {in};
+        bn_ort_value *outputs[] = {out};
+        if (done(r->api,
+                 r->api->run(r->session, NULL, input_names, inputs, 1, output_names, 1, outputs))) {
+            result = BN_SUCCESS;
+        }
+    }
+    if (out != NULL) r->api->release_value(out);
+    if (in != NULL) r->api->release_value(in);
+    return result;
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * A model loaded by ONNX Runtime, which is itself loaded at run time. */
+#ifndef BN_ONNXRUNTIME_H
+#define BN_ONNXRUNTIME_H
+
+#include <bn/bn.h>
+
+typedef struct bn_runtime bn_runtime;
+
+/* Loads ONNX Runtime from library_path, or from where bn_neural_open says when that is NULL, and
+ * the model, whose bytes are not kept. Errors: RUNTIME (no runtime, or one that cannot be used),
+ * BAD_DATA (it refuses the model), OUT_OF_MEMORY, UNSUPPORTED (this system cannot load libraries).
+ */
+bn_result bn_runtime_open(const char *library_path, const void *model, size_t size,
+                          bn_runtime **runtime);
+void bn_runtime_close(bn_runtime *runtime);
+
+/* A tensor of shape (1, channels, height, width). */
+typedef struct bn_tensor {
+    float *values;
+    uint32_t channels, height, width;
+} bn_tensor;
+
+/* Runs the model on the calling thread alone, from any number of threads. Errors: RUNTIME, also
+ * when the model's output has another shape than `output`. */
+bn_result bn_runtime_run(const bn_runtime *runtime, const bn_tensor *input, const char *output_name,
+                         const bn_tensor *output);
+
+#endif

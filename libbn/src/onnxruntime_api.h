@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The entries of ONNX Runtime's C interface that the library calls, so that no header of it is
+ * needed.
+ *
+ * The interface is a table of function pointers that only grows at its end, so an entry's index
+ * holds in every version. The gaps are entries that are not called. test_onnxruntime_api compares
+ * the offsets with the real header where there is one. */
+#ifndef BN_ONNXRUNTIME_API_H
+#define BN_ONNXRUNTIME_API_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define BN_ORT_CALL __stdcall
+#else
+#define BN_ORT_CALL
+#endif
+
+typedef struct bn_ort_status bn_ort_status;
+typedef struct bn_ort_env bn_ort_env;
+typedef struct bn_ort_session bn_ort_session;
+typedef struct bn_ort_session_options bn_ort_session_options;
+typedef struct bn_ort_run_options bn_ort_run_options;
+typedef struct bn_ort_memory_info bn_ort_memory_info;
+typedef struct bn_ort_value bn_ort_value;
+typedef void(BN_ORT_CALL *bn_ort_gap)(void);
+
+enum {
+    BN_ORT_OLDEST = 17, /* versions of the table that are asked for */
+    BN_ORT_NEWEST = 21,
+    BN_ORT_LOG_FATAL = 4,
+    BN_ORT_OPTIMISE_ALL = 99,
+    BN_ORT_FLOAT = 1,
+    BN_ORT_ARENA_ALLOCATOR = 1,
+    BN_ORT_MEMORY_DEFAULT = 0
+};
+
+/* Functions that can fail return NULL or a status to release. */
+typedef struct bn_ort_api {
+    bn_ort_gap gap_0[3];
+    bn_ort_status *(BN_ORT_CALL *create_env)(int log_level, const char *name, bn_ort_env **env);
+    bn_ort_gap gap_4[2];
+    bn_ort_status *(BN_ORT_CALL *disable_telemetry_events)(const bn_ort_env *env);
+    bn_ort_gap gap_7[1];
+    bn_ort_status *(BN_ORT_CALL *create_session_from_array)(const bn_ort_env *env,
+                                                            const void *model, size_t size,
+                                                            const bn_ort_session_options *options,
+                                                            bn_ort_session **session);
+    bn_ort_status *(BN_ORT_CALL *run)(bn_ort_session *session, const bn_ort_run_options *options,
+                                      const char *const *input_names,
+                                      const bn_ort_value *const *inputs, size_t input_count,
+                                      const char *const *output_names, size_t output_count,
+                                      bn_ort_value **outputs);
+    bn_ort_status *(BN_ORT_CALL *create_session_options)(bn_ort_session_options **options);
+    bn_ort_gap gap_11[11];
+    bn_ort_status *(BN_ORT_CALL *set_session_log_severity_level)(bn_ort_session_options *options,
+                                                                 int level);
+    bn_ort_status *(BN_ORT_CALL *set_session_graph_optimization_level)(
+        bn_ort_session_options *options, int level);
+    bn_ort_status *(BN_ORT_CALL *set_intra_op_num_threads)(bn_ort_session_options *options,
+                                                           int threads);
+    bn_ort_status *(BN_ORT_CALL *set_inter_op_num_threads)(bn_ort_session_options *options,
+                                                           int threads);
+    bn_ort_gap gap_26[23];
+    bn_ort_status *(BN_ORT_CALL *create_tensor_with_data_as_ort_value)(
+        const bn_ort_memory_info *memory, void *data, size_t data_size, const int64_t *shape,
+        size_t shape_count, int element_type, bn_ort_value **value);
+    bn_ort_gap gap_50[19];
+    bn_ort_status *(BN_ORT_CALL *create_cpu_memory_info)(int allocator, int memory_type,
+                                                         bn_ort_memory_info **memory);
+    bn_ort_gap gap_70[22];
+    void(BN_ORT_CALL *release_env)(bn_ort_env *env);
+    void(BN_ORT_CALL *release_status)(bn_ort_status *status);
+    void(BN_ORT_CALL *release_memory_info)(bn_ort_memory_info *memory);
+    void(BN_ORT_CALL *release_session)(bn_ort_session *session);
+    void(BN_ORT_CALL *release_value)(bn_ort_value *value);
+    bn_ort_gap gap_97[3];
+    void(BN_ORT_CALL *release_session_options)(bn_ort_session_options *options);
+    bn_ort_gap gap_101[29];
+    bn_ort_status *(BN_ORT_CALL *add_session_config_entry)(bn_ort_session_options *options,
+                                                           const char *key, const char *value);
+} bn_ort_api;
+
+/* What the library's one exported function, OrtGetApiBase(), returns. */
+typedef struct bn_ort_api_base {
+    const bn_ort_api *(BN_ORT_CALL *get_api)(uint32_t version);
+    const char *(BN_ORT_CALL *get_version_string)(void);
+} bn_ort_api_base;
+
+typedef const bn_ort_api_base *(BN_ORT_CALL *bn_ort_get_api_base)(void);
+
+#endif

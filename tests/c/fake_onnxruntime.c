@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * A stand-in for ONNX Runtime, loaded as a library in its place: computes one known function,
+ * counts its objects, and fails where a test asks it to. Compiled again with FAKE_VERSION,
+ * FAKE_NO_TABLE, FAKE_NO_BASE or FAKE_ENTRY, it is a runtime that cannot be used. */
+#define _GNU_SOURCE
+#include "fake_onnxruntime.h"
+#include "../../libbn/src/onnxruntime_api.h"
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#ifndef FAKE_VERSION
+#define FAKE_VERSION "1.21.0"
+#endif
+#ifndef FAKE_HAS_TABLE
+#define FAKE_HAS_TABLE 1
+#endif
+#ifndef FAKE_HAS_BASE
+#define FAKE_HAS_BASE 1
+#endif
+#ifndef FAKE_ENTRY
+#define FAKE_ENTRY OrtGetApiBase
+#endif
+#define EXPORT __attribute__((visibility("default")))
+
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t changed = PTHREAD_COND_INITIALIZER;
+static fake_state state;
+
+EXPORT fake_state *fake_get_state(void);
+fake_state *fake_get_state(void) {
+    return &state;
+}
+
+struct bn_ort_value {
+    float *values;
+    int64_t shape[4];
+};
+
+struct bn_ort_session {
+    int64_t radius, align;
+};
+
+/* Every object is a block of memory, so that sanitizers see what is not given back. */
+static void *make(size_t size) {
+    pthread_mutex_lock(&mutex);
+    ++state.living;
+    pthread_mutex_unlock(&mutex);
+    return calloc(1, size);
+}
+
+static void forget(void *object) {
+    pthread_mutex_lock(&mutex);
+    --state.living;
+    pthread_mutex_unlock(&mutex);
+    free(object);
+}
+
+/* Counts a call that can fail; a status when it is the one that is to fail. */
+static bn_ort_status *called(void) {
+    pthread_mutex_lock(&mutex);
+    const int fails = ++state.calls == state.fail_at;
+    pthread_mutex_unlock(&mutex);
+    return fails ? make(1) : NULL;
+}
+
+static bn_ort_status *create(void **object, size_t size) {
+    bn_ort_status *status = called();
+    if (status == NULL) *object = make(size);
+    return status;
+}
+
+static bn_ort_status *create_env(int level, const char *name, bn_ort_env **env) {
+    (void)name;
+    state.log_level = level;
+    return create((void **)env, 1);
+}
+
+static bn_ort_status *disable_telemetry(const bn_ort_env *env) {
+    (void)env;
+    ++state.telemetry_disabled;
+    return called();
+}
+
+static bn_ort_status *create_options(bn_ort_session_options **options) {
+    return create((void **)options, 1);
+}
+
+static bn_ort_status *set_number(bn_ort_session_options *options, int value) {
+    (void)options;
+    (void)value;
+    return called();
+}
+
+static bn_ort_status *add_entry(bn_ort_session_options *options, const char *key,
+                                const char *value) {
+    (void)options;
+    if (strcmp(key, "session.intra_op.allow_spinning") == 0) state.spinning = *value != '0';
+    return called();
+}
+
+/* The number behind a key of the metadata: the value's field comes next. */
+static int64_t metadata(const void *model, size_t size, const char *key) {
+    const char *found = memmem(model, size, key, strlen(key));
+    return found != NULL ? atoi(found + strlen(key) + 2) : -1;
+}
+
+static bn_ort_status *create_session(const bn_ort_env *env, const void *model, size_t size,
+                                     const bn_ort_session_options *options,
+                                     bn_ort_session **session) {
+    (void)env;
+    (void)options;
+    bn_ort_status *status = create((void **)session, sizeof **session);
+    if (status == NULL) {
+        (*session)->radius = metadata(model, size, "bn.receptive_radius");
+        (*session)->align = metadata(model, size, "bn.align");
+    }
+    return status;
+}
+
+static bn_ort_status *create_memory(int allocator, int type, bn_ort_memory_info **memory) {
+    (void)allocator;
+    (void)type;
+    return create((void **)memory, 1);
+}
+
+static bn_ort_status *create_tensor(const bn_ort_memory_info *memory, void *data, size_t data_size,
+                                    const int64_t *shape, size_t shape_count, int element,
+                                    bn_ort_value **value) {
+    (void)memory;
+    size_t size = sizeof(float);
+    for (size_t i = 0; i < shape_count; ++i) size *= (size_t)shape[i];
+    if (shape_count != 4 || element != BN_ORT_FLOAT || size != data_size) return make(1);
+    bn_ort_status *status = create((void **)value, sizeof **value);
+    if (status == NULL) {
+        (*value)->values = data;
+        memcpy((*value)->shape, shape, sizeof(*value)->shape);
+    }
+    return status;
+}
+
+/* Waits until two threads are in here at once, ten seconds at most. */
+static void meet(void) {
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_sec += 10;
+    pthread_mutex_lock(&mutex);
+    if (++state.running > state.most_running) state.most_running = state.running;
+    pthread_cond_broadcast(&changed);
+    while (state.meet && state.most_running < 2) {
+        if (pthread_cond_timedwait(&changed, &mutex, &until) != 0) break;
+    }
+    pthread_mutex_unlock(&mutex);
+}
+
+static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *options,
+                          const char *const *input_names, const bn_ort_value *const *inputs,
+                          size_t input_count, const char *const *output_names, size_t output_count,
+                          bn_ort_value **outputs) {
+    const int64_t r = session->radius;
+    const bn_ort_value *in = inputs[0];
+    bn_ort_value *out = outputs[0];
+    const int64_t channels = out->shape[1], height = out->shape[2], width = out->shape[3];
+    (void)options;
+    bn_ort_status *status = called();
+    if (status != NULL) return status;
+    if (input_count != 1 || output_count != 1 || strcmp(input_names[0], "noise") != 0 ||
+        strcmp(output_names[0], "mask") != 0 || in->shape[1] != 1 ||
+        in->shape[2] != height + 2 * r || in->shape[3] != width + 2 * r ||
+        height % session->align != 0 || width % session->align != 0) {
+        return make(1);
+    }
+    meet();
+    for (int64_t c = 0; c < channels; ++c) {
+        for (int64_t y = 0; y < height; ++y) {
+            for (int64_t x = 0; x < width; ++x) {
+                const float *corner = in->values + y * in->shape[3] + x;
+                out->values[(c * height + y) * width + x] =
+                    fake_network((uint32_t)c, corner[0], corner[r * in->shape[3] + r],
+                                 corner[2 * r * in->shape[3] + 2 * r]);
+            }
+        }
+    }
+    pthread_mutex_lock(&mutex);
+    if (state.spoil_from != 0 && state.calls >= state.spoil_from) {
+        out->values[channels * height * width - 1] = state.spoil_with;
+    }
+    --state.running;
+    ++state.runs;
+    pthread_mutex_unlock(&mutex);
+    return NULL;
+}
+
+static void release_env(bn_ort_env *object) {
+    forget(object);
+}
+static void release_status(bn_ort_status *object) {
+    forget(object);
+}
+static void release_memory(bn_ort_memory_info *object) {
+    forget(object);
+}
+static void release_session(bn_ort_session *object) {
+    forget(object);
+}
+static void release_value(bn_ort_value *object) {
+    forget(object);
+}
+static void release_options(bn_ort_session_options *object) {
+    forget(object);
+}
+
+static const bn_ort_api table = {
+    .create_env = create_env,
+    .disable_telemetry_events = disable_telemetry,
+    .create_session_from_array = create_session,
+    .run = run,
+    .create_session_options = create_options,
+    .set_session_log_severity_level = set_number,
+    .set_session_graph_optimization_level = set_number,
+    .set_intra_op_num_threads = set_number,
+    .set_inter_op_num_threads = set_number,
+    .create_tensor_with_data_as_ort_value = create_tensor,
+    .create_cpu_memory_info = create_memory,
+    .release_env = release_env,
+    .release_status = release_status,
+    .release_memory_info = release_memory,
+    .release_session = release_session,
+    .release_value = release_value,
+    .release_session_options = release_options,
+    .add_session_config_entry = add_entry,
+};
+
+static const bn_ort_api *get_api(uint32_t version) {
+    state.asked_version = version;
+    return FAKE_HAS_TABLE ? &table : NULL;
+}
+
+static const char *get_version_string(void) {
+    return FAKE_VERSION;
+}
+
+EXPORT const bn_ort_api_base *FAKE_ENTRY(void);
+const bn_ort_api_base *FAKE_ENTRY(void) {
+    static const bn_ort_api_base base = {get_api, get_version_string};
+    return FAKE_HAS_BASE ? &base : NULL;
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The levers of the stand-in for ONNX Runtime, and the network it computes. */
+#ifndef BN_TESTS_FAKE_ONNXRUNTIME_H
+#define BN_TESTS_FAKE_ONNXRUNTIME_H
+
+#include <stdint.h>
+
+typedef struct fake_state {
+    int calls, fail_at; /* of the functions that can fail; the one numbered fail_at does */
+    int living;         /* objects, statuses too */
+    int spoil_from;     /* from this call on, outputs end with spoil_with; 0: never */
+    float spoil_with;
+    int meet; /* runs wait until two are under way at once */
+    int running, most_running, runs;
+    int telemetry_disabled, spinning, log_level;
+    uint32_t asked_version;
+} fake_state;
+
+typedef fake_state *(*fake_state_getter)(void);
+
+/* What the stand-in makes of the first, the middle and the last texel that a texel sees. */
+static inline float fake_network(uint32_t channel, float first, float middle, float last) {
+    return (channel % 2 ? 1 - middle : middle) * 0.5f + first * 0.25f + last * 0.125f;
+}
+
+#endif

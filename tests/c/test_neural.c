@@ -1,0 +1,447 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Masks and windows of networks, on a stand-in for ONNX Runtime that computes a known function: the
+ * noise, tiles, wrapping, threads, every failing call, libraries that will not do; and on the real
+ * ONNX Runtime where one is found. */
+#define _DEFAULT_SOURCE
+#include "check.h"
+#include "masks.h"
+#include "neural.h"
+#include <glob.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+
+static const int64_t FARTHEST = (int64_t)1 << 40;
+
+/* ---- Noise
+ * ---------------------------------------------------------------------------------------- */
+
+static float noise_of(int64_t x, int64_t y, uint64_t seed) {
+    float noise = -1;
+    CHECK(bn_neural_noise(x, y, 1, 1, seed, &noise, 1) == BN_SUCCESS);
+    return noise;
+}
+
+static void test_noise(void) {
+    enum { width = 300, height = 200, count = width * height };
+    float *noise = malloc(count * sizeof *noise), *other = malloc(count * sizeof *other);
+    double sum = 0, squares = 0, across = 0, down = 0, between_seeds = 0;
+    CHECK(bn_neural_noise(-7, 5, width, height, 3, noise, count) == BN_SUCCESS);
+    CHECK(bn_neural_noise(-7, 5, width, height, 4, other, count) == BN_SUCCESS);
+    for (int i = 0; i < count; ++i) {
+        const double v = noise[i] - 0.5;
+        CHECK(noise[i] >= 0 && noise[i] < 1 && noise[i] * 0x1p24f == floorf(noise[i] * 0x1p24f));
+        sum += v;
+        squares += v * v;
+        if (i % width > 0) across += v * (noise[i - 1] - 0.5);
+        if (i >= width) down += v * (noise[i - width] - 0.5);
+        between_seeds += v * (other[i] - 0.5);
+    }
+    /* Five standard deviations each: a false alarm in about 10^6 for all five together. */
+    const double bound = 5 / sqrt((double)count);
+    CHECK(fabs(sum / count) * sqrt(12) < bound);
+    CHECK(fabs(squares / count * 12 - 1) < bound);
+    CHECK(fabs(across / count * 12) < bound);
+    CHECK(fabs(down / count * 12) < bound);
+    CHECK(fabs(between_seeds / count * 12) < bound);
+    CHECK(noise[2 * width + 9] == noise_of(2, 7, 3));
+    /* The same bits everywhere, as trainers rely on. */
+    CHECK(noise_of(0, 0, 0) == 0x1p-24f * 3407499);
+    CHECK(noise_of(-1, 1, 7) == 0x1p-24f * 2805431);
+    CHECK(noise_of(-FARTHEST, FARTHEST - 1, UINT64_MAX) == 0x1p-24f * 11651764);
+    CHECK(bn_neural_noise(0, 0, 2, 2, 0, NULL, 4) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(0, 0, 0, 2, 0, noise, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(0, 0, 2, 0, 0, noise, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(2 * FARTHEST - 1, 0, 2, 2, 0, noise, 4) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(0, -2 * FARTHEST - 1, 2, 2, 0, noise, 4) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(0, INT64_MIN, 2, 2, 0, noise, 4) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(INT64_MAX, 0, 2, 2, 0, noise, 4) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_noise(0, 0, 2, 2, 0, noise, 5) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(noise[0] == noise_of(-7, 5, 3));
+    free(noise);
+    free(other);
+}
+
+/* ---- Tiles
+ * ---------------------------------------------------------------------------------------- */
+
+static int64_t wrapped(int64_t v, uint32_t period) {
+    const int64_t remainder = v % (int64_t)period;
+    return remainder < 0 ? remainder + period : remainder;
+}
+
+/* What the stand-in's network gives at a texel; extents of 0 do not wrap. */
+static float expected_at(uint32_t channel, int64_t x, int64_t y, int64_t radius, uint64_t seed,
+                         uint32_t width, uint32_t height) {
+    float corner[3];
+    for (int i = 0; i < 3; ++i) {
+        const int64_t px = x + (i - 1) * radius, py = y + (i - 1) * radius;
+        corner[i] = noise_of(width == 0 ? px : wrapped(px, width),
+                             height == 0 ? py : wrapped(py, height), seed);
+    }
+    return fake_network(channel, corner[0], corner[1], corner[2]);
+}
+
+static void test_windows(void) {
+    static const struct {
+        int64_t x0, y0;
+        uint32_t width, height;
+    } windows[] = {{0, 0, 1, 1},
+                   {-3, 2, 17, 5},
+                   {1000, -77, 300, 310},
+                   {5, -2000, 1, 900},
+                   {-1, -1, 900, 2},
+                   {-((int64_t)1 << 40), 0, 33, 64},
+                   {((int64_t)1 << 40) - 40, -((int64_t)1 << 40), 40, 3}};
+    static const struct {
+        const char *radius, *align;
+        uint32_t channels;
+    } models[] = {{"1", "1", 1}, {"9", "1", 2}, {"0", "4", 1}, {"24", "3", 3}};
+    for (size_t m = 0; m < sizeof models / sizeof *models; ++m) {
+        model_parts parts = model_parts_default();
+        parts.radius = models[m].radius;
+        parts.align = models[m].align;
+        parts.channels = models[m].channels;
+        for (uint32_t threads = 1; threads <= 4; threads += 3) {
+            bn_neural *neural;
+            CHECK(open_parts(&parts, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
+            CHECK(bn_neural_channels(neural) == models[m].channels);
+            for (size_t w = 0; w < sizeof windows / sizeof *windows; ++w) {
+                const uint32_t width = windows[w].width, height = windows[w].height;
+                const size_t count = (size_t)width * height * models[m].channels;
+                float *values = malloc(count * sizeof *values);
+                CHECK(bn_neural_window(neural, windows[w].x0, windows[w].y0, width, height, w,
+                                       values, count) == BN_SUCCESS);
+                for (size_t i = 0; i<count; i += count> 5000 ? 97 : 1) {
+                    const uint32_t c = (uint32_t)(i / width / height);
+                    const int64_t x = windows[w].x0 + (int64_t)(i % width);
+                    const int64_t y = windows[w].y0 + (int64_t)(i / width % height);
+                    CHECK(values[i] == expected_at(c, x, y, atoi(models[m].radius), w, 0, 0));
+                }
+                free(values);
+            }
+            bn_neural_close(neural);
+        }
+    }
+}
+
+static void test_masks(void) {
+    static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},   {16, 16},
+                                          {33, 20}, {301, 99}, {90, 700}};
+    model_parts parts = model_parts_default();
+    parts.radius = "7";
+    parts.channels = 2;
+    for (uint32_t threads = 1; threads <= 3; ++threads) {
+        bn_neural *neural;
+        CHECK(open_parts(&parts, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
+        for (size_t e = 0; e < sizeof extents / sizeof *extents; ++e) {
+            const uint32_t width = extents[e][0], height = extents[e][1];
+            const size_t texels = (size_t)width * height;
+            uint32_t *ranks = malloc(2 * texels * sizeof *ranks);
+            uint32_t *expected = malloc(texels * sizeof *expected);
+            float *values = malloc(texels * sizeof *values);
+            CHECK(bn_neural_mask(neural, width, height, e, ranks, 2 * texels) == BN_SUCCESS);
+            for (uint32_t c = 0; c < 2; ++c) {
+                for (size_t i = 0; i < texels; ++i) {
+                    values[i] = expected_at(c, (int64_t)(i % width), (int64_t)(i / width), 7, e,
+                                            width, height);
+                }
+                CHECK(bn_ranks_from_values(values, texels, expected) == BN_SUCCESS);
+                CHECK(memcmp(ranks + c * texels, expected, texels * sizeof *ranks) == 0);
+                CHECK(is_permutation(ranks + c * texels, texels));
+            }
+            free(ranks);
+            free(expected);
+            free(values);
+        }
+        bn_neural_close(neural);
+    }
+}
+
+static void test_threads_are_used(void) {
+    enum { extent = 300, count = extent * extent };
+    static uint32_t ranks[count];
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    fake_state *state = fake_reset();
+    CHECK(open_parts(&parts, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
+    CHECK(state->telemetry_disabled == 0); /* this program had loaded it before */
+    CHECK(state->spinning == 0 && state->log_level == 4 && state->asked_version == 21);
+    state->most_running = 0;
+    state->meet = 1;
+    CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
+    CHECK(state->most_running == 2);
+    bn_neural_close(neural);
+    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    state->most_running = state->meet = 0;
+    CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
+    CHECK(state->most_running == 1 && state->runs > 2);
+    bn_neural_close(neural);
+    CHECK(state->living == 0);
+}
+
+typedef struct caller {
+    const bn_neural *neural;
+    uint32_t ranks[64 * 64];
+    bn_result result;
+} caller;
+
+static void *call_mask(void *user) {
+    caller *c = user;
+    for (int i = 0; i < 10 && c->result == BN_SUCCESS; ++i) {
+        c->result = bn_neural_mask(c->neural, 64, 64, 5, c->ranks, 64 * 64);
+    }
+    return NULL;
+}
+
+static void check_callers(const bn_neural *neural) {
+    enum { callers = 4 };
+    static caller all[callers];
+    pthread_t threads[callers];
+    for (int i = 0; i < callers; ++i) {
+        all[i].neural = neural;
+        all[i].result = BN_SUCCESS;
+        CHECK(pthread_create(&threads[i], NULL, call_mask, &all[i]) == 0);
+    }
+    for (int i = 0; i < callers; ++i) pthread_join(threads[i], NULL);
+    for (int i = 0; i < callers; ++i) {
+        CHECK(all[i].result == BN_SUCCESS && is_permutation(all[i].ranks, 64 * 64));
+        CHECK(memcmp(all[i].ranks, all[0].ranks, sizeof all[i].ranks) == 0);
+    }
+}
+
+static void test_many_callers(void) {
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    CHECK(open_parts(&parts, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
+    check_callers(neural);
+    bn_neural_close(neural);
+}
+
+/* ---- Failures
+ * ------------------------------------------------------------------------------------- */
+
+static void test_arguments(void) {
+    model_parts parts = model_parts_default();
+    bn_neural *neural = (bn_neural *)&parts;
+    uint32_t ranks[16];
+    float values[16];
+    message model;
+    make_model(&parts, &model);
+    CHECK(bn_neural_open(NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    bn_neural_options options = bn_neural_options_default();
+    options.model = model.bytes;
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT && neural == NULL);
+    options.model_size = model.size;
+    options.model_path = "model.onnx";
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
+    options.model = NULL;
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
+    options.model_size = 0;
+    options.model_path = "";
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
+    options.model_path = "/there/is/no/such/model.onnx";
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_IO);
+    options.model_path = "/dev/null";
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_BAD_DATA);
+    options.model_path = "/";
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_IO);
+    options.model_path = "/dev/zero"; /* endless */
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_BAD_DATA);
+    options.model_path = NULL;
+    options.runtime_path = "";
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT && neural == NULL);
+    bn_neural_close(NULL);
+    CHECK(bn_neural_channels(NULL) == 0);
+
+    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    memset(ranks, 7, sizeof ranks);
+    CHECK(bn_neural_mask(NULL, 4, 4, 0, ranks, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_mask(neural, 4, 4, 0, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_mask(neural, 0, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_mask(neural, 4, 0, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_mask(neural, 4, 4, 0, ranks, 15) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_neural_mask(neural, UINT32_MAX, UINT32_MAX, 0, ranks, 1) == BN_ERROR_OUT_OF_MEMORY);
+    for (int i = 0; i < 16; ++i) CHECK(ranks[i] == 0x07070707);
+    CHECK(bn_neural_window(NULL, 0, 0, 4, 4, 0, values, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, 0, 0, 4, 4, 0, NULL, 16) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, 0, 0, 0, 4, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, 0, 0, 4, 0, 0, values, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, 0, 0, 4, 4, 0, values, 17) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_neural_window(neural, FARTHEST - 3, 0, 4, 4, 0, values, 16) ==
+          BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, 0, -FARTHEST - 1, 4, 4, 0, values, 16) ==
+          BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, INT64_MIN, INT64_MAX, 4, 4, 0, values, 16) ==
+          BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_neural_window(neural, FARTHEST - 4, -FARTHEST, 4, 4, 0, values, 16) == BN_SUCCESS);
+    bn_neural_close(neural);
+}
+
+/* Every call of the runtime that can fail fails once. */
+static void test_failing_calls(void) {
+    enum { extent = 40, count = extent * extent };
+    static uint32_t ranks[count];
+    model_parts parts = model_parts_default();
+    fake_state *state = fake_reset();
+    int failures = 0, runtime = 0, bad_data = 0;
+    for (int fail_at = 1;; ++fail_at) {
+        bn_neural *neural;
+        fake_reset();
+        state->fail_at = fail_at;
+        bn_result result = open_parts(&parts, FAKE_RUNTIME, 1, &neural);
+        memset(ranks, 7, sizeof ranks);
+        if (result == BN_SUCCESS) {
+            result = bn_neural_mask(neural, extent, extent, 0, ranks, count);
+            if (result == BN_ERROR_RUNTIME) CHECK(ranks[0] == 0x07070707 && ranks[1] == ranks[0]);
+        } else {
+            CHECK(neural == NULL);
+        }
+        bn_neural_close(neural);
+        CHECK(state->living == 0);
+        if (result == BN_SUCCESS) break;
+        runtime += result == BN_ERROR_RUNTIME;
+        bad_data += result == BN_ERROR_BAD_DATA;
+        ++failures;
+    }
+    /* The session or the try of the model blames the model, the others the runtime. */
+    CHECK(failures > 10 && runtime + bad_data == failures && bad_data == 4);
+}
+
+static void test_values_that_are_not_finite(void) {
+    static const float bad[] = {NAN, INFINITY, -INFINITY};
+    enum { extent = 20, count = extent * extent };
+    uint32_t ranks[count] = {0};
+    float values[count];
+    model_parts parts = model_parts_default();
+    for (int i = 0; i < 3; ++i) {
+        fake_state *state = fake_reset();
+        bn_neural *neural;
+        state->spoil_from = 1;
+        state->spoil_with = bad[i];
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_BAD_DATA);
+        state->spoil_from = 0;
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        state->spoil_from = 1;
+        memset(ranks, 0, sizeof ranks);
+        CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_ERROR_BAD_DATA);
+        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 0, values, count) ==
+              BN_ERROR_BAD_DATA);
+        CHECK(ranks[0] == 0 && ranks[1] == 0);
+        /* Beyond [0, 1), but numbers: windows clamp. */
+        state->spoil_with = i == 0 ? 3.0f : i == 1 ? -0.25f : 1.0f;
+        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 0, values, count) == BN_SUCCESS);
+        CHECK(values[count - 1] == (i == 1 ? 0 : 1 - 0x1p-24f));
+        CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
+        CHECK(ranks[count - 1] == (i == 1 ? 0 : count - 1));
+        bn_neural_close(neural);
+    }
+    fake_reset();
+}
+
+static void test_libraries_that_will_not_do(void) {
+    static const char *const libraries[] = {
+        "/there/is/no/such/library.so",          __FILE__,
+        BN_FAKE_DIR "/libfake_without_entry.so", BN_FAKE_DIR "/libfake_without_base.so",
+        BN_FAKE_DIR "/libfake_without_table.so", BN_FAKE_DIR "/libfake_old.so",
+        BN_FAKE_DIR "/libfake_garbled.so",       "/",
+    };
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    for (size_t i = 0; i < sizeof libraries / sizeof *libraries; ++i) {
+        CHECK(open_parts(&parts, libraries[i], 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
+        setenv("BN_ONNXRUNTIME", libraries[i], 1);
+        CHECK(open_parts(&parts, NULL, 1, &neural) == BN_ERROR_RUNTIME);
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        bn_neural_close(neural);
+    }
+    setenv("BN_ONNXRUNTIME", FAKE_RUNTIME, 1);
+    CHECK(open_parts(&parts, NULL, 1, &neural) == BN_SUCCESS);
+    bn_neural_close(neural);
+    unsetenv("BN_ONNXRUNTIME");
+    /* A library that nobody else had loaded gets its telemetry switched off. */
+    CHECK(open_parts(&parts, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
+    void *handle = dlopen(BN_FAKE_DIR "/libfake_other.so", RTLD_NOW | RTLD_LOCAL);
+    void *symbol = dlsym(handle, "fake_get_state");
+    fake_state_getter getter;
+    memcpy(&getter, &symbol, sizeof getter);
+    CHECK(getter()->telemetry_disabled == 1 && getter()->asked_version == 18);
+    bn_neural_close(neural);
+    CHECK(getter()->living == 0);
+    dlclose(handle);
+}
+
+/* ---- The real one
+ * --------------------------------------------------------------------------------- */
+
+/* A path to ONNX Runtime: BN_TEST_ONNXRUNTIME, or that of the repository's Python environment. */
+static const char *real_runtime(glob_t *found) {
+    const char *given = getenv("BN_TEST_ONNXRUNTIME");
+    if (given != NULL && *given != 0) return given;
+    const char *pattern =
+        BN_SOURCE_DIR "/.venv/lib*/python3*/site-packages/onnxruntime/capi/libonnxruntime.so*";
+    return glob(pattern, 0, NULL, found) == 0 && found->gl_pathc > 0 ? found->gl_pathv[0] : NULL;
+}
+
+static void test_real_runtime(const char *runtime) {
+    enum { width = 301, height = 280, count = width * height };
+    static float values[2 * count], part[2 * 100 * 90], noise[5 * 5];
+    model_parts parts = model_parts_default();
+    parts.radius = "2";
+    parts.kernel_radius = 2;
+    parts.channels = 2;
+    bn_neural *neural;
+    CHECK(open_parts(&parts, runtime, 2, &neural) == BN_SUCCESS);
+    if (neural == NULL) return;
+    CHECK(bn_neural_window(neural, -9, 4, width, height, 1, values, 2 * count) == BN_SUCCESS);
+    for (size_t i = 0; i < 2 * count; i += 61) {
+        const uint32_t c = (uint32_t)(i / count);
+        const int64_t x = -9 + (int64_t)(i % width), y = 4 + (int64_t)(i / width % height);
+        double sum = 0;
+        bn_neural_noise(x - 2, y - 2, 5, 5, 1, noise, 25);
+        for (uint32_t k = 0; k < 25; ++k) sum += (double)model_weight(c, k, 25) * noise[k];
+        CHECK(fabs(values[i] - fmin(fmax(sum, 0), 1 - 0x1p-24)) < 1e-5);
+    }
+    /* Windows agree where they overlap, whatever their origin. */
+    for (int shift = 0; shift < 5; ++shift) {
+        CHECK(bn_neural_window(neural, shift * 17, 30 + shift, 100, 90, 1, part, 2 * 100 * 90) ==
+              BN_SUCCESS);
+        for (int i = 0; i < 2 * 100 * 90; ++i) {
+            const int c = i / 9000, x = i % 100 + shift * 17 + 9, y = i / 100 % 90 + 26 + shift;
+            CHECK(fabsf(part[i] - values[(c * height + y) * width + x]) < 1e-5f);
+        }
+    }
+    bn_neural_close(neural);
+
+    parts.channels = 1;
+    CHECK(open_parts(&parts, runtime, 2, &neural) == BN_SUCCESS);
+    check_callers(neural);
+    bn_neural_close(neural);
+    /* Models that only the runtime or the try of the model can tell from good ones. */
+    parts.radius = "3";
+    CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA && neural == NULL);
+    parts.radius = "2";
+    parts.operator_name = "NoSuchOperator";
+    CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA);
+}
+
+int main(void) {
+    glob_t found = {0};
+    test_noise();
+    test_windows();
+    test_masks();
+    test_threads_are_used();
+    test_many_callers();
+    test_arguments();
+    test_failing_calls();
+    test_values_that_are_not_finite();
+    test_libraries_that_will_not_do();
+    const char *runtime = real_runtime(&found);
+    if (runtime != NULL) {
+        test_real_runtime(runtime);
+    } else {
+        printf("no ONNX Runtime at hand: its part is left out (set BN_TEST_ONNXRUNTIME)\n");
+    }
+    globfree(&found);
+    return check_result();
+}

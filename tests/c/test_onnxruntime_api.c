@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The entries that libbn declares of ONNX Runtime's C interface stand where the real header has
+ * them. Skipped (exit status 77) where there is no header: set BN_ONNXRUNTIME_INCLUDE_DIR to have
+ * one. */
+#include <stdio.h>
+
+#ifndef BN_HAVE_ONNXRUNTIME_HEADER
+
+int main(void) {
+    printf("no onnxruntime_c_api.h at hand\n");
+    return 77;
+}
+
+#else
+
+#include "../../libbn/src/onnxruntime_api.h"
+#include "check.h"
+#include <onnxruntime_c_api.h>
+
+#define CHECK_ENTRY(ours, theirs) CHECK(offsetof(bn_ort_api, ours) == offsetof(OrtApi, theirs))
+
+int main(void) {
+    CHECK_ENTRY(create_env, CreateEnv);
+    CHECK_ENTRY(disable_telemetry_events, DisableTelemetryEvents);
+    CHECK_ENTRY(create_session_from_array, CreateSessionFromArray);
+    CHECK_ENTRY(run, Run);
+    CHECK_ENTRY(create_session_options, CreateSessionOptions);
+    CHECK_ENTRY(set_session_log_severity_level, SetSessionLogSeverityLevel);
+    CHECK_ENTRY(set_session_graph_optimization_level, SetSessionGraphOptimizationLevel);
+    CHECK_ENTRY(set_intra_op_num_threads, SetIntraOpNumThreads);
+    CHECK_ENTRY(set_inter_op_num_threads, SetInterOpNumThreads);
+    CHECK_ENTRY(create_tensor_with_data_as_ort_value, CreateTensorWithDataAsOrtValue);
+    CHECK_ENTRY(create_cpu_memory_info, CreateCpuMemoryInfo);
+    CHECK_ENTRY(release_env, ReleaseEnv);
+    CHECK_ENTRY(release_status, ReleaseStatus);
+    CHECK_ENTRY(release_memory_info, ReleaseMemoryInfo);
+    CHECK_ENTRY(release_session, ReleaseSession);
+    CHECK_ENTRY(release_value, ReleaseValue);
+    CHECK_ENTRY(release_session_options, ReleaseSessionOptions);
+    CHECK_ENTRY(add_session_config_entry, AddSessionConfigEntry);
+    CHECK(offsetof(bn_ort_api_base, get_api) == offsetof(OrtApiBase, GetApi));
+    CHECK(offsetof(bn_ort_api_base, get_version_string) == offsetof(OrtApiBase, GetVersionString));
+    CHECK((int)BN_ORT_LOG_FATAL == (int)ORT_LOGGING_LEVEL_FATAL);
+    CHECK((int)BN_ORT_OPTIMISE_ALL == (int)ORT_ENABLE_ALL);
+    CHECK((int)BN_ORT_FLOAT == (int)ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT);
+    CHECK((int)BN_ORT_ARENA_ALLOCATOR == (int)OrtArenaAllocator);
+    CHECK((int)BN_ORT_MEMORY_DEFAULT == (int)OrtMemTypeDefault);
+    return check_result();
+}
+
+#endif
