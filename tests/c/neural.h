@@ -7,6 +7,8 @@
 #include "onnx_writer.h"
 #include <bn/bn.h>
 #include <dlfcn.h>
+#include <stdio.h>
+#include <unistd.h>
 
 /* The stand-in's levers, at rest; its library stays loaded. */
 static inline fake_state *fake_reset(void) {
@@ -34,6 +36,35 @@ static inline bn_result open_parts(const model_parts *parts, const char *runtime
     options.runtime_path = runtime;
     options.threads = threads;
     return bn_neural_open(&options, neural);
+}
+
+/* Sends what the process prints, by whatever means, to a file of its own; standard output is kept
+ * in what is returned. */
+static inline int begin_silence(void) {
+    FILE *file = tmpfile();
+    fflush(stdout);
+    const int kept = dup(STDOUT_FILENO);
+    dup2(fileno(file), STDOUT_FILENO);
+    dup2(fileno(file), STDERR_FILENO);
+    return kept;
+}
+
+/* Gives standard output back, shows on it what was printed, and returns how many bytes that were.
+ */
+static inline long end_silence(int kept) {
+    char text[4096];
+    fflush(stdout);
+    const int file = dup(STDOUT_FILENO);
+    dup2(kept, STDOUT_FILENO);
+    dup2(kept, STDERR_FILENO);
+    close(kept);
+    const long printed = (long)lseek(file, 0, SEEK_END);
+    lseek(file, 0, SEEK_SET);
+    for (ssize_t got; (got = read(file, text, sizeof text)) > 0;) {
+        fwrite(text, 1, (size_t)got, stdout);
+    }
+    close(file);
+    return printed;
 }
 
 #define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"

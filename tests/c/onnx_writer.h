@@ -170,12 +170,13 @@ static inline void make_model(const model_parts *parts, message *model) {
     if (parts->second_graph) put_graph(model, parts);
     put_opset(model, "", 17);
     if (*parts->operator_domain != 0) put_opset(model, parts->operator_domain, 1);
+    put_pair(model, 14, "another", "entry");
     put_pair(model, 14, "bn.receptive_radius", parts->radius);
     put_pair(model, 14, "bn.align", parts->align);
-    put_pair(model, 14, "bn.version", parts->version);
-    put_pair(model, 14, "another", "entry");
     if (parts->training) put_text(model, 20, "");
     if (parts->function) put_text(model, 25, "");
+    /* Last, so that a shorter file is never whole. */
+    put_pair(model, 14, "bn.version", parts->version);
 }
 
 #endif

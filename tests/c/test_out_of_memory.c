@@ -5,6 +5,7 @@
  * (--wrap), which needs the static library. */
 #include "check.h"
 #include "masks.h"
+#include "neural.h"
 
 void *__real_malloc(size_t size);
 void __real_free(void *memory);
@@ -30,6 +31,18 @@ static uint32_t ranks[2 * TEXELS], mask[TEXELS];
 static float values[TEXELS], power[TEXELS];
 static double error;
 
+static bn_result call_network(int only_open) {
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    parts.channels = 2;
+    bn_result result = open_parts(&parts, FAKE_RUNTIME, 1, &neural);
+    if (result == BN_SUCCESS && !only_open) {
+        result = bn_neural_mask(neural, SIZE, SIZE, 1, ranks, 2 * TEXELS);
+    }
+    bn_neural_close(neural);
+    return result;
+}
+
 static bn_result call(int function) {
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_relax_options relax = bn_relax_options_default();
@@ -54,6 +67,10 @@ static bn_result call(int function) {
         return bn_mask_error(mask, SIZE, SIZE, TEXELS, 1, &error);
     case 6:
         return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power);
+    case 7:
+        return call_network(1);
+    case 8:
+        return call_network(0);
     default:
         return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
     }
@@ -61,7 +78,7 @@ static bn_result call(int function) {
 
 int main(void) {
     fill_white(mask, TEXELS, 1);
-    for (int function = 0; function < 8; ++function) {
+    for (int function = 0; function < 10; ++function) {
         int failures = 0;
         for (fail_at = 1;; ++fail_at) {
             memset(ranks, 0x5a, sizeof ranks);
