@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's losses and perceptron, Wronski's descent, and the table made of them."""
+
+import argparse
+import csv
+import dataclasses
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+import bluenoise  # noqa: E402
+from bn_trainer import paper, pictures, table, wronski  # noqa: E402
+from PIL import Image  # noqa: E402
+
+TINY = paper.PaperConfig(size=8, hidden=20, batch=16, inputs=160, epochs=8, rate=5e-3, seed=3)
+
+
+def test_spectrum_is_the_whole_transform():
+    for size in (2, 5, 8):
+        masks = torch.from_numpy(np.random.default_rng(1).random((2, size, size), dtype=np.float32))
+        assert torch.allclose(paper.spectrum(masks), torch.fft.fft2(masks).abs(), atol=1e-4)
+
+
+def test_low_frequency_weights_by_hand():
+    # Coordinates 1, 1/3, -1/3, -1: only the inner four are inside; they are frequencies 0 and -1.
+    inside = ((0.7 - 2 / 9) / 0.7) ** 2
+    expected = torch.zeros(4, 4)
+    for row in (0, 3):
+        for column in (0, 3):
+            expected[row, column] = inside
+    assert torch.allclose(paper.low_frequency_weights(4), expected, atol=1e-6)
+
+
+def test_blue_spectrum_loss_by_hand():
+    wave = torch.cos(torch.arange(4) * torch.pi / 2).expand(1, 4, 4)  # amplitude 8 at (0, 1) and (0, -1)
+    loss = paper.blue_spectrum_loss(paper.spectrum(wave), paper.low_frequency_weights(4))
+    assert loss.item() == pytest.approx(((0.7 - 2 / 9) / 0.7) ** 2 * 64 / 16, rel=1e-5)
+
+
+def test_uniform_spectrum_loss_by_hand():
+    spike = torch.zeros(1, 4, 4)
+    spike[0, 2, 1] = 1
+    laplacian, differences = (16 + 4) / 25, 4 / 4
+    assert paper.uniform_spectrum_loss(spike).item() == pytest.approx((laplacian + differences) / 16)
+    assert paper.uniform_spectrum_loss(torch.ones(1, 4, 4)).item() == 0
+
+
+def test_histogram_loss_by_hand():
+    masks = torch.tensor([[[0.5, -0.2], [0.9, -1.0]]], requires_grad=True)  # sorted against -1, -1/3, 1/3, 1
+    squares = 0 + (1 / 3 - 0.2) ** 2 + (0.5 - 1 / 3) ** 2 + 0.1**2
+    assert paper.histogram_loss(masks, "sum").item() == pytest.approx(squares, rel=1e-5)
+    loss = paper.histogram_loss(masks, "mean")
+    assert loss.item() == pytest.approx(squares / 4, rel=1e-5)
+    loss.backward()
+    assert torch.allclose(masks.grad[0], torch.tensor([[0.5 - 1 / 3, 1 / 3 - 0.2], [-0.1, 0]]) * 2 / 4, atol=1e-6)
+
+
+def test_histogram_loss_is_that_of_sorting():
+    values = torch.from_numpy(np.random.default_rng(2).normal(size=(3, 8, 8)).astype(np.float32))
+    gradients = []
+    for loss in (lambda m: paper.histogram_loss(m, "sum"),
+                 lambda m: (m.flatten(1).sort(1).values - torch.linspace(-1, 1, 64)).square().sum(1).mean()):
+        masks = values.clone().requires_grad_()
+        loss(masks).backward()
+        gradients.append(masks.grad)
+    assert torch.allclose(*gradients, atol=1e-5)
+
+
+def test_paper_loss_weighs_the_three():
+    masks = paper.white_noise(8, 1, range(2))
+    total, terms = paper.paper_loss(masks, TINY, paper.low_frequency_weights(8))
+    assert total.item() == pytest.approx(0.01 * terms["uniform"].item() + 2.2 * terms["histogram"].item()
+                                         + 0.1 * terms["blue"].item(), rel=1e-5)
+
+
+def test_white_noise_depends_on_its_index_alone():
+    many = paper.white_noise(16, 5, range(100))
+    assert torch.equal(many[40:42], paper.white_noise(16, 5, [40, 41]))
+    assert not torch.equal(many[40], paper.white_noise(16, 6, [40])[0])
+    assert many.min() >= -1 and many.max() < 1
+    assert abs(many.mean()) < 5 * (1 / 3 / many.numel()) ** 0.5  # five deviations: false alarm below 1e-6
+
+
+def test_every_epoch_takes_every_input_once():
+    for epoch in range(2):
+        first = epoch * TINY.iterations_per_epoch
+        taken = np.concatenate([paper.batch_indices(TINY, first + i) for i in range(TINY.iterations_per_epoch)])
+        assert sorted(taken) == list(range(TINY.inputs))
+
+
+def test_the_network_is_the_papers():
+    sizes = [(layer.in_features, layer.out_features) for layer in paper.Perceptron(16).layers]
+    assert sizes == [(256, 100), (100, 100), (100, 256)]
+    assert paper.Perceptron(16)(torch.zeros(3, 16, 16)).shape == (3, 16, 16)
+
+
+def test_training_lowers_the_loss(tmp_path):
+    before, _ = paper.paper_loss(torch.from_numpy(paper.generate(paper.PaperTraining(TINY).model, range(32), 8)), TINY,
+                                 paper.low_frequency_weights(8))
+    run = paper.train(TINY, tmp_path / "run", report=lambda line: None)
+    after, terms = paper.paper_loss(torch.from_numpy(paper.generate(run.model, range(32), 8)), TINY,
+                                    paper.low_frequency_weights(8))
+    assert run.iteration == TINY.iterations == 80
+    assert after < 0.6 * before
+    last = (tmp_path / "run" / "log.csv").read_text().splitlines()[-1]
+    assert last.split(",")[0] == "80"
+
+
+def test_resuming_is_exact(tmp_path):
+    whole = paper.train(TINY, tmp_path / "whole", iterations=14, report=lambda line: None)
+    paper.train(TINY, tmp_path / "parts", iterations=9, report=lambda line: None)
+    parts = paper.train(TINY, tmp_path / "parts", iterations=14, resume=True, report=lambda line: None)
+    assert parts.iteration == 14
+    for name, value in whole.model.state_dict().items():
+        assert torch.equal(value, parts.model.state_dict()[name]), name
+    assert sorted(path.name for path in (tmp_path / "parts").iterdir()) == ["checkpoint.pt", "config.json", "log.csv"]
+
+
+def test_runs_are_not_mixed_up(tmp_path):
+    paper.train(TINY, tmp_path, iterations=1, report=lambda line: None)
+    with pytest.raises(FileExistsError, match="--resume"):
+        paper.train(TINY, tmp_path)
+    with pytest.raises(ValueError, match="seed=4"):
+        paper.train(dataclasses.replace(TINY, seed=4), tmp_path, resume=True)
+    (tmp_path / "checkpoint.pt").write_bytes(b"something else")
+    with pytest.raises(ValueError, match="not a checkpoint"):
+        paper.train(TINY, tmp_path, resume=True)
+
+
+def test_configs(tmp_path, request):
+    for path in sorted((request.config.rootpath / "trainer" / "configs").glob("paper-*.toml")):
+        config = paper.read_config(path)
+        assert f"paper-{config.size}" + ("-sum" if config.histogram == "sum" else "") == path.stem
+        assert config.iterations == 6000
+    bad = tmp_path / "bad.toml"
+    bad.write_text("size = 64\nlearning_rate = 1\n")
+    with pytest.raises(ValueError, match="learning_rate"):
+        paper.read_config(bad)
+    with pytest.raises(ValueError, match="histogram"):
+        paper.PaperConfig(histogram="max")
+
+
+@pytest.mark.parametrize("rule", ["adam", "descent"])
+def test_wronski_lowers_the_dithering_error(rule):
+    losses = []
+    masks = wronski.optimise(32, [0, 1, 2], 200, rule, progress=lambda _, loss, terms: losses.append(loss))
+    assert losses[-1] < 0.2 * losses[0]
+    assert masks.shape == (3, 32, 32)
+    for mask in masks:  # white noise: 0.115, with a deviation of 0.004 at this size
+        assert bluenoise.measure(mask)["e_1"] < 0.09
+        assert abs(mask.std() - 3**-0.5) < 0.02
+
+
+def test_wronski_masks_do_not_depend_on_each_other():
+    together = wronski.optimise(16, [4, 5], 10, "descent")
+    assert np.allclose(together[1], wronski.optimise(16, [5], 10, "descent")[0], atol=1e-4)
+    with pytest.raises(ValueError, match="rule"):
+        wronski.optimise(16, [1], 10, "newton")
+
+
+def test_threshold_error_is_the_librarys():
+    ranks = bluenoise.mask((32, 32), seed=1)
+    values = table.ranks_of(ranks[None].astype(np.float32))[0]
+    for sigma, key in ((1, "e_1"), (1.5, "e_1.5")):
+        assert table.threshold_error(values, sigma) == pytest.approx(bluenoise.measure(ranks)[key], rel=1e-3)
+
+
+def test_ranks_of_breaks_ties_by_position():
+    values = np.array([[[0.5, 0.1], [0.5, 0.2]]], np.float32)
+    assert table.ranks_of(values).tolist() == [[[0.625, 0.125], [0.875, 0.375]]]
+
+
+def test_likeness():
+    noise = np.random.default_rng(1).random((4, 32, 32)).astype(np.float32)
+    assert table.likeness(noise) < 0.1  # the mean of six of 0.025 each
+    assert table.likeness(np.stack([noise[0], 1 - noise[0], noise[0]])) == pytest.approx(1)
+
+
+def test_error_diffusion_keeps_the_mean_and_beats_a_mask():
+    ramp = pictures.synthetic_pictures()["ramp"]
+    diffused = pictures.floyd_steinberg(ramp)
+    assert set(np.unique(diffused)) == {0, 1}
+    assert diffused.mean() == pytest.approx(ramp.mean(), abs=2e-3)
+    mask = table.ranks_of(bluenoise.mask((64, 64))[None].astype(np.float32))
+    error = pictures.blurred_errors(diffused[None], ramp, [1.0])
+    assert error[0, 0] < pictures.dithering_errors(mask, ramp, [1.0])[0, 0]
+
+
+def test_dithering_error_of_a_grey_picture_by_hand():
+    grey = np.full((pictures.PICTURE_SIZE,) * 2, 0.5, np.float32)
+    chequer = np.float32([[[0.25, 0.75], [0.75, 0.25]]])  # a texel is white where 0.5 + threshold >= 1
+    assert pictures.dithering_errors(chequer, grey, [0.01])[0, 0] == pytest.approx(0.5)
+    assert pictures.dithering_errors(chequer, grey, [3.0])[0, 0] < 1e-3
+
+
+def test_pictures(tmp_path):
+    for picture in pictures.synthetic_pictures().values():
+        assert picture.shape == (256, 256) and picture.dtype == np.float32
+        assert picture.min() >= 0 and picture.max() <= 1
+    path = tmp_path / "grey.png"
+    Image.new("L", (300, 260), 51).save(path)
+    name, part = pictures.read_picture(f"{path}@40,4")
+    assert name == "grey" and part.shape == (256, 256) and np.allclose(part, 0.2)
+    for argument in (f"{path}@50,4", f"{path}@x", str(tmp_path / "none.png")):
+        with pytest.raises(ValueError, match="picture"):
+            pictures.read_picture(argument)
+
+
+def test_table_command(tmp_path, capsys):
+    config = paper.PaperConfig(size=16, hidden=10, batch=8, inputs=80, epochs=2)
+    paper.train(config, tmp_path / "paper-16", report=lambda line: None)
+    parser = argparse.ArgumentParser()
+    table.add_arguments(parser)
+    out = tmp_path / "report"
+    table.main(parser.parse_args(["--runs", str(tmp_path), "--sizes", "16", "--masks", "3", "--wronski-masks", "2",
+                                  "--wronski-iterations", "30", "--out", str(out)]))
+    assert sorted(path.name for path in out.iterdir()) == ["paper.csv", "paper.md", "paper.png"]
+    text = (out / "paper.md").read_text()
+    assert text in capsys.readouterr().out
+    for name in ("white noise", "perceptron", "perceptron, ranks made exact", "Wronski", "void-and-cluster"):
+        assert text.count(f"| 16x16 {name} |") == 2
+    assert "20 of 20 iterations" in text
+    rows = list(csv.DictReader((out / "paper.csv").open()))
+    assert [row["name"] for row in rows] == ["perceptron", "perceptron, ranks made exact", "Wronski"]
+    assert list(rows[0]) == ["name", "size", "seconds", "threads", "e_1", "e_1.5", "flop_per_texel"]
+    assert all(0.02 < float(row["e_1"]) < 0.3 and float(row["seconds"]) > 0 for row in rows)
+    with Image.open(out / "paper.png") as sheet:
+        assert sheet.width > 100

@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The perceptron of Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022).
+
+One network for one size: n = size^2 white values in [-1, 1] go in, two layers of 100 and one of n units with tanh
+between and behind, n values of a mask come out. It learns from three losses on its output alone: `blue_spectrum_loss`
+(little power at low frequencies), `uniform_spectrum_loss` (no structure in the spectrum) and `histogram_loss` (every
+value equally often), weighed 0.1, 0.01 and 2.2; Adam at 5e-4, batches of 64, 12 epochs of 32,000 white inputs.
+
+`histogram = "mean"` averages the histogram term over texels as the paper does; `"sum"` adds it up as Wronski does, from
+whom the three losses come ("Optimizing blue noise dithering", 2020), which makes it size^2 times stronger.
+
+What the text leaves open is done as its authors' published program does: the spectrum is the absolute value of the
+unscaled transform, losses are means over all frequencies, weights start Glorot-uniform with biases of 0, Adam's epsilon is
+1e-7. That program itself trains on 6,400 inputs, not 32,000. Differences from it: the inputs come from a counter-based
+generator, so that they need not be kept and a run can be resumed exactly; values are pulled to the place that their rank
+has on the ramp in place of a sort with a gradient, which is the same loss with the same gradient.
+
+`python -m bn_trainer train-paper --config trainer/configs/paper-64.toml --out RUN` trains; cost per iteration on one
+core: see trainer/README.md.
+"""
+
+import dataclasses
+import json
+import os
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import torch
+
+CHECKPOINT_SECONDS = 30.0
+PROGRESS_SECONDS = 10.0
+
+
+@dataclasses.dataclass(frozen=True)
+class PaperConfig:
+    """What a run of the paper's training is made of; the defaults are the paper's."""
+
+    size: int = 128
+    histogram: str = "mean"
+    hidden: int = 100
+    uniform_weight: float = 0.01
+    histogram_weight: float = 2.2
+    blue_weight: float = 0.1
+    cutoff: float = 0.7
+    rate: float = 5e-4
+    batch: int = 64
+    epochs: int = 12
+    inputs: int = 32000
+    seed: int = 0
+
+    def __post_init__(self):
+        if self.histogram not in ("mean", "sum"):
+            raise ValueError(f'histogram must be "mean" or "sum", not {self.histogram!r}')
+        if self.size < 2 or self.batch < 1 or self.inputs < self.batch or self.epochs < 1:
+            raise ValueError(f"size must be at least 2, epochs and batch at least 1, inputs at least batch: {self}")
+
+    @property
+    def iterations_per_epoch(self):
+        return self.inputs // self.batch
+
+    @property
+    def iterations(self):
+        return self.epochs * self.iterations_per_epoch
+
+
+def read_config(path):
+    """A PaperConfig from a TOML file. Raises ValueError with the name of what it does not know."""
+    with open(path, "rb") as file:
+        values = tomllib.load(file)
+    unknown = set(values) - {field.name for field in dataclasses.fields(PaperConfig)}
+    if unknown:
+        raise ValueError(f"{path}: unknown setting {', '.join(sorted(unknown))}")
+    return PaperConfig(**values)
+
+
+class Perceptron(torch.nn.Module):
+    """n-hidden-hidden-n with tanh; (batch, size, size) in [-1, 1] to the same shape in (-1, 1)."""
+
+    def __init__(self, size, hidden=100, generator=None):
+        super().__init__()
+        texels = size * size
+        self.layers = torch.nn.ModuleList(
+            torch.nn.Linear(inputs, outputs) for inputs, outputs in ((texels, hidden), (hidden, hidden), (hidden, texels))
+        )
+        for layer in self.layers:
+            torch.nn.init.xavier_uniform_(layer.weight, generator=generator)
+            torch.nn.init.zeros_(layer.bias)
+
+    def forward(self, noise):
+        values = noise.flatten(1)
+        for layer in self.layers:
+            values = torch.tanh(layer(values))
+        return values.reshape(noise.shape)
+
+
+def spectrum(masks):
+    """Absolute values of the unscaled Fourier transform of masks (..., size, size), the constant at [0, 0].
+
+    Only half is transformed: the value at -f is that at f.
+    """
+    half = torch.fft.rfft2(masks).abs()
+    mirrored = half[..., 1 : (masks.shape[-1] + 1) // 2].flip(-2, -1).roll(1, -2)
+    return torch.cat((half, mirrored), -1)
+
+
+def low_frequency_weights(size, cutoff=0.7):
+    """max(cutoff - x^2 - y^2, 0) / cutoff, squared, for a spectrum with the constant at [0, 0].
+
+    x and y go from 1 to -1 over a spectrum whose constant is at [size / 2, size / 2], both ends included, as in the paper
+    and in Wronski's program; so the weights are half a step off centre.
+    """
+    square = torch.linspace(1, -1, size).square()
+    weights = ((cutoff - square[:, None] - square[None, :]).clamp(min=0) / cutoff).square()
+    return torch.fft.ifftshift(weights)
+
+
+def blue_spectrum_loss(amplitude, weights):
+    """Mean over frequencies and masks of weights * amplitude^2: power where there should be none."""
+    return (weights * amplitude.square()).mean()
+
+
+def uniform_spectrum_loss(amplitude):
+    """Mean over frequencies and masks of the squares of the spectrum's Laplacian (over 5) and of its two differences
+    (over 2), on a torus."""
+    down = amplitude - amplitude.roll(1, -2)
+    right = amplitude - amplitude.roll(1, -1)
+    laplacian = (down.roll(-1, -2) - down + right.roll(-1, -1) - right) / 5
+    return laplacian.square().mean() + (down.square().mean() + right.square().mean()) / 4
+
+
+def histogram_loss(masks, reduction="mean"):
+    """Squares of sorted values minus a ramp from -1 to 1, mean or sum over texels, mean over masks."""
+    flat = masks.flatten(1)
+    order = np.argsort(flat.detach().cpu().numpy(), axis=1)
+    ramp = np.linspace(-1, 1, flat.shape[1], dtype=np.float32)
+    places = np.empty(order.shape, np.float32)
+    np.put_along_axis(places, order, ramp[None, :], axis=1)
+    squares = (flat - torch.from_numpy(places).to(flat)).square()
+    return squares.mean() if reduction == "mean" else squares.sum(1).mean()
+
+
+def paper_loss(masks, config, weights):
+    """The weighted sum of the three losses, and the three by name. masks (batch, size, size); `weights` are
+    low_frequency_weights(config.size, config.cutoff)."""
+    amplitude = spectrum(masks)
+    terms = {
+        "uniform": uniform_spectrum_loss(amplitude),
+        "histogram": histogram_loss(masks, config.histogram),
+        "blue": blue_spectrum_loss(amplitude, weights),
+    }
+    total = (config.uniform_weight * terms["uniform"] + config.histogram_weight * terms["histogram"]
+             + config.blue_weight * terms["blue"])
+    return total, terms
+
+
+def white_noise(size, seed, indices):
+    """White noise in [-1, 1), float32 (len(indices), size, size): element i depends on (seed, indices[i]) alone."""
+    noise = np.empty((len(indices), size * size), np.float32)
+    for row, index in zip(noise, indices):
+        np.random.Generator(np.random.Philox(key=[seed, int(index)])).random(out=row, dtype=np.float32)
+    return torch.from_numpy(noise.reshape(-1, size, size) * 2 - 1)
+
+
+def batch_indices(config, iteration):
+    """Which of the config's inputs make up the batch of an iteration: every epoch is a new order of all of them."""
+    epoch, step = divmod(iteration, config.iterations_per_epoch)
+    order = np.random.default_rng([config.seed, epoch]).permutation(config.inputs)
+    return order[step * config.batch : (step + 1) * config.batch]
+
+
+def generate(model, seeds, size):
+    """Masks of unseen white inputs, one per seed: float32 (len(seeds), size, size) in (-1, 1)."""
+    test_inputs = 1 << 62  # far from the indices that training uses
+    with torch.no_grad():
+        return model(white_noise(size, test_inputs, seeds)).numpy()
+
+
+class PaperTraining:
+    """A run: model, optimiser and the number of iterations done. Saved and loaded whole, so resuming is exact."""
+
+    def __init__(self, config):
+        self.config = config
+        self.model = Perceptron(config.size, config.hidden, torch.Generator().manual_seed(config.seed))
+        self.optimiser = torch.optim.Adam(self.model.parameters(), lr=config.rate, eps=1e-7, fused=True)
+        self.weights = low_frequency_weights(config.size, config.cutoff)
+        self.iteration = 0
+        self.seconds = 0.0
+
+    def step(self):
+        """One iteration; returns the loss and its three terms as floats."""
+        start = time.perf_counter()
+        noise = white_noise(self.config.size, self.config.seed, batch_indices(self.config, self.iteration))
+        loss, terms = paper_loss(self.model(noise), self.config, self.weights)
+        self.optimiser.zero_grad()
+        loss.backward()
+        self.optimiser.step()
+        self.iteration += 1
+        self.seconds += time.perf_counter() - start
+        return {"loss": loss.item(), **{name: term.item() for name, term in terms.items()}}
+
+    def save(self, path):
+        """Writes the run to a file that is there whole or not at all."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            torch.save({"config": dataclasses.asdict(self.config), "iteration": self.iteration, "seconds": self.seconds,
+                        "model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}, beside)
+            os.replace(beside, path)
+        finally:
+            beside.unlink(missing_ok=True)
+
+    @staticmethod
+    def load(path):
+        """Reads what `save` wrote. Raises OSError, or ValueError when the file is something else."""
+        try:
+            state = torch.load(path, map_location="cpu", weights_only=True)
+            run = PaperTraining(PaperConfig(**state["config"]))
+            run.model.load_state_dict(state["model"])
+            run.optimiser.load_state_dict(state["optimiser"])
+            run.iteration, run.seconds = state["iteration"], state["seconds"]
+        except OSError:
+            raise
+        except Exception as error:
+            raise ValueError(f"{path} is not a checkpoint of train-paper ({error})") from error
+        return run
+
+
+def train(config, folder, iterations=None, resume=False, report=print):
+    """Trains in a run folder: config.json, log.csv, checkpoint.pt. Stops after `iterations` where given (a run can be
+    resumed later), else at the config's end. Returns the run."""
+    folder = Path(folder)
+    checkpoint, log = folder / "checkpoint.pt", folder / "log.csv"
+    if checkpoint.exists() and not resume:
+        raise FileExistsError(f"{checkpoint} exists: give --resume to go on with it, or another folder")
+    if resume and checkpoint.exists():
+        run = PaperTraining.load(checkpoint)
+        if run.config != config:
+            raise ValueError(f"{checkpoint} was trained with {run.config}, not with {config}")
+    else:
+        run = PaperTraining(config)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "config.json").write_text(json.dumps(dataclasses.asdict(config), indent=1) + "\n", encoding="utf-8")
+    keep_log_until(log, run.iteration)
+    end = config.iterations if iterations is None else min(iterations, config.iterations)
+    first, started, saved, told = run.iteration, time.monotonic(), time.monotonic(), 0.0
+    while run.iteration < end:
+        figures = run.step()
+        now, last = time.monotonic(), run.iteration == end
+        if last or now - told > PROGRESS_SECONDS:
+            told, rate = now, (run.iteration - first) / max(now - started, 1e-9)
+            report(f"iteration {run.iteration} of {config.iterations}  "
+                   + "  ".join(f"{name} {value:.5g}" for name, value in figures.items())
+                   + f"  {rate:.2f} iterations/s, {(end - run.iteration) / rate / 60:.1f} min left")
+            with open(log, "a", encoding="utf-8") as file:
+                file.write(",".join([str(run.iteration), *(f"{value:.7g}" for value in figures.values())]) + "\n")
+        if last or now - saved > CHECKPOINT_SECONDS:
+            saved = now
+            run.save(checkpoint)
+    return run
+
+
+def keep_log_until(log, iteration):
+    """Drops rows of the log that a killed run wrote after its last checkpoint; writes the header of a new one."""
+    rows = log.read_text(encoding="utf-8").splitlines()[1:] if log.exists() else []
+    rows = [row for row in rows if int(row.split(",")[0]) <= iteration]
+    log.write_text("\n".join(["iteration,loss,uniform,histogram,blue", *rows]) + "\n", encoding="utf-8")
+
+
+def add_arguments(parser):
+    parser.add_argument("--config", required=True, type=Path, help="a TOML file such as trainer/configs/paper-64.toml")
+    parser.add_argument("--out", required=True, type=Path, help="run folder, outside the source tree")
+    parser.add_argument("--seed", type=int, help="in place of the config's")
+    parser.add_argument("--iterations", type=int, help="stop after this many in all; --resume goes on")
+    parser.add_argument("--resume", action="store_true", help="go on from the folder's checkpoint where there is one")
+    parser.add_argument("--threads", type=int, default=1, help="of torch (default 1)")
+
+
+def main(options):
+    torch.set_num_threads(options.threads)
+    config = read_config(options.config)
+    if options.seed is not None:
+        config = dataclasses.replace(config, seed=options.seed)
+    run = train(config, options.out, options.iterations, options.resume, lambda line: print(line, flush=True))
+    print(f"{options.out / 'checkpoint.pt'}: {run.iteration} of {config.iterations} iterations, {run.seconds:.0f} s")

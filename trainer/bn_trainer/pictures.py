@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures for `bn_trainer table`, and the error of their 1-bit dithering: what is left of it after a Gaussian blur."""
+
+from pathlib import Path
+
+import numpy as np
+import torch
+from PIL import Image
+
+PICTURE_SIZE = 256
+
+
+def floyd_steinberg(picture):
+    """Error diffusion, row by row from the left (Floyd and Steinberg, 1976): a yardstick that no mask reaches."""
+    height, width = picture.shape
+    values = np.zeros((height + 1, width + 2))
+    values[:-1, 1:-1] = picture
+    out = np.zeros((height, width), np.float32)
+    for y in range(height):
+        for x in range(1, width + 1):
+            white = values[y, x] >= 0.5
+            error = values[y, x] - white
+            out[y, x - 1] = white
+            values[y, x + 1] += error * 7 / 16
+            values[y + 1, x - 1 : x + 2] += error * np.array([3, 5, 1]) / 16
+    return out
+
+
+def synthetic_pictures():
+    """A grey ramp, a radial gradient, and a scene of three lit balls over a chequered floor: float32 in [0, 1]."""
+    n = PICTURE_SIZE
+    y, x = (np.mgrid[0:n, 0:n].astype(np.float32) + 0.5) / n
+    ramp = x.copy()
+    radial = np.clip(1 - np.hypot(x - 0.5, y - 0.5) / np.sqrt(0.5), 0, 1)
+    scene = 0.85 - 0.5 * y
+    depth = 0.09 / np.maximum(y - 0.55, 1e-3)
+    tiles = (np.floor((x - 0.5) * depth * 24) + np.floor(depth * 12)) % 2
+    scene = np.where(y > 0.6, (0.25 + 0.35 * tiles) * np.clip((y - 0.55) * 5, 0.2, 1), scene)
+    light = np.array([-0.5, -0.6, 0.63])
+    for centre_x, centre_y, radius, albedo in ((0.3, 0.5, 0.2, 0.9), (0.68, 0.62, 0.15, 0.5), (0.52, 0.8, 0.1, 0.25)):
+        u, v = (x - centre_x) / radius, (y - centre_y) / radius
+        w = np.sqrt(np.clip(1 - u * u - v * v, 0, None))
+        lit = albedo * np.clip(0.08 + 0.92 * (u * light[0] + v * light[1] + w * light[2]), 0.03, 1)
+        scene = np.where(u * u + v * v < 1, lit, scene)
+    return {name: picture.astype(np.float32) for name, picture in (("ramp", ramp), ("radial", radial), ("scene", scene))}
+
+
+def read_picture(argument):
+    """NAME@X,Y, a picture file and the corner of the part that is used, as grey values in [0, 1]."""
+    path, _, corner = argument.partition("@")
+    try:
+        left, top = (int(word) for word in corner.split(",")) if corner else (0, 0)
+        with Image.open(path) as image:
+            grey = np.asarray(image.convert("L"), np.float32) / 255
+    except (OSError, ValueError) as error:
+        raise ValueError(f"--picture {argument}: {error}; give FILE or FILE@X,Y") from error
+    part = grey[top : top + PICTURE_SIZE, left : left + PICTURE_SIZE]
+    if left < 0 or top < 0 or part.shape != (PICTURE_SIZE, PICTURE_SIZE):
+        raise ValueError(f"--picture {argument}: no {PICTURE_SIZE}x{PICTURE_SIZE} texels at {left},{top} of {path}")
+    return Path(path).stem, part
+
+
+def blur(images, sigma):
+    """Gaussian blur of images (count, height, width) with mirrored edges; torch."""
+    radius = int(np.ceil(4 * sigma))
+    kernel = torch.exp(-0.5 * (torch.arange(-radius, radius + 1) / sigma).square())
+    kernel = kernel / kernel.sum()
+    padded = torch.nn.functional.pad(images[:, None], (radius,) * 4, mode="reflect")
+    rows = torch.nn.functional.conv2d(padded, kernel[None, None, None, :])
+    return torch.nn.functional.conv2d(rows, kernel[None, None, :, None])[:, 0]
+
+
+def dithering_errors(values, picture, sigmas):
+    """RMSE of 1-bit dithering after blurs of these sigmas, (sigmas, masks)."""
+    repeats = PICTURE_SIZE // values.shape[-1] + 1
+    tiled = np.tile(values, (1, repeats, repeats))[:, :PICTURE_SIZE, :PICTURE_SIZE]
+    return blurred_errors((picture + tiled >= 1).astype(np.float32), picture, sigmas)
+
+
+def blurred_errors(dithered, picture, sigmas):
+    """RMSE of dithered pictures (count, height, width) after blurs of these sigmas, (sigmas, count)."""
+    difference = torch.from_numpy(dithered - picture)
+    return np.array([[blur(part[None], sigma).square().mean().sqrt().item() for part in difference] for sigma in sigmas])

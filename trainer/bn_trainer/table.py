@@ -1,0 +1,429 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's Table I made again: `python -m bn_trainer table` writes docs/report/paper.md, paper.csv and paper.png.
+
+1-bit dithering of pictures of 256x256 with each method's masks, tiled; the error is the root mean square over texels of
+the Gaussian blur of dithered minus original (edges mirrored), mean and deviation over masks. A texel becomes white when
+picture + threshold >= 1, the threshold being (rank + 1/2) / n, or (output + 1) / 2 of a network's or Wronski's raw output.
+The same command measures why the paper's masks fall short: histogram, thresholded patterns, how alike they are.
+"""
+
+import argparse
+import csv
+import dataclasses
+import io
+import os
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+from PIL import Image, ImageDraw, ImageFont
+
+import bluenoise
+
+from . import paper, wronski
+from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
+
+SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the first columns are for TABLE_SIGMA
+TABLE_SIGMA = 1.0
+CALIBRATING = 8  # masks per method by which the blur is found at which void-and-cluster has the paper's ratio
+LEVELS = (1 / 16, 1 / 4, 1 / 2)
+MEASURED = 16  # masks per method whose E and spectra are measured
+# RMSE of Table I of the paper (picture and blur not published), and seconds at 64 and 128
+PUBLISHED_RMSE = {"white": 0.069, "perceptron": 0.046, "wronski": 0.046, "void-and-cluster": 0.029}
+PUBLISHED_SECONDS = {"perceptron": {64: 0.0167, 128: 0.0189}, "wronski": {64: 280, 128: 1590},
+                     "void-and-cluster": {64: 0.64, 128: 2.97}}
+
+
+@dataclasses.dataclass
+class Method:
+    name: str
+    size: int
+    kind: str  # key of the published figures
+    values: np.ndarray  # thresholds in [0, 1], float32 (masks, size, size)
+    seconds: float  # per mask, one thread
+    flop_per_texel: float = float("nan")
+    raw: bool = False  # thresholds are a network's outputs, not ranks
+    note: str = ""
+
+
+def ranks_of(values):
+    """Ranks of masks (masks, height, width) along each mask, ties by position, as thresholds (rank + 1/2) / n."""
+    flat = values.reshape(len(values), -1)
+    order = np.argsort(flat, axis=1, kind="stable")
+    places = np.empty(flat.shape, np.float32)
+    np.put_along_axis(places, order, (np.arange(flat.shape[1], dtype=np.float32)[None] + 0.5) / flat.shape[1], axis=1)
+    return places.reshape(values.shape)
+
+
+def timed(make, seeds):
+    """The masks of the seeds one by one, and the median of the seconds each took."""
+    masks, seconds = [], []
+    for seed in seeds:
+        start = time.perf_counter()
+        masks.append(make(seed))
+        seconds.append(time.perf_counter() - start)
+    return np.stack(masks), float(np.median(seconds))
+
+
+def neural_maker(size, model):
+    """A function seed -> values of this library's network, and where it comes from; None and the reason when there is
+    none. Through bluenoise where it has the network, else `model`, an ONNX file, in ONNX Runtime."""
+    if model is None:
+        try:
+            bluenoise.mask((size, size), method="neural", seed=0)
+            return lambda seed: bluenoise.mask((size, size), method="neural", seed=seed), "bluenoise.mask"
+        except (ValueError, RuntimeError) as error:
+            return None, f'bluenoise.mask(method="neural"): {error}'
+    try:
+        import onnxruntime
+    except ImportError:
+        return None, "onnxruntime is not installed"
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    session = onnxruntime.InferenceSession(str(model), options, providers=["CPUExecutionProvider"])
+    radius = int(session.get_modelmeta().custom_metadata_map["bn.receptive_radius"])
+
+    def make(seed):
+        noise = np.random.default_rng(seed).random((size, size), dtype=np.float32)
+        padded = np.pad(noise, radius, mode="wrap")[None, None]
+        return session.run(None, {"noise": padded})[0][0, 0]
+
+    return make, f"{Path(model).name} in ONNX Runtime"
+
+
+def library_methods(size, count, model):
+    seeds = range(count)
+    masks, seconds = timed(lambda seed: bluenoise.mask((size, size), method="white", seed=seed), seeds)
+    methods = [Method("white noise", size, "white", ranks_of(masks), seconds)]
+    masks, seconds = timed(lambda seed: bluenoise.mask((size, size), seed=seed), seeds)
+    methods.append(Method("void-and-cluster", size, "void-and-cluster", ranks_of(masks), seconds))
+    make, source = neural_maker(size, model)
+    if make is None:
+        print(f"table: without this library's network: {source}", file=sys.stderr)
+    else:
+        masks, seconds = timed(make, seeds)
+        methods.append(Method("this library's network", size, "ours", ranks_of(masks), seconds, note=source))
+    return methods
+
+
+def perceptron_methods(folder, size, count):
+    """Raw outputs and exact ranks of a trained perceptron; nothing where the folder holds no checkpoint."""
+    checkpoint = folder / "checkpoint.pt"
+    if not checkpoint.exists():
+        print(f"table: without {folder.name}: no {checkpoint} (bn_trainer train-paper makes it)", file=sys.stderr)
+        return []
+    run = paper.PaperTraining.load(checkpoint)
+    if run.config.size != size:
+        raise ValueError(f"{checkpoint} is of size {run.config.size}, not {size}")
+    masks, seconds = timed(lambda seed: paper.generate(run.model, [seed], size)[0], range(count))
+    name = "perceptron" + (", summed histogram" if run.config.histogram == "sum" else "")
+    flop = sum(2 * layer.weight.numel() for layer in run.model.layers) / size**2
+    note = f"{run.iteration} of {run.config.iterations} iterations in {run.seconds / 60:.0f} min"
+    raw = (masks + 1) / 2
+    return [Method(name, size, "perceptron", raw, seconds, flop, True, note),
+            Method(name + ", ranks made exact", size, "perceptron exact", ranks_of(raw), seconds, flop, False, note)]
+
+
+def wronski_method(size, count, iterations):
+    start = time.perf_counter()
+    masks = wronski.optimise(size, range(count), iterations)
+    seconds = (time.perf_counter() - start) / count
+    return Method("Wronski", size, "wronski", (masks + 1) / 2, seconds, wronski.flop_per_texel(size, iterations), True,
+                  f"{iterations} iterations")
+
+
+def calibrated_sigma(white, void_and_cluster, pictures):
+    """The blur at which void-and-cluster's error, over white noise's, is the paper's: so its figures can be compared."""
+    target = PUBLISHED_RMSE["void-and-cluster"] / PUBLISHED_RMSE["white"]
+
+    def ratio(sigma):
+        sums = [sum(dithering_errors(method.values[:CALIBRATING], picture, [sigma]).mean() for picture in pictures)
+                for method in (white, void_and_cluster)]
+        return sums[1] / sums[0]
+
+    low, high = 0.3, 3.0  # the ratio falls from 1 as sigma grows
+    for _ in range(10):
+        middle = (low + high) / 2
+        low, high = (middle, high) if ratio(middle) > target else (low, middle)
+    return round((low + high) / 2, 2)
+
+
+def threshold_error(values, sigma):
+    """E_sigma of thresholds as they are (bn_mask_error takes ranks): values (height, width) in [0, 1]."""
+    height, width = values.shape
+    square = torch.fft.fftfreq(height)[:, None].square() + torch.fft.rfftfreq(width).square()
+    transfer = torch.exp(-2 * np.pi**2 * sigma**2 * square)
+    levels = ((torch.arange(64) + 0.5) / 64)[:, None, None]
+    difference = (torch.from_numpy(values) < levels).float() - levels
+    return torch.fft.irfft2(torch.fft.rfft2(difference) * transfer, s=(height, width)).square().mean().sqrt().item()
+
+
+def mask_figures(method):
+    """E_1, E_1.5, histogram deviation and power below half the principal frequency per level of a method's masks, means
+    over at most MEASURED of them; and how alike all are."""
+    values = method.values[:MEASURED]
+    measured = [bluenoise.measure(mask) for mask in values]
+    if method.raw:
+        e_1, e_15 = (np.mean([threshold_error(mask, sigma) for mask in values]) for sigma in (1, 1.5))
+    else:
+        e_1, e_15 = (np.mean([figures[key] for figures in measured]) for key in ("e_1", "e_1.5"))
+    quarter = np.hypot(*np.meshgrid(np.fft.fftfreq(method.size), np.fft.fftfreq(method.size))) < 0.25
+    quarter[0, 0] = False
+    return {"e_1": e_1, "e_1.5": e_15, "deviation": values.std(axis=(1, 2)).mean(),
+            "grey": np.mean([bluenoise.power_spectrum(mask)[quarter].mean() for mask in values]),
+            **{level: np.mean([figures["low_frequency"][level] for figures in measured]) for level in LEVELS},
+            "alike": likeness(method.values)}
+
+
+def likeness(values):
+    """The mean size of the correlation between two masks of a method: 1 for one and the same mask or its negative, about
+    0.8 / sqrt(n) for independent masks of n texels. NaN for a single mask."""
+    flat = values.reshape(len(values), -1).astype(np.float64)
+    flat -= flat.mean(axis=1, keepdims=True)
+    flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+    pairs = np.triu_indices(len(flat), 1)
+    return float(np.abs((flat @ flat.T)[pairs]).mean()) if len(flat) > 1 else float("nan")
+
+
+def descent_figures(size, iterations, count=2):
+    """Loss and E_1 on the way of Wronski's descent: rows (iterations, loss, E_1)."""
+    rows = []
+    for steps in iterations:
+        losses = []
+        masks = wronski.optimise(size, range(count), steps, progress=lambda _, loss, terms: losses.append(loss))
+        rows.append((steps, losses[-1], np.mean([bluenoise.measure(mask)["e_1"] for mask in masks])))
+    return rows
+
+
+def number(value, digits=4):
+    return "" if np.isnan(value) else f"{value:.{digits}f}"
+
+
+def time_text(seconds):
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+
+
+def markdown(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "| --- |" + " ---: |" * (len(header) - 1)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def error_table(methods, pictures, errors, diffused, sigmas):
+    """errors: method index -> picture -> (sigmas, masks); diffused: picture -> (sigmas, 1). The last sigma is the
+    calibrated one."""
+    at = sigmas.index(TABLE_SIGMA)
+    white = {m.size: np.mean([errors[i][p].mean(1) for p in pictures], axis=0)
+             for i, m in enumerate(methods) if m.kind == "white"}
+    header = ["mask", "masks", *pictures, "mean", *(f"ratio, sigma {sigma:g}" for sigma in sigmas), "the paper's ratio"]
+    named = [(f"{m.size}x{m.size} {m.name}", m.kind, m.size, errors[i]) for i, m in enumerate(methods)]
+    rows = []
+    for name, kind, size, by_picture in [*named, ("error diffusion", "", methods[0].size, diffused)]:
+        count = next(iter(by_picture.values())).shape[1]
+        means = np.mean([by_picture[p].mean(1) for p in pictures], axis=0)
+        published = PUBLISHED_RMSE.get(kind)
+        rows.append([name, str(count),
+                     *(number(by_picture[p][at].mean()) + (f" ± {by_picture[p][at].std():.4f}" if count > 1 else "")
+                       for p in pictures),
+                     number(means[at]), *(number(ratio, 2) for ratio in means / white[size]),
+                     number(published / PUBLISHED_RMSE["white"], 2) if published else ""])
+    return markdown(header, rows)
+
+
+def figure_table(methods, figures):
+    header = ["mask", "time per mask", "the paper's", "FLOP per texel", "E_1", "E_1.5", "deviation",
+              "grey < 1/4", *(f"at 1/{round(1 / level)}" for level in LEVELS), "alike"]
+    rows = []
+    for method, values in zip(methods, figures):
+        published = PUBLISHED_SECONDS.get(method.kind, {}).get(method.size)
+        rows.append([f"{method.size}x{method.size} {method.name}", time_text(method.seconds),
+                     time_text(published) if published else "", number(method.flop_per_texel, 0), number(values["e_1"]),
+                     number(values["e_1.5"]), number(values["deviation"], 3), number(values["grey"], 3),
+                     *(number(values[level], 2) for level in LEVELS), number(values["alike"], 3)])
+    return markdown(header, rows)
+
+
+def report_text(methods, figures, tables, descent, sigmas, options):
+    error, figure = tables
+    notes = dict.fromkeys(f"{m.size}x{m.size} {m.name}: {m.note}" for m in methods if m.note and "exact" not in m.name)
+    parts = [
+        "# The paper, reproduced",
+        filled(f"""Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022), made
+        again by `{command_text(options)}`, which printed this page. trainer/README.md tells how its perceptrons are
+        trained."""),
+        "![Masks, their spectra, thresholded patterns](paper.png)",
+        filled("""*A mask of each method, the mean spectrum of several (zero in the middle, white noise mid-grey), and the
+        mask thresholded at 1/16, 1/4 and 1/2.*"""),
+        "## Table I",
+        filled(f"""Root mean square error of 1-bit dithering of {PICTURE_SIZE}x{PICTURE_SIZE} pictures after a Gaussian of
+        sigma {TABLE_SIGMA:g} texel (edges mirrored), mean and deviation over masks, tiled; then the mean over the pictures,
+        and its ratio to white noise's after several blurs. The paper gives white .069, its network .046, Wronski .046,
+        void-and-cluster .029, but neither picture nor blur, so ratios are what to compare: after a blur of
+        {sigmas[-1]:g} texels this table's void-and-cluster has the paper's ratio, and that column is to be held against the
+        last. Perceptrons and Wronski are thresholded as they come out, unless ranks are made exact. Error diffusion is
+        Floyd and Steinberg's, a yardstick that no mask reaches."""),
+        error,
+        "## Why its masks fall short",
+        filled("""Time is per mask, one at a time, on one thread of a shared machine. E_1 and E_1.5 are the dithering errors
+        over all grey levels (white noise .115 and .076). Deviation is that of the values in [0, 1], .289 when every value
+        is equally often. Powers have white noise at 1: of the grey mask below a quarter cycle per texel, and of patterns
+        thresholded at 1/16, 1/4 and 1/2 below half their principal frequency. Alike is the mean size of the correlation
+        between two masks of a method: 1 for one and the same mask or its negative."""),
+        figure,
+        *explanation(methods, figures, descent),
+        filled("Trained or made: " + "; ".join(notes) + "."),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def explanation(methods, figures, descent):
+    """Paragraphs in which every figure is one of this run's."""
+    found = {(m.size, m.name): values for m, values in zip(methods, figures)}
+    size = max(m.size for m in methods)
+    paragraphs = []
+    raw, exact = found.get((size, "perceptron")), found.get((size, "perceptron, ranks made exact"))
+    if raw:
+        paragraphs += [filled(f"""**Its losses see grey levels, not patterns.** At {size}x{size} the perceptron's grey mask has
+        {raw["grey"]:.3f} of white noise's power below a quarter cycle per texel, but a mask is used thresholded, and there
+        its patterns have {raw[1 / 16]:.2f} at 1/16 and {raw[1 / 4]:.2f} at 1/4.""")]
+    paragraphs += [filled(f"""{"That is the losses' doing, not the network's" if raw else "The losses see grey levels, not patterns"}:
+    Wronski's descent drives the same losses down texel by texel, and E_1 does not follow. After
+    {listed(f"{count:,}" for count, _, _ in descent)} iterations the loss is {listed(f"{loss:.3g}" for _, loss, _ in descent)}
+    and E_1 {listed(f"{error:.4f}" for _, _, error in descent)}.""")]
+    if raw:
+        paragraphs += [filled(f"""**Its histogram is held loosely.** The paper averages the histogram term over texels where Wronski adds
+        it up, which makes it {size * size:,} times weaker beside the spectra: the values' deviation is
+        {raw["deviation"]:.3f}, and with exact ranks E_1 goes from {raw["e_1"]:.4f} to {exact["e_1"]:.4f}.""")]
+        summed = found.get((size, "perceptron, summed histogram"))
+        if summed:
+            paragraphs[-1] = filled(f"""{paragraphs[-1]} Summed, the deviation is {summed["deviation"]:.3f}, but E_1
+            {summed["e_1"]:.4f}, for now the network gives up on the spectrum: its grey mask has {summed["grey"]:.3f} of white
+            noise's power below a quarter cycle per texel.""")
+        paragraphs += [filled(f"""**Nothing asks for masks that differ.** No loss compares two masks, and 100 hidden units are all
+        that can tell one from another: two masks of this perceptron correlate by {raw["alike"]:.2f} on average, up to sign;
+        two of white noise by {found[(size, "white noise")]["alike"]:.3f}.""")]
+    return paragraphs
+
+
+def listed(words):
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def filled(text):
+    return textwrap.fill(" ".join(text.split()), 120, break_long_words=False, break_on_hyphens=False)
+
+
+def command_text(options):
+    parts = ["python -m bn_trainer table", f"--runs {options.runs.name}"]
+    parts += [f"--picture {picture}" for picture in options.picture]
+    if options.masks != 100:
+        parts.append(f"--masks {options.masks}")
+    if options.model:
+        parts.append(f"--model {options.model.name}")
+    return " ".join(parts)
+
+
+def contact_sheet(methods, size):
+    """Rows: methods of a size; columns: mask, mean spectrum, thresholded at LEVELS. Texels of a 64x64 part are 2x2."""
+    chosen = [method for method in methods if method.size == size]
+    part, scale, gap, left, top = min(size, 64), 2, 8, 236, 26
+    cell = part * scale
+    columns = ("mask", "spectrum", *(f"at 1/{round(1 / level)}" for level in LEVELS))
+    sheet = Image.new("L", (left + len(columns) * (cell + gap), top + len(chosen) * (cell + gap)), 255)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(15)
+    for column, title in enumerate(columns):
+        draw.text((left + column * (cell + gap), 4), title, 0, font)
+    for row, method in enumerate(chosen):
+        y = top + row * (cell + gap)
+        draw.multiline_text((4, y + cell // 2 - 16), method.name.replace(", ", ",\n"), 0, font)
+        power = np.mean([bluenoise.power_spectrum(mask) for mask in method.values[:MEASURED]], axis=0)
+        mask, ranks = method.values[0], ranks_of(method.values[:1])[0]
+        cells = [mask[:part, :part], Image.fromarray(np.uint8(255 * np.clip(np.fft.fftshift(power) / 2, 0, 1))),
+                 *(1.0 * (ranks[:part, :part] >= level) for level in LEVELS)]
+        for column, picture in enumerate(cells):
+            if not isinstance(picture, Image.Image):
+                picture = Image.fromarray(np.uint8(np.clip(255 * picture + 0.5, 0, 255)))
+            kept = picture.resize((cell, cell), Image.Resampling.BOX if picture.width > cell else Image.Resampling.NEAREST)
+            sheet.paste(kept, (left + column * (cell + gap), y))
+    return sheet
+
+
+def csv_text(methods, figures):
+    """Rows for `scripts/bench neural`: the paper's networks and Wronski."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["name", "size", "seconds", "threads", "e_1", "e_1.5", "flop_per_texel"])
+    for method, values in zip(methods, figures):
+        if method.kind in ("perceptron", "perceptron exact", "wronski"):
+            writer.writerow([method.name, method.size, f"{method.seconds:.6f}", 1, f"{values['e_1']:.5f}",
+                             f"{values['e_1.5']:.5f}", f"{method.flop_per_texel:.0f}"])
+    return out.getvalue()
+
+
+def write_beside(path, write):
+    """write(path) such that the file is there whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        write(beside)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def add_arguments(parser):
+    parser.add_argument("--runs", type=Path, required=True,
+                        help="folder with the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of train-paper")
+    parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128], help="default 64 128")
+    parser.add_argument("--masks", type=int, default=100, help="masks per method (default 100)")
+    parser.add_argument("--wronski-masks", type=int, default=8, help="default 8")
+    parser.add_argument("--wronski-iterations", type=int, default=1000, help="default 1000")
+    parser.add_argument("--picture", action="append", default=[], metavar="FILE[@X,Y]",
+                        help="dither this picture too: 256x256 texels of it with that corner")
+    parser.add_argument("--model", type=Path, help="an ONNX model for this library's network, in ONNX Runtime, in place of "
+                                                   "the one that bluenoise has")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+
+
+def main(options):
+    torch.set_num_threads(1)
+    say = lambda line: print(f"table: {line}", file=sys.stderr, flush=True)
+    try:
+        pictures = {**synthetic_pictures(), **dict(read_picture(argument) for argument in options.picture)}
+        methods = []
+        for size in options.sizes:
+            say(f"masks of {size}x{size}")
+            library = library_methods(size, options.masks, options.model)
+            paper_ones = [method for suffix in ("", "-sum")
+                          for method in perceptron_methods(options.runs / f"paper-{size}{suffix}", size, options.masks)]
+            descended = wronski_method(size, options.wronski_masks, options.wronski_iterations)
+            methods += [library[0], *paper_ones, descended, *library[1:]]
+    except (ValueError, OSError) as error:
+        sys.exit(f"table: {error}")
+    first = {method.kind: method for method in reversed(methods)}
+    sigmas = [*SIGMAS, calibrated_sigma(first["white"], first["void-and-cluster"], pictures.values())]
+    errors = []
+    for method in methods:
+        say(f"dithering with {method.size}x{method.size} {method.name}")
+        errors.append({name: dithering_errors(method.values, picture, sigmas) for name, picture in pictures.items()})
+    diffused = {name: blurred_errors(floyd_steinberg(picture)[None], picture, sigmas)
+                for name, picture in pictures.items()}
+    say("measuring masks")
+    figures = [mask_figures(method) for method in methods]
+    n = options.wronski_iterations
+    descent = descent_figures(min(options.sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
+    tables = error_table(methods, list(pictures), errors, diffused, sigmas), figure_table(methods, figures)
+    text = report_text(methods, figures, tables, descent, sigmas, options)
+    write_beside(options.out / "paper.md", lambda path: path.write_text(text, encoding="utf-8"))
+    write_beside(options.out / "paper.csv", lambda path: path.write_text(csv_text(methods, figures), encoding="utf-8"))
+    write_beside(options.out / "paper.png", contact_sheet(methods, max(options.sizes)).save)
+    print(text)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="bn_trainer table", description=__doc__.splitlines()[0])
+    add_arguments(parser)
+    main(parser.parse_args())
