@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pinhole camera.
+// A camera with a thin lens or a pinhole.
 #include "camera.h"
 
 Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height) {
@@ -10,6 +10,11 @@ Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height
     camera.up = cross(camera.right, camera.forward);
     camera.tan_half_height = tan_half_height;
     return camera;
+}
+
+void camera_set_lens(Camera &camera, float radius, Vec3 focus) {
+    camera.lens_radius = radius;
+    camera.focus_distance = dot(focus - camera.position, camera.forward);
 }
 
 void camera_fit(Camera &camera, int width, int height) {

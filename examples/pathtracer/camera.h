@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pinhole camera.
+// A camera with a thin lens, or with a pinhole when the lens has no extent.
 #pragma once
 
 #include "math.h"
@@ -15,17 +15,27 @@ struct Camera {
     float tan_half_height;   // tangent of half the vertical angle of view
     float pixel_size;        // of the picture at distance 1; camera_frame sets the rest
     float half_width, half_height; // of the picture, in pixels
+    float lens_radius;             // 0: a pinhole
+    float focus_distance;          // along `forward`, to the plane that is sharp
 };
 
 // A camera at `position` that looks at `target`. `up` need not be perpendicular to the view.
 Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height);
 
+// Gives the camera a lens of that radius, which shows the plane through `focus` sharply.
+void camera_set_lens(Camera &camera, float radius, Vec3 focus);
+
 // Fits a picture of width x height pixels into the camera: the vertical angle of view stays.
 void camera_fit(Camera &camera, int width, int height);
 
-// The ray through a point of the picture, in pixels from its top left corner.
-inline Ray camera_ray(const Camera &c, Vec2 point) {
+// The ray through a point of the picture, in pixels from its top left corner, and a point of the
+// lens, in the unit square; a pinhole does not read the latter.
+inline Ray camera_ray(const Camera &c, Vec2 point, Vec2 lens) {
     const float x = (point.x - c.half_width) * c.pixel_size;
     const float y = (c.half_height - point.y) * c.pixel_size;
-    return {c.position, normalize(c.forward + x * c.right + y * c.up)};
+    const Vec3 through_middle = c.forward + x * c.right + y * c.up;
+    if (!(c.lens_radius > 0)) return {c.position, normalize(through_middle)};
+    const Vec2 disc = square_to_disc(lens);
+    const Vec3 offset = c.lens_radius * (disc.x * c.right + disc.y * c.up);
+    return {c.position + offset, normalize(c.focus_distance * through_middle - offset)};
 }

@@ -7,6 +7,8 @@
 // pixel only: splatting would tie neighbours together and spoil the blue noise.
 #include "integrator.h"
 
+#include "distribution.h"
+
 namespace {
 
 // The first bounces decide most of a pixel; roulette there would cost more noise than time.
@@ -16,6 +18,16 @@ constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 float power_heuristic(float pdf, float other_pdf) {
     const float ratio = other_pdf / pdf;
     return 1 / (1 + ratio * ratio);
+}
+
+// Which light, and where on it, from one point of the square: the light is a strip of the square,
+// and what lies inside the strip is stretched to a square again. So a sample that is well spread
+// over the square is well spread over the lights and over each of them.
+const Light &choose_light(const Scene &scene, Vec2 &u) {
+    if (scene.lights.size() == 1) return scene.lights[0];
+    const Choice choice = distribution_choose(scene.light_limits.data(), scene.lights.size(), u.x);
+    u.x = choice.rest;
+    return scene.lights[choice.index];
 }
 
 } // namespace
@@ -30,66 +42,106 @@ Integrator integrator_create(const Scene &scene, const Geometry &geometry,
     return result;
 }
 
-Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint64_t &ray_count) {
+Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
+                PathCounters &counters) {
     const Scene &scene = *integrator.scene;
-    const PixelSample sample = {integrator.sampler, x, y, index};
-    const float light_count = static_cast<float>(scene.lights.size());
+    const Camera &camera = scene.camera;
 
-    const Vec2 in_pixel = pair01(draw(sample, integrator.pixel, 2));
-    Ray ray = camera_ray(scene.camera,
-                         {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y});
+    // ---- The camera ray
+    const PixelSample sample = {integrator.sampler, x, y, index};
+    const Draw at = draw(sample, integrator.pixel, camera.lens_radius > 0 ? 4 : 2);
+    Ray ray = camera_ray(camera, {static_cast<float>(x) + at.u[0], static_cast<float>(y) + at.u[1]},
+                         pair23(at));
     Vec3 radiance = {0, 0, 0};
     Vec3 throughput = {1, 1, 1};
-    float scatter_pdf = 0; // of the ray, per steradian
+    // How the ray was found: with what density per steradian, against how many light samples. None
+    // for rays that no light sample could have found, which are the camera's and those of mirrors.
+    float scatter_pdf = 1, light_samples = 0;
 
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
-        ++ray_count;
-        if (!intersect(*integrator.geometry, ray, hit)) break;
-        const Surface surface = scene.surfaces[hit.triangle];
-        const float facing = -dot(hit.normal, ray.direction); // > 0: the front is seen
+        ++counters.rays;
+        const bool met = intersect(*integrator.geometry, ray, hit);
 
         // ---- Light that the ray ran into
-        if (surface.light >= 0 && facing > 0) {
-            const Light &light = scene.lights[static_cast<size_t>(surface.light)];
-            const float weight =
-                bounce == 0 ? 1
-                            : power_heuristic(scatter_pdf,
-                                              light_pdf(light, hit.distance, facing) / light_count);
-            radiance += weight * (throughput * light.radiance);
+        if (!met) {
+            if (scene.environment_light < 0) break;
+            const Light &light = scene.lights[static_cast<size_t>(scene.environment_light)];
+            const float found = light_samples > 0
+                                    ? light_samples * light.probability *
+                                          environment_pdf(*light.environment, ray.direction)
+                                    : 0;
+            radiance += power_heuristic(scatter_pdf, found) *
+                        (throughput * environment_radiance(*light.environment, ray.direction));
+            break;
         }
-        if (bounce == integrator.max_depth) break;
+        const Surface surface = scene.surfaces[hit.triangle];
+        const Vec3 out = -ray.direction;
+        const float facing = dot(hit.normal, out); // > 0: the front is seen
+        const bool front = facing > 0;
+        if (surface.light >= 0 && front) {
+            const Light &light = scene.lights[static_cast<size_t>(surface.light)];
+            const float found = light_samples > 0 ? light_samples * light.probability *
+                                                        light_pdf(light, hit.distance, facing)
+                                                  : 0;
+            radiance += power_heuristic(scatter_pdf, found) * (throughput * light.radiance);
+        }
+        if (bounce == integrator.max_depth) {
+            counters.cut_off += static_cast<double>(luminance(throughput));
+            break;
+        }
 
+        // ---- The surface, seen from its own frame
         const Integrator::BounceDomains domains = integrator.bounces[bounce];
         const Material &material = scene.materials[surface.material];
-        const Frame frame = frame_around(facing > 0 ? hit.normal : -hit.normal);
-        const Vec3 point =
-            offset_point(ray.origin + hit.distance * ray.direction, frame.normal, hit.distance);
+        const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
+        const Frame frame =
+            frame_around(shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, out));
+        const Vec3 local_out = to_local(frame, out);
+        if (!(local_out.z > 0)) break;
+        const Vec3 place = ray.origin + hit.distance * ray.direction;
+        // Rays start on the side they leave to. Directions on which the shading normal and the
+        // triangle do not agree carry nothing.
+        const auto start = [&](float side) {
+            return offset_point(place, side > 0 ? normal : -normal, hit.distance);
+        };
+        const auto agree = [&](float local_z, Vec3 direction) {
+            return (local_z > 0) == (dot(normal, direction) > 0);
+        };
 
-        // ---- Next event: a point on a light
-        if (!scene.lights.empty()) {
-            const Draw u = draw(sample, domains.light, scene.lights.size() > 1 ? 4 : 2);
-            const auto chosen = static_cast<size_t>(u.u[2] * light_count);
-            const Light &light = scene.lights[std::min(chosen, scene.lights.size() - 1)];
-            const LightSample to_light = light_sample(light, point, pair01(u));
-            const Vec3 scattered = material_eval(material, frame, to_light.direction);
-            if (to_light.pdf > 0 && max_component(scattered) > 0) {
-                ++ray_count;
-                const Vec3 end = offset_point(to_light.point, light.normal, 0);
-                if (!occluded(*integrator.geometry, point, end)) {
-                    const float pdf = to_light.pdf / light_count;
-                    const float weight =
-                        power_heuristic(pdf, material_pdf(material, frame, to_light.direction));
-                    radiance += (weight / pdf) * (throughput * scattered * light.radiance);
-                }
-            }
+        // ---- Next event: points on lights
+        const bool smooth = material_is_smooth(material);
+        const uint32_t count = smooth || scene.lights.empty() ? 0
+                               : bounce == 0                  ? scene.light_samples
+                                                              : 1;
+        for (uint32_t k = 0; k < count; ++k) {
+            const PixelSample split = {sample.sampler, x, y, index * count + k};
+            Vec2 u = pair01(draw(split, domains.light, 2));
+            const Light &light = choose_light(scene, u);
+            const LightSample to_light = light_sample(light, place, u);
+            if (!(to_light.pdf > 0)) continue;
+            const Vec3 in = to_local(frame, to_light.direction);
+            const Vec3 scattered = material_eval(material, front, local_out, in);
+            if (!(max_component(scattered) > 0) || !agree(in.z, to_light.direction)) continue;
+            ++counters.rays;
+            const Vec3 end = light.kind == Light::ENVIRONMENT
+                                 ? to_light.point
+                                 : offset_point(to_light.point, light.normal, 0);
+            if (occluded(*integrator.geometry, start(in.z), end)) continue;
+            const float pdf = static_cast<float>(count) * light.probability * to_light.pdf;
+            const float weight = power_heuristic(pdf, material_pdf(material, front, local_out, in));
+            radiance += (weight / pdf) * (throughput * scattered * to_light.radiance);
         }
 
         // ---- The next ray, and roulette for it
         const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
-        const Draw u = draw(sample, domains.scatter, roulette ? 4 : 2);
-        const MaterialSample scatter = material_sample(material, frame, pair01(u));
+        const Draw u =
+            draw(sample, domains.scatter, roulette || material_reads_lobe(material) ? 4 : 2);
+        const MaterialSample scatter =
+            material_sample(material, front, local_out, pair01(u), u.u[3]);
         if (!(scatter.pdf > 0)) break;
+        const Vec3 direction = to_world(frame, scatter.in);
+        if (!agree(scatter.in.z, direction)) break;
         throughput *= scatter.weight;
         if (roulette) {
             // The share of light the bounce keeps, so that survivors carry on undimmed.
@@ -97,8 +149,9 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint
             if (u.u[2] >= survival) break;
             throughput = (1 / survival) * throughput;
         }
-        ray = {point, scatter.in};
+        ray = {start(scatter.in.z), direction};
         scatter_pdf = scatter.pdf;
+        light_samples = static_cast<float>(count); // 0 after a mirror
     }
     return radiance;
 }

@@ -26,6 +26,13 @@ struct Integrator {
 Integrator integrator_create(const Scene &scene, const Geometry &geometry,
                              const bn_sampler *sampler, uint32_t max_depth);
 
-// The radiance of sample `index` of pixel (x, y), top left is (0, 0). Adds the rays it traces to
-// `ray_count`.
-Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, uint64_t &ray_count);
+// What tracing paths adds up beside the picture.
+struct PathCounters {
+    uint64_t rays = 0;
+    // Paths that ended at max_depth, not by roulette nor by leaving the scene, as shares of a
+    // sample: divided by the number of samples, what part of the paths' worth was cut off.
+    double cut_off = 0;
+};
+
+// The radiance of sample `index` of pixel (x, y), top left is (0, 0). Adds to `counters`.
+Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index, PathCounters &counters);

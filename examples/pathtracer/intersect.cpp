@@ -108,7 +108,9 @@ bool intersect(const Geometry &geometry, const Ray &ray, Hit &hit) {
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     hit.distance = query.ray.tfar;
     hit.triangle = query.hit.primID;
-    hit.normal = normalize({query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z});
+    hit.normal = normalize_or({query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, -ray.direction);
+    hit.u = query.hit.u;
+    hit.v = query.hit.v;
     return true;
 }
 

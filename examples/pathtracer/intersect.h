@@ -12,6 +12,7 @@ struct Hit {
     float distance;
     uint32_t triangle; // index into Scene::triangles
     Vec3 normal;       // geometric, unit, on the front of the triangle
+    float u, v;        // weights of the second and the third vertex
 };
 
 // The acceleration structure of a scene. It holds no reference to the scene.

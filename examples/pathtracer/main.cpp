@@ -58,7 +58,11 @@ Image load_reference(const std::string &path, int full_width, int full_height, c
 
 void run(const Options &options) {
     // ---- Everything that may be wrong
-    Scene scene = scene_build(options.scene);
+    std::shared_ptr<const Environment> environment;
+    if (!options.environment.empty())
+        environment = std::make_shared<Environment>(environment_read(options.environment));
+    Scene scene = scene_build(options.scene, environment);
+    if (options.light_samples > 0) scene.light_samples = options.light_samples;
     camera_fit(scene.camera, options.width, options.height);
     const SamplerPointer sampler = sampler_create(options.sampler);
     const Crop crop = options.crop.value_or(Crop{0, 0, options.width, options.height});
@@ -93,10 +97,12 @@ void run(const Options &options) {
     write_files({{exr_path, exr_encode(image, attributes)},
                  {png_path, png_encode_preview(image, options.exposure)}});
     if (!options.quiet)
-        std::printf("%s: %s, %s, %u spp, %.2f s, %" PRIu64 " rays, %.2f M rays/s\n",
+        std::printf("%s: %s, %s, %u spp, %.2f s, %" PRIu64
+                    " rays, %.2f M rays/s, %.2f %% cut off at depth %u\n",
                     options.output.c_str(), options.scene.c_str(), options.sampler.name.c_str(),
                     options.spp, done.seconds, done.ray_count,
-                    1e-6 * static_cast<double>(done.ray_count) / done.seconds);
+                    1e-6 * static_cast<double>(done.ray_count) / done.seconds, 100 * done.cut_off,
+                    options.max_depth);
     if (reference)
         std::printf("rmse %.6f  sigma 1.0 %.6f  sigma 2.1 %.6f\n",
                     blurred_rmse(image, *reference, 0), blurred_rmse(image, *reference, 1.0),

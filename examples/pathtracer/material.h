@@ -1,34 +1,86 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface scattering: diffuse (Lambert) on both sides. A further material adds its parameters here
-// and a case in each of the three functions.
+// Surface scattering: three functions, eval, sample and pdf, with a case for each kind of material.
 //
-// Directions are unit vectors in world space that point away from the surface; the frame's normal
-// lies on the side of `out`. Densities are per steradian.
+// Directions are unit vectors that point away from the surface, in a local frame whose +z is the
+// normal on the side of `out`, where the path comes from the camera; `in` is where light comes
+// from. Densities are per steradian. `front` says whether `out` is on the front of the surface.
+//
+// What a path carries is radiance over the squared index of refraction, which stays the same along
+// a refracted ray: dielectrics need no factor for rays that come together in the denser medium, and
+// light is seen in glass as bright as in air.
 #pragma once
+
+#include <cstdint>
 
 #include "math.h"
 
 struct Material {
-    Vec3 albedo;
+    enum Kind : uint32_t {
+        DIFFUSE,   // Lambert, on both sides alike
+        CONDUCTOR, // metal: GGX, on both sides alike
+        DIELECTRIC // glass: GGX, reflects and transmits; the back is the inside
+    };
+    Kind kind = DIFFUSE;
+    Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. CONDUCTOR: reflectance seen straight.
+                                      // DIELECTRIC: what is left of light that passes
+    Vec3 edge = {1, 1, 1};            // CONDUCTOR: reflectance at 82 degrees over Schlick's
+    float roughness = 0;              // in [0, 1]; alpha is its square. Below SMOOTH: a mirror
+    float ior = 1.5f; // DIELECTRIC: index of refraction of the inside over the outside
+
+    // DIELECTRIC: how much light a single reflection or transmission by microfacets keeps, from the
+    // front [0] and from the back [1]; see material_prepare.
+    static constexpr int ENERGY_SIZE = 32;
+    float energy[2][ENERGY_SIZE] = {};
+    float mean_loss[2] = {};   // 1 - the mean of energy over the hemisphere
+    float passed_loss[2] = {}; // the share of what is lost that comes out on the other side
 };
 
-// The scattering function times the cosine of `in`.
-inline Vec3 material_eval(const Material &m, const Frame &frame, Vec3 in) {
-    return (std::max(0.0f, dot(frame.normal, in)) / PI) * m.albedo;
-}
+// Microfacets closer to the mirror than this are beyond the precision of float directions.
+constexpr float SMOOTH = 0.01f;
+// And so is refraction by less than this.
+constexpr float SAME_IOR = 1e-3f;
 
-// The density with which material_sample chooses `in`.
-inline float material_pdf(const Material &, const Frame &frame, Vec3 in) {
-    return std::max(0.0f, dot(frame.normal, in)) / PI;
+// To be called once for each material before it is used: makes the tables of rough dielectrics.
+void material_prepare(Material &material);
+
+// Whether light goes on in single directions only: then eval and pdf are 0, and what is sampled is
+// marked as smooth.
+inline bool material_is_smooth(const Material &m) {
+    return (m.kind != Material::DIFFUSE && m.roughness < SMOOTH) ||
+           (m.kind == Material::DIELECTRIC && std::abs(m.ior - 1) < SAME_IOR);
 }
 
 struct MaterialSample {
     Vec3 in;
     Vec3 weight; // eval / pdf
     float pdf;   // 0: no direction found, the path ends
+    bool smooth; // pdf is a probability, and nothing else finds this direction
 };
 
-inline MaterialSample material_sample(const Material &m, const Frame &frame, Vec2 u) {
-    const Vec3 local = square_to_cosine_hemisphere(u);
-    return {to_world(frame, local), m.albedo, local.z / PI};
+// The same three for all kinds but the diffuse.
+Vec3 specular_eval(const Material &m, bool front, Vec3 out, Vec3 in);
+float specular_pdf(const Material &m, bool front, Vec3 out, Vec3 in);
+MaterialSample specular_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe);
+
+// The scattering function times the cosine of `in`.
+inline Vec3 material_eval(const Material &m, bool front, Vec3 out, Vec3 in) {
+    if (m.kind != Material::DIFFUSE) return specular_eval(m, front, out, in);
+    return (std::max(0.0f, in.z) / PI) * m.albedo;
+}
+
+// The density with which material_sample chooses `in`.
+inline float material_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
+    if (m.kind != Material::DIFFUSE) return specular_pdf(m, front, out, in);
+    return std::max(0.0f, in.z) / PI;
+}
+
+// `lobe` chooses between reflection and transmission; only dielectrics read it.
+inline MaterialSample material_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe) {
+    if (m.kind != Material::DIFFUSE) return specular_sample(m, front, out, u, lobe);
+    const Vec3 in = square_to_cosine_hemisphere(u);
+    return {in, m.albedo, in.z / PI, false};
+}
+
+inline bool material_reads_lobe(const Material &m) {
+    return m.kind == Material::DIELECTRIC;
 }

@@ -54,11 +54,28 @@ inline float length(Vec3 v) {
 inline Vec3 normalize(Vec3 v) {
     return (1 / length(v)) * v;
 }
+inline float luminance(Vec3 rgb) {
+    return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+}
 inline float max_component(Vec3 v) {
     return std::max(v.x, std::max(v.y, v.z));
 }
 inline float max_magnitude(Vec3 v) {
     return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+}
+
+inline bool is_finite(Vec3 v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// The unit vector along v whatever its length, as long as it has a direction: else `fallback`.
+inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
+    const float squared = dot(v, v);
+    if (squared > 1e-30f && squared < 1e30f) return (1 / std::sqrt(squared)) * v;
+    const float largest = max_magnitude(v);
+    if (!(largest > 0) || !std::isfinite(largest)) return fallback;
+    // In two steps: one division alone could overflow for the smallest of vectors.
+    return normalize({v.x / largest, v.y / largest, v.z / largest});
 }
 
 // An orthonormal frame around a unit normal.
@@ -75,6 +92,10 @@ inline Frame frame_around(Vec3 n) {
 
 inline Vec3 to_world(const Frame &f, Vec3 v) {
     return v.x * f.tangent + v.y * f.bitangent + v.z * f.normal;
+}
+
+inline Vec3 to_local(const Frame &f, Vec3 v) {
+    return {dot(f.tangent, v), dot(f.bitangent, v), dot(f.normal, v)};
 }
 
 // Sine and cosine of an angle in [-pi/4, pi/4]: the first terms of the series, good to the last
@@ -96,6 +117,13 @@ inline Vec2 square_to_disc(Vec2 u) {
     if (b == 0) return {0, 0};
     small_sin_cos(PI / 4 * (a / b), sine, cosine);
     return {b * sine, b * cosine};
+}
+
+// The unit square to the triangle of the barycentric coordinates (x, y, 1 - x - y), areas kept and
+// without a fold (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019).
+inline Vec2 square_to_triangle(Vec2 u) {
+    if (u.y > u.x) return {0.5f * u.x, u.y - 0.5f * u.x};
+    return {u.x - 0.5f * u.y, 0.5f * u.y};
 }
 
 // The unit square to directions around +z, with density cosine / pi per steradian.

@@ -16,6 +16,7 @@ constexpr uint64_t MAX_PIXELS = 1u << 28; // rendered at once; 3 GiB of picture
 constexpr uint32_t MAX_SPP = 1u << 24;
 constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
+constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
 
 // The whole text as a number in [low, high].
 template <typename Number>
@@ -103,6 +104,8 @@ Renders a scene with a sampler of libbn into out.exr and a preview out.png besid
   --size WxH             pixels of the picture (default 512x512)
   --crop x0,y0,x1,y1     render only pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
   --max-depth N          surface bounces (default 8); 0 shows lights only
+  --light-samples N      points on lights at the first surface of each path (default: the scene's)
+  --env FILE             light from all around: a latitude-longitude EXR in place of the scene's
   --threads N            (default: one per core)
   --reference ref.exr    print the error against this picture: RMSE, and RMSE after Gaussian filters
   --exposure EV          brightness of the preview, in stops (default 0)
@@ -126,9 +129,10 @@ Options parse_options(int argc, const char *const *argv) {
             options.help = true;
         } else {
             static const char *const with_value[] = {
-                "--scene",   "--sampler",      "--spp",      "--declare", "--mask",
-                "--seed",    "--first-sample", "--size",     "--crop",    "--max-depth",
-                "--threads", "--reference",    "--exposure", "-o"};
+                "--scene",    "--sampler",       "--spp",          "--declare",
+                "--mask",     "--seed",          "--first-sample", "--size",
+                "--crop",     "--max-depth",     "--threads",      "--reference",
+                "--exposure", "--light-samples", "--env",          "-o"};
             bool known = false;
             for (const char *option : with_value) known = known || is(option);
             if (!known) throw Error("there is no option '" + name + "'; see --help");
@@ -145,6 +149,9 @@ Options parse_options(int argc, const char *const *argv) {
             if (is("--size")) parse_size(options, value);
             if (is("--crop")) parse_crop(options, value);
             if (is("--max-depth")) options.max_depth = number(name, value, 0u, MAX_DEPTH);
+            if (is("--light-samples"))
+                options.light_samples = number(name, value, 1u, MAX_LIGHT_SAMPLES);
+            if (is("--env")) options.environment = value;
             if (is("--threads")) options.threads = number(name, value, 1u, MAX_THREADS);
             if (is("--reference")) options.reference = value;
             if (is("--exposure")) parse_exposure(options, value);

@@ -16,7 +16,9 @@ struct Options {
     int width = 512, height = 512;
     std::optional<Crop> crop; // inside the picture
     uint32_t max_depth = 8;
-    unsigned threads; // default: one per core
+    uint32_t light_samples = 0; // at the first surface of a path; 0: as the scene has it
+    std::string environment;    // an EXR file, or empty: the scene's own
+    unsigned threads;           // default: one per core
     float exposure = 0;
     std::string reference;
     std::string output;

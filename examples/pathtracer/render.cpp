@@ -25,18 +25,19 @@ struct Job {
     std::atomic<int> next_tile{0};
     std::atomic<int> tiles_done{0};
     std::atomic<uint64_t> ray_count{0};
+    double cut_off = 0; // guarded by the mutex
     std::mutex mutex;
     std::condition_variable finished; // a thread has left
     unsigned threads_left = 0;
 };
 
-void render_pixel(Job &job, int x, int y, uint64_t &ray_count) {
+void render_pixel(Job &job, int x, int y, PathCounters &counters) {
     const RenderSettings &settings = *job.settings;
     // In double, so that thousands of samples add up without a trace of rounding in the result.
     double sum[3] = {0, 0, 0};
     for (uint32_t s = 0; s < settings.spp; ++s) {
         const Vec3 radiance =
-            trace_path(*job.integrator, x, y, settings.first_sample + s, ray_count);
+            trace_path(*job.integrator, x, y, settings.first_sample + s, counters);
         sum[0] += static_cast<double>(radiance.x);
         sum[1] += static_cast<double>(radiance.y);
         sum[2] += static_cast<double>(radiance.z);
@@ -51,19 +52,22 @@ void render_pixel(Job &job, int x, int y, uint64_t &ray_count) {
 void render_tiles(Job &job) {
     geometry_thread_begin();
     const Crop &crop = job.settings->crop;
+    double cut_off = 0;
     for (;;) {
         const int tile = job.next_tile.fetch_add(1, std::memory_order_relaxed);
         if (tile >= job.tile_count) break;
         const int x0 = crop.x0 + tile % job.tiles_x * TILE_SIZE;
         const int y0 = crop.y0 + tile / job.tiles_x * TILE_SIZE;
-        uint64_t ray_count = 0;
+        PathCounters counters;
         for (int y = y0; y < std::min(y0 + TILE_SIZE, crop.y1); ++y)
             for (int x = x0; x < std::min(x0 + TILE_SIZE, crop.x1); ++x)
-                render_pixel(job, x, y, ray_count);
-        job.ray_count.fetch_add(ray_count, std::memory_order_relaxed);
+                render_pixel(job, x, y, counters);
+        cut_off += counters.cut_off;
+        job.ray_count.fetch_add(counters.rays, std::memory_order_relaxed);
         job.tiles_done.fetch_add(1, std::memory_order_relaxed);
     }
     const std::lock_guard<std::mutex> lock(job.mutex);
+    job.cut_off += cut_off;
     --job.threads_left;
     job.finished.notify_one();
 }
@@ -88,7 +92,7 @@ Image render(const Integrator &integrator, const RenderSettings &settings,
     const auto progress = [&] {
         const double fraction = static_cast<double>(job.tiles_done.load()) / job.tile_count;
         const std::chrono::duration<double> elapsed = Clock::now() - start;
-        return RenderProgress{fraction, elapsed.count(), job.ray_count.load()};
+        return RenderProgress{fraction, elapsed.count(), job.ray_count.load(), 0};
     };
 
     std::vector<std::thread> threads;
@@ -112,6 +116,7 @@ Image render(const Integrator &integrator, const RenderSettings &settings,
     }
     for (std::thread &thread : threads) thread.join();
     done = progress();
+    done.cut_off = job.cut_off / (static_cast<double>(pixel_count(crop)) * settings.spp);
     report(done);
     return image;
 }

@@ -19,6 +19,7 @@ struct RenderProgress {
     double fraction; // of the picture
     double seconds;  // since the start
     uint64_t ray_count;
+    double cut_off; // at the end: the share of the paths' worth that ended at the greatest depth
 };
 
 // Calls `report` from the calling thread a few times a second while rendering, and once at the end.

@@ -3,17 +3,17 @@
 //
 // Every decision of a path has a domain, and domains follow the call tree:
 //
-//     root - pixel                    (0,1) position in the pixel
+//     root - pixel                    (0,1) position in the pixel     (2,3) position on the lens
 //          - bounce - 0, 1, 2 ...
-//                       - light       (0,1) point on the light   (2) which light
-//                       - scatter     (0,1) direction            (2) roulette
+//                       - light       (0,1) which light, and where on it
+//                       - scatter     (0,1) direction    (2) roulette    (3) reflect or transmit
 //
 // The four dimensions of a domain serve what belongs together; two-dimensional decisions stay on
 // the pairs (0,1) and (2,3), where samples are blue and stratified. Different domains are
 // independent, so a new decision gets a domain of its own and none of the others notices. A 2-D
 // draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
 // Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
-// crops cannot change a picture.
+// crops cannot change a picture. docs/sampling.md tells the whole story.
 #pragma once
 
 #include <bn/bn.h>
@@ -89,4 +89,7 @@ inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
 
 inline Vec2 pair01(const Draw &d) {
     return {d.u[0], d.u[1]};
+}
+inline Vec2 pair23(const Draw &d) {
+    return {d.u[2], d.u[3]};
 }

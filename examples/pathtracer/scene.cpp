@@ -1,122 +1,159 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes built in code, each there for a reason:
-//
-// cornell: the box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between
-// Diffuse Surfaces", 1984; dimensions, camera and materials as the programme of computer graphics
-// published them, the spectra as linear RGB in common use). Soft shadows, colour bleeding, several
-// bounces.
-//
-// furnace: a closed cube that emits what one of its bounces absorbs, so every picture of it is
-// known without rendering: radiance 1 - 2^-(bounces + 1) in every pixel. A check, not a sight.
+// Finding scenes by name, and making any scene ready to render.
 #include "scene.h"
 
+#include <limits>
+
+#include "distribution.h"
 #include "error.h"
+#include "scene_groups.h"
 
 namespace {
 
-uint32_t add_material(Scene &scene, Vec3 albedo) {
-    scene.materials.push_back({albedo});
-    return static_cast<uint32_t>(scene.materials.size() - 1);
-}
+struct Extent {
+    Vec3 low, high;
+};
 
-// A quadrilateral, its corners counter-clockwise as seen from its front. It need not be flat.
-void add_quad(Scene &scene, Surface surface, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-    const auto first = static_cast<uint32_t>(scene.vertices.size());
-    scene.vertices.insert(scene.vertices.end(), {a, b, c, d});
-    scene.triangles.push_back({{first, first + 1, first + 2}});
-    scene.triangles.push_back({{first, first + 2, first + 3}});
-    scene.surfaces.insert(scene.surfaces.end(), 2, surface);
-}
-
-void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-    add_quad(scene, Surface{material, -1}, a, b, c, d);
-}
-
-// A parallelogram that shines to the side from which a, b, c run counter-clockwise.
-void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
-    const Vec3 edge_u = b - a, edge_v = c - b;
-    const Vec3 normal = cross(edge_u, edge_v);
-    const auto light = static_cast<int32_t>(scene.lights.size());
-    scene.lights.push_back({a, edge_u, edge_v, normalize(normal), length(normal), radiance});
-    add_quad(scene, Surface{material, light}, a, b, c, a + edge_v);
-}
-
-// A block that stands on the floor: the four corners of its top in order around it. It has no
-// bottom.
-void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]) {
-    const auto at = [](Vec2 corner, float y) { return Vec3{corner.x, y, corner.y}; };
-    add_quad(scene, material, at(corners[0], height), at(corners[1], height),
-             at(corners[2], height), at(corners[3], height));
-    for (int i = 0; i < 4; ++i) {
-        const Vec2 p = corners[i], q = corners[(i + 1) % 4];
-        add_quad(scene, material, at(p, 0), at(q, 0), at(q, height), at(p, height));
+Extent extent_of(const Scene &scene) {
+    const float infinity = std::numeric_limits<float>::infinity();
+    Extent e = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for (const Vec3 v : scene.vertices) {
+        e.low = {std::min(e.low.x, v.x), std::min(e.low.y, v.y), std::min(e.low.z, v.z)};
+        e.high = {std::max(e.high.x, v.x), std::max(e.high.y, v.y), std::max(e.high.z, v.z)};
     }
+    if (scene.vertices.empty()) e = {{0, 0, 0}, {0, 0, 0}};
+    return e;
 }
 
-// Lengths in millimetres as measured; y is up, the open side is at z = 0.
-Scene build_cornell() {
-    Scene scene;
-    const float sensor_height = 0.025f, focal_length = 0.035f;
-    scene.camera = camera_look_at({278, 273, -800}, {278, 273, 0}, {0, 1, 0},
-                                  0.5f * sensor_height / focal_length);
+// The difference of two coordinates near each other is exact in float.
+void move_near_origin(Scene &scene) {
+    const Extent e = extent_of(scene);
+    const Vec3 middle = 0.5f * e.low + 0.5f * e.high;
+    // Below a few extents nothing is lost, and vertices keep the numbers they were given.
+    if (max_magnitude(middle) <= 8 * max_magnitude(e.high - e.low)) return;
+    for (Vec3 &v : scene.vertices) v = v - middle;
+    for (Light &light : scene.lights) light.corner = light.corner - middle;
+    scene.camera.position = scene.camera.position - middle;
+}
 
-    const uint32_t white = add_material(scene, {0.725f, 0.71f, 0.68f});
-    const uint32_t red = add_material(scene, {0.63f, 0.065f, 0.05f});
-    const uint32_t green = add_material(scene, {0.14f, 0.45f, 0.091f});
-    const uint32_t lamp = add_material(scene, {0.78f, 0.78f, 0.78f});
+void drop_triangles_without_area(Scene &scene) {
+    size_t kept = 0;
+    for (size_t i = 0; i < scene.triangles.size(); ++i) {
+        const auto &t = scene.triangles[i].vertices;
+        const Vec3 a = scene.vertices[t[0]], b = scene.vertices[t[1]], c = scene.vertices[t[2]];
+        if (!(max_magnitude(cross(b - a, c - a)) > 0)) continue;
+        scene.triangles[kept] = scene.triangles[i];
+        scene.surfaces[kept] = scene.surfaces[i];
+        ++kept;
+    }
+    scene.dropped_triangles += static_cast<uint32_t>(scene.triangles.size() - kept);
+    scene.triangles.resize(kept);
+    scene.surfaces.resize(kept);
+}
 
-    const float top = 548.8f, back = 559.2f;
-    const float lamp_x0 = 213, lamp_x1 = 343, lamp_z0 = 227, lamp_z1 = 332;
+void prepare_lights(Scene &scene) {
+    const Extent e = extent_of(scene);
+    const float half_diagonal = 0.5f * length(e.high - e.low);
+    const float radius = half_diagonal > 0 ? half_diagonal : 1;
+    if (scene.environment && scene.environment->irradiance > 0) {
+        scene.environment_light = static_cast<int32_t>(scene.lights.size());
+        Light light{};
+        light.kind = Light::ENVIRONMENT;
+        light.environment = scene.environment.get();
+        // The camera may stand outside of the scene, and see nothing but the environment.
+        light.distance = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
+        scene.lights.push_back(light);
+    }
 
-    add_light(scene, lamp, {17, 12, 4}, {lamp_x0, top, lamp_z0}, {lamp_x1, top, lamp_z0},
-              {lamp_x1, top, lamp_z1});
-    // The lamp sits in a hole of the ceiling, so that no two surfaces lie in each other.
-    const auto ceiling = [&](float x0, float x1, float z0, float z1) {
-        add_quad(scene, white, {x0, top, z0}, {x1, top, z0}, {x1, top, z1}, {x0, top, z1});
+    std::vector<double> powers;
+    std::vector<int32_t> new_index;
+    size_t kept = 0;
+    for (const Light &light : scene.lights) {
+        const float power = light_power(light, radius);
+        const bool shines = power > 0 && std::isfinite(power);
+        new_index.push_back(shines ? static_cast<int32_t>(kept) : -1);
+        if (!shines) continue;
+        powers.push_back(static_cast<double>(power));
+        scene.lights[kept++] = light;
+    }
+    scene.lights.resize(kept);
+    const auto renumber = [&](int32_t &light) {
+        if (light >= 0) light = new_index[static_cast<size_t>(light)];
     };
-    ceiling(0, 556, 0, lamp_z0);
-    ceiling(0, 556, lamp_z1, back);
-    ceiling(0, lamp_x0, lamp_z0, lamp_z1);
-    ceiling(lamp_x1, 556, lamp_z0, lamp_z1);
+    for (Surface &surface : scene.surfaces) renumber(surface.light);
+    renumber(scene.environment_light);
 
-    add_quad(scene, white, {552.8f, 0, 0}, {0, 0, 0}, {0, 0, back}, {549.6f, 0, back});
-    add_quad(scene, white, {549.6f, 0, back}, {0, 0, back}, {0, top, back}, {556, top, back});
-    add_quad(scene, green, {0, 0, back}, {0, 0, 0}, {0, top, 0}, {0, top, back});
-    add_quad(scene, red, {552.8f, 0, 0}, {549.6f, 0, back}, {556, top, back}, {556, top, 0});
-
-    add_block(scene, white, 165, {{130, 65}, {82, 225}, {240, 272}, {290, 114}});
-    add_block(scene, white, 330, {{423, 247}, {265, 296}, {314, 456}, {472, 406}});
-    return scene;
-}
-
-Scene build_furnace() {
-    Scene scene;
-    scene.camera = camera_look_at({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, {0, 1, 0}, 0.8f);
-    const uint32_t wall = add_material(scene, {0.5f, 0.5f, 0.5f});
-    const Vec3 glow = {0.5f, 0.5f, 0.5f};
-    add_light(scene, wall, glow, {-1, -1, -1}, {-1, -1, 1}, {1, -1, 1});
-    add_light(scene, wall, glow, {-1, 1, -1}, {1, 1, -1}, {1, 1, 1});
-    add_light(scene, wall, glow, {-1, -1, -1}, {-1, 1, -1}, {-1, 1, 1});
-    add_light(scene, wall, glow, {1, -1, -1}, {1, -1, 1}, {1, 1, 1});
-    add_light(scene, wall, glow, {-1, -1, -1}, {1, -1, -1}, {1, 1, -1});
-    add_light(scene, wall, glow, {-1, -1, 1}, {-1, 1, 1}, {1, 1, 1});
-    return scene;
+    scene.light_limits.assign(kept + 1, 1);
+    if (kept > 0) distribution_build(powers.data(), kept, scene.light_limits.data());
+    for (size_t i = 0; i < kept; ++i)
+        scene.lights[i].probability = scene.light_limits[i + 1] - scene.light_limits[i];
 }
 
 } // namespace
 
+void scene_finish(Scene &scene) {
+    for (const Vec3 v : scene.vertices)
+        if (!is_finite(v)) throw Error("the scene has a vertex that is not a finite number");
+    if (!scene.normals.empty()) scene.normals.resize(scene.vertices.size(), {0, 0, 0});
+    move_near_origin(scene);
+    drop_triangles_without_area(scene);
+    prepare_lights(scene);
+    for (Material &material : scene.materials) material_prepare(material);
+}
+
+Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices) {
+    vertices.clear();
+    if (points.empty()) return {0, 0, 0};
+    Point3d low = points[0], high = points[0];
+    for (const Point3d p : points) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    const Point3d middle = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
+    vertices.reserve(points.size());
+    for (const Point3d p : points)
+        vertices.push_back({static_cast<float>(p.x - middle.x), static_cast<float>(p.y - middle.y),
+                            static_cast<float>(p.z - middle.z)});
+    return middle;
+}
+
+Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal,
+                    Vec3 out) {
+    const bool front = dot(normal, out) > 0;
+    const Vec3 geometric = front ? normal : -normal;
+    if (scene.normals.empty()) return geometric;
+    const auto &t = scene.triangles[triangle].vertices;
+    const Vec3 smooth = normalize_or((1 - u - v) * scene.normals[t[0]] + u * scene.normals[t[1]] +
+                                         v * scene.normals[t[2]],
+                                     normal);
+    const Vec3 turned = front ? smooth : -smooth;
+    return dot(turned, out) > 0 ? turned : geometric;
+}
+
 const std::vector<SceneEntry> &scene_entries() {
     static const std::vector<SceneEntry> entries = {
-        {"cornell", "the Cornell box: one area light, diffuse walls and blocks", build_cornell},
-        {"furnace", "a closed glowing cube of known radiance: a check", build_furnace},
+        {"cornell", "the Cornell box: one area light, diffuse walls and blocks", scene_cornell},
+        {"penumbra", "a large and a small light behind thin bars: soft and hard shadows",
+         scene_penumbra},
+        {"glossy", "Veach's plates: four lights mirrored by metal of four roughnesses",
+         scene_glossy},
+        {"lens", "depth of field under a sky with a sun", scene_lens},
+        {"glass", "smooth and rough glass: paths that only chance finds", scene_glass},
+        {"interior", "a room lit through a small window: many bounces", scene_interior},
+        {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
     };
     return entries;
 }
 
-Scene scene_build(const std::string &name) {
+Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment) {
     std::string known;
     for (const SceneEntry &entry : scene_entries()) {
-        if (name == entry.name) return entry.build();
+        if (name == entry.name) {
+            Scene scene = entry.build();
+            if (environment) scene.environment = std::move(environment);
+            scene_finish(scene);
+            return scene;
+        }
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
     throw Error("there is no scene '" + name + "'; the scenes are " + known);

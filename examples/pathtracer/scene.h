@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes: plain arrays of surfaces, materials and lights, and the scenes built in code.
+// Scenes: plain arrays of surfaces, materials and lights, and the list of those built in code.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,13 +22,39 @@ struct Surface {
 };
 
 struct Scene {
-    Camera camera;
+    Camera camera{};
     std::vector<Vec3> vertices;
+    std::vector<Vec3> normals; // of vertices, for smooth shading: for each vertex, or none. A
+                               // normal of length zero means the triangle's own
     std::vector<Triangle> triangles;
     std::vector<Surface> surfaces; // one for each triangle
     std::vector<Material> materials;
     std::vector<Light> lights;
+    std::shared_ptr<const Environment> environment; // empty: rays that leave see black
+    uint32_t light_samples = 1; // at the first surface a path meets; one at all others
+
+    // What scene_finish adds.
+    std::vector<float> light_limits; // how lights are chosen, see distribution.h
+    int32_t environment_light = -1;  // the light that the environment is, or -1
+    uint32_t dropped_triangles = 0;  // without area
 };
+
+// Makes a scene ready to render, whoever built it: moves it near the origin when it is far off,
+// drops triangles without area and lights without power, turns the environment into a light, and
+// prepares lights and materials. Throws Error when a vertex is not finite.
+void scene_finish(Scene &scene);
+
+struct Point3d {
+    double x, y, z;
+};
+
+// The float vertices of a scene whose points are known in double: the middle of their extent is
+// taken off each, so that they keep their digits where they need them. Returns the middle.
+Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
+
+// The normal to shade a hit with: `normal`, turned to the side of `out`, or the one interpolated
+// between vertices where there are such and `out` is on its front.
+Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 out);
 
 struct SceneEntry {
     const char *name;
@@ -38,5 +65,7 @@ struct SceneEntry {
 // The scenes built in code, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
-// Builds a scene by name. Throws Error naming the known ones.
-Scene scene_build(const std::string &name);
+// Builds a scene by name, and finishes it; an environment given takes the place of the scene's own.
+// Throws Error naming the known ones.
+Scene scene_build(const std::string &name,
+                  std::shared_ptr<const Environment> environment = nullptr);

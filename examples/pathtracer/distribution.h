@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Choosing one of n things with probabilities in proportion to their weights, by inversion: unlike
+// an alias table it keeps the order of the numbers it is given, so what is stratified or blue stays
+// so. Draws are multiples of 2^-24, and so are the limits between things: the probabilities stated
+// are exact for them. Every weight above zero gets at least one step. O(log n) a choice.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+constexpr float DRAW_STEP = 1.0f / (1 << 24);
+
+// Writes count + 1 limits, the first 0 and the last 1. Weights are finite and not negative; when
+// all are zero, the first thing is chosen. At most 2^23 weights.
+inline void distribution_build(const double *weights, size_t count, float *limits) {
+    double total = 0;
+    size_t used = 0;
+    for (size_t i = 0; i < count; ++i) {
+        total += weights[i];
+        used += weights[i] > 0 ? 1 : 0;
+    }
+    const double shared = static_cast<double>((1u << 24) - used); // steps beyond the first of each
+    double sum = 0;
+    size_t before = 0;
+    limits[0] = 0;
+    for (size_t i = 0; i < count; ++i) {
+        sum += weights[i];
+        before += weights[i] > 0 ? 1 : 0;
+        const double share = total > 0 ? std::min(sum / total, 1.0) : 0;
+        const auto steps = static_cast<uint32_t>(share * shared) + static_cast<uint32_t>(before);
+        limits[i + 1] = static_cast<float>(steps) * DRAW_STEP;
+    }
+    // Rounding of the sum may leave a step over; things of weight zero at the end stay without.
+    size_t last = count;
+    while (last > 1 && !(weights[last - 1] > 0)) --last;
+    for (size_t i = last; i <= count; ++i) limits[i] = 1;
+}
+
+struct Choice {
+    size_t index;
+    float rest;        // where between its limits the number lay: again in [0, 1)
+    float probability; // of the index
+};
+
+inline Choice distribution_choose(const float *limits, size_t count, float u) {
+    const float *above = std::upper_bound(limits + 1, limits + count, u);
+    const float low = above[-1], width = *above - low;
+    // The middle of a step, so that things few steps wide are not always met at their beginning.
+    const float rest = std::min((u - low + 0.5f * DRAW_STEP) / width, 1 - DRAW_STEP);
+    return {static_cast<size_t>(above - 1 - limits), rest, width};
+}

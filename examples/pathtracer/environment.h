@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light from all around: a picture of the whole sphere of directions, in longitude and latitude.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "math.h"
+
+// Row 0 is straight up (+y), the middle of a row is +z, the left of it +x, as in OpenEXR's
+// latitude-longitude maps. Radiance is interpolated between the texels' middles.
+struct Environment {
+    int width, height;
+    std::vector<Vec3> texels; // radiance, row by row
+    // For sampling: limits between rows, and in each row limits between columns.
+    std::vector<float> row_limits;    // height + 1
+    std::vector<float> column_limits; // height rows of width + 1
+    std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
+    float irradiance;                 // luminance, summed over the sphere of directions
+};
+
+// Completes an environment that has its size and texels. Throws Error when texels are not finite;
+// negative ones become 0.
+Environment environment_create(int width, int height, std::vector<Vec3> texels);
+
+// A clear sky with a sun in it, wider than the real one, and a ground below.
+Environment environment_sky(Vec3 to_sun);
+
+// Reads a latitude-longitude EXR file. Throws Error.
+Environment environment_read(const std::string &path);
+
+Vec3 environment_radiance(const Environment &environment, Vec3 direction);
+
+// The density per steradian with which environment_sample chooses a direction. It is constant over
+// each texel: the texel's share of the light over its solid angle.
+float environment_pdf(const Environment &environment, Vec3 direction);
+
+struct EnvironmentSample {
+    Vec3 direction;
+    float pdf; // per steradian
+};
+
+EnvironmentSample environment_sample(const Environment &environment, Vec2 u);

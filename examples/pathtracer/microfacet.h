@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What rough materials share: the GGX distribution of microfacets with Smith's height-correlated
+// shadowing and masking (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
+// 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014) and
+// Fresnel's equations. Directions are local, the surface's normal is +z; alpha is in (0, 1].
+//
+// Written so that grazing directions divide by nothing that vanishes: densities and shadowing
+// already hold the division by the cosines that go with them.
+#pragma once
+
+#include "math.h"
+
+// The distribution of microfacet normals: its integral over cosine is 1.
+inline float ggx_density(float alpha, Vec3 h) {
+    const float squared = alpha * alpha;
+    const float t = (h.x * h.x + h.y * h.y) / squared + h.z * h.z;
+    return 1 / (PI * squared * t * t);
+}
+
+// Smith's function of one direction times two: |z| + the square root of z^2 + (alpha sine)^2.
+inline float ggx_smith(float alpha, Vec3 w) {
+    return std::abs(w.z) + std::sqrt(w.z * w.z + alpha * alpha * (w.x * w.x + w.y * w.y));
+}
+
+// Masking of one direction over its cosine: G1(w) / |w.z|.
+inline float ggx_masking(float alpha, Vec3 w) {
+    return 2 / ggx_smith(alpha, w);
+}
+
+// Shadowing and masking of two directions over their cosines: G2(o, i) / (|o.z| |i.z|).
+inline float ggx_shadowing(float alpha, Vec3 o, Vec3 i) {
+    const float zo = std::abs(o.z), zi = std::abs(i.z);
+    return 2 / (zi * (ggx_smith(alpha, o) - zo) + zo * (ggx_smith(alpha, i) - zi));
+}
+
+// The density of the normals visible from o, per steradian: G1(o) max(0, o.h) D(h) / o.z.
+inline float ggx_visible_density(float alpha, Vec3 o, Vec3 h) {
+    return ggx_masking(alpha, o) * std::max(0.0f, dot(o, h)) * ggx_density(alpha, h);
+}
+
+// A normal with that density from a point chosen evenly on the unit disc (Heitz, "Sampling the GGX
+// Distribution of Visible Normals", 2018).
+inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
+    const Vec3 stretched = normalize({alpha * o.x, alpha * o.y, o.z});
+    const float squared = stretched.x * stretched.x + stretched.y * stretched.y;
+    const Vec3 t1 =
+        squared > 0 ? (1 / std::sqrt(squared)) * Vec3{-stretched.y, stretched.x, 0} : Vec3{1, 0, 0};
+    const Vec3 t2 = cross(stretched, t1);
+    const float s = 0.5f * (1 + stretched.z);
+    const float x = disc.x;
+    const float y = (1 - s) * std::sqrt(std::max(0.0f, 1 - x * x)) + s * disc.y;
+    const float z = std::sqrt(std::max(0.0f, 1 - x * x - y * y));
+    const Vec3 h = x * t1 + y * t2 + z * stretched;
+    return normalize({alpha * h.x, alpha * h.y, std::max(h.z, 1e-6f)});
+}
+
+// The share of light that an interface reflects. eta: index of refraction of the far side over that
+// of the near side.
+inline float fresnel_dielectric(float cosine, float eta) {
+    const float squared_sine = (1 - cosine * cosine) / (eta * eta);
+    if (squared_sine >= 1) return 1; // total internal reflection
+    const float far_cosine = std::sqrt(1 - squared_sine);
+    const float parallel = (eta * cosine - far_cosine) / (eta * cosine + far_cosine);
+    const float perpendicular = (cosine - eta * far_cosine) / (cosine + eta * far_cosine);
+    return 0.5f * (parallel * parallel + perpendicular * perpendicular);
+}
+
+// The direction opposite to o after refraction by a facet of normal h, o.h > 0. False when nothing
+// passes.
+inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &in) {
+    const float cosine = dot(o, h);
+    const float squared_sine = (1 - cosine * cosine) / (eta * eta);
+    if (squared_sine >= 1) return false;
+    const float far_cosine = std::sqrt(1 - squared_sine);
+    in = normalize((-1 / eta) * o + (cosine / eta - far_cosine) * h);
+    return true;
+}

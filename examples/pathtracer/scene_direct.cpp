@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes in which most light comes straight from a source: few decisions make a pixel, so these
+// show what good samples of few dimensions are worth. y is up.
+#include "scene_builder.h"
+#include "scene_groups.h"
+
+// The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
+// Surfaces", 1984; dimensions, camera and materials as the programme of computer graphics published
+// them, the spectra as linear RGB in common use). There because everybody knows it: soft shadows,
+// colour bleeding, several bounces. Lengths in millimetres as measured; y is up, the open side is
+// at z = 0.
+Scene scene_cornell() {
+    Scene scene;
+    const float sensor_height = 0.025f, focal_length = 0.035f;
+    scene.camera = camera_look_at({278, 273, -800}, {278, 273, 0}, {0, 1, 0},
+                                  0.5f * sensor_height / focal_length);
+
+    const uint32_t white = add_diffuse(scene, {0.725f, 0.71f, 0.68f});
+    const uint32_t red = add_diffuse(scene, {0.63f, 0.065f, 0.05f});
+    const uint32_t green = add_diffuse(scene, {0.14f, 0.45f, 0.091f});
+    const uint32_t lamp = add_diffuse(scene, {0.78f, 0.78f, 0.78f});
+
+    const float top = 548.8f, back = 559.2f;
+    const float lamp_x0 = 213, lamp_x1 = 343, lamp_z0 = 227, lamp_z1 = 332;
+
+    add_light(scene, lamp, {17, 12, 4}, {lamp_x0, top, lamp_z0}, {lamp_x1, top, lamp_z0},
+              {lamp_x1, top, lamp_z1});
+    // The lamp sits in a hole of the ceiling, so that no two surfaces lie in each other.
+    const auto ceiling = [&](float x0, float x1, float z0, float z1) {
+        add_quad(scene, white, {x0, top, z0}, {x1, top, z0}, {x1, top, z1}, {x0, top, z1});
+    };
+    ceiling(0, 556, 0, lamp_z0);
+    ceiling(0, 556, lamp_z1, back);
+    ceiling(0, lamp_x0, lamp_z0, lamp_z1);
+    ceiling(lamp_x1, 556, lamp_z0, lamp_z1);
+
+    add_quad(scene, white, {552.8f, 0, 0}, {0, 0, 0}, {0, 0, back}, {549.6f, 0, back});
+    add_quad(scene, white, {549.6f, 0, back}, {0, 0, back}, {0, top, back}, {556, top, back});
+    add_quad(scene, green, {0, 0, back}, {0, 0, 0}, {0, top, 0}, {0, top, back});
+    add_quad(scene, red, {552.8f, 0, 0}, {549.6f, 0, back}, {556, top, back}, {556, top, 0});
+
+    add_block(scene, white, 165, {{130, 65}, {82, 225}, {240, 272}, {290, 114}});
+    add_block(scene, white, 330, {{423, 247}, {265, 296}, {314, 456}, {472, 406}});
+    return scene;
+}
+
+// A large panel and a lamp of a hundredth of its area, each half of the light, behind bars and
+// slats that are thin beside the panel and thick beside the lamp. There because visibility is what
+// differs between neighbouring pixels: smooth ramps of half-shadow and sharp edges cross each
+// other.
+Scene scene_penumbra() {
+    Scene scene;
+    scene.camera = camera_look_at({0.2f, 1.9f, 6.2f}, {0, 0.62f, 0}, {0, 1, 0}, 0.27f);
+
+    const uint32_t paper = add_diffuse(scene, {0.62f, 0.60f, 0.57f});
+    const uint32_t blue = add_diffuse(scene, {0.16f, 0.27f, 0.48f});
+    const uint32_t orange = add_diffuse(scene, {0.72f, 0.30f, 0.10f});
+    const uint32_t dark = add_diffuse(scene, {0.12f, 0.12f, 0.13f});
+    const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
+
+    // A sheet of paper that bends up behind everything.
+    std::vector<Vec2> sheet = {{-3.4f, 9}};
+    for (int i = 0; i <= 24; ++i) {
+        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
+        sheet.push_back({-1.6f - 1.8f * std::cos(angle), 1.8f - 1.8f * std::sin(angle)});
+    }
+    sheet.push_back({9, 0});
+    add_profile(scene, paper, -9, 9, sheet);
+
+    add_light_towards(scene, lamp, {4.6f, 5.4f, 6.6f}, {-3.2f, 4.2f, 2.2f}, {0, 0.3f, 0}, 1.8f,
+                      1.8f);
+    add_light_towards(scene, lamp, {560, 400, 240}, {3.4f, 3.0f, 1.9f}, {0, 0.3f, 0}, 0.18f, 0.18f);
+
+    // Bars in an arc, ever higher and ever thinner.
+    for (int i = 0; i < 11; ++i) {
+        const float t = static_cast<float>(i) / 10;
+        const float angle = PI * (0.95f - 0.9f * t);
+        const Vec3 foot = {1.25f * std::cos(angle), 0, -0.55f * std::sin(angle) - 0.1f};
+        add_bar(scene, i % 2 ? dark : orange, foot, foot + Vec3{0, 0.5f + 0.9f * t, 0},
+                0.035f - 0.026f * t);
+    }
+    // Slats that float over the floor in front.
+    for (int i = 0; i < 9; ++i) {
+        const float x = -1.25f + 0.12f * static_cast<float>(i);
+        add_box(scene, blue, {x, 0.42f, 0.75f}, {0.022f, 0.014f, 0}, {-0.004f, 0.006f, 0},
+                {0, 0, 0.38f});
+    }
+    add_sphere(scene, orange, {0.05f, 0.34f, 0.1f}, 0.34f);
+    add_sphere(scene, blue, {0.9f, 0.16f, 0.8f}, 0.16f);
+    return scene;
+}
+
+// Four lamps of the same power, from small to large, mirrored by plates from smooth to rough (after
+// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
+// There because neither choosing points on lamps nor following the plates is good everywhere.
+Scene scene_glossy() {
+    Scene scene;
+    const Vec3 eye = {0, 2.6f, 8.5f}, lamps = {0, 3.6f, -1.2f};
+    scene.camera = camera_look_at(eye, {0, 1.72f, 0.6f}, {0, 1, 0}, 0.335f);
+
+    const uint32_t wall = add_diffuse(scene, {0.30f, 0.31f, 0.34f});
+    const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
+    std::vector<Vec2> sheet = {{-2.6f, 9}};
+    for (int i = 0; i <= 24; ++i) {
+        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
+        sheet.push_back({-1.4f - 1.2f * std::cos(angle), 1.0f - 1.2f * std::sin(angle)});
+    }
+    sheet.push_back({10, -0.2f});
+    add_profile(scene, wall, -12, 12, sheet);
+
+    const float sides[4] = {0.07f, 0.2f, 0.5f, 1.0f};
+    const float places[4] = {-2.45f, -1.05f, 0.35f, 2.05f};
+    const Vec3 colours[4] = {
+        {1.0f, 0.45f, 0.25f}, {0.95f, 0.85f, 0.45f}, {0.4f, 0.85f, 0.6f}, {0.4f, 0.6f, 1.0f}};
+    for (int i = 0; i < 4; ++i)
+        add_light_towards(scene, black, (4.2f / (sides[i] * sides[i])) * colours[i],
+                          lamps + Vec3{places[i], 0, 0}, {places[i], 1.2f, 5}, sides[i], sides[i]);
+
+    // Each plate is turned so that it shows the lamps to the eye.
+    const float roughnesses[4] = {0.08f, 0.16f, 0.28f, 0.45f};
+    const Vec3 middles[4] = {
+        {0, 1.95f, -0.1f}, {0, 1.28f, 0.85f}, {0, 0.72f, 1.8f}, {0, 0.28f, 2.75f}};
+    for (int i = 0; i < 4; ++i) {
+        const uint32_t metal = add_conductor(scene, {0.78f, 0.77f, 0.75f}, roughnesses[i]);
+        const Vec3 up = normalize(normalize(lamps - middles[i]) + normalize(eye - middles[i]));
+        const Vec3 x = {1, 0, 0};
+        add_box(scene, metal, middles[i], 2.75f * x, 0.02f * up, 0.44f * cross(x, up));
+    }
+    return scene;
+}
+
+// Balls and posts on a plain under a sky with a sun, through a lens of wide aperture. There because
+// position in the pixel, lens and light make six dimensions at once, and because the environment is
+// sampled by its brightness: the sun is a ten-thousandth of it and gives most of the light.
+Scene scene_lens() {
+    Scene scene;
+    scene.camera = camera_look_at({0, 0.75f, 4.2f}, {0, 0.36f, 0}, {0, 1, 0}, 0.24f);
+    camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
+    scene.environment =
+        std::make_shared<Environment>(environment_sky(normalize({-0.62f, 0.52f, 0.40f})));
+
+    const uint32_t plain = add_diffuse(scene, {0.42f, 0.38f, 0.33f});
+    add_quad(scene, plain, {-60, 0, 60}, {60, 0, 60}, {60, 0, -60}, {-60, 0, -60});
+
+    const Vec3 colours[5] = {{0.60f, 0.13f, 0.08f},
+                             {0.68f, 0.42f, 0.10f},
+                             {0.55f, 0.56f, 0.54f},
+                             {0.12f, 0.38f, 0.34f},
+                             {0.10f, 0.18f, 0.45f}};
+    for (int i = 0; i < 5; ++i) {
+        const uint32_t ball = add_diffuse(scene, colours[i]);
+        const float t = static_cast<float>(i);
+        add_sphere(scene, ball, {-0.52f + 0.36f * t, 0.25f, 1.75f - 0.9f * t}, 0.25f);
+    }
+    const uint32_t gold = add_conductor(scene, {1.0f, 0.78f, 0.34f}, 0.35f);
+    add_sphere(scene, gold, {-0.62f, 0.17f, 0.45f}, 0.17f);
+    const uint32_t post = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
+    for (int i = 0; i < 7; ++i) {
+        const float x = -2.4f + 0.7f * static_cast<float>(i);
+        add_bar(scene, post, {x, 0, -4}, {x, 1.5f, -4}, 0.04f);
+    }
+    return scene;
+}

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The functions that build the scenes, for the list in scene.cpp.
+#pragma once
+
+#include "scene.h"
+
+// scene_direct.cpp
+Scene scene_cornell();
+Scene scene_penumbra();
+Scene scene_glossy();
+Scene scene_lens();
+
+// scene_indirect.cpp
+Scene scene_glass();
+Scene scene_interior();
+Scene scene_furnace();
