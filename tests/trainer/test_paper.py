@@ -13,6 +13,8 @@ import bluenoise  # noqa: E402
 from bn_trainer import paper, pictures, table, wronski  # noqa: E402
 from PIL import Image  # noqa: E402
 
+torch.set_num_threads(1)
+
 TINY = paper.PaperConfig(size=8, hidden=20, batch=16, inputs=160, epochs=8, rate=5e-3, seed=3)
 
 

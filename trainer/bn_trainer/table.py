@@ -254,8 +254,8 @@ def report_text(methods, figures, tables, descent, sigmas, options):
         again by `{command_text(options)}`, which printed this page. trainer/README.md tells how its perceptrons are
         trained."""),
         "![Masks, their spectra, thresholded patterns](paper.png)",
-        filled("""*A mask of each method, the mean spectrum of several (zero in the middle, white noise mid-grey), and the
-        mask thresholded at 1/16, 1/4 and 1/2.*"""),
+        filled("""*Of each method a mask, the mean spectrum of several (zero in the middle, white noise mid-grey), the mask
+        thresholded at 1/16, 1/4 and 1/2, and a part of the scene dithered with it.*"""),
         "## Table I",
         filled(f"""Root mean square error of 1-bit dithering of {PICTURE_SIZE}x{PICTURE_SIZE} pictures after a Gaussian of
         sigma {TABLE_SIGMA:g} texel (edges mirrored), mean and deviation over masks, tiled; then the mean over the pictures,
@@ -266,7 +266,7 @@ def report_text(methods, figures, tables, descent, sigmas, options):
         Floyd and Steinberg's, a yardstick that no mask reaches."""),
         error,
         "## Why its masks fall short",
-        filled("""Time is per mask, one at a time, on one thread of a shared machine. E_1 and E_1.5 are the dithering errors
+        filled("""Time is per mask, one at a time (Wronski's in one batch), on one thread of a shared machine. E_1 and E_1.5 are the dithering errors
         over all grey levels (white noise .115 and .076). Deviation is that of the values in [0, 1], .289 when every value
         is equally often. Powers have white noise at 1: of the grey mask below a quarter cycle per texel, and of patterns
         thresholded at 1/16, 1/4 and 1/2 below half their principal frequency. Alike is the mean size of the correlation
@@ -288,19 +288,19 @@ def explanation(methods, figures, descent):
         paragraphs += [filled(f"""**Its losses see grey levels, not patterns.** At {size}x{size} the perceptron's grey mask has
         {raw["grey"]:.3f} of white noise's power below a quarter cycle per texel, but a mask is used thresholded, and there
         its patterns have {raw[1 / 16]:.2f} at 1/16 and {raw[1 / 4]:.2f} at 1/4.""")]
-    paragraphs += [filled(f"""{"That is the losses' doing, not the network's" if raw else "The losses see grey levels, not patterns"}:
-    Wronski's descent drives the same losses down texel by texel, and E_1 does not follow. After
+    paragraphs += [filled(f"""That is the losses' doing, not the network's: Wronski's descent drives the same losses down
+    texel by texel, and E_1 does not follow. After
     {listed(f"{count:,}" for count, _, _ in descent)} iterations the loss is {listed(f"{loss:.3g}" for _, loss, _ in descent)}
     and E_1 {listed(f"{error:.4f}" for _, _, error in descent)}.""")]
     if raw:
-        paragraphs += [filled(f"""**Its histogram is held loosely.** The paper averages the histogram term over texels where Wronski adds
-        it up, which makes it {size * size:,} times weaker beside the spectra: the values' deviation is
+        paragraphs += [filled(f"""**Its histogram is held loosely.** The paper averages the histogram term over texels where
+        Wronski adds it up, which makes it {size * size:,} times weaker beside the spectra: the values' deviation is
         {raw["deviation"]:.3f}, and with exact ranks E_1 goes from {raw["e_1"]:.4f} to {exact["e_1"]:.4f}.""")]
         summed = found.get((size, "perceptron, summed histogram"))
         if summed:
-            paragraphs[-1] = filled(f"""{paragraphs[-1]} Summed, the deviation is {summed["deviation"]:.3f}, but E_1
-            {summed["e_1"]:.4f}, for now the network gives up on the spectrum: its grey mask has {summed["grey"]:.3f} of white
-            noise's power below a quarter cycle per texel.""")
+            exact = found[(size, "perceptron, summed histogram, ranks made exact")]
+            paragraphs[-1] = filled(f"""{paragraphs[-1]} With the term summed the deviation is {summed["deviation"]:.3f},
+            and E_1 {summed["e_1"]:.4f} and {exact["e_1"]:.4f}.""")
         paragraphs += [filled(f"""**Nothing asks for masks that differ.** No loss compares two masks, and 100 hidden units are all
         that can tell one from another: two masks of this perceptron correlate by {raw["alike"]:.2f} on average, up to sign;
         two of white noise by {found[(size, "white noise")]["alike"]:.3f}.""")]
@@ -327,11 +327,14 @@ def command_text(options):
 
 
 def contact_sheet(methods, size):
-    """Rows: methods of a size; columns: mask, mean spectrum, thresholded at LEVELS. Texels of a 64x64 part are 2x2."""
-    chosen = [method for method in methods if method.size == size]
+    """Rows: methods of a size; columns: mask, mean spectrum, thresholded at LEVELS, a part of the dithered scene.
+
+    Of masks and patterns a part of at most 64x64 is shown, twice as large."""
+    chosen = [method for method in methods if method.size == size and method.kind != "perceptron exact"]
     part, scale, gap, left, top = min(size, 64), 2, 8, 236, 26
     cell = part * scale
-    columns = ("mask", "spectrum", *(f"at 1/{round(1 / level)}" for level in LEVELS))
+    columns = ("mask", "spectrum", *(f"at 1/{round(1 / level)}" for level in LEVELS), "scene")
+    scene = synthetic_pictures()["scene"][72 : 72 + cell, 20 : 20 + cell]
     sheet = Image.new("L", (left + len(columns) * (cell + gap), top + len(chosen) * (cell + gap)), 255)
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(15)
     for column, title in enumerate(columns):
@@ -341,8 +344,10 @@ def contact_sheet(methods, size):
         draw.multiline_text((4, y + cell // 2 - 16), method.name.replace(", ", ",\n"), 0, font)
         power = np.mean([bluenoise.power_spectrum(mask) for mask in method.values[:MEASURED]], axis=0)
         mask, ranks = method.values[0], ranks_of(method.values[:1])[0]
+        repeats = cell // size + 1
+        dithered = scene + np.tile(mask, (repeats, repeats))[:cell, :cell] >= 1
         cells = [mask[:part, :part], Image.fromarray(np.uint8(255 * np.clip(np.fft.fftshift(power) / 2, 0, 1))),
-                 *(1.0 * (ranks[:part, :part] >= level) for level in LEVELS)]
+                 *(1.0 * (ranks[:part, :part] >= level) for level in LEVELS), 1.0 * dithered]
         for column, picture in enumerate(cells):
             if not isinstance(picture, Image.Image):
                 picture = Image.fromarray(np.uint8(np.clip(255 * picture + 0.5, 0, 255)))
