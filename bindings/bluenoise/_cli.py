@@ -57,6 +57,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--initial-fraction", type=float, help="void-and-cluster: share (0.1)")
     command.add_argument("--steps", type=_integer, help="relax: steps (64)")
     command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (1000)")
+    command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file")
+    command.add_argument("--runtime", type=Path, metavar="FILE", help="neural: ONNX Runtime's library")
+    command.add_argument("--threads", type=_integer, help="relax, neural: threads (one per core)")
     command.add_argument("--quiet", action="store_true", help="no progress")
     command.add_argument("-o", "--output", required=True, type=Path, metavar="FILE")
     command.set_defaults(run=_mask)
@@ -126,14 +129,17 @@ def _mask(options: argparse.Namespace) -> None:
         _files.pillow()
         if len(shape) == 3:
             raise ValueError("a mask of three dimensions does not fit in a PNG: write .npy")
-    names = ("sigma", "initial_fraction", "steps", "sweeps")
+    names = ("sigma", "initial_fraction", "steps", "sweeps", "model", "runtime", "threads")
     given = {name: getattr(options, name) for name in names}
     given = {name: value for name, value in given.items() if value is not None}
     progress = _progress(options.quiet)
     if progress is not None and "progress" in METHODS[options.method]:
         given["progress"] = progress
     ranks = make_mask(shape, method=options.method, seed=options.seed, **given)
-    given.pop("progress", None)
+    if ranks.ndim == 3 and path.suffix.lower() == ".png":
+        raise ValueError(f"a mask of {ranks.shape[0]} channels does not fit in a PNG: write .npy")
+    for name in ("progress", "threads", "runtime"):
+        given.pop(name, None)
     text = "".join(f", {name} {value}" for name, value in given.items())
     description = f"bluenoise {__version__}: {options.method}, seed {options.seed}{text}"
     if not _files.save_mask(path, ranks, description):

@@ -35,6 +35,25 @@ class Sampler:
         domain: int,
     ) -> npt.NDArray[np.float32]: ...
 
+class NeuralGenerator:
+    def __init__(
+        self,
+        model_path: Optional[str],
+        model: Optional[bytes],
+        runtime: Optional[str],
+        threads: int,
+        where: str,
+    ) -> None: ...
+    @property
+    def channels(self) -> int: ...
+    def mask(self, height: int, width: int, seed: int) -> Ranks: ...
+    def window(
+        self, x0: int, y0: int, width: int, height: int, seed: int
+    ) -> npt.NDArray[np.float32]: ...
+
+def neural_noise(
+    x0: int, y0: int, width: int, height: int, seed: int
+) -> npt.NDArray[np.float32]: ...
 def domain_child(domain: int, key: int) -> int: ...
 def void_and_cluster(
     depth: int,

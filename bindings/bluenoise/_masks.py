@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 import math
 import sys
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core
 from ._arguments import Progress, Ranks, Seed
+from ._neural import NeuralGenerator, PathLike, shipped_generator
 
 _FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
@@ -25,7 +26,8 @@ def mask(
 ) -> Ranks:
     """Makes a mask: uint32 ranks of the given shape, (n,), (h, w) or (d, h, w), every rank 0 .. n - 1 once.
 
-    A mask is toroidal: it tiles without seams. The same arguments give the same bits on every machine.
+    A mask is toroidal: it tiles without seams. The same arguments give the same bits on every machine, ``"neural"``
+    aside.
 
     Parameters
     ----------
@@ -36,11 +38,12 @@ def mask(
         ``"relax"``: parallel relaxation, one or two dimensions; the fastest for large masks on several cores, a little
         behind in quality. ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, one or two
         dimensions; slow, and the best there is. ``"builtin"``: a mask that ships, square only, optimised for long.
+        ``"neural"``: the network that ships, two dimensions, all cores; needs ONNX Runtime (see ``NeuralGenerator``).
         ``"white"``: a random permutation.
     seed
         Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. 0 for ``"builtin"``.
     options
-        All methods but ``"white"`` and ``"builtin"`` take ``progress``, called now and then with the fraction done: a
+        All methods but ``"neural"``, ``"white"`` and ``"builtin"`` take ``progress``, called now and then with the fraction done: a
         true result stops with ``CancelledError``, an exception comes through.
 
         ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of its Gaussian in texels, 0.25 to 16;
@@ -60,6 +63,9 @@ def mask(
         With ``channels`` of 2 to 4 the result has shape (channels, h, w), each channel a permutation, the vectors of
         values blue together (about 1 us per trial); then ``value_sigma`` (1, 0.01 to 100) is how near values must be
         to repel each other, and the far blur has no part.
+
+        ``"neural"``: ``model``, ``runtime`` and ``threads``, as for ``NeuralGenerator``, which saves opening the
+        network anew for every mask where these are given.
 
     Raises ``ValueError`` (unknown method, number out of range), ``TypeError`` (wrong type, unknown option) and
     ``MemoryError``. Ctrl-C interrupts.
@@ -195,6 +201,21 @@ def _anneal(
     return ranks
 
 
+def _neural(
+    shape: tuple[int, ...],
+    seed: Seed,
+    *,
+    model: Union[None, PathLike, bytes] = None,
+    runtime: Optional[PathLike] = None,
+    threads: int = 0,
+) -> Ranks:
+    if len(shape) != 2:
+        raise ValueError(f"shape for method 'neural' must be (h, w), not {shape}")
+    default = model is None and runtime is None and type(threads) is int and threads == 0
+    generator = shipped_generator() if default else NeuralGenerator(model, runtime, threads)
+    return generator.mask(shape, seed)
+
+
 def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
     """Sorts 48 random bits per texel of the library's white sampler, so bits do not depend on NumPy."""
     count = math.prod(shape)
@@ -222,6 +243,7 @@ _MAKERS: dict[str, Callable[..., Ranks]] = {
     "void-and-cluster": _void_and_cluster,
     "relax": _relax,
     "anneal": _anneal,
+    "neural": _neural,
     "white": _white,
     "builtin": _builtin,
 }

@@ -24,6 +24,7 @@ void bind_errors(py::module_ &module);
 void bind_sampler(py::module_ &module);
 void bind_masks(py::module_ &module);
 void bind_images(py::module_ &module);
+void bind_neural(py::module_ &module);
 
 /* Raises the exception of a result that is not BN_SUCCESS; `arguments` names what was asked for,
  * with values. Needs the interpreter lock. */

@@ -6,6 +6,7 @@
  * Runtime keeps one environment per process and counts its users, so every session here holds the
  * environment once. A library in which an environment was made stays loaded: threads or exit
  * handlers of it may live on. */
+#define _POSIX_C_SOURCE 200809L
 #include "onnxruntime.h"
 #include "memory.h"
 #include "onnxruntime_api.h"
@@ -45,6 +46,10 @@ static void library_unload(void *handle) {
     FreeLibrary((HMODULE)handle);
 }
 
+static void set_variable(const char *name, const char *value) {
+    if (getenv(name) == NULL) _putenv_s(name, value);
+}
+
 #elif defined(BN_HAVE_DLFCN)
 
 static void *library_load(const char *name) {
@@ -74,6 +79,10 @@ static void library_unload(void *handle) {
     dlclose(handle);
 }
 
+static void set_variable(const char *name, const char *value) {
+    setenv(name, value, 0);
+}
+
 #endif
 
 #if defined(_WIN32) || defined(BN_HAVE_DLFCN)
@@ -88,6 +97,8 @@ static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxrunti
 
 static int load_named(const char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
+    /* Versions from 1.29 on report to their makers, starting before they can be told not to. */
+    if (!found->was_loaded) set_variable("ORT_DISABLE_TELEMETRY", "1");
     found->handle = library_load(name);
     return found->handle != NULL;
 }

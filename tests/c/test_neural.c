@@ -360,11 +360,13 @@ static void test_libraries_that_will_not_do(void) {
     bn_neural_close(neural);
     unsetenv("BN_ONNXRUNTIME");
     /* A library that nobody else had loaded gets its telemetry switched off. */
+    unsetenv("ORT_DISABLE_TELEMETRY");
     CHECK(open_parts(&parts, BN_FAKE_DIR "/libfake_other.so", 1, &neural) == BN_SUCCESS);
     void *handle = dlopen(BN_FAKE_DIR "/libfake_other.so", RTLD_NOW | RTLD_LOCAL);
     void *symbol = dlsym(handle, "fake_get_state");
     fake_state_getter getter;
     memcpy(&getter, &symbol, sizeof getter);
+    CHECK(strcmp(getenv("ORT_DISABLE_TELEMETRY"), "1") == 0);
     CHECK(getter()->telemetry_disabled == 1 && getter()->asked_version == 18);
     bn_neural_close(neural);
     CHECK(getter()->living == 0);

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
+import importlib.util
 import json
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from onnx_file import convolution
 
 import bluenoise
 from bluenoise._cli import main
@@ -52,6 +54,21 @@ def test_mask_by_other_methods(method, option, tmp_path):
     assert main(["mask", *arguments, "-o", str(out)]) == 0
     expected = bluenoise.mask((16, 16), method=method, sigma=1.1, **{option: 9})
     np.testing.assert_array_equal(np.load(out), expected)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("onnxruntime") is None, reason="no package onnxruntime")
+def test_mask_by_a_network(tmp_path, capsys):
+    model, out = tmp_path / "model.onnx", tmp_path / "mask.npy"
+    model.write_bytes(convolution(np.full((2, 3, 3), 0.1)))
+    arguments = ["mask", "--size", "20x16", "--method", "neural", "--model", str(model), "--threads", "1", "--seed", "5"]
+    assert main([*arguments, "-o", str(out)]) == 0
+    np.testing.assert_array_equal(np.load(out), bluenoise.NeuralGenerator(model).mask((16, 20), seed=5))
+    assert lines(capsys) == ([], [])
+    assert main([*arguments, "-o", str(tmp_path / "mask.png")]) == 1
+    assert "2 channels" in lines(capsys)[1][0]
+    assert main([*arguments, "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
+    assert "pip install onnxruntime" in lines(capsys)[1][0]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["mask.npy", "model.onnx"]
 
 
 def test_mask_with_more_ranks_than_levels_says_so(tmp_path, capsys):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The interpreter lock is released during C work, and results do not depend on threads."""
 
+import importlib.util
 import sys
 import threading
 import time
@@ -8,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from onnx_file import convolution
 
 import bluenoise
 from bluenoise import _core as core
@@ -39,8 +41,13 @@ WORK = {
     "ranks_from_values": lambda: core.ranks_from_values(IMAGE.reshape(-1)),
     "mask_error": lambda: core.mask_error(RANKS, 1.0),
     "power_spectrum": lambda: core.power_spectrum(RANKS),
+    "neural_noise": lambda: core.neural_noise(0, 0, 512, 512, 0),
     "dither": lambda: core.dither(IMAGE, 2, False, True, None),
 }
+if importlib.util.find_spec("onnxruntime") is not None:
+    NETWORK = bluenoise.NeuralGenerator(convolution(np.full((1, 3, 3), 0.1)))
+    WORK["neural_mask"] = lambda: NETWORK._core.mask(256, 256, 0)
+    WORK["neural_window"] = lambda: NETWORK._core.window(0, 0, 256, 256, 0)
 
 
 @pytest.mark.parametrize("name", sorted(WORK))

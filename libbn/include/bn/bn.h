@@ -279,9 +279,9 @@ BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t cou
  * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened and never
  * needed to build or to link. It is looked for at runtime_path; else at the path in the environment
  * variable BN_ONNXRUNTIME, when that is set; else in the process, and then under the names by which the
- * system knows it (libonnxruntime.so.1, libonnxruntime.so; .dylib, .dll). Nothing of it is printed, and
- * its telemetry is switched off unless somebody else had loaded it before; some versions start it while
- * they are being loaded, unless the environment variable ORT_DISABLE_TELEMETRY is 1.
+ * system knows it (libonnxruntime.so.1, libonnxruntime.so; .dylib, .dll). It prints nothing. Some versions
+ * report their use to their makers: unless somebody else has loaded it before, that is switched off, for
+ * which the environment variable ORT_DISABLE_TELEMETRY is set to 1 where it is not set.
  *
  * Results are as good for every seed and on every machine, but not the same bits: ONNX Runtime does not
  * promise that from one version or processor to the next. In one process they are: the number of

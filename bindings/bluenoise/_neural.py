@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Networks that turn white noise into masks, and finding ONNX Runtime, in which they run."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import os
+from pathlib import Path
+from typing import Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _core
+from ._arguments import Ranks, Seed
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+_FARTHEST = 2**40
+_MAX_TEXELS = 2**31 - 1
+_MISSING = "neural masks need ONNX Runtime 1.17 or later: pip install onnxruntime"
+
+
+class NeuralGenerator:
+    """A network that turns white noise into blue noise in one pass, of any size and without a seam, after Giunchi,
+    Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
+
+    It runs in ONNX Runtime, which is loaded here: the library given, else the one in the environment variable
+    ``BN_ONNXRUNTIME``, else that of the installed package ``onnxruntime``, else the system's. Results are equally good
+    for every seed, but not the same bits with every version of ONNX Runtime. Immutable, and usable from any number of
+    threads; can be pickled.
+
+    Parameters
+    ----------
+    model
+        None: the network that ships. Else a path to an ONNX file, or its bytes; ``bn_neural_open`` in ``bn.h``
+        describes the format.
+    runtime
+        None, or a path to the ONNX Runtime library (``libonnxruntime.so``).
+    threads
+        Of each call; 0: one per processor. Results do not depend on it.
+
+    Raises ``RuntimeMissingError`` without a usable ONNX Runtime, ``FileNotFoundError`` or ``OSError`` for a model that
+    cannot be read, ``ValueError`` for one that is no such network.
+    """
+
+    __slots__ = ("_arguments", "_core")
+
+    _arguments: tuple[Union[None, str, bytes], Optional[str], int]
+    _core: _core.NeuralGenerator
+
+    def __init__(
+        self,
+        model: Union[None, PathLike, bytes] = None,
+        runtime: Optional[PathLike] = None,
+        threads: int = 0,
+    ) -> None:
+        count = arguments.integer("threads", threads, *arguments.UINT32)
+        library = None if runtime is None else _path("runtime", runtime)
+        content = bytes(model) if isinstance(model, (bytes, bytearray, memoryview)) else None
+        path = None if model is None or content is not None else _path("model", model)
+        if path is not None and not os.path.exists(path):
+            raise FileNotFoundError(f"model {path} does not exist")
+        if content == b"":
+            raise ValueError("model must not be empty, but is b''")
+        said = "built in" if model is None else f"{len(content)} bytes" if content is not None else path
+        found = library or _installed_runtime()
+        try:
+            generator = _core.NeuralGenerator(
+                path, content, found, count, f"model: {said}, runtime: {found or 'that of the system'}"
+            )
+        except _core.RuntimeMissingError as error:
+            raise _core.RuntimeMissingError(f"{error}; {_MISSING}") from None
+        put = object.__setattr__
+        put(self, "_arguments", (path or content, library, count))
+        put(self, "_core", generator)
+
+    @property
+    def channels(self) -> int:
+        """How many channels the network makes; with more than one, results have shape (channels, h, w)."""
+        return self._core.channels
+
+    def mask(self, shape: Any, seed: Seed = 0) -> Ranks:
+        """Makes a mask: uint32 ranks of shape (h, w), every rank once, toroidal. Any extents work; quality is promised
+        from 16 x 16 on. Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
+        extents = arguments.shape(shape, 2)
+        if len(extents) != 2:
+            raise ValueError(f"shape of a neural mask must be (h, w), not {extents}")
+        height, width = extents
+        if height * width > _MAX_TEXELS:
+            raise MemoryError(f"shape {extents} has more than 2**31 - 1 texels")
+        return self._core.mask(height, width, arguments.seed(seed))
+
+    def window(
+        self, x0: int, y0: int, width: int, height: int, seed: Seed = 0
+    ) -> npt.NDArray[np.float32]:
+        """The window from (x0, y0) on of the seed's endless plane, which never repeats: float32 values in [0, 1) of
+        shape (height, width), uniform over the plane. Windows that overlap agree within 1e-5. Coordinates reach from
+        -2**40 to 2**40. Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
+        return self._core.window(*_window(x0, y0, width, height, _FARTHEST), arguments.seed(seed))
+
+    @staticmethod
+    def noise(
+        x0: int, y0: int, width: int, height: int, seed: Seed = 0
+    ) -> npt.NDArray[np.float32]:
+        """The white noise that windows are made of, float32 in [0, 1) of shape (height, width), the same bits
+        everywhere: for training networks, and for running them elsewhere. Coordinates reach to 2**41."""
+        return _core.neural_noise(*_window(x0, y0, width, height, 2 * _FARTHEST), arguments.seed(seed))
+
+    def __reduce__(self) -> Any:
+        return NeuralGenerator, self._arguments
+
+    def __repr__(self) -> str:
+        model, runtime, threads = self._arguments
+        named = f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model)
+        return f"NeuralGenerator({named}, {runtime!r}, {threads})"
+
+
+@functools.lru_cache(maxsize=1)
+def shipped_generator() -> NeuralGenerator:
+    """The network that ships, with all threads, opened once."""
+    return NeuralGenerator()
+
+
+def _window(x0: int, y0: int, width: int, height: int, farthest: int) -> tuple[int, int, int, int]:
+    width = arguments.integer("width", width, 1, arguments.UINT32[1])
+    height = arguments.integer("height", height, 1, arguments.UINT32[1])
+    x0 = arguments.integer("x0", x0, -farthest, farthest - width)
+    y0 = arguments.integer("y0", y0, -farthest, farthest - height)
+    if width * height > _MAX_TEXELS:
+        raise MemoryError(f"a window of {width} x {height} has more than 2**31 - 1 texels")
+    return x0, y0, width, height
+
+
+def _path(name: str, value: object) -> str:
+    try:
+        path = os.fspath(value)  # type: ignore[call-overload]
+    except TypeError:
+        raise TypeError(f"{name} must be a path, not {value!r}") from None
+    if not isinstance(path, str) or not path or "\0" in path:
+        raise ValueError(f"{name} must be a path, not {path!r}")
+    return path
+
+
+def _installed_runtime() -> Optional[str]:
+    """The library inside the installed package onnxruntime, without importing that; None when BN_ONNXRUNTIME names
+    another or there is none."""
+    if os.environ.get("BN_ONNXRUNTIME"):
+        return None
+    try:
+        spec = importlib.util.find_spec("onnxruntime")
+    except (ImportError, ValueError):
+        return None
+    for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
+        for pattern in ("libonnxruntime.so*", "libonnxruntime.*dylib", "onnxruntime.dll"):
+            libraries = sorted(Path(folder, "capi").glob(pattern))
+            if libraries:
+                return str(libraries[0])
+    return None

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Networks, in the real ONNX Runtime: a convolution that NumPy repeats, the network that ships, errors."""
+
+import importlib.util
+import os
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from onnx_file import convolution
+
+import bluenoise
+from bluenoise import NeuralGenerator, RuntimeMissingError, _neural
+
+pytestmark = pytest.mark.skipif(
+    not os.environ.get("BN_ONNXRUNTIME") and importlib.util.find_spec("onnxruntime") is None,
+    reason="no ONNX Runtime: pip install onnxruntime, or set BN_ONNXRUNTIME",
+)
+
+RADIUS = 2
+KERNELS = np.random.default_rng(1).normal(0.02, 0.1, (2, 5, 5)).astype(np.float32)
+KERNELS[:, 2, 2] = 0.5
+ONE = convolution(KERNELS[:1])
+TWO = convolution(KERNELS)
+
+
+def convolve(noise, kernel):
+    """The inner part of the noise under a kernel, in double precision."""
+    height, width = (extent - 2 * RADIUS for extent in noise.shape)
+    total = np.zeros((height, width))
+    for (y, x), weight in np.ndenumerate(kernel.astype(float)):
+        total += weight * noise[y : y + height, x : x + width]
+    return total
+
+
+@pytest.fixture(scope="module")
+def one():
+    return NeuralGenerator(ONE)
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    try:
+        return NeuralGenerator()
+    except ValueError as error:
+        pytest.skip(f"no network in this build: {error}")
+
+
+def test_window_is_the_network_of_the_noise(one):
+    noise = NeuralGenerator.noise(-5 - RADIUS, 7 - RADIUS, 300 + 2 * RADIUS, 40 + 2 * RADIUS, seed=3)
+    expected = np.clip(convolve(noise, KERNELS[0]), 0, 1 - 2**-24)
+    found = one.window(-5, 7, 300, 40, seed=3)
+    assert found.shape == (40, 300) and found.dtype == np.float32
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    two = NeuralGenerator(TWO)
+    assert (one.channels, two.channels) == (1, 2)
+    both = two.window(-5, 7, 300, 40, seed=3)
+    assert both.shape == (2, 40, 300)
+    np.testing.assert_allclose(both[0], expected, atol=1e-6)
+    np.testing.assert_allclose(both[1], np.clip(convolve(noise, KERNELS[1]), 0, 1 - 2**-24), atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 2), (16, 16), (17, 40), (130, 129)])
+def test_mask_ranks_the_network_of_wrapped_noise(one, shape):
+    height, width = shape
+    noise = np.pad(NeuralGenerator.noise(0, 0, width, height, seed=9), RADIUS, mode="wrap")
+    values = convolve(noise, KERNELS[0]).ravel()
+    ranks = one.mask(shape, seed=9)
+    assert ranks.shape == shape and ranks.dtype == np.uint32
+    assert np.array_equal(np.sort(ranks, axis=None), np.arange(ranks.size))
+    in_order = values[np.argsort(ranks.ravel())]
+    assert (np.diff(in_order) > -1e-6).all()  # ranks differ from NumPy's for ties within rounding alone
+
+
+def test_seeds_threads_and_paths(one, tmp_path):
+    path = tmp_path / "model.onnx"
+    path.write_bytes(ONE)
+    expected = one.mask((70, 300), seed=2**64 - 1)
+    others = NeuralGenerator(path, threads=1), NeuralGenerator(str(path), threads=3), NeuralGenerator(bytearray(ONE))
+    for other in others:
+        assert (other.mask((70, 300), seed=2**64 - 1) == expected).all()
+    assert (one.mask((70, 300), seed=0) != expected).any()
+    generator = np.random.default_rng(5), np.random.default_rng(5)
+    assert (one.mask((20, 20), seed=generator[0]) == one.mask((20, 20), seed=generator[1])).all()
+    copy = pickle.loads(pickle.dumps(NeuralGenerator(path)))
+    assert (copy.mask((70, 300), seed=2**64 - 1) == expected).all() and "model.onnx" in repr(copy)
+    made = bluenoise.mask((70, 300), method="neural", seed=2**64 - 1, model=path)
+    assert (made == expected).all()
+
+
+def test_threads_share_a_generator(one):
+    with ThreadPoolExecutor(4) as pool:
+        masks = list(pool.map(lambda seed: one.mask((64, 64), seed=seed % 3), range(12)))
+    for i, ranks in enumerate(masks):
+        assert (ranks == one.mask((64, 64), seed=i % 3)).all()
+
+
+def test_noise_is_the_same_everywhere():
+    noise = NeuralGenerator.noise(0, 0, 1, 1)
+    assert noise.dtype == np.float32 and noise[0, 0] == 3407499 / 2**24
+    assert NeuralGenerator.noise(-1, 1, 1, 1, seed=7)[0, 0] == 2805431 / 2**24
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda g: g.mask(16), ValueError, ["shape", "(16,)"]),
+        (lambda g: g.mask((2, 3, 4)), ValueError, ["shape", "(2, 3, 4)"]),
+        (lambda g: g.mask((0, 4)), ValueError, ["shape", "0"]),
+        (lambda g: g.mask((2**20, 2**20)), MemoryError, ["1048576"]),
+        (lambda g: g.mask((4, 4), seed=-1), ValueError, ["seed", "-1"]),
+        (lambda g: g.mask((4, 4), seed=2**64), ValueError, ["seed"]),
+        (lambda g: g.mask((4, 4), seed=1.5), TypeError, ["seed", "1.5"]),
+        (lambda g: g.window(0, 0, 0, 4), ValueError, ["width", "0"]),
+        (lambda g: g.window(0, 0, 4, -1), ValueError, ["height", "-1"]),
+        (lambda g: g.window(0.5, 0, 4, 4), TypeError, ["x0", "0.5"]),
+        (lambda g: g.window(2**40, 0, 4, 4), ValueError, ["x0", str(2**40)]),
+        (lambda g: g.window(0, -(2**40) - 1, 4, 4), ValueError, ["y0", str(-(2**40) - 1)]),
+        (lambda g: g.window(0, 0, 2**20, 2**20), MemoryError, ["1048576"]),
+        (lambda g: NeuralGenerator(ONE, threads=-1), ValueError, ["threads", "-1"]),
+        (lambda g: NeuralGenerator(7), TypeError, ["model", "7"]),
+        (lambda g: NeuralGenerator(""), ValueError, ["model"]),
+        (lambda g: NeuralGenerator(b""), ValueError, ["model"]),
+        (lambda g: NeuralGenerator(ONE[:-9]), ValueError, ["bad data", f"{len(ONE) - 9} bytes"]),
+        (lambda g: NeuralGenerator(Path("nowhere.onnx")), FileNotFoundError, ["nowhere.onnx"]),
+        (lambda g: NeuralGenerator(Path(__file__)), ValueError, ["test_neural.py"]),
+        (lambda g: NeuralGenerator(Path(__file__).parent), OSError, ["model"]),
+        (lambda g: NeuralGenerator(convolution(KERNELS, domain="com.example")), ValueError, ["not supported"]),
+        (lambda g: NeuralGenerator(convolution(KERNELS, receptive_radius=3)), ValueError, ["bad data"]),
+        (lambda g: NeuralGenerator(convolution(KERNELS * np.inf)), ValueError, ["bad data"]),
+        (lambda g: NeuralGenerator(ONE, runtime="nowhere.so"), RuntimeMissingError, ["nowhere.so", "pip install"]),
+        (lambda g: NeuralGenerator(ONE, runtime=__file__), RuntimeMissingError, ["test_neural.py"]),
+        (lambda g: bluenoise.mask((4, 4, 4), method="neural"), ValueError, ["shape", "(4, 4, 4)"]),
+        (lambda g: bluenoise.mask((4, 4), method="neural", sigma=1), TypeError, ["sigma", "neural"]),
+    ],
+)
+def test_bad_arguments(one, call, error, words, capfd):
+    with pytest.raises(error) as caught:
+        call(one)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_without_a_runtime_the_message_says_what_to_do(tmp_path, monkeypatch):
+    monkeypatch.setattr(_neural, "_installed_runtime", lambda: None)
+    monkeypatch.setenv("BN_ONNXRUNTIME", str(tmp_path / "nowhere.so"))
+    with pytest.raises(RuntimeMissingError, match="pip install onnxruntime"):
+        NeuralGenerator(ONE)
+
+
+def test_finds_the_library_inside_the_installed_package(monkeypatch):
+    if importlib.util.find_spec("onnxruntime") is None:
+        pytest.skip("the package onnxruntime is not installed")
+    monkeypatch.delenv("BN_ONNXRUNTIME", raising=False)
+    path = _neural._installed_runtime()
+    assert path is not None and Path(path).is_file() and "onnxruntime" in Path(path).name
+    assert NeuralGenerator(ONE, runtime=Path(path)).mask((16, 16)).shape == (16, 16)
+    monkeypatch.setenv("BN_ONNXRUNTIME", path)
+    assert _neural._installed_runtime() is None
+    assert NeuralGenerator(ONE).mask((16, 16)).shape == (16, 16)
+
+
+def test_onnxruntime_itself_agrees(tmp_path):
+    """The models and the noise are what they are said to be: the same in the package onnxruntime."""
+    program = (
+        "import sys, numpy as np, onnxruntime\n"
+        "session = onnxruntime.InferenceSession(sys.stdin.buffer.read())\n"
+        "noise = np.load(sys.argv[1])[None, None]\n"
+        "np.save(sys.argv[2], session.run(None, {'noise': noise})[0][0])\n"
+    )
+    if importlib.util.find_spec("onnxruntime") is None:
+        pytest.skip("the package onnxruntime is not installed")
+    paths = [str(tmp_path / name) for name in ("noise.npy", "out.npy")]
+    np.save(paths[0], NeuralGenerator.noise(10 - RADIUS, -RADIUS, 90 + 2 * RADIUS, 70 + 2 * RADIUS, seed=4))
+    environment = {**os.environ, "ORT_DISABLE_TELEMETRY": "1"}
+    subprocess.run([sys.executable, "-c", program, *paths], input=TWO, check=True, env=environment)
+    expected = np.clip(np.load(paths[1]), 0, 1 - 2**-24)
+    np.testing.assert_allclose(NeuralGenerator(TWO).window(10, 0, 90, 70, seed=4), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (37, 53), (64, 64), (200, 131)])
+def test_shipped_masks_are_permutations(shipped, shape):
+    ranks = shipped.mask(shape, seed=1)
+    assert np.array_equal(np.sort(ranks, axis=None), np.arange(ranks.size))
+    assert (ranks == bluenoise.mask(shape, method="neural", seed=1)).all()
+
+
+def test_shipped_windows_show_one_uniform_plane(shipped):
+    plane = shipped.window(-300, 20, 500, 400, seed=6)
+    assert plane.min() >= 0 and plane.max() < 1
+    # White noise of 200,000 texels would stray by less than .002 here (a false alarm in about 10^4).
+    counts = np.histogram(plane, bins=64, range=(0, 1))[0] / plane.size
+    assert abs(np.cumsum(counts) - np.arange(1, 65) / 64).max() < 0.01
+    for x0, y0 in ((-300, 20), (-157, 91), (-42, 300)):
+        part = shipped.window(x0, y0, 150, 101, seed=6)
+        np.testing.assert_allclose(part, plane[y0 - 20 : y0 + 81, x0 + 300 : x0 + 450], atol=1e-5)
+    far = shipped.window(2**40 - 64, -(2**40), 64, 64, seed=6)
+    assert 0.4 < far.mean() < 0.6
