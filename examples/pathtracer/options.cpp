@@ -98,7 +98,7 @@ Renders a scene with a sampler of libbn into out.exr and a preview out.png besid
   --sampler NAME         where samples come from (default blue); see --list
   --spp N                samples per pixel (default 16)
   --declare N            tell the sampler that N samples per pixel will be taken (default: not told)
-  --mask builtin|FILE    the mask of the sampler "mask": a greyscale PNG (default builtin)
+  --mask NAME|FILE       the mask of the sampler "mask": builtin (default), neural, or a greyscale PNG
   --seed N               seed of the sampler (default 0)
   --first-sample N       number of the first sample of each pixel (default 0)
   --size WxH             pixels of the picture (default 512x512)

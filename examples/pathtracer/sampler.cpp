@@ -18,6 +18,26 @@ std::vector<uint32_t> read_mask(const std::string &path, uint32_t &width, uint32
     return ranks;
 }
 
+constexpr uint32_t NEURAL_EXTENT = 128; // texels
+
+// A mask of the network that ships, which runs in ONNX Runtime.
+std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
+    bn_neural *neural = nullptr;
+    bn_result result = bn_neural_open(nullptr, &neural);
+    std::vector<uint32_t> ranks(size_t{NEURAL_EXTENT} * NEURAL_EXTENT);
+    if (result == BN_SUCCESS) {
+        result = bn_neural_mask(neural, NEURAL_EXTENT, NEURAL_EXTENT, settings.seed, ranks.data(),
+                                ranks.size());
+    }
+    bn_neural_close(neural);
+    if (result == BN_ERROR_RUNTIME)
+        throw Error("--mask neural needs ONNX Runtime; install it (for example with pip install "
+                    "onnxruntime) and set BN_ONNXRUNTIME to its libonnxruntime.so");
+    if (result != BN_SUCCESS)
+        throw Error(std::string("--mask neural: ") + bn_result_string(result));
+    return ranks;
+}
+
 } // namespace
 
 const std::vector<SamplerEntry> &sampler_entries() {
@@ -49,7 +69,11 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     if (!settings.mask.empty()) {
         if (chosen->kind != BN_SAMPLER_MASK)
             throw Error("--mask goes with --sampler mask, not with '" + settings.name + "'");
-        if (settings.mask != "builtin") {
+        if (settings.mask == "neural") {
+            ranks = make_neural_mask(settings);
+            options.mask_width = options.mask_height = NEURAL_EXTENT;
+            options.mask_ranks = ranks.data();
+        } else if (settings.mask != "builtin") {
             ranks = read_mask(settings.mask, options.mask_width, options.mask_height);
             options.mask_ranks = ranks.data();
         }

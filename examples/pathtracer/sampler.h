@@ -43,7 +43,7 @@ struct SamplerSettings {
     std::string name = "blue";
     uint64_t seed = 0;
     uint32_t declared_spp = 0; // 0: unknown
-    std::string mask;          // "builtin" or a greyscale PNG; only for the sampler "mask"
+    std::string mask; // "builtin", "neural" or a greyscale PNG; only for the sampler "mask"
 };
 
 // Throws Error naming the known samplers, or saying what is wrong with the mask.

@@ -130,6 +130,12 @@ def test_a_reference_that_is_none(pathtracer, damage):
     assert str(reference) in message
 
 
+def test_a_neural_mask_without_its_runtime(pathtracer, monkeypatch):
+    monkeypatch.setenv("BN_ONNXRUNTIME", str(pathtracer.folder / "absent.so"))
+    message = failure(pathtracer, "--sampler", "mask", "--mask", "neural", "-o", "out.exr")
+    assert "ONNX Runtime" in message and "BN_ONNXRUNTIME" in message
+
+
 def test_a_mask_that_is_none(pathtracer):
     (pathtracer.folder / "text.png").write_text("no picture")
     Image.new("L", (5000, 5000)).save(pathtracer.folder / "large.png")

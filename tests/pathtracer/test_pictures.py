@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a picture may not depend on, and what is written beside it."""
 
+import importlib.util
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pathtracer_driver import read_exr
@@ -130,6 +133,19 @@ def test_error_against_a_reference(pathtracer, crop):
     ]
     # Seven digits of an RMSE are six decimals here.
     np.testing.assert_allclose(printed, expected, atol=1e-6)
+
+
+def test_the_neural_mask_is_another_one(pathtracer, monkeypatch):
+    package = importlib.util.find_spec("onnxruntime")
+    if package is None:
+        pytest.skip("no package onnxruntime")
+    (library,) = Path(package.origin).parent.glob("capi/libonnxruntime.so*")
+    monkeypatch.setenv("BN_ONNXRUNTIME", str(library))
+    common = ["--sampler", "mask", "--size", "80x64", "--spp", 1]
+    neural = pathtracer.image(*common, "--mask", "neural")
+    assert np.array_equal(neural, pathtracer.image(*common, "--mask", "neural"))
+    assert not np.array_equal(neural, pathtracer.image(*common, "--mask", "neural", "--seed", 1))
+    assert not np.array_equal(neural, pathtracer.image(*common))
 
 
 def test_the_builtin_mask_can_be_given_by_name_or_file(pathtracer):
