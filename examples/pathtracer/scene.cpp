@@ -25,17 +25,6 @@ Extent extent_of(const Scene &scene) {
     return e;
 }
 
-// The difference of two coordinates near each other is exact in float.
-void move_near_origin(Scene &scene) {
-    const Extent e = extent_of(scene);
-    const Vec3 middle = 0.5f * e.low + 0.5f * e.high;
-    // Below a few extents nothing is lost, and vertices keep the numbers they were given.
-    if (max_magnitude(middle) <= 8 * max_magnitude(e.high - e.low)) return;
-    for (Vec3 &v : scene.vertices) v = v - middle;
-    for (Light &light : scene.lights) light.corner = light.corner - middle;
-    scene.camera.position = scene.camera.position - middle;
-}
-
 void drop_triangles_without_area(Scene &scene) {
     size_t kept = 0;
     for (size_t i = 0; i < scene.triangles.size(); ++i) {
@@ -95,7 +84,6 @@ void scene_finish(Scene &scene) {
     for (const Vec3 v : scene.vertices)
         if (!is_finite(v)) throw Error("the scene has a vertex that is not a finite number");
     if (!scene.normals.empty()) scene.normals.resize(scene.vertices.size(), {0, 0, 0});
-    move_near_origin(scene);
     drop_triangles_without_area(scene);
     prepare_lights(scene);
     for (Material &material : scene.materials) material_prepare(material);

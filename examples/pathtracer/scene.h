@@ -39,17 +39,18 @@ struct Scene {
     uint32_t dropped_triangles = 0;  // without area
 };
 
-// Makes a scene ready to render, whoever built it: moves it near the origin when it is far off,
-// drops triangles without area and lights without power, turns the environment into a light, and
-// prepares lights and materials. Throws Error when a vertex is not finite.
+// Makes a scene ready to render, whoever built it: drops triangles without area and lights without
+// power, turns the environment into a light, and prepares lights and materials. Throws Error when a
+// vertex is not finite.
 void scene_finish(Scene &scene);
 
 struct Point3d {
     double x, y, z;
 };
 
-// The float vertices of a scene whose points are known in double: the middle of their extent is
-// taken off each, so that they keep their digits where they need them. Returns the middle.
+// The float vertices of a scene whose points are known in double, as those of files are once their
+// transformations are applied: the middle of their extent is taken off each, so that they keep their
+// digits where they need them. Returns the middle, to be taken off cameras and lights as well.
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
 // The normal to shade a hit with: `normal`, turned to the side of `out`, or the one interpolated

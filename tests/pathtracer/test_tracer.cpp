@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole pictures, small ones, of scenes that break tracers: scaled, far from the origin, with faces
+// that are degenerate, double or needles, with lights that are tiny or edge-on, without any, from
+// inside of glass. What can be known without rendering is compared with that.
+//
+// Pictures are made with fixed seeds. Bounds are at least five standard deviations of the estimate
+// wide, which chance passes less than once in a million had the seeds been drawn anew.
+#include <algorithm>
+#include <vector>
+
+#include "check.h"
+#include "integrator.h"
+#include "intersect.h"
+#include "render.h"
+#include "sampler.h"
+#include "scene.h"
+#include "scene_builder.h"
+
+namespace {
+
+constexpr int SIZE = 24;
+
+struct Settings {
+    uint32_t spp = 16;
+    uint32_t max_depth = 8;
+    uint64_t seed = 0;
+    const char *sampler = "sobol";
+};
+
+struct Picture {
+    std::vector<float> rgb;
+    double mean;
+    double cut_off;
+    uint64_t rays;
+};
+
+// Renders a finished scene; no picture may hold what is not a number or negative.
+Picture picture(Scene &scene, const Settings &settings) {
+    camera_fit(scene.camera, SIZE, SIZE);
+    SamplerSettings sampler_settings;
+    sampler_settings.name = settings.sampler;
+    sampler_settings.seed = settings.seed;
+    const SamplerPointer sampler = sampler_create(sampler_settings);
+    const GeometryPointer geometry = geometry_build(scene);
+    const Integrator integrator =
+        integrator_create(scene, *geometry, sampler.get(), settings.max_depth);
+    RenderProgress done{};
+    const Image image = render(
+        integrator, {{0, 0, SIZE, SIZE}, 0, settings.spp, 1}, [](const RenderProgress &) {}, done);
+    double sum = 0;
+    for (const float v : image.rgb) {
+        CHECK(std::isfinite(v) && v >= 0, "a pixel is %g", static_cast<double>(v));
+        sum += static_cast<double>(v);
+    }
+    return {image.rgb, sum / static_cast<double>(image.rgb.size()), done.cut_off, done.ray_count};
+}
+
+void check_near(double value, double expected, double relative, const char *what) {
+    CHECK(std::abs(value - expected) <= relative * std::abs(expected), "%s: %g, should be %g", what,
+          value, expected);
+}
+
+// The scene as a file far away in large or small units would hold it: its points in double.
+Scene transformed(Scene scene, double scale, double shift_in_sizes) {
+    double size = 0;
+    for (const Vec3 v : scene.vertices)
+        size = std::max(size, static_cast<double>(max_magnitude(v)));
+    const double shift = shift_in_sizes * size * scale;
+    std::vector<Point3d> points;
+    for (const Vec3 v : scene.vertices)
+        points.push_back({scale * static_cast<double>(v.x) + shift,
+                          scale * static_cast<double>(v.y) - shift,
+                          scale * static_cast<double>(v.z) + 0.5 * shift});
+    const Point3d middle = recentre(points, scene.vertices);
+    const auto move = [&](Vec3 v) {
+        return Vec3{static_cast<float>(scale * static_cast<double>(v.x) + shift - middle.x),
+                    static_cast<float>(scale * static_cast<double>(v.y) - shift - middle.y),
+                    static_cast<float>(scale * static_cast<double>(v.z) + 0.5 * shift - middle.z)};
+    };
+    const auto factor = static_cast<float>(scale);
+    for (Light &light : scene.lights) {
+        light.corner = move(light.corner);
+        light.edge_u = factor * light.edge_u;
+        light.edge_v = factor * light.edge_v;
+        light.area *= factor * factor;
+    }
+    scene.camera.position = move(scene.camera.position);
+    scene.camera.lens_radius *= factor;
+    scene.camera.focus_distance *= factor;
+    return scene;
+}
+
+// The same samples give the same pictures, but for the few paths that rounding sends elsewhere.
+void test_scale_and_place_do_not_matter() {
+    for (const SceneEntry &entry : scene_entries()) {
+        Scene original = entry.build();
+        scene_finish(original);
+        const Picture expected = picture(original, {});
+        CHECK(expected.mean > 0.01, "%s is dark: %g", entry.name, expected.mean);
+        const double changes[][2] = {{1e-4, 0}, {1e4, 0}, {1, 1000}, {1e-4, 1000}, {1e4, 1000}};
+        for (const auto &change : changes) {
+            Scene scene = transformed(entry.build(), change[0], change[1]);
+            scene_finish(scene);
+            const Picture seen = picture(scene, {});
+            int differing = 0;
+            double difference = 0;
+            for (size_t i = 0; i < seen.rgb.size(); ++i) {
+                const float off = std::abs(seen.rgb[i] - expected.rgb[i]);
+                differing += off > 0.01f * expected.rgb[i] ? 1 : 0;
+                difference += static_cast<double>(seen.rgb[i] - expected.rgb[i]);
+            }
+            difference /= static_cast<double>(seen.rgb.size());
+            CHECK(differing < 0.05 * static_cast<double>(seen.rgb.size()),
+                  "%s, scale %g, moved by %g: %d of %zu values differ", entry.name, change[0],
+                  change[1], differing, seen.rgb.size());
+            CHECK(std::abs(difference) < 0.01 * expected.mean,
+                  "%s, scale %g, moved by %g: %g of %g", entry.name, change[0], change[1],
+                  difference, expected.mean);
+        }
+    }
+}
+
+// A floor of 8 x 8 under a camera that looks down on its middle.
+Scene floor_scene(Vec3 albedo) {
+    Scene scene;
+    scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 0.2f);
+    const uint32_t floor = add_diffuse(scene, albedo);
+    add_quad(scene, floor, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4});
+    return scene;
+}
+
+// Broken faces change nothing: they are dropped, or too thin to be seen.
+void test_broken_faces() {
+    Scene clean = scene_entries()[0].build(); // cornell
+    Scene broken = clean;
+    const auto vertex = [&](Vec3 v) {
+        broken.vertices.push_back(v);
+        return static_cast<uint32_t>(broken.vertices.size() - 1);
+    };
+    const auto triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
+        broken.triangles.push_back({{a, b, c}});
+        broken.surfaces.push_back({0, -1});
+    };
+    const uint32_t a = vertex({278, 200, 100}), b = vertex({300, 250, 120});
+    const uint32_t middle = vertex({289, 225, 110}), again = vertex({278, 200, 100});
+    triangle(a, a, a);
+    triangle(a, b, b);
+    triangle(a, again, b);
+    triangle(a, b, middle);
+    // Needles: across the picture, a hundred-thousandth of it wide, and thinner yet.
+    triangle(vertex({0, 100, 10}), vertex({550, 100, 10}), vertex({550, 100.005f, 10}));
+    triangle(vertex({0, 200, 10}), vertex({550, 200, 10}), vertex({550, 200.00002f, 10}));
+    // Every face once more, and once more turned around.
+    const size_t count = clean.triangles.size();
+    for (size_t i = 0; i < count; ++i) {
+        const Triangle t = clean.triangles[i];
+        const Surface surface = clean.surfaces[i];
+        if (surface.light >= 0) continue; // what lies in a lamp, before or behind it, is undecided
+        broken.triangles.push_back(t);
+        broken.surfaces.push_back(surface);
+        broken.triangles.push_back({{t.vertices[0], t.vertices[2], t.vertices[1]}});
+        broken.surfaces.push_back(surface);
+    }
+    // Normals of length zero, for all vertices, stand for the triangle's own.
+    broken.normals.assign(broken.vertices.size(), {0, 0, 0});
+
+    scene_finish(clean);
+    scene_finish(broken);
+    CHECK(broken.dropped_triangles >= 3, "%u dropped", broken.dropped_triangles);
+    const Picture expected = picture(clean, {}), seen = picture(broken, {});
+    check_near(seen.mean, expected.mean, 0.005, "broken faces");
+}
+
+// A quad that lies in another of another material: one of the two is seen, and no light is lost
+// between them.
+void test_coplanar_faces() {
+    Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
+    const uint32_t other = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
+    add_quad(scene, other, {-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2});
+    scene.environment =
+        std::make_shared<Environment>(environment_create(8, 4, std::vector<Vec3>(32, {1, 1, 1})));
+    scene_finish(scene);
+    check_near(picture(scene, {}).mean, 0.5, 0.01, "coplanar faces under an even sky");
+}
+
+void test_normals_that_are_none() {
+    const float not_a_number = NAN;
+    const Vec3 normals[] = {{0, 0, 0}, {not_a_number, 0, 0}, {1e-30f, 1e-30f, 0}, {0, -1, 0}};
+    for (const Vec3 normal : normals) {
+        Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
+        scene.normals.assign(4, normal);
+        scene.environment = std::make_shared<Environment>(
+            environment_create(8, 4, std::vector<Vec3>(32, {1, 1, 1})));
+        scene_finish(scene);
+        const Picture seen = picture(scene, {});
+        CHECK(seen.mean > 0.1 && seen.mean < 0.6, "normal %g %g %g: %g", normal.x, normal.y,
+              normal.z, seen.mean);
+    }
+    Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
+    scene.vertices[2].y = not_a_number;
+    bool thrown = false;
+    try {
+        scene_finish(scene);
+    } catch (const std::exception &) {
+        thrown = true;
+    }
+    CHECK(thrown, "a vertex that is not a number was taken");
+}
+
+// A light of a ten-thousandth of the scene is a point light: irradiance is power over distance
+// squared.
+void test_tiny_light() {
+    Scene scene = floor_scene({0.8f, 0.8f, 0.8f});
+    const uint32_t black = add_diffuse(scene, {0, 0, 0});
+    const float side = 8e-4f, radiance = 1e7f;
+    add_light_towards(scene, black, {radiance, radiance, radiance}, {0, 2, 0}, {0, 0, 0}, side,
+                      side);
+    scene.camera = camera_look_at({0, 3, 1.5f}, {0, 0, 0}, {0, 1, 0}, 0.02f);
+    scene_finish(scene);
+    const double expected = 0.8 / static_cast<double>(PI) * static_cast<double>(radiance) *
+                            static_cast<double>(side) * static_cast<double>(side) / 4;
+    check_near(picture(scene, {16, 1, 0, "white"}).mean, expected, 0.003, "tiny light");
+}
+
+// A wall sees a light edge-on: half of the wall's neighbours are before it, none may shine wrongly.
+void test_light_edge_on() {
+    Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
+    const uint32_t black = add_diffuse(scene, {0, 0, 0});
+    // In the plane of the floor itself, facing along it.
+    add_light(scene, black, {5, 5, 5}, {-1, 0, 0}, {1, 0, 0}, {1, 0, -1});
+    add_light(scene, black, {5, 5, 5}, {2, 0, -1}, {2, 0, 1}, {2, 1, 1});
+    scene_finish(scene);
+    const Picture seen = picture(scene, {16, 4, 0, "white"});
+    CHECK(seen.mean > 0 && seen.mean < 5.1, "%g", seen.mean);
+    // Seen exactly from the side, a light shows nothing.
+    Scene side;
+    side.camera = camera_look_at({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 0.3f);
+    const uint32_t dark = add_diffuse(side, {0, 0, 0});
+    add_light(side, dark, {5, 5, 5}, {-1, 0, -1}, {-1, 0, 1}, {1, 0, 1});
+    scene_finish(side);
+    CHECK(picture(side, {}).mean < 0.5, "it shines sideways");
+}
+
+std::shared_ptr<Environment> even_environment() {
+    return std::make_shared<Environment>(
+        environment_create(16, 8, std::vector<Vec3>(128, {1, 1, 1})));
+}
+
+// White things of every material under an even sky cannot be told from it.
+void test_white_furnace() {
+    Scene scene;
+    scene.camera = camera_look_at({0, 0.5f, 4}, {0, 0, 0}, {0, 1, 0}, 0.5f);
+    const Vec3 white = {1, 1, 1};
+    const uint32_t materials[] = {
+        add_diffuse(scene, white),         add_conductor(scene, white, 0),
+        add_conductor(scene, white, 0.4f), add_conductor(scene, white, 1),
+        add_dielectric(scene, 1.5f, 0),    add_dielectric(scene, 1.5f, 0.4f),
+        add_dielectric(scene, 1.5f, 1),    add_dielectric(scene, 1, 0.5f),
+        add_dielectric(scene, 1.33f, 0.1f)};
+    for (int i = 0; i < 9; ++i)
+        add_sphere(scene, materials[i],
+                   {static_cast<float>(i % 3 - 1) * 1.1f, static_cast<float>(i / 3 - 1) * 1.1f, 0},
+                   0.5f);
+    scene.environment = even_environment();
+    scene_finish(scene);
+    const Picture seen = picture(scene, {64, 200, 0, "sobol"});
+    check_near(seen.mean, 1, 0.005, "white spheres under a white sky");
+    for (size_t i = 0; i < seen.rgb.size(); ++i)
+        CHECK(std::abs(seen.rgb[i] - 1) < 0.6f, "pixel %zu: %g", i / 3, seen.rgb[i]);
+}
+
+// What is carried is radiance over the squared index of refraction: inside glass all is as bright.
+void test_camera_inside_glass() {
+    for (const float roughness : {0.0f, 0.5f}) {
+        Scene scene;
+        scene.camera = camera_look_at({0.2f, 0.1f, 0.3f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
+        add_sphere(scene, add_dielectric(scene, 1.5f, roughness), {0, 0, 0}, 1);
+        scene.environment = even_environment();
+        scene_finish(scene);
+        check_near(picture(scene, {64, 400, 0, "sobol"}).mean, 1, 0.01, "inside glass");
+    }
+}
+
+void test_one_bright_texel() {
+    std::vector<Vec3> texels(64 * 32, {0, 0, 0});
+    texels[6 * 64 + 40] = {1e5f, 1e5f, 1e5f};
+    Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
+    scene.environment = std::make_shared<Environment>(environment_create(64, 32, texels));
+    // By a grid over the sky: irradiance of the floor over pi times its albedo.
+    double expected = 0;
+    const int n = 1024;
+    for (int y = 0; y < n / 2; ++y)
+        for (int x = 0; x < n; ++x) {
+            const double angle = static_cast<double>(PI) * (y + 0.5) / n;
+            const double turn = 2 * static_cast<double>(PI) * (x + 0.5) / n;
+            const Vec3 d = {static_cast<float>(std::sin(angle) * std::sin(turn)),
+                            static_cast<float>(std::cos(angle)),
+                            static_cast<float>(std::sin(angle) * std::cos(turn))};
+            expected += 0.5 * static_cast<double>(environment_radiance(*scene.environment, d).x) *
+                        std::cos(angle) * std::sin(angle) * 2 * static_cast<double>(PI) / (n * n);
+        }
+    scene_finish(scene);
+    check_near(picture(scene, {16, 1, 0, "sobol"}).mean, expected, 0.02, "one bright texel");
+    check_near(picture(scene, {64, 1, 0, "white"}).mean, expected, 0.03, "one bright texel");
+}
+
+// White walls all around: paths end at the greatest depth, and that all of them did is reported.
+void test_closed_white_box() {
+    Scene scene;
+    scene.camera = camera_look_at({0, 0, 0}, {1, 0.3f, 0.2f}, {0, 1, 0}, 0.5f);
+    const uint32_t white = add_diffuse(scene, {1, 1, 1});
+    add_box(scene, white, {0, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1});
+    Scene lit = scene;
+    scene_finish(scene);
+    const Picture dark = picture(scene, {4, 50, 0, "white"});
+    CHECK(dark.mean == 0, "%g", dark.mean);
+    check_near(dark.cut_off, 1, 1e-3, "cut off");
+    CHECK(dark.rays == 51u * 4 * SIZE * SIZE, "%llu rays",
+          static_cast<unsigned long long>(dark.rays));
+    // With a light inside, each further bounce adds the same again.
+    add_light(lit, white, {0.1f, 0.1f, 0.1f}, {-0.2f, 0.5f, -0.2f}, {0.2f, 0.5f, -0.2f},
+              {0.2f, 0.5f, 0.2f});
+    scene_finish(lit);
+    const double at_20 = picture(lit, {64, 20, 0, "sobol"}).mean;
+    const double at_40 = picture(lit, {64, 40, 0, "sobol"}).mean;
+    CHECK(at_40 > 1.8 * at_20 && at_40 < 2.3 * at_20, "%g and %g", at_20, at_40);
+}
+
+void test_no_light_and_no_scene() {
+    Scene dark = floor_scene({0.5f, 0.5f, 0.5f});
+    scene_finish(dark);
+    CHECK(picture(dark, {}).mean == 0, "light from nowhere");
+    Scene empty;
+    empty.camera = camera_look_at({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0.5f);
+    scene_finish(empty);
+    CHECK(picture(empty, {}).mean == 0, "light from nowhere");
+    Scene sky;
+    sky.camera = camera_look_at({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0.5f);
+    sky.environment = even_environment();
+    scene_finish(sky);
+    check_near(picture(sky, {}).mean, 1, 1e-5, "nothing but sky");
+    Scene black_sky = floor_scene({0.5f, 0.5f, 0.5f});
+    black_sky.environment =
+        std::make_shared<Environment>(environment_create(8, 4, std::vector<Vec3>(32, {0, 0, 0})));
+    scene_finish(black_sky);
+    CHECK(picture(black_sky, {}).mean == 0, "light from a black sky");
+}
+
+// More points on lights at the first surface: the same mean, less noise.
+void test_light_samples() {
+    Scene scene = scene_entries()[1].build(); // penumbra
+    scene_finish(scene);
+    double mean[3] = {}, square[3] = {}, noise[3] = {};
+    const int seeds = 16;
+    const uint32_t counts[3] = {1, 2, 8};
+    for (int i = 0; i < 3; ++i) {
+        scene.light_samples = counts[i];
+        std::vector<float> before;
+        for (uint64_t seed = 0; seed < seeds; ++seed) {
+            const Picture p =
+                picture(scene, {8, 2, seed + 100 * static_cast<uint64_t>(i), "white"});
+            mean[i] += p.mean / seeds, square[i] += p.mean * p.mean / seeds;
+            for (size_t j = 0; j < before.size(); ++j)
+                noise[i] += static_cast<double>((p.rgb[j] - before[j]) * (p.rgb[j] - before[j]));
+            before = p.rgb;
+        }
+    }
+    for (int i = 1; i < 3; ++i) {
+        const double deviation = std::sqrt(
+            ((square[0] - mean[0] * mean[0]) + (square[i] - mean[i] * mean[i])) / (seeds - 1));
+        CHECK(std::abs(mean[i] - mean[0]) < 5 * deviation, "%u: %g and %g, deviation %g", counts[i],
+              mean[i], mean[0], deviation);
+        CHECK(noise[i] < 0.8 * noise[i - 1], "%u: %g after %g", counts[i], noise[i], noise[i - 1]);
+    }
+}
+
+// All rays of one point of the picture meet in the plane that is sharp.
+void test_lens() {
+    Camera camera = camera_look_at({1, 2, 3}, {0, 0, -4}, {0, 1, 0}, 0.4f);
+    camera_fit(camera, SIZE, SIZE);
+    const Vec2 point = {3.3f, 17.9f};
+    const Ray straight = camera_ray(camera, point, {0.5f, 0.5f});
+    camera_set_lens(camera, 0.2f, {0.5f, 0, -2});
+    const float distance = camera.focus_distance;
+    CHECK(distance > 4 && distance < 7, "%g", distance);
+    const Vec3 sharp =
+        straight.origin + (distance / dot(straight.direction, camera.forward)) * straight.direction;
+    Random random{1};
+    float farthest = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const Ray ray = camera_ray(camera, point, {random(), random()});
+        const Vec3 to_sharp = sharp - ray.origin;
+        CHECK(length(cross(to_sharp, ray.direction)) < 1e-5f, "missed by %g",
+              length(cross(to_sharp, ray.direction)));
+        CHECK(std::abs(dot(ray.origin - camera.position, camera.forward)) < 1e-6f,
+              "not on the lens");
+        farthest = std::max(farthest, length(ray.origin - camera.position));
+    }
+    CHECK(farthest < 0.2001f && farthest > 0.19f, "lens of radius %g", farthest);
+}
+
+} // namespace
+
+int main() {
+    geometry_thread_begin();
+    test_lens();
+    test_no_light_and_no_scene();
+    test_broken_faces();
+    test_coplanar_faces();
+    test_normals_that_are_none();
+    test_tiny_light();
+    test_light_edge_on();
+    test_one_bright_texel();
+    test_closed_white_box();
+    test_light_samples();
+    test_camera_inside_glass();
+    test_white_furnace();
+    test_scale_and_place_do_not_matter();
+    return 0;
+}
