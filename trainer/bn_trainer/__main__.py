@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""python -m bn_trainer train | evaluate | export | train-paper | table | wronski"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from pathlib import Path
+
+from .config import TrainerError
+
+
+def whole(least: int):  # type: ignore[no-untyped-def]
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise argparse.ArgumentTypeError(f"must be a whole number from {least} on, not {text!r}")
+        return value
+
+    return read
+
+
+def add_train(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--config", type=Path, help="TOML file, see trainer/configs")
+    parser.add_argument("--run", type=Path, metavar="FOLDER",
+                        help="for config, log and checkpoints; default ~/.cache/bn_trainer/<name of the config>")
+    parser.add_argument("--resume", action="store_true", help="go on with the run in the folder, exactly as if never stopped")
+    parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
+    parser.add_argument("--threads", type=whole(0), default=0, help="default 0: torch's own choice")
+    parser.add_argument("--stop-after", type=whole(0), default=0, metavar="N", help="stop after N iterations in all")
+    parser.add_argument("--quiet", action="store_true")
+
+
+def run_train(options: argparse.Namespace) -> int:
+    from .train import train
+
+    train(options.config, options.run, resume=options.resume, device=options.device, threads=options.threads,
+          stop_after=options.stop_after, quiet=options.quiet)
+    return 0
+
+
+def add_evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, help="checkpoint (.pt) or ONNX file (.onnx)")
+    parser.add_argument("--seeds", type=whole(1), default=20)
+    parser.add_argument("--flatness-seeds", type=whole(0), default=1000, help="0: leave the mean over masks out")
+    parser.add_argument("--threads", type=whole(0), default=0)
+
+
+def run_evaluate(options: argparse.Namespace) -> int:
+    import torch
+
+    from .evaluate import evaluate
+
+    if options.threads:
+        torch.set_num_threads(options.threads)
+    evaluate(options.model, seeds=options.seeds, flatness_seeds=options.flatness_seeds)
+    return 0
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("checkpoint", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True, help="ONNX file")
+
+
+def run_export(options: argparse.Namespace) -> int:
+    from .export import export
+    from .files import load_model
+
+    done = export(load_model(options.checkpoint), options.output)
+    print(f"{options.output}: {done['bytes']} bytes, {done['compared']}\nSHA-256 {done['sha256']}")
+    return 0
+
+
+OWN = {
+    "train": ("train a network; resumes exactly", add_train, run_train),
+    "evaluate": ("print the quality and the cost of a model", add_evaluate, run_evaluate),
+    "export": ("write the model of a checkpoint as ONNX", add_export, run_export),
+}
+#: Commands that are modules with add_arguments(parser) and main(options).
+MODULES = {
+    "train-paper": ("paper", "train the paper's perceptron"),
+    "table": ("table", "the paper's Table I on a stated protocol"),
+    "wronski": ("wronski", "optimise a mask by gradient descent through spectrum and histogram"),
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    arguments = sys.argv[1:] if arguments is None else arguments
+    parser = argparse.ArgumentParser(prog="python -m bn_trainer", description="Trains libbn's network.")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, (help_text, add, run) in OWN.items():
+        child = commands.add_parser(name, help=help_text)
+        add(child)
+        child.set_defaults(run_command=run)
+    for name, (module_name, help_text) in MODULES.items():
+        child = commands.add_parser(name, help=help_text)
+        # Loaded only when asked for: they need more packages.
+        if arguments[:1] == [name]:
+            module = importlib.import_module(f".{module_name}", __package__)
+            module.add_arguments(child)
+            child.set_defaults(run_command=module.main)
+    options = parser.parse_args(arguments)
+    try:
+        return options.run_command(options) or 0
+    except TrainerError as error:
+        print(f"bn_trainer: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("bn_trainer: stopped; go on with train --resume", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

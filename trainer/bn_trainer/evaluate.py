@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Quality and cost of a model. Ranks and errors are libbn's, through the package `bluenoise`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from .config import TrainerError
+from .files import load_model
+from .model import Relaxation, wrap
+
+SIGMAS = (0.75, 1.0, 1.5, 2.0)
+#: Height and width.
+SIZES = ((64, 64), (128, 128), (256, 256), (67, 93), (48, 200))
+SEEDS = 20
+ANISOTROPY_MASKS = 16
+FLATNESS_SEEDS, FLATNESS_SIZE = 1000, 32
+
+#: Noise (h + 2r, w + 2r) to values (h, w).
+Network = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
+
+
+def bluenoise() -> Any:
+    try:
+        import bluenoise as package
+    except ImportError:
+        raise TrainerError("the referee is the package bluenoise; install it: pip install . (in the repository)") from None
+    return package
+
+
+def network_of(path: Path) -> tuple[Network, int, str]:
+    """A checkpoint, run by torch, or an ONNX file, run by ONNX Runtime: the network, its radius, and its cost in words."""
+    if path.suffix != ".onnx":
+        model = load_model(path)
+        parameters = sum(p.numel() for p in model.parameters())
+        cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.1f} kFLOP per texel, radius {model.receptive_radius}"
+        return torch_network(model), model.receptive_radius, cost
+    try:
+        import onnx
+        import onnxruntime
+    except ImportError:
+        raise TrainerError("to evaluate an ONNX file install onnx and onnxruntime") from None
+    try:
+        data = path.read_bytes()
+        proto = onnx.load_from_string(data)
+        radius = int({p.key: p.value for p in proto.metadata_props}["bn.receptive_radius"])
+        options = onnxruntime.SessionOptions()
+        options.log_severity_level, options.intra_op_num_threads = 3, torch.get_num_threads()
+        session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+    except OSError as error:
+        raise TrainerError(f"cannot read {path}: {error.strerror}") from None
+    except Exception:  # onnx and ONNX Runtime raise whatever their parsers met
+        raise TrainerError(f"{path} is no model of this library") from None
+
+    def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        return np.asarray(session.run(None, {"noise": noise[None, None]})[0][0, 0])
+
+    parameters = sum(int(np.prod(t.dims)) for t in proto.graph.initializer)
+    cost = f"{parameters} stored numbers, {flop_of(proto) / 1000:.1f} kFLOP per texel in convolutions, radius {radius}"
+    return run, radius, cost
+
+
+def flop_of(proto: Any) -> int:
+    """Multiplications and additions per texel of the convolutions of a graph without strides."""
+    weights = {t.name: t.dims for t in proto.graph.initializer}
+    return sum(2 * int(np.prod(weights[node.input[1]])) for node in proto.graph.node if node.op_type == "Conv")
+
+
+def torch_network(model: Relaxation) -> Network:
+    def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        with torch.no_grad():
+            return model(torch.from_numpy(noise)[None, None]).numpy()[0, 0]
+
+    return run
+
+
+def values_of(network: Network, radius: int, height: int, width: int, seed: int) -> npt.NDArray[np.float32]:
+    """The mask of a seed, as the network's values. Noise is torch's of the seed."""
+    noise = torch.rand(1, 1, height, width, generator=torch.Generator().manual_seed(seed))
+    return network(wrap(noise, radius).numpy()[0, 0])
+
+
+def ranks_of(values: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
+    ranks = np.empty(values.size, np.uint32)
+    ranks[np.argsort(values.reshape(-1), kind="stable")] = np.arange(values.size, dtype=np.uint32)
+    return ranks.reshape(values.shape)
+
+
+def errors(network: Network, radius: int, height: int, width: int, seeds: int) -> npt.NDArray[np.float64]:
+    """E_sigma of every seed and every sigma of SIGMAS, (seeds, 4)."""
+    package = bluenoise()
+    return np.array([
+        [figures[f"e_{sigma:g}"] for sigma in SIGMAS]
+        for figures in (package.measure(ranks_of(values_of(network, radius, height, width, seed))) for seed in range(seeds))
+    ])
+
+
+def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_SEEDS, out: Any = None) -> None:
+    """Prints the quality and the cost of a checkpoint or an ONNX file."""
+    out = out or sys.stdout
+    package = bluenoise()
+    network, radius, cost = network_of(path)
+    print(f"{path.name}: {cost}", file=out)
+    print(f"mean and standard deviation over {seeds} seeds", file=out)
+    print(f"{'size':>9}" + "".join(f"{f'E_{sigma:g}':>17}" for sigma in SIGMAS), file=out)
+    for height, width in SIZES:
+        table = errors(network, radius, height, width, seeds)
+        cells = "".join(f"{mean:>9.4f} {deviation:.4f} " for mean, deviation in zip(table.mean(0), table.std(0)))
+        print(f"{f'{width}x{height}':>9} {cells}", file=out, flush=True)
+    values = values_of(network, radius, 256, 256, 0)
+    print(f"raw values at 256x256: mean {values.mean():.4f}, standard deviation {values.std():.4f} (uniform: 0.5, 0.2887), "
+          f"{values.min():.4f} to {values.max():.4f}", file=out)
+    masks = [ranks_of(values_of(network, radius, 128, 128, seed)) for seed in range(ANISOTROPY_MASKS)]
+    print(f"anisotropy over {ANISOTROPY_MASKS} masks of 128x128: {package.anisotropy(masks):.1f} dB", file=out)
+    if flatness_seeds:
+        spread, expected, worst = flatness(network, radius, flatness_seeds)
+        print(f"mean over {flatness_seeds} masks of {FLATNESS_SIZE}x{FLATNESS_SIZE}: standard deviation between texels "
+              f"{spread:.5f}, independent masks {expected:.5f}; largest of any row, column or phase {worst:.1f} of its own", file=out)
+
+
+def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:
+    """Is there a pattern all masks share? The deviation between texels of the mean over masks; that of independent
+    uniform values; and the largest mean of a row, a column or a phase of 2x2 or 4x4, in its standard deviations had
+    texels nothing to do with each other (blue noise: less than those)."""
+    size = FLATNESS_SIZE
+    total = np.zeros((size, size))
+    for seed in range(seeds):
+        total += (ranks_of(values_of(network, radius, size, size, seed)) + 0.5) / size**2
+    mean = total / seeds - 0.5
+    one = 1 / np.sqrt(12 * seeds)
+    groups = [mean.mean(0) * np.sqrt(size), mean.mean(1) * np.sqrt(size)]
+    for period in (2, 4):
+        part = size // period
+        groups.append(mean.reshape(part, period, part, period).mean((0, 2)).ravel() * part)
+    return float(mean.std()), float(one), float(max(np.abs(g).max() for g in groups) / one)
