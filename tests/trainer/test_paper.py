@@ -11,6 +11,7 @@ import pytest
 torch = pytest.importorskip("torch")
 import bluenoise  # noqa: E402
 from bn_trainer import paper, pictures, table, wronski  # noqa: E402
+from bn_trainer.config import TrainerError  # noqa: E402
 from PIL import Image  # noqa: E402
 
 torch.set_num_threads(1)
@@ -121,12 +122,12 @@ def test_resuming_is_exact(tmp_path):
 
 def test_runs_are_not_mixed_up(tmp_path):
     paper.train(TINY, tmp_path, iterations=1, report=lambda line: None)
-    with pytest.raises(FileExistsError, match="--resume"):
+    with pytest.raises(TrainerError, match="--resume"):
         paper.train(TINY, tmp_path)
-    with pytest.raises(ValueError, match="seed=4"):
+    with pytest.raises(TrainerError, match="seed=4"):
         paper.train(dataclasses.replace(TINY, seed=4), tmp_path, resume=True)
     (tmp_path / "checkpoint.pt").write_bytes(b"something else")
-    with pytest.raises(ValueError, match="not a checkpoint"):
+    with pytest.raises(TrainerError, match="no checkpoint"):
         paper.train(TINY, tmp_path, resume=True)
 
 
@@ -137,9 +138,9 @@ def test_configs(tmp_path, request):
         assert config.iterations == 6000
     bad = tmp_path / "bad.toml"
     bad.write_text("size = 64\nlearning_rate = 1\n")
-    with pytest.raises(ValueError, match="learning_rate"):
+    with pytest.raises(TrainerError, match="learning_rate"):
         paper.read_config(bad)
-    with pytest.raises(ValueError, match="histogram"):
+    with pytest.raises(TrainerError, match="histogram"):
         paper.PaperConfig(histogram="max")
 
 
@@ -157,7 +158,7 @@ def test_wronski_lowers_the_dithering_error(rule):
 def test_wronski_masks_do_not_depend_on_each_other():
     together = wronski.optimise(16, [4, 5], 10, "descent")
     assert np.allclose(together[1], wronski.optimise(16, [5], 10, "descent")[0], atol=1e-4)
-    with pytest.raises(ValueError, match="rule"):
+    with pytest.raises(TrainerError, match="rule"):
         wronski.optimise(16, [1], 10, "newton")
 
 
@@ -205,7 +206,7 @@ def test_pictures(tmp_path):
     name, part = pictures.read_picture(f"{path}@40,4")
     assert name == "grey" and part.shape == (256, 256) and np.allclose(part, 0.2)
     for argument in (f"{path}@50,4", f"{path}@x", str(tmp_path / "none.png")):
-        with pytest.raises(ValueError, match="picture"):
+        with pytest.raises(TrainerError, match="picture"):
             pictures.read_picture(argument)
 
 

@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures for `bn_trainer table`, and the error of their 1-bit dithering: what is left of it after a Gaussian blur."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import torch
 from PIL import Image
+from torch import Tensor
+
+from .config import TrainerError
 
 PICTURE_SIZE = 256
 
 
-def floyd_steinberg(picture):
+def floyd_steinberg(picture: np.ndarray) -> np.ndarray:
     """Error diffusion, row by row from the left (Floyd and Steinberg, 1976): a yardstick that no mask reaches."""
     height, width = picture.shape
     values = np.zeros((height + 1, width + 2))
@@ -26,7 +32,7 @@ def floyd_steinberg(picture):
     return out
 
 
-def synthetic_pictures():
+def synthetic_pictures() -> dict[str, np.ndarray]:
     """A grey ramp, a radial gradient, and a scene of three lit balls over a chequered floor: float32 in [0, 1]."""
     n = PICTURE_SIZE
     y, x = (np.mgrid[0:n, 0:n].astype(np.float32) + 0.5) / n
@@ -45,7 +51,7 @@ def synthetic_pictures():
     return {name: picture.astype(np.float32) for name, picture in (("ramp", ramp), ("radial", radial), ("scene", scene))}
 
 
-def read_picture(argument):
+def read_picture(argument: str) -> tuple[str, np.ndarray]:
     """NAME@X,Y, a picture file and the corner of the part that is used, as grey values in [0, 1]."""
     path, _, corner = argument.partition("@")
     try:
@@ -53,15 +59,15 @@ def read_picture(argument):
         with Image.open(path) as image:
             grey = np.asarray(image.convert("L"), np.float32) / 255
     except (OSError, ValueError) as error:
-        raise ValueError(f"--picture {argument}: {error}; give FILE or FILE@X,Y") from error
+        raise TrainerError(f"--picture {argument}: {error}; give FILE or FILE@X,Y") from None
     part = grey[top : top + PICTURE_SIZE, left : left + PICTURE_SIZE]
     if left < 0 or top < 0 or part.shape != (PICTURE_SIZE, PICTURE_SIZE):
-        raise ValueError(f"--picture {argument}: no {PICTURE_SIZE}x{PICTURE_SIZE} texels at {left},{top} of {path}")
+        raise TrainerError(f"--picture {argument}: no {PICTURE_SIZE}x{PICTURE_SIZE} texels at {left},{top} of {path}")
     return Path(path).stem, part
 
 
-def blur(images, sigma):
-    """Gaussian blur of images (count, height, width) with mirrored edges; torch."""
+def blur(images: Tensor, sigma: float) -> Tensor:
+    """Gaussian blur of images (count, height, width), edges mirrored."""
     radius = int(np.ceil(4 * sigma))
     kernel = torch.exp(-0.5 * (torch.arange(-radius, radius + 1) / sigma).square())
     kernel = kernel / kernel.sum()
@@ -70,14 +76,14 @@ def blur(images, sigma):
     return torch.nn.functional.conv2d(rows, kernel[None, None, :, None])[:, 0]
 
 
-def dithering_errors(values, picture, sigmas):
+def dithering_errors(values: np.ndarray, picture: np.ndarray, sigmas: Sequence[float]) -> np.ndarray:
     """RMSE of 1-bit dithering after blurs of these sigmas, (sigmas, masks)."""
     repeats = PICTURE_SIZE // values.shape[-1] + 1
     tiled = np.tile(values, (1, repeats, repeats))[:, :PICTURE_SIZE, :PICTURE_SIZE]
     return blurred_errors((picture + tiled >= 1).astype(np.float32), picture, sigmas)
 
 
-def blurred_errors(dithered, picture, sigmas):
+def blurred_errors(dithered: np.ndarray, picture: np.ndarray, sigmas: Sequence[float]) -> np.ndarray:
     """RMSE of dithered pictures (count, height, width) after blurs of these sigmas, (sigmas, count)."""
     difference = torch.from_numpy(dithered - picture)
     return np.array([[blur(part[None], sigma).square().mean().sqrt().item() for part in difference] for sigma in sigmas])

@@ -7,15 +7,18 @@ picture + threshold >= 1, the threshold being (rank + 1/2) / n, or (output + 1) 
 The same command measures why the paper's masks fall short: histogram, thresholded patterns, how alike they are.
 """
 
+from __future__ import annotations
+
 import argparse
 import csv
 import dataclasses
 import io
-import os
 import sys
 import textwrap
 import time
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any, Optional
 
 import numpy as np
 import torch
@@ -24,7 +27,10 @@ from PIL import Image, ImageDraw, ImageFont
 import bluenoise
 
 from . import paper, wronski
+from .config import TrainerError
+from .files import write_atomically
 from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
+from .train import default_folder
 
 SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the first columns are for TABLE_SIGMA
 TABLE_SIGMA = 1.0
@@ -49,7 +55,7 @@ class Method:
     note: str = ""
 
 
-def ranks_of(values):
+def ranks_of(values: np.ndarray) -> np.ndarray:
     """Ranks of masks (masks, height, width) along each mask, ties by position, as thresholds (rank + 1/2) / n."""
     flat = values.reshape(len(values), -1)
     order = np.argsort(flat, axis=1, kind="stable")
@@ -58,7 +64,7 @@ def ranks_of(values):
     return places.reshape(values.shape)
 
 
-def timed(make, seeds):
+def timed(make: Callable[[int], np.ndarray], seeds: Iterable[int]) -> tuple[np.ndarray, float]:
     """The masks of the seeds one by one, and the median of the seconds each took."""
     masks, seconds = [], []
     for seed in seeds:
@@ -68,33 +74,19 @@ def timed(make, seeds):
     return np.stack(masks), float(np.median(seconds))
 
 
-def neural_maker(size, model):
-    """A function seed -> values of this library's network, and where it comes from; None and the reason when there is
-    none. Through bluenoise where it has the network, else `model`, an ONNX file, in ONNX Runtime."""
-    if model is None:
-        try:
-            bluenoise.mask((size, size), method="neural", seed=0)
-            return lambda seed: bluenoise.mask((size, size), method="neural", seed=seed), "bluenoise.mask"
-        except (ValueError, RuntimeError) as error:
-            return None, f'bluenoise.mask(method="neural"): {error}'
+def neural_maker(size: int, model: Optional[Path]) -> tuple[Optional[Callable[[int], np.ndarray]], str]:
+    """A function seed -> ranks of this library's network, or of the ONNX file `model`, and where it comes from; None and
+    the reason where the library has no network or finds no ONNX Runtime."""
     try:
-        import onnxruntime
-    except ImportError:
-        return None, "onnxruntime is not installed"
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    session = onnxruntime.InferenceSession(str(model), options, providers=["CPUExecutionProvider"])
-    radius = int(session.get_modelmeta().custom_metadata_map["bn.receptive_radius"])
-
-    def make(seed):
-        noise = np.random.default_rng(seed).random((size, size), dtype=np.float32)
-        padded = np.pad(noise, radius, mode="wrap")[None, None]
-        return session.run(None, {"noise": padded})[0][0, 0]
-
-    return make, f"{Path(model).name} in ONNX Runtime"
+        generator = bluenoise.NeuralGenerator(model, threads=1)
+    except (AttributeError, ValueError, OSError, RuntimeError) as error:
+        if model is not None:
+            raise TrainerError(f"--model {model}: {error}") from None
+        return None, str(error)
+    return lambda seed: generator.mask((size, size), seed), model.name if model else "the network that ships"
 
 
-def library_methods(size, count, model):
+def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method]:
     seeds = range(count)
     masks, seconds = timed(lambda seed: bluenoise.mask((size, size), method="white", seed=seed), seeds)
     methods = [Method("white noise", size, "white", ranks_of(masks), seconds)]
@@ -102,22 +94,22 @@ def library_methods(size, count, model):
     methods.append(Method("void-and-cluster", size, "void-and-cluster", ranks_of(masks), seconds))
     make, source = neural_maker(size, model)
     if make is None:
-        print(f"table: without this library's network: {source}", file=sys.stderr)
+        say(f"without this library's network: {source}")
     else:
         masks, seconds = timed(make, seeds)
         methods.append(Method("this library's network", size, "ours", ranks_of(masks), seconds, note=source))
     return methods
 
 
-def perceptron_methods(folder, size, count):
+def perceptron_methods(folder: Path, size: int, count: int) -> list[Method]:
     """Raw outputs and exact ranks of a trained perceptron; nothing where the folder holds no checkpoint."""
     checkpoint = folder / "checkpoint.pt"
     if not checkpoint.exists():
-        print(f"table: without {folder.name}: no {checkpoint} (bn_trainer train-paper makes it)", file=sys.stderr)
+        say(f"without {folder.name}: no {checkpoint} (train-paper makes it)")
         return []
     run = paper.PaperTraining.load(checkpoint)
     if run.config.size != size:
-        raise ValueError(f"{checkpoint} is of size {run.config.size}, not {size}")
+        raise TrainerError(f"{checkpoint} is of size {run.config.size}, not {size}")
     masks, seconds = timed(lambda seed: paper.generate(run.model, [seed], size)[0], range(count))
     name = "perceptron" + (", summed histogram" if run.config.histogram == "sum" else "")
     flop = sum(2 * layer.weight.numel() for layer in run.model.layers) / size**2
@@ -127,7 +119,7 @@ def perceptron_methods(folder, size, count):
             Method(name + ", ranks made exact", size, "perceptron exact", ranks_of(raw), seconds, flop, False, note)]
 
 
-def wronski_method(size, count, iterations):
+def wronski_method(size: int, count: int, iterations: int) -> Method:
     start = time.perf_counter()
     masks = wronski.optimise(size, range(count), iterations)
     seconds = (time.perf_counter() - start) / count
@@ -135,11 +127,11 @@ def wronski_method(size, count, iterations):
                   f"{iterations} iterations")
 
 
-def calibrated_sigma(white, void_and_cluster, pictures):
+def calibrated_sigma(white: Method, void_and_cluster: Method, pictures: list[np.ndarray]) -> float:
     """The blur at which void-and-cluster's error, over white noise's, is the paper's: so its figures can be compared."""
     target = PUBLISHED_RMSE["void-and-cluster"] / PUBLISHED_RMSE["white"]
 
-    def ratio(sigma):
+    def ratio(sigma: float) -> float:
         sums = [sum(dithering_errors(method.values[:CALIBRATING], picture, [sigma]).mean() for picture in pictures)
                 for method in (white, void_and_cluster)]
         return sums[1] / sums[0]
@@ -151,7 +143,7 @@ def calibrated_sigma(white, void_and_cluster, pictures):
     return round((low + high) / 2, 2)
 
 
-def threshold_error(values, sigma):
+def threshold_error(values: np.ndarray, sigma: float) -> float:
     """E_sigma of thresholds as they are (bn_mask_error takes ranks): values (height, width) in [0, 1]."""
     height, width = values.shape
     square = torch.fft.fftfreq(height)[:, None].square() + torch.fft.rfftfreq(width).square()
@@ -161,7 +153,7 @@ def threshold_error(values, sigma):
     return torch.fft.irfft2(torch.fft.rfft2(difference) * transfer, s=(height, width)).square().mean().sqrt().item()
 
 
-def mask_figures(method):
+def mask_figures(method: Method) -> dict[Any, float]:
     """E_1, E_1.5, histogram deviation and power below half the principal frequency per level of a method's masks, means
     over at most MEASURED of them; and how alike all are."""
     values = method.values[:MEASURED]
@@ -178,7 +170,7 @@ def mask_figures(method):
             "alike": likeness(method.values)}
 
 
-def likeness(values):
+def likeness(values: np.ndarray) -> float:
     """The mean size of the correlation between two masks of a method: 1 for one and the same mask or its negative, about
     0.8 / sqrt(n) for independent masks of n texels. NaN for a single mask."""
     flat = values.reshape(len(values), -1).astype(np.float64)
@@ -188,7 +180,7 @@ def likeness(values):
     return float(np.abs((flat @ flat.T)[pairs]).mean()) if len(flat) > 1 else float("nan")
 
 
-def descent_figures(size, iterations, count=2):
+def descent_figures(size: int, iterations: Sequence[int], count: int = 2) -> list[tuple[int, float, float]]:
     """Loss and E_1 on the way of Wronski's descent: rows (iterations, loss, E_1)."""
     rows = []
     for steps in iterations:
@@ -198,20 +190,25 @@ def descent_figures(size, iterations, count=2):
     return rows
 
 
-def number(value, digits=4):
+def say(line: str) -> None:
+    print(f"table: {line}", file=sys.stderr, flush=True)
+
+
+def number(value: float, digits: int = 4) -> str:
     return "" if np.isnan(value) else f"{value:.{digits}f}"
 
 
-def time_text(seconds):
+def time_text(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
 
 
-def markdown(header, rows):
+def markdown(header: list[str], rows: list[list[str]]) -> str:
     lines = ["| " + " | ".join(header) + " |", "| --- |" + " ---: |" * (len(header) - 1)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
-def error_table(methods, pictures, errors, diffused, sigmas):
+def error_table(methods: list[Method], pictures: list[str], errors: list[dict[str, np.ndarray]],
+                diffused: dict[str, np.ndarray], sigmas: list[float]) -> str:
     """errors: method index -> picture -> (sigmas, masks); diffused: picture -> (sigmas, 1). The last sigma is the
     calibrated one."""
     at = sigmas.index(TABLE_SIGMA)
@@ -232,7 +229,7 @@ def error_table(methods, pictures, errors, diffused, sigmas):
     return markdown(header, rows)
 
 
-def figure_table(methods, figures):
+def figure_table(methods: list[Method], figures: list[dict[Any, float]]) -> str:
     header = ["mask", "time per mask", "the paper's", "FLOP per texel", "E_1", "E_1.5", "deviation",
               "grey < 1/4", *(f"at 1/{round(1 / level)}" for level in LEVELS), "alike"]
     rows = []
@@ -245,7 +242,8 @@ def figure_table(methods, figures):
     return markdown(header, rows)
 
 
-def report_text(methods, figures, tables, descent, sigmas, options):
+def report_text(methods: list[Method], figures: list[dict[Any, float]], tables: tuple[str, str],
+                descent: list[tuple[int, float, float]], sigmas: list[float], options: argparse.Namespace) -> str:
     error, figure = tables
     notes = dict.fromkeys(f"{m.size}x{m.size} {m.name}: {m.note}" for m in methods if m.note and "exact" not in m.name)
     parts = [
@@ -278,7 +276,8 @@ def report_text(methods, figures, tables, descent, sigmas, options):
     return "\n\n".join(parts) + "\n"
 
 
-def explanation(methods, figures, descent):
+def explanation(methods: list[Method], figures: list[dict[Any, float]],
+                descent: list[tuple[int, float, float]]) -> list[str]:
     """Paragraphs in which every figure is one of this run's."""
     found = {(m.size, m.name): values for m, values in zip(methods, figures)}
     size = max(m.size for m in methods)
@@ -307,17 +306,17 @@ def explanation(methods, figures, descent):
     return paragraphs
 
 
-def listed(words):
+def listed(words: Iterable[str]) -> str:
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def filled(text):
+def filled(text: str) -> str:
     return textwrap.fill(" ".join(text.split()), 120, break_long_words=False, break_on_hyphens=False)
 
 
-def command_text(options):
-    parts = ["python -m bn_trainer table", f"--runs {options.runs.name}"]
+def command_text(options: argparse.Namespace) -> str:
+    parts = ["python -m bn_trainer table"]
     parts += [f"--picture {picture}" for picture in options.picture]
     if options.masks != 100:
         parts.append(f"--masks {options.masks}")
@@ -326,7 +325,7 @@ def command_text(options):
     return " ".join(parts)
 
 
-def contact_sheet(methods, size):
+def contact_sheet(methods: list[Method], size: int) -> Image.Image:
     """Rows: methods of a size; columns: mask, mean spectrum, thresholded at LEVELS, a part of the dithered scene.
 
     Of masks and patterns a part of at most 64x64 is shown, twice as large."""
@@ -356,7 +355,7 @@ def contact_sheet(methods, size):
     return sheet
 
 
-def csv_text(methods, figures):
+def csv_text(methods: list[Method], figures: list[dict[Any, float]]) -> str:
     """Rows for `scripts/bench neural`: the paper's networks and Wronski."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -368,20 +367,10 @@ def csv_text(methods, figures):
     return out.getvalue()
 
 
-def write_beside(path, write):
-    """write(path) such that the file is there whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        write(beside)
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-def add_arguments(parser):
-    parser.add_argument("--runs", type=Path, required=True,
-                        help="folder with the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of train-paper")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--runs", type=Path, default=default_folder(Path("paper-64.toml")).parent,
+                        help="folder with the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
+                             "train-paper (default ~/.cache/bn_trainer)")
     parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128], help="default 64 128")
     parser.add_argument("--masks", type=int, default=100, help="masks per method (default 100)")
     parser.add_argument("--wronski-masks", type=int, default=8, help="default 8")
@@ -393,23 +382,21 @@ def add_arguments(parser):
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
 
 
-def main(options):
+def main(options: argparse.Namespace) -> None:
     torch.set_num_threads(1)
-    say = lambda line: print(f"table: {line}", file=sys.stderr, flush=True)
-    try:
-        pictures = {**synthetic_pictures(), **dict(read_picture(argument) for argument in options.picture)}
-        methods = []
-        for size in options.sizes:
-            say(f"masks of {size}x{size}")
-            library = library_methods(size, options.masks, options.model)
-            paper_ones = [method for suffix in ("", "-sum")
-                          for method in perceptron_methods(options.runs / f"paper-{size}{suffix}", size, options.masks)]
-            descended = wronski_method(size, options.wronski_masks, options.wronski_iterations)
-            methods += [library[0], *paper_ones, descended, *library[1:]]
-    except (ValueError, OSError) as error:
-        sys.exit(f"table: {error}")
+    if options.masks < 1 or options.wronski_masks < 1 or options.wronski_iterations < 1:
+        raise TrainerError("--masks, --wronski-masks and --wronski-iterations must be at least 1")
+    pictures = {**synthetic_pictures(), **dict(read_picture(argument) for argument in options.picture)}
+    methods = []
+    for size in options.sizes:
+        say(f"masks of {size}x{size}")
+        library = library_methods(size, options.masks, options.model)
+        paper_ones = [method for suffix in ("", "-sum")
+                      for method in perceptron_methods(options.runs / f"paper-{size}{suffix}", size, options.masks)]
+        descended = wronski_method(size, options.wronski_masks, options.wronski_iterations)
+        methods += [library[0], *paper_ones, descended, *library[1:]]
     first = {method.kind: method for method in reversed(methods)}
-    sigmas = [*SIGMAS, calibrated_sigma(first["white"], first["void-and-cluster"], pictures.values())]
+    sigmas = [*SIGMAS, calibrated_sigma(first["white"], first["void-and-cluster"], list(pictures.values()))]
     errors = []
     for method in methods:
         say(f"dithering with {method.size}x{method.size} {method.name}")
@@ -422,13 +409,9 @@ def main(options):
     descent = descent_figures(min(options.sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
     tables = error_table(methods, list(pictures), errors, diffused, sigmas), figure_table(methods, figures)
     text = report_text(methods, figures, tables, descent, sigmas, options)
-    write_beside(options.out / "paper.md", lambda path: path.write_text(text, encoding="utf-8"))
-    write_beside(options.out / "paper.csv", lambda path: path.write_text(csv_text(methods, figures), encoding="utf-8"))
-    write_beside(options.out / "paper.png", contact_sheet(methods, max(options.sizes)).save)
+    rows = csv_text(methods, figures)
+    sheet = contact_sheet(methods, max(options.sizes))
+    write_atomically(options.out / "paper.md", lambda path: path.write_text(text, encoding="utf-8"))
+    write_atomically(options.out / "paper.csv", lambda path: path.write_text(rows, encoding="utf-8"))
+    write_atomically(options.out / "paper.png", lambda path: sheet.save(path, format="PNG"))
     print(text)
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="bn_trainer table", description=__doc__.splitlines()[0])
-    add_arguments(parser)
-    main(parser.parse_args())

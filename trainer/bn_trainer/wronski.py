@@ -10,31 +10,38 @@ One iteration of a mask of n texels is a transform there and back, a sort and ab
 per mask of 64x64 and 6 s of 128x128 on one core.
 """
 
+from __future__ import annotations
+
+import argparse
 import math
-import os
-import sys
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Optional
 
 import numpy as np
 import torch
 
 from . import paper
+from .config import TrainerError
+from .files import write_atomically
 
 RATES = {"adam": 0.03, "descent": 0.4}
 INPUTS = 1 << 61  # the seed of the starting noise, apart from those of paper.py
 
 
-def optimise(size, seeds, iterations=1000, rule="adam", rate=None, config=None, progress=None):
+def optimise(size: int, seeds: Sequence[int], iterations: int = 1000, rule: str = "adam", rate: Optional[float] = None,
+             config: Optional[paper.PaperConfig] = None,
+             progress: Optional[Callable[[int, float, dict[str, float]], object]] = None) -> np.ndarray:
     """Masks of the seeds after `iterations`: float32 (len(seeds), size, size), about uniform in [-1, 1].
 
     `config` is a paper.PaperConfig whose weights, cutoff and histogram count (default: the paper's with "sum");
     `progress(iteration, loss, terms)` is called after every iteration, the loss being the mean over masks.
     """
     if rule not in RATES:
-        raise ValueError(f"rule must be one of {', '.join(RATES)}, not {rule!r}")
+        raise TrainerError(f"rule must be one of {', '.join(RATES)}, not {rule!r}")
     if iterations < 0 or len(seeds) == 0:
-        raise ValueError(f"iterations must be at least 0 and seeds not empty, not {iterations} and {seeds}")
+        raise TrainerError(f"iterations must be at least 0 and seeds not empty, not {iterations} and {seeds}")
     rate = RATES[rule] if rate is None else rate
     config = paper.PaperConfig(size=size, histogram="sum") if config is None else config
     weights = paper.low_frequency_weights(size, config.cutoff)
@@ -52,13 +59,18 @@ def optimise(size, seeds, iterations=1000, rule="adam", rate=None, config=None, 
     return masks.detach().numpy()
 
 
-def flop_per_texel(size, iterations):
+def flop_per_texel(size: int, iterations: int) -> float:
     """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences,
     their gradients and the step; the sort's comparisons are not counted."""
     return iterations * (2 * 2.5 * math.log2(size * size) + 60)
 
 
-def add_arguments(parser):
+def save_array(path: Path, masks: np.ndarray) -> None:
+    with open(path, "wb") as file:  # np.save adds a suffix to names
+        np.save(file, masks)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", type=int, default=64, help="width and height (default 64)")
     parser.add_argument("--seed", type=int, default=0, help="of the first mask; the next ones count up (default 0)")
     parser.add_argument("--count", type=int, default=1, help="number of masks (default 1)")
@@ -69,14 +81,14 @@ def add_arguments(parser):
     parser.add_argument("--out", type=Path, required=True, help="a .npy file: float32 (count, size, size) in about [-1, 1]")
 
 
-def main(options):
+def main(options: argparse.Namespace) -> None:
     if options.size < 2 or options.count < 1 or options.iterations < 0:
-        sys.exit(f"wronski: --size must be at least 2, --count 1, --iterations 0, not {options.size}, {options.count}, "
-                 f"{options.iterations}")
+        raise TrainerError(f"--size must be at least 2, --count 1, --iterations 0, not {options.size}, {options.count}, "
+                           f"{options.iterations}")
     torch.set_num_threads(options.threads)
     told = [time.monotonic()]
 
-    def progress(iteration, loss, terms):
+    def progress(iteration: int, loss: float, terms: dict[str, float]) -> None:
         if iteration == options.iterations or time.monotonic() - told[0] > paper.PROGRESS_SECONDS:
             told[0] = time.monotonic()
             print(f"iteration {iteration} of {options.iterations}  loss {loss:.5g}  "
@@ -86,11 +98,5 @@ def main(options):
     start = time.perf_counter()
     masks = optimise(options.size, seeds, options.iterations, options.rule, options.rate, progress=progress)
     seconds = time.perf_counter() - start
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    beside = options.out.with_name(f".{options.out.stem}.{os.getpid()}.npy")
-    try:
-        np.save(beside, masks)
-        os.replace(beside, options.out)
-    finally:
-        beside.unlink(missing_ok=True)
+    write_atomically(options.out, lambda beside: save_array(beside, masks))
     print(f"{options.out}: {options.count} masks of {options.size}x{options.size} in {seconds:.1f} s")
