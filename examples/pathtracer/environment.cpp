@@ -121,10 +121,10 @@ EnvironmentSample environment_sample(const Environment &e, Vec2 u) {
 
 Environment environment_sky(Vec3 to_sun) {
     const int width = 512, height = 256;
-    const Vec3 zenith = {0.11f, 0.24f, 0.62f}, horizon = {0.72f, 0.80f, 0.90f};
+    const Vec3 zenith = {0.08f, 0.18f, 0.48f}, horizon = {0.55f, 0.62f, 0.70f};
     const Vec3 glow = {1.0f, 0.72f, 0.42f}, ground = {0.20f, 0.18f, 0.16f};
     const float sun_radius = 0.03f; // radians: seven texels across, so that it looks round
-    const Vec3 sun_radiance = {900, 760, 560};
+    const Vec3 sun_radiance = {700, 590, 430};
 
     std::vector<Vec3> texels;
     texels.reserve(static_cast<size_t>(width) * static_cast<size_t>(height));

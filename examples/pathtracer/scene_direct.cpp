@@ -50,11 +50,11 @@ Scene scene_cornell() {
 // other.
 Scene scene_penumbra() {
     Scene scene;
-    scene.camera = camera_look_at({0.2f, 1.9f, 6.2f}, {0, 0.62f, 0}, {0, 1, 0}, 0.27f);
+    scene.camera = camera_look_at({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, {0, 1, 0}, 0.235f);
 
-    const uint32_t paper = add_diffuse(scene, {0.62f, 0.60f, 0.57f});
-    const uint32_t blue = add_diffuse(scene, {0.16f, 0.27f, 0.48f});
-    const uint32_t orange = add_diffuse(scene, {0.72f, 0.30f, 0.10f});
+    const uint32_t paper = add_diffuse(scene, {0.31f, 0.30f, 0.285f});
+    const uint32_t blue = add_diffuse(scene, {0.08f, 0.14f, 0.28f});
+    const uint32_t orange = add_diffuse(scene, {0.40f, 0.15f, 0.05f});
     const uint32_t dark = add_diffuse(scene, {0.12f, 0.12f, 0.13f});
     const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
 
@@ -67,9 +67,9 @@ Scene scene_penumbra() {
     sheet.push_back({9, 0});
     add_profile(scene, paper, -9, 9, sheet);
 
-    add_light_towards(scene, lamp, {4.6f, 5.4f, 6.6f}, {-3.2f, 4.2f, 2.2f}, {0, 0.3f, 0}, 1.8f,
-                      1.8f);
-    add_light_towards(scene, lamp, {560, 400, 240}, {3.4f, 3.0f, 1.9f}, {0, 0.3f, 0}, 0.18f, 0.18f);
+    add_light_towards(scene, lamp, {16, 19, 23}, {-3.4f, 4.4f, -0.6f}, {0, 0.3f, 0}, 1.8f, 1.8f);
+    add_light_towards(scene, lamp, {2000, 1450, 860}, {3.2f, 3.2f, -0.9f}, {0, 0.3f, 0}, 0.18f,
+                      0.18f);
 
     // Bars in an arc, ever higher and ever thinner.
     for (int i = 0; i < 11; ++i) {
@@ -95,8 +95,8 @@ Scene scene_penumbra() {
 // There because neither choosing points on lamps nor following the plates is good everywhere.
 Scene scene_glossy() {
     Scene scene;
-    const Vec3 eye = {0, 2.6f, 8.5f}, lamps = {0, 3.6f, -1.2f};
-    scene.camera = camera_look_at(eye, {0, 1.72f, 0.6f}, {0, 1, 0}, 0.335f);
+    const Vec3 eye = {0, 2.4f, 8}, lamps = {0, 4.3f, -1.6f};
+    scene.camera = camera_look_at(eye, {0, 0.95f, 0.9f}, {0, 1, 0}, 0.245f);
 
     const uint32_t wall = add_diffuse(scene, {0.30f, 0.31f, 0.34f});
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
@@ -108,23 +108,27 @@ Scene scene_glossy() {
     sheet.push_back({10, -0.2f});
     add_profile(scene, wall, -12, 12, sheet);
 
-    const float sides[4] = {0.07f, 0.2f, 0.5f, 1.0f};
+    const float sides[4] = {0.16f, 0.3f, 0.55f, 1.0f};
     const float places[4] = {-2.45f, -1.05f, 0.35f, 2.05f};
     const Vec3 colours[4] = {
         {1.0f, 0.45f, 0.25f}, {0.95f, 0.85f, 0.45f}, {0.4f, 0.85f, 0.6f}, {0.4f, 0.6f, 1.0f}};
     for (int i = 0; i < 4; ++i)
-        add_light_towards(scene, black, (4.2f / (sides[i] * sides[i])) * colours[i],
-                          lamps + Vec3{places[i], 0, 0}, {places[i], 1.2f, 5}, sides[i], sides[i]);
+        add_light_towards(scene, black, (1.3f / (sides[i] * sides[i])) * colours[i],
+                          lamps + Vec3{places[i], 0, 0}, {0.7f * places[i], 1, 2}, sides[i],
+                          sides[i]);
+
+    // A dim panel over the eye, for all that the lamps do not reach.
+    add_light_towards(scene, black, {0.6f, 0.6f, 0.6f}, {0, 6, 7}, {0, 0.8f, 0}, 4, 3);
 
     // Each plate is turned so that it shows the lamps to the eye.
-    const float roughnesses[4] = {0.08f, 0.16f, 0.28f, 0.45f};
+    const float roughnesses[4] = {0.14f, 0.22f, 0.33f, 0.5f};
     const Vec3 middles[4] = {
-        {0, 1.95f, -0.1f}, {0, 1.28f, 0.85f}, {0, 0.72f, 1.8f}, {0, 0.28f, 2.75f}};
+        {0, 1.85f, -0.7f}, {0, 1.22f, 0.35f}, {0, 0.66f, 1.4f}, {0, 0.22f, 2.4f}};
     for (int i = 0; i < 4; ++i) {
         const uint32_t metal = add_conductor(scene, {0.78f, 0.77f, 0.75f}, roughnesses[i]);
         const Vec3 up = normalize(normalize(lamps - middles[i]) + normalize(eye - middles[i]));
         const Vec3 x = {1, 0, 0};
-        add_box(scene, metal, middles[i], 2.75f * x, 0.02f * up, 0.44f * cross(x, up));
+        add_box(scene, metal, middles[i], 2.3f * x, 0.02f * up, 0.46f * cross(x, up));
     }
     return scene;
 }
@@ -134,7 +138,7 @@ Scene scene_glossy() {
 // sampled by its brightness: the sun is a ten-thousandth of it and gives most of the light.
 Scene scene_lens() {
     Scene scene;
-    scene.camera = camera_look_at({0, 0.75f, 4.2f}, {0, 0.36f, 0}, {0, 1, 0}, 0.24f);
+    scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);
     camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
     scene.environment =
         std::make_shared<Environment>(environment_sky(normalize({-0.62f, 0.52f, 0.40f})));
@@ -152,8 +156,8 @@ Scene scene_lens() {
         const float t = static_cast<float>(i);
         add_sphere(scene, ball, {-0.52f + 0.36f * t, 0.25f, 1.75f - 0.9f * t}, 0.25f);
     }
-    const uint32_t gold = add_conductor(scene, {1.0f, 0.78f, 0.34f}, 0.35f);
-    add_sphere(scene, gold, {-0.62f, 0.17f, 0.45f}, 0.17f);
+    const uint32_t chalk = add_diffuse(scene, {0.78f, 0.76f, 0.70f});
+    add_sphere(scene, chalk, {0.42f, 0.16f, 1.55f}, 0.16f);
     const uint32_t post = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
     for (int i = 0; i < 7; ++i) {
         const float x = -2.4f + 0.7f * static_cast<float>(i);

@@ -8,7 +8,7 @@
 // the light behind a smooth surface, and because a path splits in two at each.
 Scene scene_glass() {
     Scene scene;
-    scene.camera = camera_look_at({0, 1.35f, 4.6f}, {0, 0.46f, 0}, {0, 1, 0}, 0.265f);
+    scene.camera = camera_look_at({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, {0, 1, 0}, 0.265f);
 
     const uint32_t paper = add_diffuse(scene, {0.66f, 0.65f, 0.63f});
     const uint32_t red = add_diffuse(scene, {0.60f, 0.10f, 0.07f});
@@ -86,8 +86,8 @@ Scene scene_interior() {
     add_quad(scene, plaster, {left, low_y, high_z}, {sill, low_y, high_z}, {sill, high_y, high_z},
              {left, high_y, high_z});
 
-    add_light_towards(scene, outside, {44, 41, 36}, {-4.2f, 3.0f, -1.0f}, {-0.4f, 0.2f, -1.3f},
-                      2.0f, 2.0f);
+    add_light_towards(scene, outside, {15, 17, 20}, {-4.4f, 2.2f, -2.2f}, {0, 1.2f, -1.6f}, 6.5f,
+                      3.6f);
 
     // A table with a bowl, a chest, a rug.
     const auto box = [&](uint32_t material, Vec3 low, Vec3 high) {

@@ -167,8 +167,8 @@ void test_one_bright_texel() {
                 const float turn = 2 * PI * (static_cast<float>(x) + 0.5f) / columns;
                 const Vec3 d = {std::sin(angle) * std::sin(turn), std::cos(angle),
                                 std::sin(angle) * std::cos(turn)};
-                expected += static_cast<double>(environment_radiance(e, d).x * std::sin(angle) *
-                                                2 * PI * PI / (rows * columns));
+                expected += static_cast<double>(environment_radiance(e, d).x * std::sin(angle) * 2 *
+                                                PI * PI / (rows * columns));
             }
         }
         CHECK(std::abs(sum / expected - 1) < 0.03, "texel %d: %g and %g", place, sum, expected);

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every scene with every sampler: the means are those of an independent run, and nothing is negative or not finite.
+
+Seeds are fixed, so a test fails always or never on one machine; the rates stated are the chances of a false alarm had
+the seeds been drawn anew.
+"""
+
+import numpy as np
+import OpenEXR
+import pytest
+from scipy import stats
+
+SCENES = ["cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace"]
+SAMPLERS = ["blue", "sobol", "white", "zorder", "mask"]
+SEEDS = 16
+SIZE = ["--size", "24x24", "--threads", 1]
+
+
+def part_means(image):
+    """The means of the picture and of its four quarters, for each channel: (15,)."""
+    image = image.astype(np.float64)
+    quarters = image.reshape(2, 12, 2, 12, 3).mean(axis=(1, 3)).ravel()
+    return np.concatenate([image.mean(axis=(0, 1)), quarters])
+
+
+def means_over_seeds(pathtracer, first_seed, count, *arguments):
+    images = [pathtracer.image(*SIZE, *arguments, "--seed", first_seed + i) for i in range(count)]
+    assert np.isfinite(images).all()
+    assert np.min(images) >= 0
+    return np.array([part_means(image) for image in images])
+
+
+@pytest.fixture(scope="module")
+def references():
+    return {}
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_mean_is_the_reference(pathtracer, references, scene, sampler):
+    """4 samples per pixel over 16 seeds against 12 other seeds of sobol with 64: Welch's t-tests of the means of the
+    picture and its quarters. The smallest of the 15 p-values is allowed a chance of one in ten thousand."""
+    if scene not in references:
+        arguments = ["--scene", scene, "--sampler", "sobol", "--spp", 64]
+        references[scene] = means_over_seeds(pathtracer, 5000, 12, *arguments)
+    expected = references[scene]
+    means = means_over_seeds(pathtracer, 0, SEEDS, "--scene", scene, "--sampler", sampler, "--spp", 4)
+    p_values = stats.ttest_ind(means, expected, equal_var=False).pvalue
+    assert np.nanmin(p_values) * len(p_values) > 1e-4
+    # The test has teeth: a bias of a fifth would be seen in the darkest scene with the noisiest sampler.
+    deviation = np.hypot(means[:, 1].std(ddof=1) / np.sqrt(SEEDS), expected[:, 1].std(ddof=1) / np.sqrt(12))
+    assert 6 * deviation < 0.2 * expected[:, 1].mean()
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_crops_threads_and_ranges_in_every_scene(pathtracer, scene):
+    common = ["--scene", scene, "--size", "20x14", "--light-samples", 3]
+    whole = pathtracer.image(*common, "--spp", 4, "--threads", 2)
+    part = pathtracer.image(*common, "--spp", 4, "--threads", 1, "--crop", "3,5,17,11")
+    assert np.array_equal(whole[5:11, 3:17], part)
+    first = pathtracer.image(*common, "--spp", 1)
+    rest = pathtracer.image(*common, "--spp", 3, "--first-sample", 1)
+    np.testing.assert_allclose(first / 4 + rest * 3 / 4, whole, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_more_light_samples_leave_the_mean(pathtracer, scene):
+    """Welch's t-test of the picture's mean over 16 seeds each; false-alarm rate 0.1 % for each scene."""
+    common = ["--scene", scene, "--sampler", "white", "--spp", 2]
+    one = means_over_seeds(pathtracer, 0, SEEDS, *common, "--light-samples", 1)[:, 1]
+    four = means_over_seeds(pathtracer, 100, SEEDS, *common, "--light-samples", 4)[:, 1]
+    assert stats.ttest_ind(one, four, equal_var=False).pvalue > 0.001
+
+
+def write_environment(path, texels):
+    texels = np.ascontiguousarray(texels, dtype=np.float32)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": texels}) as file:
+        file.write(str(path))
+
+
+def test_an_environment_from_a_file(pathtracer):
+    """Twice the light everywhere, twice the picture; a map all of one colour shows as that colour."""
+    grey = np.full((8, 16, 3), 0.25, np.float32)
+    write_environment(pathtracer.folder / "grey.exr", grey)
+    write_environment(pathtracer.folder / "twice.exr", 2 * grey)
+    common = ["--scene", "lens", "--size", "32x32", "--spp", 4]
+    one = pathtracer.image(*common, "--env", "grey.exr")
+    two = pathtracer.image(*common, "--env", "twice.exr")
+    np.testing.assert_allclose(two, 2 * one, rtol=1e-4)
+    lights = pathtracer.image(*common, "--env", "grey.exr", "--max-depth", 0)
+    np.testing.assert_allclose(lights.max(axis=(0, 1)), 0.25, rtol=1e-5)
+    assert np.mean(np.abs(lights[:4] - 0.25) < 1e-5) > 0.5
+
+
+def test_the_environment_is_the_right_way_round(pathtracer):
+    """The camera of lens looks along -z, which is the seam of the map; +x is to its right, +y up."""
+    texels = np.zeros((64, 128, 3), np.float32)
+    texels[:, :64, 0] = 1  # the left half of the map: +x
+    texels[:, 64:, 1] = 1  # the right half: -x
+    write_environment(pathtracer.folder / "sides.exr", texels)
+    image = pathtracer.image("--scene", "lens", "--size", "32x32", "--spp", 4, "--env", "sides.exr", "--max-depth", 0)
+    assert (image[0, 20:, 0] > 0.9).all() and (image[0, 20:, 1] < 0.1).all()
+    assert (image[0, :12, 1] > 0.9).all() and (image[0, :12, 0] < 0.1).all()
+
+
+@pytest.mark.parametrize("bad", ["nan", "text", "absent", "grey"])
+def test_an_environment_that_is_none(pathtracer, bad):
+    path = pathtracer.folder / f"{bad}.exr"
+    if bad == "nan":
+        texels = np.ones((4, 8, 3), np.float32)
+        texels[1, 2, 0] = np.nan
+        write_environment(path, texels)
+    elif bad == "text":
+        path.write_text("no picture")
+    elif bad == "grey":
+        header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+        with OpenEXR.File(header, {"Y": np.ones((4, 8), np.float32)}) as file:
+            file.write(str(path))
+    done = pathtracer.run("--scene", "lens", "--env", path, "-o", "out.exr")
+    assert done.returncode == 1 and done.stdout == ""
+    assert done.stderr.count("\n") == 1 and str(path) in done.stderr
+    assert not (pathtracer.folder / "out.exr").exists()
+
+
+def test_what_is_cut_off_is_reported(pathtracer):
+    """Half of what is left goes on at each bounce of furnace, and roulette keeps the mean of that."""
+    for depth, expected in ((0, 100), (1, 50), (3, 12.5)):
+        arguments = ["--scene", "furnace", "--size", "16x16", "--spp", 4, "--max-depth", depth, "-o", "out.exr"]
+        text = pathtracer.run(*arguments).stdout
+        assert f"{expected:.2f} % cut off at depth {depth}" in text
