@@ -14,9 +14,15 @@ from bn_trainer import paper, pictures, table, wronski  # noqa: E402
 from bn_trainer.config import TrainerError  # noqa: E402
 from PIL import Image  # noqa: E402
 
-torch.set_num_threads(1)
-
 TINY = paper.PaperConfig(size=8, hidden=20, batch=16, inputs=160, epochs=8, rate=5e-3, seed=3)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def one_thread():
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
 
 
 def test_spectrum_is_the_whole_transform():
