@@ -18,6 +18,7 @@
 #include <string.h>
 
 enum {
+    BN_TILE_EXTENT = 256,           /* of the tiles that the runtime is prepared for */
     BN_TILE_MOST_TEXELS = 1 << 16,  /* of a tile: measured, larger ones leave the cache */
     BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
     BN_TILE_LEAST_EXTENT = 32,
@@ -35,6 +36,7 @@ struct bn_neural {
     bn_runtime *runtime;
     bn_onnx_model model;
     uint32_t threads;
+    uint32_t prepared; /* extent of square tiles that run faster; 0 for none */
 };
 
 /* ---- Noise
@@ -138,7 +140,14 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
     }
     result = bn_onnx_model_read(bytes, size, &n->model);
     if (result == BN_SUCCESS) {
-        result = bn_runtime_open(o->runtime_path, bytes, size, &n->runtime);
+        bn_onnx_model *m = &n->model;
+        if (m->axes[0][0] != 0 && m->axes[1][0] != 0) {
+            n->prepared = (BN_TILE_EXTENT + m->align - 1) / m->align * m->align;
+        }
+        const uint32_t outer = n->prepared + 2 * m->radius;
+        const bn_runtime_size prepared = {m->axes[0], m->axes[1], outer, outer};
+        result = bn_runtime_open(o->runtime_path, bytes, size, n->prepared ? &prepared : NULL,
+                                 &n->runtime);
     }
     bn_free(from_file);
     return result == BN_SUCCESS ? try_model(n) : result;
@@ -190,6 +199,7 @@ typedef struct image {
     uint32_t period_x, period_y; /* of the noise; 0 for none */
     int clamp;                   /* to [0, 1) */
     float *values;
+    uint64_t area_width, area_height; /* that tiles cover, from the last aligned texel on */
     uint32_t tile_width, tile_height, columns, rows;
     bn_result results[BN_NEURAL_MOST_THREADS];
 } image;
@@ -205,8 +215,9 @@ static uint64_t next_division(uint64_t division) {
 
 /* Splits an area so that all threads together are done soonest, by a count of the texels that the
  * layers compute: on average half of the margin on every side. */
-static void split(image *m, uint64_t width, uint64_t height, uint32_t threads) {
+static void split(image *m, uint32_t threads) {
     const bn_onnx_model *model = &m->neural->model;
+    const uint64_t width = m->area_width, height = m->area_height, fixed = m->neural->prepared;
     const uint64_t smallest = round_up(BN_TILE_LEAST_EXTENT, model->align);
     uint64_t most = BN_TILES_MOST_TEXELS / threads, least_time = UINT64_MAX;
     if (most > BN_TILE_MOST_TEXELS) most = BN_TILE_MOST_TEXELS;
@@ -229,6 +240,15 @@ static void split(image *m, uint64_t width, uint64_t height, uint32_t threads) {
             if (h <= smallest) break;
         }
         if (w <= smallest) break;
+    }
+    if (fixed == 0 || width < fixed || height < fixed) return;
+    const uint64_t columns = (width + fixed - 1) / fixed, rows = (height + fixed - 1) / fixed;
+    const uint64_t turns = (rows * columns + threads - 1) / threads;
+    const uint64_t tile = (fixed + model->radius) * (fixed + model->radius) + BN_TILE_COST;
+    if (turns * tile / 5 * 4 < least_time) {
+        m->tile_width = m->tile_height = (uint32_t)fixed;
+        m->columns = (uint32_t)columns;
+        m->rows = (uint32_t)rows;
     }
 }
 
@@ -277,8 +297,13 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
     while (result == BN_SUCCESS) {
         const uint32_t next = bn_team_next(team);
         if (next >= m->columns * m->rows) break;
-        const int64_t x = left + (int64_t)(next % m->columns) * m->tile_width;
-        const int64_t y = top + (int64_t)(next / m->columns) * m->tile_height;
+        /* The last tiles reach back over the ones before, so that all have one size. */
+        const int64_t last_x = (int64_t)m->area_width - m->tile_width;
+        const int64_t last_y = (int64_t)m->area_height - m->tile_height;
+        const int64_t from_x = (int64_t)(next % m->columns) * m->tile_width;
+        const int64_t from_y = (int64_t)(next / m->columns) * m->tile_height;
+        const int64_t x = left + (from_x < last_x ? from_x : last_x);
+        const int64_t y = top + (from_y < last_y ? from_y : last_y);
         const bn_tensor input = {noise, 1, outer_height, outer_width};
         const bn_tensor output = {tile, n->model.channels, m->tile_height, m->tile_width};
         fill_noise(m->seed, x - radius, y - radius, outer_width, outer_height, m->period_x,
@@ -296,8 +321,11 @@ static bn_result fill_image(image *m) {
     const int64_t align = m->neural->model.align;
     uint32_t threads = m->neural->threads;
     if (threads > BN_NEURAL_MOST_THREADS) threads = BN_NEURAL_MOST_THREADS;
-    split(m, (uint64_t)positive_remainder(m->x0, align) + m->width,
-          (uint64_t)positive_remainder(m->y0, align) + m->height, threads);
+    m->area_width =
+        round_up((uint64_t)positive_remainder(m->x0, align) + m->width, (uint64_t)align);
+    m->area_height =
+        round_up((uint64_t)positive_remainder(m->y0, align) + m->height, (uint64_t)align);
+    split(m, threads);
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
     bn_team_run(threads, work, m);

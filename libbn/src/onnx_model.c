@@ -170,10 +170,21 @@ static int only_message(span s, uint32_t number, span *message) {
 
 enum { MODEL_AXES = 4 };
 
-/* ValueInfoProto of a float tensor of four axes: its name, and their extents, 0 where they are not
- * fixed. */
-static int read_value(span s, span *name, uint64_t extents[MODEL_AXES]) {
-    enum { NAME = 1, TYPE = 2, TENSOR_TYPE = 1, ELEMENT = 1, SHAPE = 2, AXIS = 1, EXTENT = 1 };
+/* Copies a name as a zero-terminated string; 0 when it is too long or has a zero inside. */
+static int copy_name(span s, char name[BN_MODEL_NAME_SIZE]) {
+    const size_t length = (size_t)(s.end - s.at);
+    if (length >= BN_MODEL_NAME_SIZE) return 0;
+    if (length != 0 && memchr(s.at, 0, length) != NULL) return 0;
+    if (length != 0) memcpy(name, s.at, length);
+    name[length] = 0;
+    return 1;
+}
+
+/* ValueInfoProto of a float tensor of four axes: its name, their extents, 0 where they are not
+ * fixed, and their names, empty where they have none. */
+static int read_value(span s, span *name, uint64_t extents[MODEL_AXES], span names[MODEL_AXES]) {
+    enum { NAME = 1, TYPE = 2, TENSOR_TYPE = 1, ELEMENT = 1, SHAPE = 2, AXIS = 1 };
+    enum { EXTENT = 1, AXIS_NAME = 2 };
     enum { ELEMENT_FLOAT = 1 };
     span type, tensor, shape;
     uint32_t axes = 0;
@@ -191,8 +202,10 @@ static int read_value(span s, span *name, uint64_t extents[MODEL_AXES]) {
         if (!is_bytes(&f) || axes == MODEL_AXES) return 0;
         span axis = f.bytes;
         extents[axes] = 0;
+        names[axes].at = names[axes].end = axis.end;
         while ((state = next_field(&axis, &f)) == 1) {
             if (f.number == EXTENT) extents[axes] = f.wire == WIRE_VARINT ? f.value : UINT64_MAX;
+            if (f.number == AXIS_NAME && is_bytes(&f)) names[axes] = f.bytes;
         }
         if (state != 0) return 0;
         ++axes;
@@ -204,7 +217,7 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
     enum { NODE = 1, INITIALIZER = 5, INPUT = 11, OUTPUT = 12, SPARSE_INITIALIZER = 15 };
     uint32_t nodes = 0, inputs = 0, outputs = 0;
     uint64_t extents[MODEL_AXES];
-    span name;
+    span name, names[MODEL_AXES];
     field f;
     int state;
     while ((state = next_field(&s, &f)) == 1) {
@@ -225,23 +238,20 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
             result = check_sparse_tensor(f.bytes);
             break;
         case INPUT:
-            if (inputs++ || !read_value(f.bytes, &name, extents) || !is_text(name, "noise") ||
-                extents[0] != 1 || extents[1] != 1 || extents[2] != 0 || extents[3] != 0) {
+            if (inputs++ || !read_value(f.bytes, &name, extents, names) ||
+                !is_text(name, "noise") || extents[0] != 1 || extents[1] != 1 || extents[2] != 0 ||
+                extents[3] != 0 || !copy_name(names[2], model->axes[0]) ||
+                !copy_name(names[3], model->axes[1])) {
                 return BN_ERROR_BAD_DATA;
             }
             break;
         default:
-            if (outputs++ || !read_value(f.bytes, &name, extents) || extents[0] != 1 ||
+            if (outputs++ || !read_value(f.bytes, &name, extents, names) || extents[0] != 1 ||
                 extents[1] < 1 || extents[1] > BN_MODEL_MOST_CHANNELS || extents[2] != 0 ||
                 extents[3] != 0) {
                 return BN_ERROR_BAD_DATA;
             }
-            const size_t length = (size_t)(name.end - name.at);
-            if (length == 0 || length >= BN_MODEL_NAME_SIZE || memchr(name.at, 0, length) != NULL) {
-                return BN_ERROR_BAD_DATA;
-            }
-            memcpy(model->output, name.at, length);
-            model->output[length] = 0;
+            if (name.at == name.end || !copy_name(name, model->output)) return BN_ERROR_BAD_DATA;
             model->channels = (uint32_t)extents[1];
         }
         if (result != BN_SUCCESS) return result;
@@ -254,7 +264,7 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
     static const char *const keys[] = {"bn.receptive_radius", "bn.align", "bn.version"};
     enum { KEYS = sizeof keys / sizeof *keys };
     uint32_t values[KEYS] = {0}, seen[KEYS] = {0};
-    bn_onnx_model found = {0, 0, 0, {0}};
+    bn_onnx_model found = {0, 0, 0, {0}, {{0}, {0}}};
     span graph;
     field f;
     int state;

@@ -19,6 +19,8 @@ typedef struct bn_onnx_model {
     uint32_t align;  /* what positions and extents are multiples of */
     uint32_t channels;
     char output[BN_MODEL_NAME_SIZE]; /* name of the output, zero-terminated */
+    /* Names of the input's axes of height and width; empty where they have none. */
+    char axes[2][BN_MODEL_NAME_SIZE];
 } bn_onnx_model;
 
 /* Reads the bytes of a model file. Errors: BAD_DATA (no model of the format of bn_neural_open),

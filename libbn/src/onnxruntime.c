@@ -140,7 +140,8 @@ static void library_unload(void *handle) {
 struct bn_runtime {
     const bn_ort_api *api;
     bn_ort_env *env;
-    bn_ort_session *session;
+    bn_ort_session *session, *prepared; /* prepared: for inputs of one size; or NULL */
+    uint32_t prepared_height, prepared_width;
     bn_ort_memory_info *memory;
 };
 
@@ -167,7 +168,8 @@ static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
     return minor < BN_ORT_OLDEST ? NULL : base->get_api((uint32_t)minor);
 }
 
-static bn_result open_session(bn_runtime *r, const void *model, size_t size) {
+static bn_result open_session(const bn_runtime *r, const void *model, size_t size,
+                              const bn_runtime_size *fixed, bn_ort_session **session) {
     static const char *const settings[][2] = {
         {"session.intra_op.allow_spinning", "0"},
         {"session.inter_op.allow_spinning", "0"},
@@ -183,10 +185,15 @@ static bn_result open_session(bn_runtime *r, const void *model, size_t size) {
     for (size_t i = 0; i < sizeof settings / sizeof *settings && good; ++i) {
         good = done(api, api->add_session_config_entry(options, settings[i][0], settings[i][1]));
     }
+    if (good && fixed != NULL) {
+        good = done(api, api->add_free_dimension_override_by_name(options, fixed->height_name,
+                                                                  fixed->height)) &&
+               done(api, api->add_free_dimension_override_by_name(options, fixed->width_name,
+                                                                  fixed->width));
+    }
     bn_result result = good ? BN_SUCCESS : BN_ERROR_RUNTIME;
-    if (good &&
-        !done(api, api->create_session_from_array(r->env, model, size, options, &r->session))) {
-        r->session = NULL;
+    if (good && !done(api, api->create_session_from_array(r->env, model, size, options, session))) {
+        *session = NULL;
         result = BN_ERROR_BAD_DATA;
     }
     api->release_session_options(options);
@@ -194,7 +201,7 @@ static bn_result open_session(bn_runtime *r, const void *model, size_t size) {
 }
 
 bn_result bn_runtime_open(const char *library_path, const void *model, size_t size,
-                          bn_runtime **runtime) {
+                          const bn_runtime_size *prepared, bn_runtime **runtime) {
 #if defined(_WIN32) || defined(BN_HAVE_DLFCN)
     library found = {NULL, 0};
     if (!load_library(library_path, &found)) return BN_ERROR_RUNTIME;
@@ -224,7 +231,12 @@ bn_result bn_runtime_open(const char *library_path, const void *model, size_t si
         r->memory = NULL;
         goto failed;
     }
-    result = open_session(r, model, size);
+    result = open_session(r, model, size, NULL, &r->session);
+    if (result == BN_SUCCESS && prepared != NULL) {
+        r->prepared_height = prepared->height;
+        r->prepared_width = prepared->width;
+        result = open_session(r, model, size, prepared, &r->prepared);
+    }
     if (result != BN_SUCCESS) goto failed;
     *runtime = r;
     return BN_SUCCESS;
@@ -236,6 +248,7 @@ failed:
 void bn_runtime_close(bn_runtime *r) {
     if (r == NULL) return;
     if (r->session != NULL) r->api->release_session(r->session);
+    if (r->prepared != NULL) r->api->release_session(r->prepared);
     if (r->memory != NULL) r->api->release_memory_info(r->memory);
     if (r->env != NULL) r->api->release_env(r->env);
     bn_free(r);
@@ -260,8 +273,11 @@ bn_result bn_runtime_run(const bn_runtime *r, const bn_tensor *input, const char
     if (out != NULL) {
         const bn_ort_value *const inputs[] = {in};
         bn_ort_value *outputs[] = {out};
+        const int fits = r->prepared != NULL && input->height == r->prepared_height &&
+                         input->width == r->prepared_width;
+        bn_ort_session *session = fits ? r->prepared : r->session;
         if (done(r->api,
-                 r->api->run(r->session, NULL, input_names, inputs, 1, output_names, 1, outputs))) {
+                 r->api->run(session, NULL, input_names, inputs, 1, output_names, 1, outputs))) {
             result = BN_SUCCESS;
         }
     }

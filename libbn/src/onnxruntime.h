@@ -7,12 +7,20 @@
 
 typedef struct bn_runtime bn_runtime;
 
+/* An input size that the runtime is to prepare for: sizes that are known ahead run a fifth faster.
+ */
+typedef struct bn_runtime_size {
+    const char *height_name, *width_name; /* of the axes in the model */
+    uint32_t height, width;
+} bn_runtime_size;
+
 /* Loads ONNX Runtime from library_path, or from where bn_neural_open says when that is NULL, and
- * the model, whose bytes are not kept. Errors: RUNTIME (no runtime, or one that cannot be used),
- * BAD_DATA (it refuses the model), OUT_OF_MEMORY, UNSUPPORTED (this system cannot load libraries).
+ * the model, whose bytes are not kept; a second time for `prepared`, unless that is NULL. Errors:
+ * RUNTIME (no runtime, or one that cannot be used), BAD_DATA (it refuses the model), OUT_OF_MEMORY,
+ * UNSUPPORTED (this system cannot load libraries).
  */
 bn_result bn_runtime_open(const char *library_path, const void *model, size_t size,
-                          bn_runtime **runtime);
+                          const bn_runtime_size *prepared, bn_runtime **runtime);
 void bn_runtime_close(bn_runtime *runtime);
 
 /* A tensor of shape (1, channels, height, width). */

@@ -40,7 +40,11 @@ struct bn_ort_value {
 };
 
 struct bn_ort_session {
-    int64_t radius, align;
+    int64_t radius, align, height, width; /* height, width: of the only input taken; 0 for any */
+};
+
+struct bn_ort_session_options {
+    int64_t height, width;
 };
 
 /* Every object is a block of memory, so that sanitizers see what is not given back. */
@@ -85,7 +89,13 @@ static bn_ort_status *disable_telemetry(const bn_ort_env *env) {
 }
 
 static bn_ort_status *create_options(bn_ort_session_options **options) {
-    return create((void **)options, 1);
+    return create((void **)options, sizeof **options);
+}
+
+static bn_ort_status *fix_axis(bn_ort_session_options *options, const char *name, int64_t extent) {
+    if (strcmp(name, "e2a") == 0) options->height = extent;
+    if (strcmp(name, "e3a") == 0) options->width = extent;
+    return called();
 }
 
 static bn_ort_status *set_number(bn_ort_session_options *options, int value) {
@@ -111,9 +121,10 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
                                      const bn_ort_session_options *options,
                                      bn_ort_session **session) {
     (void)env;
-    (void)options;
     bn_ort_status *status = create((void **)session, sizeof **session);
     if (status == NULL) {
+        (*session)->height = options->height;
+        (*session)->width = options->width;
         (*session)->radius = metadata(model, size, "bn.receptive_radius");
         (*session)->align = metadata(model, size, "bn.align");
     }
@@ -169,7 +180,9 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     if (input_count != 1 || output_count != 1 || strcmp(input_names[0], "noise") != 0 ||
         strcmp(output_names[0], "mask") != 0 || in->shape[1] != 1 ||
         in->shape[2] != height + 2 * r || in->shape[3] != width + 2 * r ||
-        height % session->align != 0 || width % session->align != 0) {
+        height % session->align != 0 || width % session->align != 0 ||
+        (session->height != 0 && session->height != in->shape[2]) ||
+        (session->width != 0 && session->width != in->shape[3])) {
         return make(1);
     }
     meet();
@@ -189,6 +202,7 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     }
     --state.running;
     ++state.runs;
+    state.prepared_runs += session->height != 0 && session->width != 0;
     pthread_mutex_unlock(&mutex);
     return NULL;
 }
@@ -230,6 +244,7 @@ static const bn_ort_api table = {
     .release_session = release_session,
     .release_value = release_value,
     .release_session_options = release_options,
+    .add_free_dimension_override_by_name = fix_axis,
     .add_session_config_entry = add_entry,
 };
 

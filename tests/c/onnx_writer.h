@@ -62,6 +62,7 @@ typedef struct model_parts {
     uint32_t fixed_extent;   /* as declared of input and output; 0 for any */
     int external;            /* 1: the weights lie in another file; 2: they only say where */
     int subgraph, function, training, second_input, second_output, second_graph, no_nodes;
+    uint32_t unnamed_axes;
 } model_parts;
 
 static inline model_parts model_parts_default(void) {
@@ -91,7 +92,7 @@ static inline void put_tensor_value(message *graph, uint32_t field, const char *
         message extent = {{0}, 0};
         if (axis < 2 || parts->fixed_extent != 0) {
             put_number(&extent, 1, axis == 0 ? 1 : axis == 1 ? channels : parts->fixed_extent);
-        } else {
+        } else if (!parts->unnamed_axes) {
             char symbol[] = {'e', (char)('0' + axis), (char)('a' + field - 11), 0};
             put_text(&extent, 2, symbol);
         }

@@ -91,6 +91,7 @@ static void test_windows(void) {
                    {1000, -77, 300, 310},
                    {5, -2000, 1, 900},
                    {-1, -1, 900, 2},
+                   {-77, 41, 509, 767},
                    {-((int64_t)1 << 40), 0, 33, 64},
                    {((int64_t)1 << 40) - 40, -((int64_t)1 << 40), 40, 3}};
     static const struct {
@@ -177,6 +178,18 @@ static void test_threads_are_used(void) {
     CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
     CHECK(state->most_running == 1 && state->runs > 2);
     bn_neural_close(neural);
+    /* Tiles of the size that the runtime is prepared for, also where they overlap; without names of
+     * the axes there is no such size. */
+    for (int named = 0; named < 2; ++named) {
+        static uint32_t large[2][512 * 510];
+        parts.unnamed_axes = (uint32_t)!named;
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        state->prepared_runs = 0;
+        CHECK(bn_neural_mask(neural, 512, 510, 3, large[named], 512 * 510) == BN_SUCCESS);
+        CHECK(state->prepared_runs == (named ? 4 : 0));
+        if (named) CHECK(memcmp(large[0], large[1], sizeof large[0]) == 0);
+        bn_neural_close(neural);
+    }
     CHECK(state->living == 0);
 }
 
@@ -305,7 +318,7 @@ static void test_failing_calls(void) {
         ++failures;
     }
     /* The session or the try of the model blames the model, the others the runtime. */
-    CHECK(failures > 10 && runtime + bad_data == failures && bad_data == 4);
+    CHECK(failures > 10 && runtime + bad_data == failures && bad_data == 5);
 }
 
 static void test_values_that_are_not_finite(void) {

@@ -37,6 +37,7 @@ int main(void) {
     CHECK_ENTRY(release_session, ReleaseSession);
     CHECK_ENTRY(release_value, ReleaseValue);
     CHECK_ENTRY(release_session_options, ReleaseSessionOptions);
+    CHECK_ENTRY(add_free_dimension_override_by_name, AddFreeDimensionOverrideByName);
     CHECK_ENTRY(add_session_config_entry, AddSessionConfigEntry);
     CHECK(offsetof(bn_ort_api_base, get_api) == offsetof(OrtApiBase, GetApi));
     CHECK(offsetof(bn_ort_api_base, get_version_string) == offsetof(OrtApiBase, GetVersionString));
