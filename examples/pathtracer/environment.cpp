@@ -2,6 +2,10 @@
 // The environment is sampled by the light of its texels: first the row, then the column in it, both
 // by inversion, then evenly over the texel's solid angle. Weights are the light of the interpolated
 // picture over the texel, not of the texel alone: a dark texel beside the sun is partly bright.
+// From each the mean is taken off: scattered rays find what is as bright as most of the sky well
+// enough, and multiple importance sampling counts both (Karlik et al., "MIS Compensation:
+// Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). An even sky is left to
+// scattered rays alone.
 #include "environment.h"
 
 #include <cmath>
@@ -11,6 +15,9 @@
 #include "exr.h"
 
 namespace {
+
+// The least share of the light that must stand out from the mean for the environment to be sampled.
+constexpr double LEAST_CONTRAST = 0.02;
 
 struct Location {
     float x, y; // in texels: column and row
@@ -70,20 +77,29 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels) 
         e.row_cosines[y] = static_cast<float>(
             std::cos(3.14159265358979 * static_cast<double>(y) / static_cast<double>(h)));
 
-    std::vector<double> row_weights(h), weights(w);
-    double sum = 0;
+    std::vector<double> weights(w * h), solid_angles(h), row_weights(h);
+    double total = 0;
     for (size_t y = 0; y < h; ++y) {
-        const double solid_angle =
+        solid_angles[y] =
             static_cast<double>((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
         for (size_t x = 0; x < w; ++x) {
-            weights[x] = texel_light(e, static_cast<int>(x), static_cast<int>(y));
-            row_weights[y] += weights[x] * solid_angle;
+            weights[y * w + x] = texel_light(e, static_cast<int>(x), static_cast<int>(y));
+            total += weights[y * w + x] * solid_angles[y];
         }
-        distribution_build(weights.data(), w, &e.column_limits[y * (w + 1)]);
-        sum += row_weights[y];
+    }
+    const double mean = total / (4 * static_cast<double>(PI));
+    double sampled = 0;
+    for (size_t y = 0; y < h; ++y) {
+        for (size_t x = 0; x < w; ++x) {
+            double &weight = weights[y * w + x];
+            weight = std::max(0.0, weight - mean);
+            row_weights[y] += weight * solid_angles[y];
+        }
+        distribution_build(&weights[y * w], w, &e.column_limits[y * (w + 1)]);
+        sampled += row_weights[y];
     }
     distribution_build(row_weights.data(), h, e.row_limits.data());
-    e.irradiance = static_cast<float>(sum);
+    e.irradiance = sampled > LEAST_CONTRAST * total ? static_cast<float>(sampled) : 0;
     return e;
 }
 

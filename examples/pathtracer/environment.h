@@ -16,7 +16,8 @@ struct Environment {
     std::vector<float> row_limits;    // height + 1
     std::vector<float> column_limits; // height rows of width + 1
     std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
-    float irradiance;                 // luminance, summed over the sphere of directions
+    float irradiance; // luminance above its mean, summed over the sphere: what sampling
+                      // is for. 0: too even to be worth it
 };
 
 // Completes an environment that has its size and texels. Throws Error when texels are not finite;
@@ -32,7 +33,7 @@ Environment environment_read(const std::string &path);
 Vec3 environment_radiance(const Environment &environment, Vec3 direction);
 
 // The density per steradian with which environment_sample chooses a direction. It is constant over
-// each texel: the texel's share of the light over its solid angle.
+// each texel, and 0 on those darker than the mean: sampling must go together with scattered rays.
 float environment_pdf(const Environment &environment, Vec3 direction);
 
 struct EnvironmentSample {

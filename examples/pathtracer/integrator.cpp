@@ -65,14 +65,16 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
 
         // ---- Light that the ray ran into
         if (!met) {
-            if (scene.environment_light < 0) break;
-            const Light &light = scene.lights[static_cast<size_t>(scene.environment_light)];
-            const float found = light_samples > 0
-                                    ? light_samples * light.probability *
-                                          environment_pdf(*light.environment, ray.direction)
-                                    : 0;
+            if (!scene.environment) break;
+            const Environment &environment = *scene.environment;
+            const float found =
+                light_samples > 0 && scene.environment_light >= 0
+                    ? light_samples *
+                          scene.lights[static_cast<size_t>(scene.environment_light)].probability *
+                          environment_pdf(environment, ray.direction)
+                    : 0;
             radiance += power_heuristic(scatter_pdf, found) *
-                        (throughput * environment_radiance(*light.environment, ray.direction));
+                        (throughput * environment_radiance(environment, ray.direction));
             break;
         }
         const Surface surface = scene.surfaces[hit.triangle];

@@ -35,8 +35,9 @@ struct Scene {
 
     // What scene_finish adds.
     std::vector<float> light_limits; // how lights are chosen, see distribution.h
-    int32_t environment_light = -1;  // the light that the environment is, or -1
-    uint32_t dropped_triangles = 0;  // without area
+    int32_t environment_light =
+        -1; // the light that the environment is, or -1 when it is not sampled
+    uint32_t dropped_triangles = 0; // without area
 };
 
 // Makes a scene ready to render, whoever built it: drops triangles without area and lights without
@@ -49,8 +50,9 @@ struct Point3d {
 };
 
 // The float vertices of a scene whose points are known in double, as those of files are once their
-// transformations are applied: the middle of their extent is taken off each, so that they keep their
-// digits where they need them. Returns the middle, to be taken off cameras and lights as well.
+// transformations are applied: the middle of their extent is taken off each, so that they keep
+// their digits where they need them. Returns the middle, to be taken off cameras and lights as
+// well.
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
 // The normal to shade a hit with: `normal`, turned to the side of `out`, or the one interpolated
