@@ -252,16 +252,19 @@ static void split(image *m, uint32_t threads) {
     }
 }
 
-/* Keeps the part of a tile that lies in the image. */
-static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y) {
+/* Keeps the part of a tile that lies in the image, from its column first_x and row first_y on: what
+ * is before belongs to other tiles. */
+static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y, int64_t first_x,
+                      int64_t first_y) {
     const size_t tile_count = (size_t)m->tile_width * m->tile_height;
     const uint32_t channels = m->neural->model.channels;
     if (!all_finite(tile, tile_count * channels)) return BN_ERROR_BAD_DATA;
     for (uint32_t c = 0; c < channels; ++c) {
-        for (uint32_t i = 0; i < m->tile_height; ++i) {
+        for (int64_t i = first_y; i < m->tile_height; ++i) {
             const int64_t y = tile_y + i - m->y0;
             if (y < 0 || y >= m->height) continue;
-            const int64_t skipped = tile_x < m->x0 ? m->x0 - tile_x : 0;
+            const int64_t outside = m->x0 - tile_x;
+            const int64_t skipped = outside > first_x ? outside : first_x;
             const int64_t x = tile_x + skipped - m->x0;
             int64_t count = m->tile_width - skipped;
             if (count > m->width - x) count = m->width - x;
@@ -309,7 +312,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
         fill_noise(m->seed, x - radius, y - radius, outer_width, outer_height, m->period_x,
                    m->period_y, noise);
         result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
-        if (result == BN_SUCCESS) result = keep(m, tile, x, y);
+        if (result == BN_SUCCESS) result = keep(m, tile, x, y, left + from_x - x, top + from_y - y);
     }
     m->results[index] = result;
     bn_free(noise);
