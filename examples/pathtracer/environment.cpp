@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The environment is sampled by the light of its texels: first the row, then the column in it, both
-// by inversion, then evenly over the texel's solid angle. Weights are the light of the interpolated
-// picture over the texel, not of the texel alone: a dark texel beside the sun is partly bright.
-// From each the mean is taken off: scattered rays find what is as bright as most of the sky well
-// enough, and multiple importance sampling counts both (Karlik et al., "MIS Compensation:
-// Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). An even sky is left to
-// scattered rays alone.
+// by inversion, then evenly over the texel's solid angle. Radiance is constant over a texel, so
+// that what is sampled is exactly what shines: between interpolated texels the two would differ
+// most where it matters, at the rim of the sun. From the light of each texel the mean is taken off:
+// scattered rays find what is no brighter than most of the sky well enough, and multiple importance
+// sampling counts both (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in
+// Multiple Importance Sampling", 2019). An even sky is left to scattered rays alone.
 #include "environment.h"
 
 #include <cmath>
@@ -19,40 +19,23 @@ namespace {
 // The least share of the light that must stand out from the mean for the environment to be sampled.
 constexpr double LEAST_CONTRAST = 0.02;
 
-struct Location {
-    float x, y; // in texels: column and row
+struct Texel {
+    size_t column, row;
 };
 
-Location locate(const Environment &e, Vec3 d) {
+Texel texel_at(const Environment &e, Vec3 d) {
     const float longitude = std::atan2(d.x, d.z);
     const float from_top = std::atan2(std::sqrt(d.x * d.x + d.z * d.z), d.y);
-    return {(0.5f - longitude / (2 * PI)) * static_cast<float>(e.width),
-            from_top / PI * static_cast<float>(e.height)};
+    const float x = (0.5f - longitude / (2 * PI)) * static_cast<float>(e.width);
+    const float y = from_top / PI * static_cast<float>(e.height);
+    return {static_cast<size_t>(std::clamp(static_cast<int>(x), 0, e.width - 1)),
+            static_cast<size_t>(std::clamp(static_cast<int>(y), 0, e.height - 1))};
 }
 
 Vec3 direction_at(float column, float cosine, int width) {
     const float longitude = (0.5f - column / static_cast<float>(width)) * 2 * PI;
     const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine));
     return {sine * std::sin(longitude), cosine, sine * std::cos(longitude)};
-}
-
-// Columns go round; beyond the first and the last row lies the row itself again.
-const Vec3 &texel(const Environment &e, int x, int y) {
-    const int column = x < 0 ? x + e.width : x >= e.width ? x - e.width : x;
-    const int row = std::clamp(y, 0, e.height - 1);
-    return e.texels[static_cast<size_t>(row) * static_cast<size_t>(e.width) +
-                    static_cast<size_t>(column)];
-}
-
-// The luminance of the interpolated picture, averaged over a texel.
-double texel_light(const Environment &e, int x, int y) {
-    static const double weights[3] = {0.125, 0.75, 0.125};
-    double sum = 0;
-    for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i)
-            sum += weights[i + 1] * weights[j + 1] *
-                   static_cast<double>(luminance(texel(e, x + i, y + j)));
-    return sum;
 }
 
 float texel_pdf(const Environment &e, size_t row, float probability) {
@@ -83,7 +66,7 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels) 
         solid_angles[y] =
             static_cast<double>((e.row_cosines[y] - e.row_cosines[y + 1]) * 2 * PI) / width;
         for (size_t x = 0; x < w; ++x) {
-            weights[y * w + x] = texel_light(e, static_cast<int>(x), static_cast<int>(y));
+            weights[y * w + x] = static_cast<double>(luminance(e.texels[y * w + x]));
             total += weights[y * w + x] * solid_angles[y];
         }
     }
@@ -104,25 +87,16 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels) 
 }
 
 Vec3 environment_radiance(const Environment &e, Vec3 direction) {
-    const Location at = locate(e, direction);
-    const float x = at.x - 0.5f, y = at.y - 0.5f;
-    const float x0 = std::floor(x), y0 = std::floor(y);
-    const float s = x - x0, t = y - y0;
-    const int column = static_cast<int>(x0), row = static_cast<int>(y0);
-    const Vec3 top = (1 - s) * texel(e, column, row) + s * texel(e, column + 1, row);
-    const Vec3 bottom = (1 - s) * texel(e, column, row + 1) + s * texel(e, column + 1, row + 1);
-    return (1 - t) * top + t * bottom;
+    const Texel at = texel_at(e, direction);
+    return e.texels[at.row * static_cast<size_t>(e.width) + at.column];
 }
 
 float environment_pdf(const Environment &e, Vec3 direction) {
-    const Location at = locate(e, direction);
-    const auto w = static_cast<size_t>(e.width);
-    const size_t column = std::min(static_cast<size_t>(std::max(at.x, 0.0f)), w - 1);
-    const size_t row = std::min(static_cast<size_t>(at.y), static_cast<size_t>(e.height) - 1);
-    const float *columns = &e.column_limits[row * (w + 1)];
-    return texel_pdf(e, row,
-                     (e.row_limits[row + 1] - e.row_limits[row]) *
-                         (columns[column + 1] - columns[column]));
+    const Texel at = texel_at(e, direction);
+    const float *columns = &e.column_limits[at.row * (static_cast<size_t>(e.width) + 1)];
+    return texel_pdf(e, at.row,
+                     (e.row_limits[at.row + 1] - e.row_limits[at.row]) *
+                         (columns[at.column + 1] - columns[at.column]));
 }
 
 EnvironmentSample environment_sample(const Environment &e, Vec2 u) {
@@ -136,10 +110,10 @@ EnvironmentSample environment_sample(const Environment &e, Vec2 u) {
 }
 
 Environment environment_sky(Vec3 to_sun) {
-    const int width = 512, height = 256;
+    const int width = 1024, height = 512;
     const Vec3 zenith = {0.08f, 0.18f, 0.48f}, horizon = {0.55f, 0.62f, 0.70f};
     const Vec3 glow = {1.0f, 0.72f, 0.42f}, ground = {0.20f, 0.18f, 0.16f};
-    const float sun_radius = 0.03f; // radians: seven texels across, so that it looks round
+    const float sun_radius = 0.03f; // radians: ten texels across, so that it looks round
     const Vec3 sun_radiance = {700, 590, 430};
 
     std::vector<Vec3> texels;

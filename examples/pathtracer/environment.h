@@ -8,7 +8,7 @@
 #include "math.h"
 
 // Row 0 is straight up (+y), the middle of a row is +z, the left of it +x, as in OpenEXR's
-// latitude-longitude maps. Radiance is interpolated between the texels' middles.
+// latitude-longitude maps. Radiance is constant over each texel.
 struct Environment {
     int width, height;
     std::vector<Vec3> texels; // radiance, row by row
