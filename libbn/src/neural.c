@@ -197,7 +197,7 @@ typedef struct image {
     int64_t x0, y0;              /* of the first texel */
     uint32_t width, height;      /* of `values`, per channel */
     uint32_t period_x, period_y; /* of the noise; 0 for none */
-    int clamp;                   /* to [0, 1) */
+    int window;                  /* values are to be uniform in [0, 1) */
     float *values;
     uint64_t area_width, area_height; /* that tiles cover, from the last aligned texel on */
     uint32_t tile_width, tile_height, columns, rows;
@@ -252,6 +252,22 @@ static void split(image *m, uint32_t threads) {
     }
 }
 
+/* A value of a window: the share of the network's outputs below it, where the model says what that
+ * is, in [0, 1). */
+static float window_value(const bn_onnx_model *model, float value) {
+    if (model->has_quantiles) {
+        const float *q = model->quantiles;
+        uint32_t below = 0;
+        for (uint32_t step = (BN_MODEL_QUANTILES - 1) / 2; step > 0; step /= 2) {
+            if (q[below + step] <= value) below += step;
+        }
+        const float width = q[below + 1] - q[below];
+        const float part = width > 0 ? (value - q[below]) / width : 0.5f;
+        value = ((float)below + (part < 0 ? 0 : part > 1 ? 1 : part)) / (BN_MODEL_QUANTILES - 1);
+    }
+    return value < 0 ? 0 : value > 1 - 0x1p-24f ? 1 - 0x1p-24f : value;
+}
+
 /* Keeps the part of a tile that lies in the image, from its column first_x and row first_y on: what
  * is before belongs to other tiles. */
 static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y, int64_t first_x,
@@ -272,11 +288,7 @@ static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_
             const float *from = tile + c * tile_count + (size_t)i * m->tile_width + skipped;
             float *to = m->values + ((size_t)c * m->height + (size_t)y) * m->width + x;
             for (int64_t j = 0; j < count; ++j) {
-                const float value = from[j];
-                to[j] = !m->clamp              ? value
-                        : value < 0            ? 0
-                        : value > 1 - 0x1p-24f ? 1 - 0x1p-24f
-                                               : value;
+                to[j] = m->window ? window_value(&m->neural->model, from[j]) : from[j];
             }
         }
     }
@@ -386,7 +398,7 @@ bn_result bn_neural_window(const bn_neural *n, int64_t x0, int64_t y0, uint32_t 
                .y0 = y0,
                .width = width,
                .height = height,
-               .clamp = 1,
+               .window = 1,
                .values = values};
     return fill_image(&m);
 }

@@ -82,6 +82,25 @@ static int read_decimal(span s, uint32_t *value) {
     return 1;
 }
 
+/* BN_MODEL_QUANTILES whole numbers with commas between them, none smaller than the one before, as
+ * multiples of 2^-24. */
+static int read_quantiles(span s, float quantiles[BN_MODEL_QUANTILES]) {
+    for (int i = 0; i < BN_MODEL_QUANTILES; ++i) {
+        uint32_t size;
+        const int negative = s.at != s.end && *s.at == '-';
+        if (negative) ++s.at;
+        span number = {s.at, s.at};
+        while (number.end != s.end && *number.end != ',') ++number.end;
+        if (!read_decimal(number, &size)) return 0;
+        quantiles[i] = (float)size * (negative ? -0x1p-24f : 0x1p-24f);
+        if (i > 0 && quantiles[i] < quantiles[i - 1]) return 0;
+        s.at = number.end;
+        if ((s.at == s.end) != (i + 1 == BN_MODEL_QUANTILES)) return 0;
+        if (s.at != s.end) ++s.at;
+    }
+    return quantiles[BN_MODEL_QUANTILES - 1] > quantiles[0];
+}
+
 /* The strings with two field numbers of a message that holds each at most once. */
 static int read_pair(span s, uint32_t first_number, span *first, uint32_t second_number,
                      span *second) {
@@ -264,11 +283,12 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
     static const char *const keys[] = {"bn.receptive_radius", "bn.align", "bn.version"};
     enum { KEYS = sizeof keys / sizeof *keys };
     uint32_t values[KEYS] = {0}, seen[KEYS] = {0};
-    bn_onnx_model found = {0, 0, 0, {0}, {{0}, {0}}};
+    bn_onnx_model found;
     span graph;
     field f;
     int state;
     if (size == 0 || size > BN_MODEL_MOST_BYTES) return BN_ERROR_BAD_DATA;
+    memset(&found, 0, sizeof found);
     const span whole = {bytes, (const unsigned char *)bytes + size};
     if (!only_message(whole, GRAPH, &graph)) return BN_ERROR_BAD_DATA;
     span s = whole;
@@ -277,6 +297,10 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
         if (f.number == TRAINING || f.number == FUNCTION) return BN_ERROR_UNSUPPORTED;
         if (f.number != METADATA) continue;
         if (!is_bytes(&f) || !read_pair(f.bytes, 1, &key, 2, &value)) return BN_ERROR_BAD_DATA;
+        if (is_text(key, "bn.quantiles") &&
+            (found.has_quantiles++ || !read_quantiles(value, found.quantiles))) {
+            return BN_ERROR_BAD_DATA;
+        }
         for (int k = 0; k < KEYS; ++k) {
             if (is_text(key, keys[k]) && (seen[k]++ || !read_decimal(value, &values[k]))) {
                 return BN_ERROR_BAD_DATA;

@@ -10,7 +10,8 @@ enum {
     BN_MODEL_MOST_ALIGN = 64,
     BN_MODEL_MOST_CHANNELS = 16,
     BN_MODEL_MOST_NODES = 65536,
-    BN_MODEL_NAME_SIZE = 128
+    BN_MODEL_NAME_SIZE = 128,
+    BN_MODEL_QUANTILES = 65
 };
 #define BN_MODEL_MOST_BYTES ((size_t)64 << 20)
 
@@ -19,6 +20,8 @@ typedef struct bn_onnx_model {
     uint32_t align;  /* what positions and extents are multiples of */
     uint32_t channels;
     char output[BN_MODEL_NAME_SIZE]; /* name of the output, zero-terminated */
+    int has_quantiles;
+    float quantiles[BN_MODEL_QUANTILES]; /* the i-th: what i/64 of the outputs lie below */
     /* Names of the input's axes of height and width; empty where they have none. */
     char axes[2][BN_MODEL_NAME_SIZE];
 } bn_onnx_model;

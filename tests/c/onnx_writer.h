@@ -5,6 +5,7 @@
 #define BN_TESTS_ONNX_WRITER_H
 
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 enum { MODEL_MOST_BYTES = 1 << 14 };
@@ -50,10 +51,19 @@ static inline void put_pair(message *m, uint32_t field, const char *key, const c
     put_message(m, field, &pair);
 }
 
+/* Numbers from first on with steps between them, as the metadata has them. */
+static inline void write_quantiles(char text[1024], int count, long first, long step) {
+    size_t at = 0;
+    for (int i = 0; i < count; ++i) {
+        at += (size_t)snprintf(text + at, 1024 - at, "%s%ld", i > 0 ? "," : "", first + i * step);
+    }
+}
+
 /* What a model is made of; start from model_parts_default(). */
 typedef struct model_parts {
-    const char *radius, *align, *version; /* of the metadata; NULL leaves the entry out */
-    uint32_t kernel_radius;               /* of the convolution */
+    const char *radius, *align, *version,
+        *quantiles;         /* of the metadata; NULL leaves the entry out */
+    uint32_t kernel_radius; /* of the convolution */
     uint32_t channels;
     const char *operator_name, *operator_domain;
     const char *input, *output;
@@ -174,6 +184,7 @@ static inline void make_model(const model_parts *parts, message *model) {
     put_pair(model, 14, "another", "entry");
     put_pair(model, 14, "bn.receptive_radius", parts->radius);
     put_pair(model, 14, "bn.align", parts->align);
+    put_pair(model, 14, "bn.quantiles", parts->quantiles);
     if (parts->training) put_text(model, 20, "");
     if (parts->function) put_text(model, 25, "");
     /* Last, so that a shorter file is never whole. */

@@ -126,6 +126,31 @@ static void test_windows(void) {
     }
 }
 
+/* Windows show the share of outputs that lie below; masks are the same. */
+static void test_quantiles(void) {
+    enum { extent = 50, count = extent * extent };
+    static float plain[count], mapped[count];
+    static uint32_t ranks[2][count];
+    const long step = (1l << 24) / 100; /* from 0 to 0.64 */
+    char text[1024];
+    write_quantiles(text, 65, 0, step);
+    for (int with = 0; with < 2; ++with) {
+        model_parts parts = model_parts_default();
+        bn_neural *neural;
+        parts.quantiles = with ? text : NULL;
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        CHECK(bn_neural_window(neural, 3, 4, extent, extent, 5, with ? mapped : plain, count) ==
+              BN_SUCCESS);
+        CHECK(bn_neural_mask(neural, extent, extent, 5, ranks[with], count) == BN_SUCCESS);
+        bn_neural_close(neural);
+    }
+    CHECK(memcmp(ranks[0], ranks[1], sizeof ranks[0]) == 0);
+    for (int i = 0; i < count; ++i) {
+        const double expected = plain[i] / (64 * (double)step * 0x1p-24);
+        CHECK(fabs(mapped[i] - fmin(expected, 1 - 0x1p-24)) < 1e-6 && mapped[i] < 1);
+    }
+}
+
 static void test_masks(void) {
     static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},   {16, 16},
                                           {33, 20}, {301, 99}, {90, 700}};
@@ -444,6 +469,7 @@ int main(void) {
     glob_t found = {0};
     test_noise();
     test_windows();
+    test_quantiles();
     test_masks();
     test_threads_are_used();
     test_many_callers();

@@ -49,6 +49,21 @@ static void test_metadata(void) {
     CHECK_PART(align, "65", BN_ERROR_BAD_DATA);
     CHECK_PART(version, "0", BN_ERROR_UNSUPPORTED);
     CHECK_PART(version, "2", BN_ERROR_UNSUPPORTED);
+    char quantiles[1024];
+    write_quantiles(quantiles, 65, -1000, 1000);
+    CHECK_PART(quantiles, quantiles, BN_SUCCESS);
+    write_quantiles(quantiles, 65, 7, 0);
+    CHECK_PART(quantiles, quantiles, BN_ERROR_BAD_DATA); /* all the same */
+    write_quantiles(quantiles, 65, 100000, -1);
+    CHECK_PART(quantiles, quantiles, BN_ERROR_BAD_DATA); /* falling */
+    write_quantiles(quantiles, 64, 0, 1);
+    CHECK_PART(quantiles, quantiles, BN_ERROR_BAD_DATA);
+    write_quantiles(quantiles, 66, 0, 1);
+    CHECK_PART(quantiles, quantiles, BN_ERROR_BAD_DATA);
+    static const char *const no_quantiles[] = {"", ",", "1", "0.5", "-", "--1", "1,,2"};
+    for (size_t i = 0; i < sizeof no_quantiles / sizeof *no_quantiles; ++i) {
+        CHECK_PART(quantiles, no_quantiles[i], BN_ERROR_BAD_DATA);
+    }
     /* The same key twice. */
     message model;
     const model_parts parts = model_parts_default();

@@ -95,6 +95,9 @@ int main(int argc, char **argv) {
         parts.external = below(4) == 0 ? 2 : 0;
         parts.subgraph = below(4) == 0;
         parts.channels = 1 + below(3);
+        char quantiles[1024];
+        write_quantiles(quantiles, 65, -3, 1 + (long)below(9));
+        parts.quantiles = below(4) == 0 ? quantiles : NULL;
         make_model(&parts, &model);
         for (uint32_t changes = below(4); changes > 0; --changes) {
             change(model.bytes, &model.size, sizeof model.bytes);

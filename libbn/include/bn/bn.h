@@ -306,15 +306,18 @@ static inline bn_neural_options bn_neural_options_default(void) {
 
 /* Opens a network: some tens of milliseconds, more the first time in a process. A model is an ONNX file
  * of at most 64 MiB with one input `noise`, float32 of shape (1, 1, h + 2r, w + 2r), uniform in [0, 1),
- * and one output of shape (1, C, h, w) for 1 to 16 channels; r of at most 256 is the radius of what a texel sees, so the
- * graph pads nothing. Its metadata names r as bn.receptive_radius; bn.align, 1 for a network without
- * strides, of which h, w and the position of the first texel must be multiples (the caller's need not);
- * and bn.version, 1. Errors: INVALID_ARGUMENT (neural NULL, two models, an empty path), IO (model_path
- * cannot be read), BAD_DATA (no such model: damaged, foreign, too large, of another shape than it says,
- * or one that gives numbers that are not finite), UNSUPPORTED (a model with external data, operators
- * outside the ONNX standard, functions, control flow or another bn.version; no model in this library; no
- * way to load libraries on this system), RUNTIME (no ONNX Runtime, none of a version that will do, or
- * it failed), OUT_OF_MEMORY. On failure *neural is NULL. */
+ * and one output of shape (1, C, h, w) for 1 to 16 channels. r, at most 256, is the radius of what a
+ * texel sees; the graph pads nothing. The metadata have r as bn.receptive_radius; bn.align, 1 for a
+ * network without strides, of which h, w and the position of the first texel must be multiples (the
+ * caller's need not); bn.version, 1; and, where outputs are not uniform in [0, 1), bn.quantiles: 65 whole
+ * numbers with commas between them, the i-th 2^24 times the value that i / 64 of the outputs lie below,
+ * by which windows are made uniform.
+ * Errors: INVALID_ARGUMENT (neural NULL, two models, an empty path), IO (model_path cannot be read),
+ * BAD_DATA (no such model: damaged, foreign, too large, of another shape than it says, or one that gives
+ * numbers that are not finite), UNSUPPORTED (a model with external data, operators outside the ONNX
+ * standard, functions, control flow or another bn.version; no model in this library; no way to load
+ * libraries on this system), RUNTIME (no ONNX Runtime, none of a version that will do, or it failed),
+ * OUT_OF_MEMORY. On failure *neural is NULL. */
 BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
 BN_API void bn_neural_close(bn_neural *neural);
 
