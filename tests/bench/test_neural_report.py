@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report on networks: what a model costs, rows of other networks, and a quick run of the whole."""
+
+import csv
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
+from onnx_file import convolution
+
+from report import neural
+from report.onnx_cost import cost, metadata
+
+SHIPPED = neural.ROOT / "libbn/data/neural.onnx"
+
+
+def test_cost_of_a_convolution():
+    model = convolution(np.ones((3, 5, 5)))
+    assert cost(model) == (2 * 75, 75)
+    assert metadata(model) == {"bn.receptive_radius": "2", "bn.align": "1", "bn.version": "1"}
+
+
+@pytest.mark.skipif(not SHIPPED.exists(), reason="no network in libbn/data")
+def test_cost_of_what_ships():
+    operations, weights = cost(SHIPPED.read_bytes())
+    assert 0 < weights < SHIPPED.stat().st_size / 4 and weights < operations <= 30000
+
+
+def test_rows_of_other_networks(tmp_path):
+    path = tmp_path / "paper.csv"
+    path.write_text("name,size,seconds,threads,e_1,e_1.5,flop_per_texel\n"
+                    "perceptron,64,0.001,1,0.0865,0.0588,1600\nperceptron,96,0.001,1,0.0865,0.0588,1600\n")
+    (row,) = neural.paper_rows(path, (64, 128))
+    assert set(row) == set(neural.FIELDS) and row["width"] == 64 and float(row["e_1.5"]) == 0.0588
+    assert "| perceptron | 1 ms | 1 ms | 244 ns | 1600 | 0.0865 | 0.0588 |" in neural.table([row])
+
+
+@pytest.mark.skipif(importlib.util.find_spec("onnxruntime") is None or not SHIPPED.exists(), reason="no network to run")
+def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
+    paper = tmp_path / "paper.csv"
+    paper.write_text("name,size,seconds,threads,e_1,e_1.5,flop_per_texel\nperceptron,64,0.001,1,0.0865,0.0588,1600\n")
+    monkeypatch.setattr(sys, "argv", ["neural", "--quick", "--paper", str(paper), "--out", str(tmp_path / "report")])
+    neural.main()
+    text = (tmp_path / "report/neural.md").read_text()
+    assert text.rstrip("\n") in capsys.readouterr().out
+    with open(tmp_path / "report/neural.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {"network", "relax", "void-and-cluster", "anneal", "white", "perceptron"} == {row["method"] for row in rows}
+    for row in rows:
+        assert float(row["seconds"]) > 0 and 0.03 < float(row["e_1"]) < 0.13
+    assert Image.open(tmp_path / "report/neural.png").width > 1000
+    assert Image.open(tmp_path / "neural.png").height > 500
+    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png"]
