@@ -155,7 +155,7 @@ def threshold_error(values: np.ndarray, sigma: float) -> float:
 
 def mask_figures(method: Method) -> dict[Any, float]:
     """E_1, E_1.5, histogram deviation and power below half the principal frequency per level of a method's masks, means
-    over at most MEASURED of them; and how alike all are."""
+    over at most MEASURED of them; how alike all are, and the least and the most deviation."""
     values = method.values[:MEASURED]
     measured = [bluenoise.measure(mask) for mask in values]
     if method.raw:
@@ -167,7 +167,8 @@ def mask_figures(method: Method) -> dict[Any, float]:
     return {"e_1": e_1, "e_1.5": e_15, "deviation": values.std(axis=(1, 2)).mean(),
             "grey": np.mean([bluenoise.power_spectrum(mask)[quarter].mean() for mask in values]),
             **{level: np.mean([figures["low_frequency"][level] for figures in measured]) for level in LEVELS},
-            "alike": likeness(method.values)}
+            "alike": likeness(method.values), "least": method.values.std(axis=(1, 2)).min(),
+            "most": method.values.std(axis=(1, 2)).max()}
 
 
 def likeness(values: np.ndarray) -> float:
@@ -199,7 +200,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def time_text(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s" if seconds < 100 else f"{seconds:.0f} s"
 
 
 def markdown(header: list[str], rows: list[list[str]]) -> str:
@@ -264,11 +265,12 @@ def report_text(methods: list[Method], figures: list[dict[Any, float]], tables: 
         Floyd and Steinberg's, a yardstick that no mask reaches."""),
         error,
         "## Why its masks fall short",
-        filled("""Time is per mask, one at a time (Wronski's in one batch), on one thread of a shared machine. E_1 and E_1.5 are the dithering errors
-        over all grey levels (white noise .115 and .076). Deviation is that of the values in [0, 1], .289 when every value
-        is equally often. Powers have white noise at 1: of the grey mask below a quarter cycle per texel, and of patterns
-        thresholded at 1/16, 1/4 and 1/2 below half their principal frequency. Alike is the mean size of the correlation
-        between two masks of a method: 1 for one and the same mask or its negative."""),
+        filled("""Time is per mask, one at a time (Wronski's in one batch), on one thread of a shared machine; the
+        paper's is from its own. E_1 and E_1.5 are the dithering errors over all grey levels (white noise .115 and
+        .076). Deviation is that of the values in [0, 1], .289 when every value is equally often. Powers have white
+        noise at 1: of the grey mask below a quarter cycle per texel, and of patterns thresholded at 1/16, 1/4 and 1/2
+        below half their principal frequency. Alike is the mean size of the correlation between two masks of a method: 1
+        for one and the same mask or its negative."""),
         figure,
         *explanation(methods, figures, descent),
         filled("Trained or made: " + "; ".join(notes) + "."),
@@ -302,7 +304,8 @@ def explanation(methods: list[Method], figures: list[dict[Any, float]],
             and E_1 {summed["e_1"]:.4f} and {exact["e_1"]:.4f}.""")
         paragraphs += [filled(f"""**Nothing asks for masks that differ.** No loss compares two masks, and 100 hidden units are all
         that can tell one from another: two masks of this perceptron correlate by {raw["alike"]:.2f} on average, up to sign;
-        two of white noise by {found[(size, "white noise")]["alike"]:.3f}.""")]
+        two of white noise by {found[(size, "white noise")]["alike"]:.3f}. Between a mask and its negative lie grey ones: the
+        deviation of its masks' values goes from {raw["least"]:.3f} to {raw["most"]:.3f}.""")]
     return paragraphs
 
 
