@@ -63,6 +63,9 @@ void run(const Options &options) {
         environment = std::make_shared<Environment>(environment_read(options.environment));
     Scene scene = scene_build(options.scene, environment);
     if (options.light_samples > 0) scene.light_samples = options.light_samples;
+    if (uint64_t{options.first_sample} + options.spp > (uint64_t{1} << 32) / scene.light_samples)
+        throw Error("--first-sample and --spp run past the last sample of " +
+                    std::to_string(scene.light_samples) + " light samples each; take fewer");
     camera_fit(scene.camera, options.width, options.height);
     const SamplerPointer sampler = sampler_create(options.sampler);
     const Crop crop = options.crop.value_or(Crop{0, 0, options.width, options.height});

@@ -30,12 +30,13 @@ def test_help_and_list(pathtracer):
     text = pathtracer.run("--help")
     assert text.returncode == 0 and text.stderr == ""
     options = "--scene --sampler --spp --declare --size --seed --threads --max-depth --mask --reference"
-    options += " --crop --first-sample --exposure --quiet --list --help -o"
+    options += " --crop --first-sample --exposure --light-samples --env --quiet --list --help -o"
     for option in options.split():
         assert option in text.stdout
     listing = pathtracer.run("--list")
     assert listing.returncode == 0 and listing.stderr == ""
-    for name in ("cornell", "furnace", "blue", "sobol", "white", "zorder", "mask"):
+    scenes = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace")
+    for name in (*scenes, "blue", "sobol", "white", "zorder", "mask"):
         assert name in listing.stdout.split()
 
 
@@ -64,6 +65,9 @@ def test_help_and_list(pathtracer):
         (["--max-depth", "1e3"], ["--max-depth"]),
         (["--declare", "many"], ["--declare"]),
         (["--first-sample", "4294967295", "--spp", "2"], ["--first-sample", "4294967295"]),
+        (["--light-samples", "0"], ["--light-samples", "256"]),
+        (["--light-samples", "2", "--first-sample", "3000000000"], ["--first-sample", "2 light samples"]),
+        (["--env", "absent.exr"], ["absent.exr"]),
         (["--exposure", "nan"], ["--exposure", "'nan'"]),
         (["--exposure", "1000"], ["--exposure"]),
         (["--crop", "0,0,10"], ["--crop"]),
