@@ -26,7 +26,7 @@ def whole(least: int):  # type: ignore[no-untyped-def]
 
 def add_train(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", type=Path, help="TOML file, see trainer/configs")
-    parser.add_argument("--run", type=Path, metavar="FOLDER",
+    parser.add_argument("--folder", type=Path, metavar="FOLDER",
                         help="for config, log and checkpoints; default ~/.cache/bn_trainer/<name of the config>")
     parser.add_argument("--resume", action="store_true", help="go on with the run in the folder, exactly as if never stopped")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
@@ -38,7 +38,7 @@ def add_train(parser: argparse.ArgumentParser) -> None:
 def run_train(options: argparse.Namespace) -> int:
     from .train import train
 
-    train(options.config, options.run, resume=options.resume, device=options.device, threads=options.threads,
+    train(options.config, options.folder, resume=options.resume, device=options.device, threads=options.threads,
           stop_after=options.stop_after, quiet=options.quiet)
     return 0
 

@@ -37,7 +37,10 @@ class LossConfig:
     shares: list[float]  # of their squared errors in the loss
     scale: float = 100.0  # of the errors
     ramp: float = 10.0  # weight of the distance of sorted values from a ramp
-    inner: float = 0.3  # weight of the same loss after one step drawn from the second half of them
+    inner: float = 0.5  # weight of the same loss after each of the inner steps drawn
+    inner_steps: int = 4  # how many are drawn, anew for every iteration
+    tail: int = 5  # inner steps are drawn from all but so many last ones
+    damping: float = 0.7  # of gradients that pass from a step to the one before: see train.py
 
     def check(self) -> None:
         need(1 <= len(self.sigmas) <= 8, "loss.sigmas must be 1 to 8 numbers", self.sigmas)
@@ -47,6 +50,9 @@ class LossConfig:
         need(0 < self.scale < 1e6, "loss.scale must be positive", self.scale)
         need(0 <= self.ramp < 1e6, "loss.ramp must not be negative", self.ramp)
         need(0 <= self.inner < 1e3, "loss.inner must not be negative", self.inner)
+        need(0 <= self.inner_steps <= 64, "loss.inner_steps must be 0 to 64", self.inner_steps)
+        need(1 <= self.tail <= 64, "loss.tail must be 1 to 64", self.tail)
+        need(0 <= self.damping <= 1, "loss.damping must be 0 to 1", self.damping)
 
 
 @dataclasses.dataclass(frozen=True)

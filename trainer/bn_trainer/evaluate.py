@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -42,6 +43,8 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         parameters = sum(p.numel() for p in model.parameters())
         cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.1f} kFLOP per texel, radius {model.receptive_radius}"
         return torch_network(model), model.receptive_radius, cost
+    # Without this ONNX Runtime may report its use over the network.
+    os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
     try:
         import onnx
         import onnxruntime

@@ -87,9 +87,12 @@ class DitheringError:
     def __init__(self, height: int, width: int, sigmas: list[float], shares: list[float]) -> None:
         pairs = pair_weights(height, width, sigmas, shares)
         self.offsets = list(pairs)
-        # An offset of half the extent makes every pair twice.
         self.weights = list(pairs.values())
-        self.constant = sum(shares) / 6
+        # The Gaussian's far tail is left out; texels that far apart differ by 1/3 on average.
+        centre = sum(share * float(gaussian_weights(height, s * math.sqrt(2))[0] * gaussian_weights(width, s * math.sqrt(2))[0])
+                     for s, share in zip(sigmas, shares))
+        left_out = sum(shares) - centre - sum(self.weights)
+        self.constant = sum(shares) / 6 - left_out / 6
         ys, xs = [y for y, _ in self.offsets], [x for _, x in self.offsets]
         self.reach = (max(0, -min(xs)), max(0, max(xs)), max(0, -min(ys)), max(0, max(ys)))
 

@@ -12,14 +12,9 @@ have few parameters. Steps start as the relaxation of `bn_relax`, step and softn
 
 from __future__ import annotations
 
-import math
-
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
-
-#: The largest float below 1: outputs lie in [0, LAST].
-LAST = 1 - 2**-24
 
 
 def orbit_map(size: int) -> Tensor:
@@ -73,6 +68,8 @@ class Step(nn.Module):
 
     TAP_SCALE = 0.2
     orbit: Tensor
+    hats: Tensor
+    expected: Tensor
 
     def __init__(self, channels: int, kernel: int, *, sigma: float, rate: float) -> None:
         super().__init__()
@@ -97,20 +94,32 @@ class Step(nn.Module):
         taps[self.orbit.reshape(-1)] = gauss.reshape(-1)
         self.taps = nn.Parameter((taps / self.TAP_SCALE).float().repeat(channels, 1))
 
-        hats = torch.eye(channels) - torch.diag(torch.ones(channels - 1), -1)
-        self.mix = nn.Parameter(-hats)
-        self.bias = nn.Parameter(hats @ (1 - (c + 0.5) / channels))
+        self.register_buffer("hats", torch.eye(channels) - torch.diag(torch.ones(channels - 1), -1), persistent=False)
+        self.register_buffer("expected", 1 - (c + 0.5) / channels, persistent=False)
+        # Between hats and what lies above each ramp beyond what is expected: there, parameters act apart from each other.
+        self.mix = nn.Parameter(-torch.eye(channels))
+        self.bias = nn.Parameter(torch.zeros(channels))
         self.keep = nn.Parameter(torch.tensor(1.0))
 
     def ramps(self, values: Tensor, slope: Tensor, offset: Tensor) -> Tensor:
         weight = (self.channels * slope).view(-1, 1, 1, 1)
         return F.conv2d(values, weight, self.channels * offset).clamp(0.0, 1.0)
 
+    def mixing(self) -> tuple[Tensor, Tensor]:
+        """Weight and bias of the pointwise mixing: from ramps around to factors of the gates."""
+        hats = self.rate * self.hats
+        return hats @ self.mix, hats @ (self.bias - self.mix @ self.expected)
+
+    def kernels(self) -> Tensor:
+        """Free parameters of the depthwise kernels, (channels, orbits)."""
+        return self.TAP_SCALE * self.taps
+
     def forward(self, values: Tensor) -> Tensor:
         m = self.margin
         ramps = self.ramps(values, self.slope, self.offset)
-        around = _Depthwise.apply(ramps, self.TAP_SCALE * self.taps, self.orbit)
-        mixed = F.conv2d(around, (self.rate * self.mix)[:, :, None, None], self.rate * self.bias)
+        around = _Depthwise.apply(ramps, self.kernels(), self.orbit)
+        mix, bias = self.mixing()
+        mixed = F.conv2d(around, mix[:, :, None, None], bias)
         inner = values[:, :, m : values.shape[2] - m, m : values.shape[3] - m]
         gates = self.ramps(inner, self.gate_slope, self.gate_offset)
         # A convolution with ones, not a sum: runtimes keep their blocked layout up to here.
@@ -133,10 +142,11 @@ class Relaxation(nn.Module):
 
     @staticmethod
     def finish(values: Tensor) -> Tensor:
-        """Into [0, 1) without ties: the few values beyond the ends are squeezed, not cut off."""
+        """Into [0, 1], but for values further than 1/4 outside, of which a trained model has none. The few beyond the
+        ends are squeezed, not cut off: that would make ties, and ties rows of dots in the lightest patterns."""
         end = 1 / 256
         middle = values.clamp(end, 1 - end)
-        return (middle + (values - middle) / 64).clamp(0.0, LAST)
+        return middle + (values - middle) / 64
 
     def forward(self, noise: Tensor) -> Tensor:
         """Noise (n, 1, h + 2r, w + 2r), uniform in [0, 1), to values (n, 1, h, w); the unpadded graph."""
@@ -145,10 +155,13 @@ class Relaxation(nn.Module):
             values = step(values)
         return self.finish(values)
 
-    def torus(self, noise: Tensor) -> list[Tensor]:
-        """Values (n, 1, h, w) after every step on a torus; the last is the output."""
+    def torus(self, noise: Tensor, damping: float = 1.0) -> list[Tensor]:
+        """Values (n, 1, h, w) after every step on a torus; the last is the output. Gradients that pass from a step
+        to the one before are multiplied by `damping`."""
         values, after = noise, []
         for step in self.steps:
+            if damping != 1:
+                values = damping * values + (1 - damping) * values.detach()
             values = step(wrap(values, step.margin))
             after.append(values)
         after[-1] = self.finish(after[-1])
@@ -162,10 +175,7 @@ class Relaxation(nn.Module):
 def wrap(values: Tensor, margin: int) -> Tensor:
     """A toroidal margin, also one wider than the extent."""
     height, width = values.shape[-2:]
-    while margin > min(height, width):
-        part = min(height, width)
-        values = F.pad(values, (part,) * 4, mode="circular")
-        margin -= part
-        # The padded image is periodic with the old extent only along whole periods, so pad by whole ones.
-        height, width = values.shape[-2:]
+    if margin > min(height, width):
+        ys, xs = (torch.arange(-margin, extent + margin, device=values.device) % extent for extent in (height, width))
+        return values[:, :, ys][:, :, :, xs]
     return F.pad(values, (margin,) * 4, mode="circular") if margin else values

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Training. Adam on fresh white noise, weights averaged over iterations.
 
+Steps amplify small differences, so the gradient of the last step's error with respect to an early step's parameters is
+noise (between images it has no common direction from about six steps back). Each step is therefore trained
+on the error after it and a few more: errors after several steps are summed, and gradients fade as they pass back.
+
 Everything that is drawn is a function of seed and iteration, not of what was drawn before, so a run that was stopped
 goes on exactly as if it had not been, and processes (`torchrun`) share the batch that one would have.
 """
@@ -96,11 +100,12 @@ class Trainer:
         batch = batch[self.rank * share : (self.rank + 1) * share].to(self.device)
         self.model.train()
         with torch.autocast(self.device.type, torch.bfloat16, enabled=t.bfloat16):
-            after = self.model.torus(batch)
+            after = self.model.torus(batch, self.config.loss.damping)
         loss = self.loss_of(after[-1])
-        if self.config.loss.inner > 0 and count > 1:
-            which = random.Random(f"{t.seed}:{self.iteration}:step").randrange(count // 2, count) - 1
-            loss = loss + self.config.loss.inner * self.loss_of(after[max(0, which)])
+        draw = random.Random(f"{t.seed}:{self.iteration}:steps")
+        early = max(0, count - self.config.loss.tail)
+        for inner in sorted(draw.sample(range(early), min(self.config.loss.inner_steps, early))):
+            loss = loss + self.config.loss.inner * self.loss_of(after[inner])
         self.optimiser.zero_grad(set_to_none=False)
         loss.backward()
         value = loss.detach()
@@ -183,7 +188,7 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
     """Trains and returns the checkpoint. `resume` goes on from the folder's checkpoint, with its configuration;
     `stop_after` stops after so many iterations in all, to be resumed later."""
     if config_path is None and folder is None:
-        raise TrainerError("name a configuration (--config) or a run folder to go on with (--resume --run FOLDER)")
+        raise TrainerError("name a configuration (--config) or a run folder to go on with (--resume --folder FOLDER)")
     if folder is None:
         assert config_path is not None
         folder = default_folder(config_path)
@@ -213,7 +218,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     if resume and checkpoint is None and config is None:
         raise TrainerError(f"there is no checkpoint in {folder}; name a configuration (--config)")
     if not resume and newest.exists():
-        raise TrainerError(f"{folder} holds a run already; go on with --resume, or name another folder with --run")
+        raise TrainerError(f"{folder} holds a run already; go on with --resume, or name another folder with --folder")
     if checkpoint is not None:
         config = configs.from_dict(checkpoint["config"])
     assert config is not None
@@ -223,7 +228,6 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     first = trainer.rank == 0
     least = math.inf
     if first:
-        folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(config)))
         trim_log(log, trainer.iteration)
         if best.exists():
