@@ -98,7 +98,9 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
         const Material &material = scene.materials[surface.material];
         const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
         const Frame frame =
-            frame_around(shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, out));
+            frame_around(scene.normals.empty()
+                             ? normal
+                             : shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, out));
         const Vec3 local_out = to_local(frame, out);
         if (!(local_out.z > 0)) break;
         const Vec3 place = ray.origin + hit.distance * ray.direction;
