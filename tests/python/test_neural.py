@@ -76,6 +76,16 @@ def test_mask_ranks_the_network_of_wrapped_noise(one, shape):
     assert (np.diff(in_order) > -1e-6).all()  # ranks differ from NumPy's for ties within rounding alone
 
 
+def test_quantiles_make_windows_uniform(one):
+    values = convolve(NeuralGenerator.noise(-RADIUS, -RADIUS, 400 + 2 * RADIUS, 300 + 2 * RADIUS, seed=8), KERNELS[0])
+    quantiles = np.rint(2.0**24 * np.quantile(values, np.arange(65) / 64)).astype(int)
+    uniform = NeuralGenerator(convolution(KERNELS[:1], quantiles=",".join(map(str, quantiles))))
+    found = uniform.window(0, 0, 400, 300, seed=8)
+    np.testing.assert_allclose(found, np.interp(values, quantiles / 2.0**24, np.arange(65) / 64), atol=1e-5)
+    assert found.max() < 1 and np.ptp(np.histogram(found, bins=64, range=(0, 1))[0]) <= 4
+    assert (uniform.mask((50, 40), seed=8) == one.mask((50, 40), seed=8)).all()
+
+
 def test_seeds_threads_and_paths(one, tmp_path):
     path = tmp_path / "model.onnx"
     path.write_bytes(ONE)
