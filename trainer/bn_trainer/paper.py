@@ -15,8 +15,8 @@ unscaled transform, losses are means over all frequencies, weights start Glorot-
 generator, so that they need not be kept and a run can be resumed exactly; values are pulled to the place that their rank
 has on the ramp in place of a sort with a gradient, which is the same loss with the same gradient.
 
-`python -m bn_trainer train-paper --config trainer/configs/paper-64.toml` trains: 6,000 iterations of 0.05 s at 64x64 and
-of 0.16 s at 128x128 on one core.
+`python -m bn_trainer train-paper --config configs/paper-64.toml` trains: 6,000 iterations of 0.05 s at 64x64 and of
+0.16 s at 128x128 on one core.
 """
 
 from __future__ import annotations
@@ -286,8 +286,8 @@ def keep_log_until(log: Path, iteration: int) -> None:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", required=True, type=Path, help="a TOML file such as trainer/configs/paper-64.toml")
-    parser.add_argument("--run", type=Path, metavar="FOLDER",
+    parser.add_argument("--config", required=True, type=Path, help="a TOML file such as configs/paper-64.toml")
+    parser.add_argument("--folder", type=Path, metavar="FOLDER",
                         help="for config, log and checkpoint; default ~/.cache/bn_trainer/<name of the config>")
     parser.add_argument("--seed", type=int, help="in place of the config's")
     parser.add_argument("--stop-after", type=int, metavar="N", help="stop after N iterations in all; --resume goes on")
@@ -300,6 +300,6 @@ def main(options: argparse.Namespace) -> None:
     config = read_config(options.config)
     if options.seed is not None:
         config = dataclasses.replace(config, seed=options.seed)
-    folder = options.run or default_folder(options.config)
+    folder = options.folder or default_folder(options.config)
     run = train(config, folder, options.stop_after, options.resume, lambda line: print(line, flush=True))
     print(f"{folder / 'checkpoint.pt'}: {run.iteration} of {config.iterations} iterations, {run.seconds:.0f} s")

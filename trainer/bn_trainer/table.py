@@ -32,6 +32,7 @@ from .files import write_atomically
 from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
 from .train import default_folder
 
+ROOT = Path(__file__).resolve().parents[2]
 SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the first columns are for TABLE_SIGMA
 TABLE_SIGMA = 1.0
 CALIBRATING = 8  # masks per method by which the blur is found at which void-and-cluster has the paper's ratio
@@ -250,7 +251,7 @@ def report_text(methods: list[Method], figures: list[dict[Any, float]], tables: 
     parts = [
         "# The paper, reproduced",
         filled(f"""Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022), made
-        again by `{command_text(options)}`, which printed this page. trainer/README.md tells how its perceptrons are
+        again by `{command_text(options)}` in trainer/, which printed this page. Its README tells how the perceptrons are
         trained."""),
         "![Masks, their spectra, thresholded patterns](paper.png)",
         filled("""*Of each method a mask, the mean spectrum of several (zero in the middle, white noise mid-grey), the mask
@@ -382,7 +383,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="dither this picture too: 256x256 texels of it with that corner")
     parser.add_argument("--model", type=Path, help="an ONNX model for this library's network, in ONNX Runtime, in place of "
                                                    "the one that bluenoise has")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "report", help="folder (default docs/report)")
 
 
 def main(options: argparse.Namespace) -> None:
