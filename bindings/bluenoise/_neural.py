@@ -20,7 +20,8 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 _FARTHEST = 2**40
 _MAX_TEXELS = 2**31 - 1
-_MISSING = "neural masks need ONNX Runtime 1.17 or later: pip install onnxruntime"
+# Packages from 1.19 on bring the library.
+_MISSING = "neural masks need ONNX Runtime: pip install 'onnxruntime>=1.19'"
 
 
 class NeuralGenerator:

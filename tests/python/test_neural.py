@@ -158,7 +158,7 @@ def test_bad_arguments(one, call, error, words, capfd):
 def test_without_a_runtime_the_message_says_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setattr(_neural, "_installed_runtime", lambda: None)
     monkeypatch.setenv("BN_ONNXRUNTIME", str(tmp_path / "nowhere.so"))
-    with pytest.raises(RuntimeMissingError, match="pip install onnxruntime"):
+    with pytest.raises(RuntimeMissingError, match="pip install 'onnxruntime>=1.19'"):
         NeuralGenerator(ONE)
 
 
