@@ -325,7 +325,7 @@ def command_text(options: argparse.Namespace) -> str:
     if options.masks != 100:
         parts.append(f"--masks {options.masks}")
     if options.model:
-        parts.append(f"--model {options.model.name}")
+        parts.append(f"--model {options.model}")
     return " ".join(parts)
 
 
