@@ -142,8 +142,8 @@ class Relaxation(nn.Module):
 
     @staticmethod
     def finish(values: Tensor) -> Tensor:
-        """Into [0, 1], but for values further than 1/4 outside, of which a trained model has none. The few beyond the
-        ends are squeezed, not cut off: that would make ties, and ties rows of dots in the lightest patterns."""
+        """Into [0, 1], but for rare outliers, which libbn clamps in windows. What is beyond the ends is squeezed, not cut
+        off: that would make ties, and ties rows of dots in the lightest patterns."""
         end = 1 / 256
         middle = values.clamp(end, 1 - end)
         return middle + (values - middle) / 64

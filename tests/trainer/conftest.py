@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The trainer is tested from the tree; its packages come with `scripts/setup --with-trainer`."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+TRAINER = Path(__file__).resolve().parents[2] / "trainer"
+sys.path.insert(0, str(TRAINER))
+
+torch = pytest.importorskip("torch", reason="scripts/setup --with-trainer installs torch")
+pytest.importorskip("onnx", reason="scripts/setup --with-trainer installs onnx")
+pytest.importorskip("onnxruntime", reason="scripts/setup --with-trainer installs onnxruntime")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread() -> None:
+    torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="session")
+def trainer_environment() -> dict[str, str]:
+    """For `python -m bn_trainer` in a process of its own."""
+    path = os.pathsep.join(filter(None, [str(TRAINER), os.environ.get("PYTHONPATH", "")]))
+    return {**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"}
