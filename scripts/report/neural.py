@@ -22,8 +22,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import bluenoise
-from report.files import write_image, write_text
-from report.masks import LEVELS, low_frequency, save, time_text
+from report.files import write_image, write_text, written_beside
+from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -166,34 +166,43 @@ def colour_of(row, others):
 
 
 def plot(rows, sizes, path):
-    """Error against time per texel, at the size where other networks were measured and at the largest but one; time
-    against size."""
+    """Error against time per texel, at the size where other networks were measured and at a large one; time against
+    size. One legend for all three."""
     others = [name for name in dict.fromkeys(row["method"] for row in rows) if name not in COLOURS]
-    figure, axes = plt.subplots(1, 3, figsize=(16, 5))
+    rows = [row for row in rows if row["method"] != "white"]
+    marks = {}
+    for row in rows:
+        marks.setdefault(row["method"], []).append(row["options"])
+    figure, axes = plt.subplots(1, 3, figsize=(15, 6.4))
     shown = (128 if 128 in sizes else sizes[0], 1024 if 1024 in sizes else sizes[-1])
     for axis, size in zip(axes, shown):
         for row in rows:
-            if int(row["width"]) != size or int(row["threads"]) != 1 or row["method"] == "white":
+            if int(row["width"]) != size or int(row["threads"]) != 1:
                 continue
             for error, style in (("e_1", "full"), ("e_1.5", "none")):
-                axis.plot(microseconds(row), float(row[error]), marker="o", color=colour_of(row, others), fillstyle=style,
-                          linestyle="none", label=label(row) if error == "e_1" else None)
-            axis.annotate(row["options"] or row["method"], (microseconds(row), float(row["e_1"])), fontsize=7,
-                          textcoords="offset points", xytext=(5, 3))
+                axis.plot(microseconds(row), float(row[error]), fillstyle=style, linestyle="none",
+                          **style_of(row, others, marks))
         axis.set(xscale="log", xlabel="microseconds of the processor per texel", ylabel="E_1 (filled), E_1.5 (open)",
                  ylim=(0, None), title=f"{size}x{size}: error against time, one thread")
         axis.grid(True, which="both", alpha=0.25)
-        axis.legend(fontsize=7)
-    for name in dict.fromkeys(label(row) for row in rows if row["method"] != "white"):
+    for name in dict.fromkeys(label(row) for row in rows):
         chosen = [row for row in rows if label(row) == name]
-        axes[2].plot([int(row["width"]) for row in chosen], [1e3 * float(row["seconds"]) for row in chosen], marker="o",
-                     markersize=3, color=colour_of(chosen[0], others), label=name,
-                     linestyle=":" if int(chosen[0]["threads"]) > 1 else "-")
+        axes[2].plot([int(row["width"]) for row in chosen], [1e3 * float(row["seconds"]) for row in chosen], label=name,
+                     markersize=4, linestyle=":" if int(chosen[0]["threads"]) > 1 else "-",
+                     **style_of(chosen[0], others, marks))
     axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds by the wall clock",
                 title="time against size")
     axes[2].grid(True, which="both", alpha=0.25)
-    axes[2].legend(fontsize=7)
-    save(figure, path)
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="lower center", ncol=5, fontsize=8)
+    figure.tight_layout(rect=(0, 0.16, 1, 1))
+    with written_beside(path) as beside:
+        figure.savefig(beside, dpi=80)
+    plt.close(figure)
+
+
+def style_of(row, others, marks):
+    options = list(dict.fromkeys(marks[row["method"]]))
+    return {"color": colour_of(row, others), "marker": "o^sD"[options.index(row["options"]) % 4]}
 
 
 # ---- Quality of the network that ships ----------------------------------------------------------------------------
@@ -286,6 +295,7 @@ def main():
                              "docs/report/paper.csv, where there is one)")
     parser.add_argument("--model", action="append", default=[], metavar="NAME=FILE", help="another network, an ONNX file")
     parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a try, not a measurement")
+    parser.add_argument("--again", action="store_true", help="keep the times of neural.csv, make all else anew")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
     parser.add_argument("--picture", type=Path, default=None, help="the README's picture (default docs/neural.png)")
     options = parser.parse_args()
@@ -298,7 +308,11 @@ def main():
         models[name] = Path(path)
     threads = os.cpu_count() or 1
     sizes = QUICK_SIZES if options.quick else SIZES
-    rows = measure(methods(models, max(sizes) if not options.quick else 64), sizes, threads, options.quick)
+    if options.again:
+        with open(options.out / "neural.csv", newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if row["repeats"]]
+    else:
+        rows = measure(methods(models, 64 if options.quick else max(sizes)), sizes, threads, options.quick)
     if options.paper or paper.is_file():
         rows += paper_rows(paper, sizes)
 

@@ -55,4 +55,7 @@ def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
         assert float(row["seconds"]) > 0 and 0.03 < float(row["e_1"]) < 0.13
     assert Image.open(tmp_path / "report/neural.png").width > 1000
     assert Image.open(tmp_path / "neural.png").height > 500
+    monkeypatch.setattr(sys, "argv", [*sys.argv, "--again"])
+    neural.main()
+    assert (tmp_path / "report/neural.md").read_text() == text
     assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png"]
