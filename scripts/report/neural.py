@@ -27,6 +27,7 @@ from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
 
 ROOT = Path(__file__).resolve().parents[2]
+FAST = ROOT / "libbn/data/neural_fast.onnx"
 SIZES = (64, 128, 256, 512, 1024, 2048)
 QUICK_SIZES = (64, 128)
 QUALITY_SHAPES = ((64, 64), (128, 128), (256, 256), (97, 61), (65, 300), (16, 16))
@@ -300,7 +301,7 @@ def main():
     parser.add_argument("--picture", type=Path, default=None, help="the README's picture (default docs/neural.png)")
     options = parser.parse_args()
     paper = options.paper or (ROOT / "docs/report/paper.csv")
-    models = {"network": None}
+    models = {"network": None, "fast network": FAST}
     for argument in options.model:
         name, _, path = argument.partition("=")
         if not path:
@@ -332,7 +333,7 @@ def main():
     seeds = 50 if options.quick else 1000
     flatness = fixed_pattern(generator, seeds), seeds
     anisotropy = {name: bluenoise.anisotropy(masks) for name, masks in groups.items()}
-    command = "scripts/bench neural" + "".join(f' --model "{name}=FILE"' for name in models if models[name])
+    command = "scripts/bench neural" + "".join(f' --model "{name}=FILE"' for name in models if models[name] not in (None, FAST))
     text = report_text(rows, sizes, models, quality, flatness, anisotropy, count, level_table(groups), command,
                        threads)
     write_text(options.out / "neural.md", text)

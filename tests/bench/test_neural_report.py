@@ -50,7 +50,7 @@ def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
     assert text.rstrip("\n") in capsys.readouterr().out
     with open(tmp_path / "report/neural.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert {"network", "relax", "void-and-cluster", "anneal", "white", "perceptron"} == {row["method"] for row in rows}
+    assert {"network", "fast network", "relax", "void-and-cluster", "anneal", "white", "perceptron"} == {row["method"] for row in rows}
     for row in rows:
         assert float(row["seconds"]) > 0 and 0.03 < float(row["e_1"]) < 0.13
     assert Image.open(tmp_path / "report/neural.png").width > 1000
