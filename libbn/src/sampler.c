@@ -9,6 +9,9 @@
 /* The baked table of pixels, 32 bits each; see data/README.md. */
 extern const uint32_t bn_data_blue_table[];
 extern const size_t bn_data_blue_table_count;
+#ifndef BN_SMALL_DATA
+extern const uint32_t bn_data_blue_1[], bn_data_blue_4[], bn_data_blue_16[], bn_data_blue_64[];
+#endif
 
 enum { BN_MORTON_BITS = 12, BN_ZORDER_MAX_LOG2 = 16 };
 
@@ -225,6 +228,28 @@ static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sample
     return result;
 }
 
+/* The table of pixels: one made for the count declared, else the progressive one. */
+static void choose_table(bn_draw_table *table, uint32_t samples_per_pixel) {
+#ifndef BN_SMALL_DATA
+    static const struct {
+        uint32_t count;
+        const uint32_t *pixels; /* 64 x 64 */
+    } declared[] = {
+        {1, bn_data_blue_1}, {4, bn_data_blue_4}, {16, bn_data_blue_16}, {64, bn_data_blue_64}};
+    for (size_t i = 0; i < sizeof declared / sizeof *declared; ++i) {
+        if (declared[i].count == samples_per_pixel) {
+            table->pixels = declared[i].pixels;
+            table->size_log2 = 6;
+            return;
+        }
+    }
+#else
+    (void)samples_per_pixel;
+#endif
+    table->pixels = bn_data_blue_table;
+    while ((size_t)1 << (2 * table->size_log2) < bn_data_blue_table_count) ++table->size_log2;
+}
+
 static bn_result check_options(const bn_sampler_options *options) {
     if (options->kind < BN_SAMPLER_BLUE || options->kind > BN_SAMPLER_MASK) {
         return BN_ERROR_INVALID_ARGUMENT;
@@ -254,8 +279,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     s->table.kind = o.kind;
     s->table.seed[0] = (uint32_t)key;
     s->table.seed[1] = (uint32_t)(key >> 32);
-    s->table.pixels = bn_data_blue_table;
-    while ((size_t)1 << (2 * s->table.size_log2) < bn_data_blue_table_count) ++s->table.size_log2;
+    choose_table(&s->table, o.kind == BN_SAMPLER_BLUE ? o.samples_per_pixel : 0);
     s->table.sampler = s;
     bn_draw_table_fill(&s->table);
     bn_block_prepare(&s->block, &s->table);

@@ -66,9 +66,10 @@ static void print_edges(const tile *t) {
                     row += kernel[d + RADIUS] * e[y * n + ((x + (uint32_t)d) & (n - 1))];
                     column += kernel[d + RADIUS] * e[((y + (uint32_t)d) & (n - 1)) * n + x];
                 }
-                error[level] += (row * row + column * column) / (total * total);
+                double along = test < TESTS ? column : row;
+                error[level] += along * along / (total * total);
             }
-            white[level] += 2.0 * pixels * gain * c * (1.0 - c) / (1 << level);
+            white[level] += pixels * gain * c * (1.0 - c) / (1 << level);
         }
     }
     printf("  edges:    ");

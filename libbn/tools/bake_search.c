@@ -76,10 +76,10 @@ static void tree_energies(const tile *t, workspace *w, const float *xs, const fl
         float *values = w->values;
         evaluate(t, xs, ys, begin, values);
         float *dot = w->dot;
-        float own = begin < STEPS ? 1.0f + (float)t->opt.edges : 1.0f;
         for (int level = 0; level < LEVELS; ++level) {
             const float *field = w->field + (size_t)level * count + begin;
             float scale = 1.0f / (float)(1 << level);
+            float own = begin < STEPS ? 1.0f + (float)t->opt.edges[level] : 1.0f;
             int blocks = POINTS >> level;
             for (int block = 0; block < blocks; ++block) {
                 float *v = values + block * LANES, *d = dot + block * LANES;
@@ -150,9 +150,12 @@ static void visit(tile *t, workspace *w, int32_t (*change)[MAX_CELLS], uint32_t 
         const neighbour *q = &t->line[k];
         uint32_t x = (px + (uint32_t)q->dx) & (n - 1), y = (py + (uint32_t)q->dy) & (n - 1);
         const float *errors = tile_errors(t, y * n + x);
+        /* Columns for steps in x, the first lanes; rows for steps in y. */
+        uint32_t first = q->dx == 0 ? 0 : LANES;
         for (uint32_t level = 0; level < LEVELS; ++level) {
-            for (uint32_t i = level * count; i < level * count + STEPS; ++i) {
-                w->field[i] += q->weight * errors[i];
+            float weight = q->weight * (float)t->opt.edges[level];
+            for (uint32_t i = level * count + first; i < level * count + first + LANES; ++i) {
+                w->field[i] += weight * errors[i];
             }
         }
     }
@@ -263,9 +266,8 @@ static void run(job *j) {
 
 static void set_chunk(tile *t, uint32_t chunk, uint64_t number) {
     for (uint32_t i = chunk * LANES, k = 0; k < LANES; ++i, ++k) {
-        integrand f = chunk < STEPS / LANES && t->opt.edges > 0.0
-                          ? step_make(number, (int)chunk, (int)k)
-                          : integrand_make(t->opt.seed + 77, number * LANES + k);
+        integrand f = chunk < STEPS / LANES ? step_make(number, (int)chunk, (int)k)
+                                            : integrand_make(t->opt.seed + 77, number * LANES + k);
         t->a[i] = (float)f.a;
         t->b[i] = (float)f.b;
         t->c[i] = (float)f.c;

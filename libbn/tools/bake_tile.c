@@ -96,7 +96,8 @@ void set_point(const tile *t, uint32_t j, uint32_t key, uint32_t fx, uint32_t fy
     *y = (float)((uy | 0x8000u) * 0x1p-32);
 }
 
-/* The start: consecutive blocks of 256 points along a scrambled Morton curve. */
+/* The start: consecutive blocks of as many points as the table is for along a scrambled Morton
+ * curve. */
 static void tile_start(tile *t) {
     uint32_t n = t->opt.size, bits = 0;
     while ((1u << bits) < n) ++bits;
@@ -117,12 +118,13 @@ static void tile_start(tile *t) {
                 m = m << 2 | order[quadrant];
                 path = path << 2 | quadrant;
             }
-            uint32_t digits = bn_reverse_bits(m) >> 8; /* index digits from the ninth on */
+            uint32_t digits = bn_reverse_bits(m * t->opt.declared);
             uint32_t second = bn_sobol_second(digits);
             /* The first eight digits of y, taken back to digits of the index: the map is its own
              * inverse. */
             uint32_t key = bn_sobol_second(second & 0xff000000u) >> 24;
-            t->entries[y * n + x] = entry_make(0, key, digits >> 16 & 255u, second >> 16 & 255u);
+            t->entries[y * n + x] =
+                entry_make(digits >> 24, key, digits >> 16 & 255u, second >> 16 & 255u);
         }
     }
 }
@@ -149,9 +151,8 @@ static int make_line(const options *opt, neighbour *out) {
     int n = 0, reach = (int)opt->size / BLOCKS < 7 ? (int)opt->size / BLOCKS : 7;
     for (int d = -reach; d <= reach; ++d) {
         if (d == 0) continue;
-        float w = (float)(opt->edges * 0.5 *
-                          (exp(-d * d / (4.0 * opt->sigma[0] * opt->sigma[0])) +
-                           exp(-d * d / (4.0 * opt->sigma[1] * opt->sigma[1]))));
+        float w = (float)(0.5 * (exp(-d * d / (4.0 * opt->sigma[0] * opt->sigma[0])) +
+                                 exp(-d * d / (4.0 * opt->sigma[1] * opt->sigma[1]))));
         if (out != NULL) {
             out[n] = (neighbour){d, 0, w};
             out[n + 1] = (neighbour){0, d, w};

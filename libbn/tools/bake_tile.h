@@ -21,14 +21,15 @@ typedef struct options {
     uint32_t sweeps;
     uint32_t proposals;
     uint32_t threads;
+    uint32_t declared; /* the count the table is for */
     uint64_t seed;
     double wide;     /* weight of the wider of the two blurs, the rest is the narrow one's */
     double sigma[2]; /* the two blurs, in pixels */
     double level_weight[LEVELS];
-    double temperature; /* at the first sweep; falls to zero over the sweeps */
-    double edges;       /* weight of the errors along rows and columns of axis-aligned edges */
-    double evenness;    /* weight of the evenness of the first samples over the tile */
-    double refresh;     /* share of the integrands that is replaced before each sweep */
+    double temperature;   /* at the first sweep; falls to zero over the sweeps */
+    double edges[LEVELS]; /* weights of the errors along axis-aligned edges */
+    double evenness;      /* weight of the evenness of the first samples over the tile */
+    double refresh;       /* share of the integrands that is replaced before each sweep */
     const char *output;
     const char *start; /* a table to begin from, or NULL */
 } options;

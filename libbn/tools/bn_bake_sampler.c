@@ -85,12 +85,13 @@ static int read_table(tile *t, const char *path, const char *signature, uint32_t
 
 /* All options that decide the result, as text. */
 static void make_signature(const options *o, char *text, size_t size) {
-    int at = snprintf(text, size, "%u %u %u %u %llu %.17g %.17g %.17g %.17g %.17g %s", o->size,
-                      o->integrands, o->sweeps, o->proposals, (unsigned long long)o->seed, o->wide,
-                      o->temperature, o->edges, o->evenness, o->refresh,
-                      o->start != NULL ? o->start : "-");
+    int at =
+        snprintf(text, size, "%u %u %u %u %u %llu %.17g %.17g %.17g %.17g %s", o->size, o->declared,
+                 o->integrands, o->sweeps, o->proposals, (unsigned long long)o->seed, o->wide,
+                 o->temperature, o->evenness, o->refresh, o->start != NULL ? o->start : "-");
     for (int level = 0; level < LEVELS && at > 0 && (size_t)at < size; ++level) {
-        at += snprintf(text + at, size - (size_t)at, " %.17g", o->level_weight[level]);
+        at += snprintf(text + at, size - (size_t)at, " %.17g %.17g", o->level_weight[level],
+                       o->edges[level]);
     }
 }
 
@@ -100,14 +101,17 @@ static const char usage[] =
     "usage: bn_bake_sampler [options] -o FILE\n"
     "  --size N            side of the tile, a power of two from 16 to 256 (128)\n"
     "  --integrands N      test integrands, a multiple of 16, at least 64 (512)\n"
-    "  --sweeps N          visits of every pixel (32)\n"
-    "  --proposals N       random other sets tried at every visit (2)\n"
+    "  --sweeps N          visits of every pixel (14)\n"
+    "  --proposals N       random other sets tried at every visit (1)\n"
     "  --seed N            (1)\n"
     "  --wide SHARE        weight of the blur of 2.1 pixels against that of 1.05 (0.4)\n"
     "  --level-weights W   nine weights for 1, 2, 4, ... 256 samples (1,1,1,1,1,1,1,1,1)\n"
-    "  --refresh SHARE     integrands replaced before every sweep (0.04)\n"
-    "  --temperature T     of the first sweep; falls to zero (0.05)\n"
-    "  --edges W           weight of axis-aligned edges, along which errors add up (4)\n"
+    "  --refresh SHARE     integrands replaced before every sweep (0.08)\n"
+    "  --temperature T     of the first sweep; falls to zero (0)\n"
+    "  --edges W           nine weights of axis-aligned edges, along which errors add up\n"
+    "                      (24,8,20,3,0.5,0,0,0,0)\n"
+    "  --declared N        a table for this count, a power of two: start from blocks of N points\n"
+    "                      along the curve (256)\n"
     "  --evenness W        weight of the evenness of first samples (0.4)\n"
     "  --start FILE        begin from this table instead of the hierarchical order\n"
     "  --threads N         (2)\n"
@@ -137,6 +141,8 @@ static int parse(int argc, char **argv, options *opt) {
             opt->start = value;
         } else if (strcmp(name, "--level-weights") == 0) {
             if (!parse_weights(value, opt->level_weight)) return 0;
+        } else if (strcmp(name, "--edges") == 0) {
+            if (!parse_weights(value, opt->edges)) return 0;
         } else if (!is_number) {
             return 0;
         } else if (strcmp(name, "--size") == 0) {
@@ -149,6 +155,8 @@ static int parse(int argc, char **argv, options *opt) {
             opt->proposals = (uint32_t)number;
         } else if (strcmp(name, "--threads") == 0) {
             opt->threads = (uint32_t)number;
+        } else if (strcmp(name, "--declared") == 0) {
+            opt->declared = (uint32_t)number;
         } else if (strcmp(name, "--seed") == 0) {
             opt->seed = (uint64_t)number;
         } else if (strcmp(name, "--wide") == 0) {
@@ -157,8 +165,6 @@ static int parse(int argc, char **argv, options *opt) {
             opt->temperature = number;
         } else if (strcmp(name, "--evenness") == 0) {
             opt->evenness = number;
-        } else if (strcmp(name, "--edges") == 0) {
-            opt->edges = number;
         } else if (strcmp(name, "--refresh") == 0) {
             opt->refresh = number;
         } else {
@@ -169,7 +175,8 @@ static int parse(int argc, char **argv, options *opt) {
     return opt->output != NULL && n >= 16 && n <= 256 && (n & (n - 1)) == 0 &&
            opt->integrands >= 2 * STEPS && opt->integrands <= 8192 &&
            opt->integrands % LANES == 0 && opt->threads >= 1 && opt->threads <= 64 &&
-           opt->proposals <= 256 && opt->wide <= 1.0 && opt->refresh <= 1.0;
+           opt->proposals <= 256 && opt->declared >= 1 && opt->declared <= POINTS &&
+           (opt->declared & (opt->declared - 1)) == 0 && opt->wide <= 1.0 && opt->refresh <= 1.0;
 }
 
 static double now(void) {
@@ -180,18 +187,19 @@ static double now(void) {
 
 int main(int argc, char **argv) {
     options opt = {.size = 128,
+                   .declared = POINTS,
                    .integrands = 512,
-                   .sweeps = 32,
-                   .proposals = 2,
+                   .sweeps = 14,
+                   .proposals = 1,
                    .threads = 2,
                    .seed = 1,
                    .wide = 0.4,
                    .sigma = {1.05, 2.1},
-                   .refresh = 0.04,
-                   .temperature = 0.05,
-                   .edges = 4.0,
+                   .refresh = 0.08,
+                   .edges = {24, 8, 20, 3, 0.5},
                    .evenness = 0.4};
     for (int level = 0; level < LEVELS; ++level) opt.level_weight[level] = 1.0;
+
     char progress[PATH_SIZE], signature[1024];
     if (!parse(argc, argv, &opt) || !path_beside(progress, opt.output, ".progress")) {
         fputs(usage, stderr);

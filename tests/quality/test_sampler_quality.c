@@ -3,8 +3,10 @@
  *
  * A row bounds the mean RMSE over 24 half-planes of the blurred per-pixel errors of a 128 x 128
  * picture, relative to white noise (in closed form), for one sampler, declared count, pair, count
- * and blur. Everything is seeded: the figures are the same on every machine but for the rounding of
- * the blur.
+ * and blur. In rows of pair `2` the half-planes are x < c, blurred along columns only, and y < c,
+ * blurred along rows: edges of a picture that are parallel to its sides, with the position in the
+ * pixel drawn from (0,1). Everything is seeded: the figures are the same on every machine but for
+ * the rounding of the blur.
  *
  *     test_sampler_quality LIMITS.csv            check
  *     test_sampler_quality LIMITS.csv --print    print the file with limits 3 % above what is
@@ -45,8 +47,11 @@ static double plane(int index, double *a, double *b, double *c) {
     return mean / COLUMNS;
 }
 
-/* Toroidal blur; `gain` is what it makes of the variance of white noise. */
-static double blurred_square(const float *errors, double sigma, double *gain) {
+enum { ALONG_ROWS = 1, ALONG_COLUMNS = 2 };
+
+/* Toroidal blur along rows, columns or both; `gain` is what it makes of the variance of white
+ * noise. */
+static double blurred_square(const float *errors, double sigma, int directions, double *gain) {
     static float rows[PIXELS];
     double kernel[2 * RADIUS + 1], total = 0.0, squares = 0.0, sum = 0.0;
     int radius = sigma > 0.0 ? RADIUS : 0;
@@ -58,19 +63,20 @@ static double blurred_square(const float *errors, double sigma, double *gain) {
         kernel[d] /= total;
         squares += kernel[d] * kernel[d];
     }
-    *gain = squares * squares;
+    *gain = directions == (ALONG_ROWS | ALONG_COLUMNS) ? squares * squares : squares;
     for (int p = 0; p < PIXELS; ++p) {
         double v = 0.0;
         for (int d = -radius; d <= radius; ++d) {
             v += kernel[d + radius] * errors[p / SIZE * SIZE + ((p + d) & (SIZE - 1))];
         }
-        rows[p] = (float)v;
+        rows[p] = directions & ALONG_ROWS ? (float)v : errors[p];
     }
     for (int p = 0; p < PIXELS; ++p) {
         double v = 0.0;
         for (int d = -radius; d <= radius; ++d) {
             v += kernel[d + radius] * rows[(p + d * SIZE) & (PIXELS - 1)];
         }
+        if (!(directions & ALONG_COLUMNS)) v = rows[p];
         sum += v * v;
     }
     return sum / PIXELS;
@@ -81,14 +87,21 @@ static double measure(const bn_sampler *sampler, const row *r) {
     double a[PLANES], b[PLANES], c[PLANES], mean[PLANES], error = 0.0, white = 0.0;
     float *samples = malloc((size_t)SIZE * r->spp * 4 * sizeof *samples);
     uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, r->spp);
-    for (int k = 0; k < PLANES; ++k) mean[k] = plane(k, &a[k], &b[k], &c[k]);
+    const int edges = r->pair == 2;
+    for (int k = 0; k < PLANES; ++k) {
+        mean[k] = plane(k, &a[k], &b[k], &c[k]);
+        if (!edges) continue;
+        a[k] = k % 2 == 0;
+        b[k] = k % 2 != 0;
+        c[k] = mean[k] = (k / 2 + 0.5) / (PLANES / 2);
+    }
     for (int y = 0; y < SIZE; ++y) {
         if (bn_sample_block(sampler, 0, y, SIZE, 1, 0, r->spp, domain, samples,
                             (size_t)SIZE * r->spp * 4) != BN_SUCCESS) {
             exit(1);
         }
         for (int x = 0; x < SIZE; ++x) {
-            const float *u = samples + (size_t)x * r->spp * 4 + 2 * r->pair;
+            const float *u = samples + (size_t)x * r->spp * 4 + (edges ? 0 : 2 * r->pair);
             for (int k = 0; k < PLANES; ++k) {
                 uint32_t inside = 0;
                 for (uint32_t i = 0; i < r->spp; ++i) {
@@ -100,7 +113,10 @@ static double measure(const bn_sampler *sampler, const row *r) {
     }
     for (int k = 0; k < PLANES; ++k) {
         double gain;
-        error += sqrt(blurred_square(errors[k], r->sigma, &gain));
+        int directions = !edges       ? ALONG_ROWS | ALONG_COLUMNS
+                         : k % 2 == 0 ? ALONG_COLUMNS
+                                      : ALONG_ROWS;
+        error += sqrt(blurred_square(errors[k], r->sigma, directions, &gain));
         white += sqrt(gain * mean[k] * (1.0 - mean[k]) / r->spp);
     }
     free(samples);
@@ -131,7 +147,7 @@ int main(int argc, char **argv) {
         row r;
         if (sscanf(line, "%15[^,],%u,%u,%u,%lf,%lf", r.sampler, &r.declared, &r.pair, &r.spp,
                    &r.sigma, &r.limit) != 6 ||
-            r.pair > 1 || r.spp == 0) {
+            r.pair > 2 || r.spp == 0) {
             fprintf(stderr, "not a row: %s", line);
             return 2;
         }

@@ -85,7 +85,8 @@ bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
     high += domain * 0x9e3779b9u + BN_SEED_HIGH;
     low += BN_SEED_LOW;
     if (low < BN_SEED_LOW) high += 1u;
-    uint exchange = (low >> 26u) & 16u;
+    pixel.symmetry = (low >> 24u) & 31u;
+    uint exchange = pixel.symmetry & 16u;
     uint place = (x & 127u) * 0x01000001u | (y & 127u) * 0x00010100u;
     place = (place << exchange) | (place >> ((32u - exchange) & 31u));
     place = (place + (high & 0x7f7f7f7fu)) ^ (((high >> 7u) & 0x01010101u) * 127u);
@@ -103,7 +104,6 @@ bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
     upper ^= low;
     umulExtended(lower, 0x7f4a7c15u, pixel.key_high, pixel.key_low);
     pixel.key_high += upper * 0x7f4a7c15u + lower * 0x9e3779b9u;
-    pixel.symmetry = (low >> 24u) & 63u;
     return pixel;
 }
 
@@ -159,11 +159,12 @@ uvec4 bn_draw_blue_u32(uint x, uint y, uint index, uint domain) {
     uint flips = p.key_low * bn_draw_flip(index);
     uvec2 first = bn_draw_blue_pair(index, p.shifts, p.fine, p.key_low, p.key_high,
                                     (flips & 0x8000u) << 16u);
-    uvec2 second = bn_draw_blue_pair(index, p.shifts >> 16u, p.fine >> 16u, p.key_high,
-                                     (p.key_high >> 16u) | (p.key_high << 16u),
+    uint second_key = (p.key_high >> 16u) | (p.key_high << 16u);
+    second_key = (second_key & 0xffffff00u) | (((p.key_high & 254u) + 22u) & 254u);
+    uvec2 second = bn_draw_blue_pair(index, p.shifts >> 16u, p.fine >> 16u, p.key_high, second_key,
                                      flips & 0x80000000u);
     first = bn_draw_blue_reflect(first, p.symmetry, p.symmetry >> 4u);
-    second = bn_draw_blue_reflect(second, p.symmetry >> 2u, p.symmetry >> 5u);
+    second = bn_draw_blue_reflect(second, p.symmetry >> 2u, ~p.symmetry >> 4u);
     return uvec4(first.x, first.y, second.x, second.y);
 }
 

@@ -11,14 +11,14 @@
  * only in a few products: bn_draw.glsl is the same text for a graphics processor.
  *
  * HOW BLUE WORKS. Dimensions (0, 1) and (2, 3) are two looks at one toroidal table of pixels, with
- * shifts and symmetries of the table and of the unit square chosen by a hash of the domain: 2^20
- * equally likely variants of each look. An entry gives the pixel its set of 256 points: digital
- * shifts (sx, sy) of the two coordinates of one fixed scrambled Sobol' (0,8,2)-net, which also
- * decide the order of the points, and the next eight digits (fx, fy). An offline search chose the
- * entries so that the errors of every power-of-two prefix are blue over the screen
- * (libbn/tools/bn_bake_sampler.c). A nested shuffle, different in every pixel and domain, that
- * keeps power-of-two prefixes in place decorrelates domains. Sample 256 and later ones continue
- * every pixel's set as an Owen-scrambled (0,2)-sequence of its own.
+ * shifts and symmetries of the table and of the unit square chosen by a hash of the domain: 2^19
+ * equally likely variants of each look, 2^37 of both together. An entry gives the pixel its set of
+ * 256 points: digital shifts (sx, sy) of the two coordinates of one fixed scrambled Sobol'
+ * (0,8,2)-net, which also decide the order of the points, and the next eight digits (fx, fy). An
+ * offline search chose the entries so that the errors of every power-of-two prefix are blue over
+ * the screen (libbn/tools/bn_bake_sampler.c). A nested shuffle, different in every pixel and
+ * domain, that keeps power-of-two prefixes in place decorrelates domains. Sample 256 and later ones
+ * continue every pixel's set as an Owen-scrambled (0,2)-sequence of its own.
  *
  * WHAT IT COSTS. About 115 instructions on x86-64 for a draw of four dimensions, two looks into the
  * table of pixels (64 KiB) and four into the point set (2 KiB). Draws of many domains in one pixel,
@@ -75,7 +75,7 @@ typedef struct bn_draw_table {
     } order[256];
     /* Symmetries of the unit square as masks, for both pairs: the reflections of the coordinates,
      * then the exchanges of the two. Sixteen-byte aligned where samplers are. */
-    uint32_t symmetry[64][8];
+    uint32_t symmetry[32][8];
     bn_digit_tables digits;
 } bn_draw_table;
 
@@ -137,12 +137,13 @@ static inline uint32_t bn_sobol_second(uint32_t digits) {
     return digits;
 }
 
-/* Fills the tables of the fixed point set. The two seeds are part of what the table of pixels was
- * made for. */
+/* Fills the tables of the fixed point set. Of 10^5 pairs of seeds these are the one whose set,
+ * under random digital shifts, has the least error at 2 to 256 samples (half-planes, discs, bumps
+ * and products); the tables of pixels were made for them. */
 static inline void bn_digit_tables_fill(bn_digit_tables *tables) {
     for (uint32_t d = 0; d < 256; ++d) {
-        tables->x[d] = bn_owen(d << 24, 0x2f0b4c47u);
-        tables->y[d] = bn_owen(bn_sobol_second(d << 24), 0x8e5d3aa1u);
+        tables->x[d] = bn_owen(d << 24, 0x32c0b0c2u);
+        tables->y[d] = bn_owen(bn_sobol_second(d << 24), 0xe0f8ebf3u);
     }
 }
 
@@ -170,10 +171,10 @@ static inline void bn_draw_table_fill(bn_draw_table *table) {
         table->order[i].digits = (bn_reverse_bits(i) >> 24) * 0x01010101u;
         table->order[i].flip = bn_draw_flip(i);
     }
-    for (uint32_t i = 0; i < 64u; ++i) {
+    for (uint32_t i = 0; i < 32u; ++i) {
         for (uint32_t d = 0; d < 4u; ++d) {
             table->symmetry[i][d] = 0u - (i >> d & 1u);
-            table->symmetry[i][4u + d] = 0u - (i >> (4u + d / 2u) & 1u);
+            table->symmetry[i][4u + d] = 0u - ((i >> 4 ^ d >> 1) & 1u);
         }
     }
     bn_digit_tables_fill(&table->digits);
@@ -187,7 +188,7 @@ typedef struct bn_blue_pixel {
     uint32_t shifts; /* digital shifts of the fixed point set: sx, sy of both pairs, a byte each */
     uint32_t fine;   /* digits 8 to 15: fx, fy of both pairs, a byte each */
     uint64_t key;    /* digits 16 to 31, and the shuffle */
-    uint32_t symmetry; /* of the unit square: four reflections and two exchanges, a bit each */
+    uint32_t symmetry; /* four reflections of the unit square, and the look that is exchanged */
 } bn_blue_pixel;
 
 static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32_t x, int32_t y,
@@ -197,9 +198,10 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
     uint64_t variant =
         domain * 0x9e3779b97f4a7c15ull + (table->seed[0] | (uint64_t)table->seed[1] << 32);
     uint32_t shift = (uint32_t)(variant >> 32);
-    uint32_t exchange = (uint32_t)(variant >> 26) & 16u;
+    uint32_t symmetry = (uint32_t)(variant >> 24) & 31u, exchange = symmetry & 16u;
     /* Column and row of the first look in the lower two bytes, row and column of the second in the
-     * upper two: of one domain the two looks always differ. Shifted, then reflected. */
+     * upper two, or the other way round: of one domain the two looks always differ. Shifted, then
+     * reflected. Where rows and columns are exchanged, so are the coordinates. */
     uint32_t place = ((uint32_t)x & 127u) * 0x01000001u | ((uint32_t)y & 127u) * 0x00010100u;
     place = place << exchange | place >> ((32u - exchange) & 31u);
     place = (place + (shift & 0x7f7f7f7fu)) ^ (shift >> 7 & 0x01010101u) * 127u;
@@ -210,8 +212,17 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
     uint64_t position = ((uint32_t)x + (uint32_t)y * 0x9e3779b1u) * 0xd1342543de82ef95ull;
     position ^= position >> 32;
     pixel.key = (position ^ (variant << 32 | variant >> 32)) * 0x9e3779b97f4a7c15ull;
-    pixel.symmetry = (uint32_t)(variant >> 24) & 63u;
+    pixel.symmetry = symmetry;
     return pixel;
+}
+
+/* What shuffles the index for the first pair, and 16 bits up for the second. The difference of the
+ * two is fixed: it makes the four cross pairs of dimensions no worse than two independent shuffles
+ * would, while equal multipliers, once in 128 independent ones, line the samples up in two of them.
+ */
+static inline uint32_t bn_draw_blue_multipliers(uint32_t key) {
+    key &= 0xfeu;
+    return ((key | key << 16) + (22u << 16)) & 0x00fe00feu;
 }
 
 /* The shuffled index of both pairs as digits, one byte for each of the four coordinates. Each digit
@@ -221,7 +232,8 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
  * share the order of its first 32 samples once in 2^19 pairs. Zero stays where it is, so that every
  * power-of-two prefix is mapped to itself. */
 static inline uint32_t bn_draw_blue_order(uint64_t key, uint32_t digits, uint32_t flip) {
-    uint32_t flips = ((uint32_t)(key >> 32) & 0x00fe00feu) * (digits & 255u) & 0x00ff00ffu;
+    uint32_t flips =
+        bn_draw_blue_multipliers((uint32_t)(key >> 32)) * (digits & 255u) & 0x00ff00ffu;
     flips ^= ((uint32_t)key * flip & 0x80008000u) >> 8;
     return (flips * 0x101u) ^ digits;
 }
@@ -240,6 +252,11 @@ static inline uint32_t bn_draw_continue(uint32_t first, uint32_t shifted, uint32
     leading = below ^ (below >> 1);
     below >>= 1;
     return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
+}
+
+/* The same bits for the second pair, its multiplier lowest. */
+static inline uint32_t bn_draw_blue_second_key(uint32_t key) {
+    return ((key >> 16 | key << 16) & ~255u) | bn_draw_blue_multipliers(key) >> 16;
 }
 
 /* One pair of dimensions from sample 256 on. lower: what the coordinates of the point set are XORed
@@ -273,7 +290,7 @@ static inline void bn_draw_blue_reflect(uint32_t symmetry, uint32_t v[4]) {
     for (uint32_t d = 0; d < 4u; ++d) v[d] ^= 0u - (symmetry >> d & 1u);
     for (uint32_t pair = 0; pair < 2u; ++pair) {
         uint32_t exchange =
-            (v[2u * pair] ^ v[2u * pair + 1u]) & (0u - (symmetry >> (4u + pair) & 1u));
+            (v[2u * pair] ^ v[2u * pair + 1u]) & (0u - ((symmetry >> 4 ^ pair) & 1u));
         v[2u * pair] ^= exchange;
         v[2u * pair + 1u] ^= exchange;
     }
@@ -290,7 +307,7 @@ static inline void bn_draw_blue_beyond(const bn_draw_table *table, const bn_blue
         if (pair == 0u)
             flip = (flips & 0x8000u) << 16;
         else
-            key = key >> 16 | key << 16;
+            key = bn_draw_blue_second_key(key);
         bn_draw_blue_later(table, pixel->shifts >> 16u * pair, lower + 2u * pair, key, flip, index,
                            out + 2u * pair);
     }

@@ -114,7 +114,7 @@ static inline void blue_later(const bn_draw_table *table, const bn_blue_pixel *p
     const lanes flips = run_flips(first) * (uint32_t)pixel->key;
     for (uint32_t pair = 0; pair < 2u; ++pair) {
         uint32_t key = (uint32_t)(pixel->key >> 32), shifts = pixel->shifts >> 16u * pair;
-        if (pair == 1u) key = key >> 16 | key << 16;
+        if (pair == 1u) key = bn_draw_blue_second_key(key);
         lanes digits = index_digits ^ index_digits * (key & ~1u);
         digits ^= pair == 0u ? (flips & 0x8000u) << 16 : flips & 0x80000000u;
         lanes second = sobol_second(digits);
@@ -127,7 +127,7 @@ static inline void blue_later(const bn_draw_table *table, const bn_blue_pixel *p
         y = continued(y, shifted, second & 0x00ffffffu, bn_hash32(~key));
         x ^= 0u - (pixel->symmetry >> 2u * pair & 1u);
         y ^= 0u - (pixel->symmetry >> (2u * pair + 1u) & 1u);
-        swap = (x ^ y) & (0u - (pixel->symmetry >> (4u + pair) & 1u));
+        swap = (x ^ y) & (0u - ((pixel->symmetry >> 4 ^ pair) & 1u));
         v[2u * pair] = x ^ swap;
         v[2u * pair + 1u] = y ^ swap;
     }
@@ -136,7 +136,7 @@ static inline void blue_later(const bn_draw_table *table, const bn_blue_pixel *p
 static void blue(const bn_draw_table *table, const bn_block_rows *rows, int32_t x, int32_t y,
                  uint32_t domain, uint32_t first, uint32_t runs, float *out) {
     const bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
-    const lanes multiplier = set((uint32_t)(pixel.key >> 32) & 0x00fe00feu);
+    const lanes multiplier = set(bn_draw_blue_multipliers((uint32_t)(pixel.key >> 32)));
     const lanes key = set((uint32_t)pixel.key), shifts = set(pixel.shifts);
     const lanes last = (lanes){0x00000000u, 0x80808080u, 0x40404040u, 0xc0c0c0c0u,
                                0x20202020u, 0xa0a0a0a0u, 0x60606060u, 0xe0e0e0e0u};
@@ -145,7 +145,7 @@ static void blue(const bn_draw_table *table, const bn_block_rows *rows, int32_t 
     lanes xored[4], v[4];
     bn_draw_blue_lower(&pixel, lower);
     for (uint32_t d = 0; d < 4u; ++d) {
-        uint32_t source = d ^ (pixel.symmetry >> (4u + d / 2u) & 1u);
+        uint32_t source = d ^ ((pixel.symmetry >> 4 ^ d >> 1) & 1u);
         coordinate[d] = source & 1u ? rows->y : rows->x;
         byte[d] = 8u * source;
         xored[d] = set(lower[source] ^ (0u - (pixel.symmetry >> source & 1u)));
