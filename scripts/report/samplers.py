@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
 
-Runs the program bench_samplers, keeps its rows as CSV, and makes of them the tables of samplers.md and the
-pictures: error against samples per pixel, error against the width of the blur, spectra of error images.
+Runs the programs bench_samplers and bench_draws, keeps their rows as CSV, and makes of them the tables of samplers.md
+and the pictures: error against samples per pixel, against the width of the blur and against the time spent drawing,
+spectra of error images.
 """
 
 import argparse
@@ -10,6 +11,7 @@ import csv
 import io
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import matplotlib
@@ -22,13 +24,13 @@ import bluenoise
 from report.files import write_text, written_beside
 from report.image_error import radial_spectrum
 
-TABLE_SPP = (1, 2, 3, 4, 6, 8, 16, 32, 64, 128, 256)
+TABLE_SPP = (1, 2, 3, 4, 6, 8, 16, 32, 64, 128, 256, 1000, 1024)
 COLOURS = {"white": "0.6", "sobol": "tab:orange", "zorder": "tab:green", "mask": "tab:purple", "blue": "tab:blue"}
 PEER_COLOURS = ("tab:red", "tab:brown", "tab:pink", "tab:olive", "tab:cyan")
 
 
 def run_bench(program, arguments):
-    """The rows of bench_samplers as dicts; progress goes to the terminal."""
+    """The rows of a program as dicts; progress goes to the terminal."""
     result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True, check=False)
     if result.returncode != 0:
         sys.exit(f"bench: {program} failed with status {result.returncode}")
@@ -46,6 +48,19 @@ def ratios(rows, **wanted):
     }
 
 
+def run_all(program, peers):
+    """Every part of the full report, two programs at a time: all have `white` to relate to."""
+    pairs = [["--declared", "--sets", "2", "--families", "half-planes,wide", "--pairs", pair] for pair in ("01", "23")]
+    parts = [[*peers, *part] for part in pairs]
+    parts += [[*peers, "--families", "4-D", "--pairs", ""],
+              [*peers, "--families", "half-planes", "--pairs", "02,03,12,13"],
+              ["--families", "half-planes", "--pairs", "01", "--sets", "2", "--max-spp", "1024"]]
+    with ThreadPoolExecutor(2) as pool:
+        *results, long = pool.map(lambda part: run_bench(program, part), parts)
+    rows = [row for result in results for row in result]
+    return rows + [row for row in long if int(row["spp"]) > 256]
+
+
 def names_in(rows):
     return list(dict.fromkeys(row["sampler"] for row in rows))
 
@@ -56,15 +71,16 @@ def colour_of(name, names):
 
 
 def table(rows, family, pair, sigma):
-    lines = ["| sampler | " + " | ".join(str(spp) for spp in TABLE_SPP) + " |",
-             "| --- |" + " ---: |" * len(TABLE_SPP)]
+    measured = {int(row["spp"]) for row in rows if row["family"] == family and row["pair"] == pair}
+    columns = [spp for spp in TABLE_SPP if spp in measured]
+    lines = ["| sampler | " + " | ".join(str(spp) for spp in columns) + " |", "| --- |" + " ---: |" * len(columns)]
     for name in names_in(rows):
         for declared in ("0", "own"):
             found = ratios(rows, sampler=name, family=family, pair=pair, sigma=sigma, declared=declared)
             if name == "white" or not found:
                 continue
             label = name if declared == "0" else f"{name}, count declared"
-            cells = (f"{found[spp]:.3f}" if spp in found else "" for spp in TABLE_SPP)
+            cells = (f"{found[spp]:.3f}" if spp in found else "" for spp in columns)
             lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
@@ -106,6 +122,47 @@ def plot_sigma(rows, path):
     save(figure, path)
 
 
+def draw_times(draws):
+    """{sampler: nanoseconds of its fastest single 4-D draw}, for one bn_draw_4d(), bn_sample_4d() or peer's draw."""
+    times = {}
+    for row in draws:
+        if row["form"] in ("inline", "single", "peer"):
+            times[row["sampler"]] = min(times.get(row["sampler"], np.inf), float(row["nanoseconds"]))
+    return times
+
+
+def draws_table(draws):
+    forms = ("inline", "single", "block", "peer")
+    lines = ["| sampler | inline | call | block | peer | peer / inline blue |", "| --- |" + " ---: |" * 5]
+    found = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
+    for name in dict.fromkeys(row["sampler"] for row in draws if row["form"] != "domain"):
+        cells = [f"{found[name, form]:.1f}" if (name, form) in found else "" for form in forms]
+        ratio = f"{found[name, 'peer'] / found['blue', 'inline']:.2f}" if (name, "peer") in found else ""
+        lines.append(f"| {name} | " + " | ".join([*cells, ratio]) + " |")
+    return "\n".join(lines)
+
+
+def plot_time(rows, draws, path):
+    """RMSE after a blur of 2.1 pixels against the time a pixel's draws of one domain take."""
+    figure, axes = plt.subplots(1, 2, figsize=(12, 4.5), sharey=True)
+    names, times = names_in(rows), draw_times(draws)
+    for axis, pair in zip(axes, ("01", "23")):
+        for name in names:
+            found = {int(row["spp"]): float(row["rmse"]) for row in rows
+                     if (row["sampler"], row["declared"], row["family"], row["pair"], row["sigma"])
+                     == (name, "0", "half-planes", pair, "2.1") and int(row["spp"]) <= 256}
+            spp = [n for n in sorted(found) if n & (n - 1) == 0]
+            if name in times and spp:
+                axis.plot([n * times[name] for n in spp], [found[n] for n in spp], label=name, marker="o",
+                          markersize=3, color=colour_of(name, names), linewidth=2.2 if name == "blue" else 1.2)
+        axis.set(xscale="log", yscale="log", title=f"half-planes, dimensions {pair}, sigma 2.1",
+                 xlabel="nanoseconds per pixel spent drawing")
+        axis.grid(True, which="both", alpha=0.25)
+    axes[0].set_ylabel("RMSE")
+    axes[0].legend()
+    save(figure, path)
+
+
 def plot_spectra(path):
     """Error images of one disc at 1, 4 and 16 samples and their radial spectra, per sampler."""
     kinds = ("white", "sobol", "mask", "zorder", "blue")
@@ -138,7 +195,7 @@ def save(figure, path):
     plt.close(figure)
 
 
-def report_text(rows, command):
+def report_text(rows, draws, command):
     pairs = sorted({row["pair"] for row in rows if row["pair"] != "all"}, key="01 23 02 03 12 13".split().index)
     parts = ["# Screen-space error of the samplers", "",
              f"Printed by `{command}`.", "",
@@ -150,6 +207,12 @@ def report_text(rows, command):
              "![Error against the width of the blur](samplers_sigma.png)", "",
              "Error images of a disc, one sampler per column, and their radially averaged power spectra:", "",
              "![Error images and their spectra](samplers_spectra.png)", ""]
+    if draws:
+        parts += ["## Time of a draw", "",
+                  "Nanoseconds per 4-D draw on one core (`bench_draws`): the inline form of `bn_draw.h`, a call of",
+                  "`bn_sample_4d()`, and `bn_sample_block()`. The time is the least of many short ones in turn; only",
+                  "ratios travel from machine to machine.", "", draws_table(draws), "",
+                  "![Error against time](samplers_time.png)", ""]
     families = list(dict.fromkeys((row["family"], row["pair"]) for row in rows))
     for family, pair in sorted(families, key=lambda item: (item[0] != "half-planes", item[0] == "4-D",
                                                            pairs.index(item[1]) if item[1] in pairs else 9)):
@@ -159,39 +222,49 @@ def report_text(rows, command):
     return "\n".join(parts)
 
 
+def write_rows(path, rows):
+    out = io.StringIO()
+    writer = csv.DictWriter(out, rows[0].keys(), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, out.getvalue())
+
+
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
     parser.add_argument("--peer", action="append", default=[], metavar="NAME=FILE.npy",
                         help="samples of another library, float32 [256][256][spp][4]")
-    parser.add_argument("--max-spp", default="256", help="largest count (default 256)")
+    parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
+    parser.add_argument("--peer-draws", action="append", default=[], metavar="NAME=COMMAND",
+                        help="a command that prints the nanoseconds of a 4-D draw of another library")
     parser.add_argument("--quick", action="store_true", help="blue and sobol only, two families, no declared counts")
     parser.add_argument("--rows", type=Path, metavar="CSV", help="take rows measured before instead of measuring")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
     options = parser.parse_args()
 
-    arguments = ["--max-spp", options.max_spp]
-    for peer in options.peer:
-        arguments += ["--peer", peer]
+    peers = [word for peer in options.peer for word in ("--peer", peer)]
+    draws_file = options.out / "samplers_draws.csv"
     if options.rows:
         rows = list(csv.DictReader(io.StringIO(options.rows.read_text(encoding="utf-8"))))
-    elif options.quick:
-        rows = run_bench(options.program, [*arguments, "--pairs", "01,23", "--families", "half-planes,wide",
-                                           "--samplers", "blue,sobol"])
+        draws = list(csv.DictReader(io.StringIO(draws_file.read_text(encoding="utf-8"))))
     else:
-        rows = run_bench(options.program, [*arguments, "--declared", "--pairs", "01,23"])
-        rows += run_bench(options.program, [*arguments, "--families", "half-planes", "--pairs", "02,03,12,13"])
-    out = io.StringIO()
-    writer = csv.DictWriter(out, rows[0].keys(), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(options.out / "samplers.csv", out.getvalue())
+        draws = run_bench(options.draws, [word for peer in options.peer_draws for word in ("--peer", peer)])
+        if options.quick:
+            rows = run_bench(options.program, [*peers, "--pairs", "01,23", "--families", "half-planes,wide",
+                                               "--samplers", "blue,sobol"])
+        else:
+            rows = run_all(options.program, peers)
+    write_rows(options.out / "samplers.csv", rows)
+    write_rows(draws_file, draws)
+    plot_time(rows, draws, options.out / "samplers_time.png")
     plot_spp(rows, options.out / "samplers_spp.png")
     plot_sigma(rows, options.out / "samplers_sigma.png")
     plot_spectra(options.out / "samplers_spectra.png")
-    peers = [name for name in names_in(rows) if name not in COLOURS]
-    command = "scripts/bench samplers" + (" --quick" if options.quick else "") + "".join(f" --peer {name}=FILE.npy" for name in peers)
-    text = report_text(rows, command)
+    command = "scripts/bench samplers" + (" --quick" if options.quick else "")
+    command += "".join(f" --peer {name}=FILE.npy" for name in names_in(rows) if name not in COLOURS)
+    command += "".join(f" --peer-draws {row['sampler']}=COMMAND" for row in draws if row["form"] == "peer")
+    text = report_text(rows, draws, command)
     write_text(options.out / "samplers.md", text)
     print(text)
 

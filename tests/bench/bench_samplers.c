@@ -153,11 +153,14 @@ typedef struct family {
 
 static const double tau = 6.283185307179586;
 
-static family half_planes(int i, int j, int count, uint32_t set) {
-    family f = {"half-planes", i, j, count, calloc((size_t)count, sizeof *f.members)};
-    random_counter = 1000000u * set;
-    for (int k = 0; k < count; ++k) {
-        f.members[k] = (integrand){{plane(i, j, tau * (k + 0.37) / count, 0.0), one}};
+/* Sets of 40: evenly spread angles, other random points in each set. */
+static family half_planes(int i, int j, uint32_t first_set, int sets) {
+    enum { count = 40 };
+    family f = {"half-planes", i, j, count * sets,
+                calloc((size_t)count * (size_t)sets, sizeof *f.members)};
+    for (int k = 0; k < f.count; ++k) {
+        if (k % count == 0) random_counter = 1000000u * (first_set + (uint32_t)(k / count));
+        f.members[k] = (integrand){{plane(i, j, tau * (k % count + 0.37) / count, 0.0), one}};
     }
     return f;
 }
@@ -367,14 +370,14 @@ static void measure(const source *s, uint32_t declared, const family *f, const u
 }
 
 static const char usage[] = "usage: bench_samplers [--max-spp N] [--samplers NAME,...] [--pairs "
-                            "01,23,02,03,12,13] [--set N]\n"
+                            "01,23,02,03,12,13] [--set N] [--sets N]\n"
                             "                      [--families half-planes,wide,4-D] [--declared] "
                             "[--peer NAME=FILE.npy]...\n";
 
 int main(int argc, char **argv) {
     static const char *const kind_names[] = {"blue", "sobol", "white", "zorder", "mask"};
     source sources[5 + MAX_PEERS] = {{"white", BN_SAMPLER_WHITE, NULL, 0, 0}};
-    int source_count = 1, declared_too = 0;
+    int source_count = 1, declared_too = 0, sets = 1;
     uint32_t max_spp = 256, set = 1;
     const char *samplers = "blue,sobol,zorder,mask", *pairs = "01,23",
                *families = "half-planes,wide,4-D";
@@ -392,6 +395,8 @@ int main(int argc, char **argv) {
             max_spp = (uint32_t)strtoul(value, NULL, 10);
         else if (strcmp(argv[a], "--set") == 0)
             set = (uint32_t)strtoul(value, NULL, 10);
+        else if (strcmp(argv[a], "--sets") == 0)
+            sets = (int)strtoul(value, NULL, 10);
         else if (strcmp(argv[a], "--samplers") == 0)
             samplers = value;
         else if (strcmp(argv[a], "--pairs") == 0)
@@ -424,13 +429,13 @@ int main(int argc, char **argv) {
     for (size_t i = 0; i < sizeof all_counts / sizeof *all_counts; ++i) {
         if (all_counts[i] <= max_spp) counts[n++] = all_counts[i];
     }
-    if (n == 0) return 2;
+    if (n == 0 || sets < 1 || sets > 100) return 2;
     family list[16];
     int family_count = 0;
     for (const char *p = pairs; p[0] != '\0' && p[1] != '\0'; p += p[2] == ',' ? 3 : 2) {
         int i = p[0] - '0', j = p[1] - '0';
         if (i < 0 || i > 3 || j < 0 || j > 3 || family_count > 12) return 2;
-        if (strstr(families, "half-planes")) list[family_count++] = half_planes(i, j, 40, set);
+        if (strstr(families, "half-planes")) list[family_count++] = half_planes(i, j, set, sets);
         if (strstr(families, "wide")) list[family_count++] = wide(i, j, set);
     }
     if (strstr(families, "4-D")) list[family_count++] = four_dimensional(set);
@@ -457,7 +462,11 @@ int main(int argc, char **argv) {
                            counts[c], sigmas[k], rmse[c][k], rmse[c][k] / white[f][c][k]);
                 }
             }
-            for (int c = 0; declared_too && c < n && s > 0 && sources[s].file == NULL; ++c) {
+            /* The others take no notice of it. */
+            int declares =
+                declared_too && sources[s].file == NULL &&
+                (sources[s].kind == BN_SAMPLER_BLUE || sources[s].kind == BN_SAMPLER_ZORDER);
+            for (int c = 0; declares && c < n; ++c) {
                 double at[1][SIGMAS];
                 if ((counts[c] & (counts[c] - 1)) != 0) continue;
                 measure(&sources[s], counts[c], &list[f], &counts[c], 1, at);
