@@ -160,13 +160,14 @@ static void test_pixel_correlation(void) {
 /* Over the screen: blue pictures correlate a little more widely than white ones, with a variance
  * that is the mean product of their power spectra; the limit is that of the normal distribution
  * with the scale of the middle half of all pairs. Looks at places of the table near one another
- * add to it, which in a table of 64 x 64 are four times as many. */
+ * add to it, the more the table is even along rows and columns; in a table of 64 x 64 they are
+ * four times as many. */
 static void test_screen_correlation(void) {
     enum { TREES = 200, PAIRS = TREES * DOMAIN_PAIRS };
     float *blue = sorted_products(BN_SAMPLER_BLUE, TREES, 1, 64);
     bn_sampler *s = make(BN_SAMPLER_BLUE);
     double scale = blue[PAIRS / 2] / 0.67449;
-    double allowed = bn_sampler_table(s)->size_log2 >= 7 ? 0.0015 : 0.003;
+    double allowed = bn_sampler_table(s)->size_log2 >= 7 ? 0.002 : 0.003;
     double share = share_above(blue, PAIRS, (float)(3.2905 * scale));
     printf("screen: scale %.3f, %.3f %% beyond the 99.9 %% limit\n", scale, 100.0 * share);
     CHECK(scale < 1.25);
