@@ -238,7 +238,7 @@ def main():
     parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
     parser.add_argument("--peer-draws", action="append", default=[], metavar="NAME=COMMAND",
                         help="a command that prints the nanoseconds of a 4-D draw of another library")
-    parser.add_argument("--quick", action="store_true", help="blue and sobol only, two families, no declared counts")
+    parser.add_argument("--quick", action="store_true", help="blue and sobol only, one set of two families")
     parser.add_argument("--rows", type=Path, metavar="CSV", help="take rows measured before instead of measuring")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
     options = parser.parse_args()
@@ -251,8 +251,10 @@ def main():
     else:
         draws = run_bench(options.draws, [word for peer in options.peer_draws for word in ("--peer", peer)])
         if options.quick:
-            rows = run_bench(options.program, [*peers, "--pairs", "01,23", "--families", "half-planes,wide",
-                                               "--samplers", "blue,sobol"])
+            parts = [[*peers, "--declared", "--pairs", pair, "--families", "half-planes,wide", "--samplers", "blue,sobol"]
+                     for pair in ("01", "23")]
+            with ThreadPoolExecutor(2) as pool:
+                rows = [row for part in pool.map(lambda part: run_bench(options.program, part), parts) for row in part]
         else:
             rows = run_all(options.program, peers)
     write_rows(options.out / "samplers.csv", rows)
