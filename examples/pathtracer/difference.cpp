@@ -69,6 +69,20 @@ double blurred_rmse(const Image &image, const Image &reference, double sigma) {
     return std::sqrt(total / (3 * static_cast<double>(count)));
 }
 
+double relative_rmse(const Image &image, const Image &reference) {
+    double mean = 0, total = 0;
+    for (const float v : reference.rgb) mean += static_cast<double>(v);
+    const auto count = static_cast<double>(reference.rgb.size());
+    mean /= count;
+    if (!(mean > 0)) return blurred_rmse(image, reference, 0) > 0 ? 1 : 0;
+    for (size_t i = 0; i < image.rgb.size(); ++i) {
+        const auto expected = static_cast<double>(reference.rgb[i]);
+        const double e = (static_cast<double>(image.rgb[i]) - expected) / (expected + 0.1 * mean);
+        total += e * e;
+    }
+    return std::sqrt(total / count);
+}
+
 Image image_crop(const Image &image, const Crop &crop) {
     Image result{image.full_width, image.full_height, crop,
                  std::vector<float>(3 * pixel_count(crop))};

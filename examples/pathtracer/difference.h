@@ -9,5 +9,9 @@
 // images hold the same pixels.
 double blurred_rmse(const Image &image, const Image &reference, double sigma);
 
+// The root mean square of (image - reference) / (reference + a tenth of the reference's mean), over
+// pixels and channels: dark parts count as much as bright ones.
+double relative_rmse(const Image &image, const Image &reference);
+
 // The part of an image inside a crop that lies within its own.
 Image image_crop(const Image &image, const Crop &crop);

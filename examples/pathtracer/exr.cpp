@@ -15,7 +15,13 @@
 #include <ImfStringAttribute.h>
 #include <bn/bn.h>
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <cstring>
+#include <limits>
+#include <new>
 
 #include "error.h"
 
@@ -38,27 +44,157 @@ class MemoryStream : public Imf::OStream {
     size_t position_ = 0;
 };
 
-Imf::FrameBuffer frame_buffer(std::vector<float> &rgb, const Imath::Box2i &window) {
-    const size_t pixel = 3 * sizeof(float);
-    const size_t row = pixel * static_cast<size_t>(window.max.x - window.min.x + 1);
-    Imf::FrameBuffer buffer;
-    const char *const names[3] = {"R", "G", "B"};
-    for (size_t c = 0; c < 3; ++c)
-        buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, rgb.data() + c, window, pixel, row));
-    return buffer;
+// A channel as it lies in a file: a plane of floats over the data window.
+struct Plane {
+    const char *name;
+    std::vector<float> values;
+};
+
+constexpr const char *COUNT = "count";
+
+Imf::Slice slice(Imf::PixelType type, void *values, const Imath::Box2i &window) {
+    const auto row = static_cast<size_t>(window.max.x - window.min.x + 1);
+    return Imf::Slice::Make(type, values, window, 4, 4 * row);
+}
+
+// The layers of a film, but for the counts. What is too large for float is cut off there.
+std::vector<Plane> film_planes(const Film &film) {
+    std::vector<Plane> planes;
+    const auto add = [&](const char *name, auto value) {
+        planes.push_back({name, {}});
+        std::vector<float> &values = planes.back().values;
+        values.reserve(film.pixels.size());
+        const auto largest = static_cast<double>(std::numeric_limits<float>::max());
+        for (const FilmPixel &pixel : film.pixels)
+            values.push_back(static_cast<float>(std::clamp(value(pixel), -largest, largest)));
+    };
+    const auto add_three = [&](std::array<const char *, 3> names, auto value) {
+        for (int c = 0; c < 3; ++c)
+            add(names[static_cast<size_t>(c)], [&](const FilmPixel &p) { return value(p, c); });
+    };
+    add_three({"R", "G", "B"}, [](const FilmPixel &p, int c) { return p.radiance[c]; });
+    add("A",
+        [](const FilmPixel &p) { return p.count ? static_cast<double>(p.hits) / p.count : 0; });
+    add_three({"albedo.R", "albedo.G", "albedo.B"},
+              [](const FilmPixel &p, int c) { return p.albedo[c]; });
+    add_three({"normal.X", "normal.Y", "normal.Z"},
+              [](const FilmPixel &p, int c) { return p.normal[c]; });
+    add("depth.Z", [](const FilmPixel &p) { return p.depth; });
+    add_three({"variance.R", "variance.G", "variance.B"}, film_variance);
+    return planes;
+}
+
+// The reverse.
+Film film_of_planes(int full_width, int full_height, const Crop &crop,
+                    const std::vector<Plane> &planes, const std::vector<uint32_t> &counts) {
+    Film film = film_create(full_width, full_height, crop);
+    for (size_t i = 0; i < film.pixels.size(); ++i) {
+        FilmPixel &p = film.pixels[i];
+        const auto value = [&](size_t plane) {
+            return static_cast<double>(planes[plane].values[i]);
+        };
+        p.count = counts[i];
+        p.hits = static_cast<uint32_t>(std::lround(value(3) * p.count));
+        p.depth = value(10);
+        for (size_t c = 0; c < 3; ++c) {
+            p.radiance[c] = value(c);
+            p.albedo[c] = value(4 + c);
+            p.normal[c] = value(7 + c);
+            p.squares[c] = p.count < 2 ? 0 : value(11 + c) * (p.count - 1);
+        }
+    }
+    return film;
+}
+
+// What a file says of its windows, checked. Imf checks that they are not empty.
+void read_windows(const Imf::Header &header, int &full_width, int &full_height, Crop &crop) {
+    const Imath::Box2i display = header.displayWindow(), data = header.dataWindow();
+    const int64_t x0 = data.min.x, y0 = data.min.y, x1 = int64_t{data.max.x} + 1,
+                  y1 = int64_t{data.max.y} + 1;
+    const int64_t w = int64_t{display.max.x} - display.min.x + 1;
+    const int64_t h = int64_t{display.max.y} - display.min.y + 1;
+    constexpr int64_t LARGEST = 1 << 24;
+    if (w > LARGEST || h > LARGEST || std::min(x0, y0) < -LARGEST || std::max(x1, y1) > LARGEST ||
+        (x1 - x0) * (y1 - y0) > static_cast<int64_t>(4 * MAX_PIXELS))
+        throw Error("it is too large");
+    full_width = static_cast<int>(w);
+    full_height = static_cast<int>(h);
+    crop = {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1), static_cast<int>(y1)};
+}
+
+Imath::Box2i box(const Crop &crop) {
+    return {{crop.x0, crop.y0}, {crop.x1 - 1, crop.y1 - 1}};
+}
+
+template <typename Attribute>
+auto attribute(const Imf::Header &header, const char *name) {
+    const auto *found = header.findTypedAttribute<Attribute>(name);
+    if (!found) throw Error(std::string("it was not written by this program: it has no ") + name);
+    return found->value();
+}
+
+// What does not fit the format's integers, which have 32 bits with a sign, is text.
+uint64_t count_attribute(const Imf::Header &header, const char *name, uint64_t largest) {
+    const std::string text = attribute<Imf::StringAttribute>(header, name);
+    uint64_t value = 0;
+    const char *end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || stop != end || value > largest)
+        throw Error(std::string("its ") + name + " is '" + text + "'");
+    return value;
+}
+
+ExrHead read_head(const Imf::Header &header) {
+    ExrHead head{};
+    read_windows(header, head.full_width, head.full_height, head.crop);
+    const auto text = [&](const char *name) {
+        return attribute<Imf::StringAttribute>(header, name);
+    };
+    const auto whole = [&](const char *name) {
+        const int value = attribute<Imf::IntAttribute>(header, name);
+        if (value < 0) throw Error(std::string("its ") + name + " is negative");
+        return static_cast<uint32_t>(value);
+    };
+    ExrAttributes &a = head.attributes;
+    a.scene = text("scene");
+    a.environment = text("environment");
+    a.sampler = text("sampler");
+    a.mask = text("mask");
+    a.spp = whole("spp");
+    a.declared_spp = static_cast<uint32_t>(count_attribute(header, "declaredSpp", UINT32_MAX));
+    a.first_sample = static_cast<uint32_t>(count_attribute(header, "firstSample", UINT32_MAX));
+    a.end_sample = count_attribute(header, "endSample", uint64_t{1} << 32);
+    if (a.end_sample < a.first_sample) throw Error("its samples end before they begin");
+    a.max_depth = whole("maxDepth");
+    a.light_samples = whole("lightSamples");
+    a.seed = count_attribute(header, "seed", UINT64_MAX);
+    a.seconds = static_cast<double>(attribute<Imf::FloatAttribute>(header, "seconds"));
+    a.ray_count = count_attribute(header, "rays", UINT64_MAX);
+    a.threads = whole("threads");
+    a.sampling_share = static_cast<double>(attribute<Imf::FloatAttribute>(header, "samplingShare"));
+    a.fireflies = count_attribute(header, "fireflies", UINT64_MAX);
+    return head;
+}
+
+// Runs a reader, whose errors become one line with the name of the file.
+template <typename Read>
+auto reading(const std::string &path, Read read) {
+    try {
+        return read();
+    } catch (const std::bad_alloc &) {
+        throw;
+    } catch (const std::exception &error) {
+        throw Error("cannot read the EXR file " + path + ": " + error.what());
+    }
 }
 
 } // namespace
 
-std::vector<char> exr_encode(const Image &image, const ExrAttributes &attributes) {
-    const Crop &crop = image.crop;
-    const Imath::Box2i display({0, 0}, {image.full_width - 1, image.full_height - 1});
-    const Imath::Box2i data({crop.x0, crop.y0}, {crop.x1 - 1, crop.y1 - 1});
+std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) {
+    const Imath::Box2i display({0, 0}, {film.full_width - 1, film.full_height - 1});
+    const Imath::Box2i data = box(film.crop);
     Imf::Header header(display, data, 1, {0, 0}, 1, Imf::INCREASING_Y, Imf::ZIP_COMPRESSION);
-    for (const char *name : {"R", "G", "B"})
-        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
 
-    // EXR integers have 32 bits with a sign; what may not fit is text.
     const auto text = [&](const char *name, const std::string &value) {
         header.insert(name, Imf::StringAttribute(value));
     };
@@ -69,25 +205,44 @@ std::vector<char> exr_encode(const Image &image, const ExrAttributes &attributes
         header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
     };
     text("scene", attributes.scene);
+    text("environment", attributes.environment);
     text("sampler", attributes.sampler);
+    text("mask", attributes.mask);
     count("spp", attributes.spp);
     text("declaredSpp", std::to_string(attributes.declared_spp));
     text("firstSample", std::to_string(attributes.first_sample));
+    text("endSample", std::to_string(attributes.end_sample));
     text("seed", std::to_string(attributes.seed));
     count("maxDepth", attributes.max_depth);
+    count("lightSamples", attributes.light_samples);
     real("seconds", attributes.seconds);
     text("rays", std::to_string(attributes.ray_count));
     count("threads", attributes.threads);
+    real("samplingShare", attributes.sampling_share);
+    text("fireflies", std::to_string(attributes.fireflies));
     text("software", std::string("libbn pathtracer ") + bn_version_string());
     text("bnVersion", bn_version_string()); // the name "version" is the file format's own
+
+    std::vector<Plane> planes = film_planes(film);
+    std::vector<uint32_t> counts;
+    counts.reserve(film.pixels.size());
+    for (const FilmPixel &pixel : film.pixels) counts.push_back(pixel.count);
+    Imf::FrameBuffer buffer;
+    for (Plane &plane : planes) {
+        header.channels().insert(plane.name, Imf::Channel(Imf::FLOAT));
+        buffer.insert(plane.name, slice(Imf::FLOAT, plane.values.data(), data));
+    }
+    header.channels().insert(COUNT, Imf::Channel(Imf::UINT));
+    buffer.insert(COUNT, slice(Imf::UINT, counts.data(), data));
 
     std::vector<char> bytes;
     try {
         MemoryStream stream(bytes);
         Imf::OutputFile file(stream, header);
-        std::vector<float> rgb = image.rgb; // slices are not const
-        file.setFrameBuffer(frame_buffer(rgb, data));
-        file.writePixels(height(crop));
+        file.setFrameBuffer(buffer);
+        file.writePixels(height(film.crop));
+    } catch (const std::bad_alloc &) {
+        throw;
     } catch (const std::exception &error) {
         throw Error(std::string("the picture cannot be encoded: ") + error.what());
     }
@@ -95,22 +250,60 @@ std::vector<char> exr_encode(const Image &image, const ExrAttributes &attributes
 }
 
 Image exr_read(const std::string &path) {
-    try {
+    return reading(path, [&] {
         Imf::InputFile file(path.c_str());
-        const Imath::Box2i display = file.header().displayWindow();
-        const Imath::Box2i data = file.header().dataWindow();
-        for (const char *name : {"R", "G", "B"})
-            if (!file.header().channels().findChannel(name))
-                throw Error(std::string("it has no channel ") + name);
-        Image image{display.max.x - display.min.x + 1,
-                    display.max.y - display.min.y + 1,
-                    {data.min.x, data.min.y, data.max.x + 1, data.max.y + 1},
-                    {}};
+        Image image{};
+        read_windows(file.header(), image.full_width, image.full_height, image.crop);
+        const size_t pixel = 3 * sizeof(float);
+        const size_t row = pixel * static_cast<size_t>(width(image.crop));
         image.rgb.resize(3 * pixel_count(image.crop));
-        file.setFrameBuffer(frame_buffer(image.rgb, data));
-        file.readPixels(data.min.y, data.max.y);
+        Imf::FrameBuffer buffer;
+        const char *const names[3] = {"R", "G", "B"};
+        for (size_t c = 0; c < 3; ++c) {
+            if (!file.header().channels().findChannel(names[c]))
+                throw Error(std::string("it has no channel ") + names[c]);
+            buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c,
+                                                     box(image.crop), pixel, row));
+        }
+        file.setFrameBuffer(buffer);
+        file.readPixels(image.crop.y0, image.crop.y1 - 1);
         return image;
-    } catch (const std::exception &error) {
-        throw Error("cannot read the EXR file " + path + ": " + error.what());
-    }
+    });
+}
+
+ExrHead exr_read_head(const std::string &path) {
+    return reading(path, [&] { return read_head(Imf::InputFile(path.c_str()).header()); });
+}
+
+Film exr_read_film(const std::string &path) {
+    return reading(path, [&] {
+        Imf::InputFile file(path.c_str());
+        const ExrHead head = read_head(file.header());
+        if (pixel_count(head.crop) > MAX_PIXELS) throw Error("it is too large");
+        const Imath::Box2i data = box(head.crop);
+        std::vector<Plane> planes =
+            film_planes(film_create(head.full_width, head.full_height, head.crop));
+        std::vector<uint32_t> counts(pixel_count(head.crop));
+        Imf::FrameBuffer buffer;
+        for (Plane &plane : planes)
+            buffer.insert(plane.name, slice(Imf::FLOAT, plane.values.data(), data));
+        buffer.insert(COUNT, slice(Imf::UINT, counts.data(), data));
+        for (auto channel = buffer.begin(); channel != buffer.end(); ++channel)
+            if (!file.header().channels().findChannel(channel.name()))
+                throw Error(std::string("it has no channel ") + channel.name());
+        file.setFrameBuffer(buffer);
+        file.readPixels(data.min.y, data.max.y);
+
+        const uint64_t most = head.attributes.end_sample - head.attributes.first_sample;
+        for (const uint32_t count : counts)
+            if (count > most) throw Error("it has more samples than its attributes say");
+        for (const Plane &plane : planes)
+            for (const float v : plane.values)
+                if (!std::isfinite(v))
+                    throw Error(std::string("its channel ") + plane.name +
+                                " holds what is no finite number");
+        for (const float v : planes[3].values)
+            if (!(v >= 0 && v <= 1)) throw Error("its channel A is not a share");
+        return film_of_planes(head.full_width, head.full_height, head.crop, planes, counts);
+    });
 }

@@ -1,25 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR pictures: float RGB, ZIP, the data window is the crop.
+// OpenEXR pictures: layers in one part, 32 bits a channel, ZIP, the data window is the crop.
+//
+//     R, G, B         mean radiance          A           share of camera rays that hit a surface
+//     albedo.R, G, B  of what they hit       normal.X, Y, Z   of it, in the world, mean
+//     depth.Z         along the camera's axis, mean over those that hit
+//     count           samples taken (the only integer channel)
+//     variance.R, G, B  of single samples, unbiased; 0 below two samples
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "image.h"
+#include "film.h"
 
-// What is written into the header beside the picture, under these names.
+// Films larger than this are not held at once: 7 GiB.
+constexpr uint64_t MAX_PIXELS = 1u << 26;
+
+// What is written into the header beside the picture.
 struct ExrAttributes {
-    std::string scene, sampler;
-    uint32_t spp, declared_spp, first_sample, max_depth;
+    std::string scene, environment, sampler, mask;
+    uint32_t spp; // of the pixel that has most
+    uint32_t declared_spp, first_sample, max_depth, light_samples;
+    uint64_t end_sample; // no sample has this number or a higher one
     uint64_t seed;
-    double seconds;
+    double seconds; // of rendering
     uint64_t ray_count;
     unsigned threads;
+    double sampling_share; // of that time, spent in drawing samples; about
+    uint64_t fireflies;    // pixels, see film.h
 };
 
 // The bytes of an EXR file. Throws Error.
-std::vector<char> exr_encode(const Image &image, const ExrAttributes &attributes);
+std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes);
 
 // Reads the channels R, G and B of any EXR file that has them. Throws Error.
 Image exr_read(const std::string &path);
+
+// What a file of this program says of itself.
+struct ExrHead {
+    int full_width, full_height;
+    Crop crop;
+    ExrAttributes attributes;
+};
+
+// Both read files that exr_encode made. Throw Error on others.
+ExrHead exr_read_head(const std::string &path);
+Film exr_read_film(const std::string &path);

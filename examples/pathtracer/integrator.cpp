@@ -42,17 +42,22 @@ Integrator integrator_create(const Scene &scene, const Geometry &geometry,
     return result;
 }
 
-Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
-                PathCounters &counters) {
+PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
+                      PathCounters &counters) {
     const Scene &scene = *integrator.scene;
     const Camera &camera = scene.camera;
 
     // ---- The camera ray
     const PixelSample sample = {integrator.sampler, x, y, index};
-    const Draw at = draw(sample, integrator.pixel, camera.lens_radius > 0 ? 4 : 2);
+    const auto counted_draw = [&](const PixelSample &s, uint32_t domain, int dimensions) {
+        ++(dimensions == 2 ? counters.draws_2d : counters.draws_4d);
+        return draw(s, domain, dimensions);
+    };
+    const Draw at = counted_draw(sample, integrator.pixel, camera.lens_radius > 0 ? 4 : 2);
     Ray ray = camera_ray(camera, {static_cast<float>(x) + at.u[0], static_cast<float>(y) + at.u[1]},
                          pair23(at));
-    Vec3 radiance = {0, 0, 0};
+    PathSample result{};
+    Vec3 &radiance = result.radiance;
     Vec3 throughput = {1, 1, 1};
     // How the ray was found: with what density per steradian, against how many light samples. None
     // for rays that no light sample could have found, which are the camera's and those of mirrors.
@@ -88,6 +93,18 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
                                                   : 0;
             radiance += power_heuristic(scatter_pdf, found) * (throughput * light.radiance);
         }
+        const Material &material = scene.materials[surface.material];
+        const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
+        const Vec3 shading = scene.normals.empty() ? normal
+                                                   : shading_normal(scene, hit.triangle, hit.u,
+                                                                    hit.v, hit.normal, out);
+        const Vec3 place = ray.origin + hit.distance * ray.direction;
+        if (bounce == 0) {
+            result.hit = true;
+            result.albedo = material_albedo(material);
+            result.normal = shading;
+            result.depth = dot(place - camera.position, camera.forward);
+        }
         if (bounce == integrator.max_depth) {
             counters.cut_off += static_cast<double>(luminance(throughput));
             break;
@@ -95,15 +112,9 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
 
         // ---- The surface, seen from its own frame
         const Integrator::BounceDomains domains = integrator.bounces[bounce];
-        const Material &material = scene.materials[surface.material];
-        const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
-        const Frame frame =
-            frame_around(scene.normals.empty()
-                             ? normal
-                             : shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, out));
+        const Frame frame = frame_around(shading);
         const Vec3 local_out = to_local(frame, out);
         if (!(local_out.z > 0)) break;
-        const Vec3 place = ray.origin + hit.distance * ray.direction;
         // Rays start on the side they leave to. Directions on which the shading normal and the
         // triangle do not agree carry nothing.
         const auto start = [&](float side) {
@@ -120,7 +131,7 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
                                                               : 1;
         for (uint32_t k = 0; k < count; ++k) {
             const PixelSample split = {sample.sampler, x, y, index * count + k};
-            Vec2 u = pair01(draw(split, domains.light, 2));
+            Vec2 u = pair01(counted_draw(split, domains.light, 2));
             const Light &light = choose_light(scene, u);
             const LightSample to_light = light_sample(light, place, u);
             if (!(to_light.pdf > 0)) continue;
@@ -139,8 +150,8 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
 
         // ---- The next ray, and roulette for it
         const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
-        const Draw u =
-            draw(sample, domains.scatter, roulette || material_reads_lobe(material) ? 4 : 2);
+        const Draw u = counted_draw(sample, domains.scatter,
+                                    roulette || material_reads_lobe(material) ? 4 : 2);
         const MaterialSample scatter =
             material_sample(material, front, local_out, pair01(u), u.u[3]);
         if (!(scatter.pdf > 0)) break;
@@ -157,5 +168,5 @@ Vec3 trace_path(const Integrator &integrator, int x, int y, uint32_t index,
         scatter_pdf = scatter.pdf;
         light_samples = static_cast<float>(count); // 0 after a mirror
     }
-    return radiance;
+    return result;
 }

@@ -10,15 +10,18 @@
 #include <filesystem>
 #include <optional>
 
+#include "convergence.h"
 #include "difference.h"
 #include "error.h"
 #include "exr.h"
+#include "film.h"
+#include "frame.h"
 #include "integrator.h"
 #include "intersect.h"
+#include "merge.h"
 #include "options.h"
 #include "output_file.h"
 #include "png_image.h"
-#include "render.h"
 #include "sampler.h"
 #include "scene.h"
 
@@ -33,12 +36,13 @@ void print_list() {
         std::printf("  %-10s %s\n", entry.name, entry.summary);
 }
 
-void print_progress(const RenderProgress &p) {
-    const double rays_per_second = static_cast<double>(p.ray_count) / std::max(p.seconds, 1e-9);
-    std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * p.fraction, 1e-6 * rays_per_second);
-    if (p.fraction > 0)
+void print_progress(double fraction, const RenderTotals &totals) {
+    const double rays_per_second =
+        static_cast<double>(totals.counters.rays) / std::max(totals.seconds, 1e-9);
+    std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * fraction, 1e-6 * rays_per_second);
+    if (fraction > 0)
         std::fprintf(stderr, "  %.0f s left   ",
-                     std::ceil(p.seconds * (1 - p.fraction) / p.fraction));
+                     std::ceil(totals.seconds * (1 - fraction) / fraction));
     std::fflush(stderr);
 }
 
@@ -56,14 +60,76 @@ Image load_reference(const std::string &path, int full_width, int full_height, c
     return image_crop(image, crop);
 }
 
-void run(const Options &options) {
+void print_error(const Image &image, const Image &reference) {
+    std::printf("rmse %.6f  sigma 1.0 %.6f  sigma 2.1 %.6f\n", blurred_rmse(image, reference, 0),
+                blurred_rmse(image, reference, 1.0), blurred_rmse(image, reference, 2.1));
+}
+
+// Where the results go. Made before the first ray, so that a wrong name costs nothing.
+struct Outputs {
+    std::filesystem::path exr, png, csv; // csv may be empty
+    float exposure;
+
+    explicit Outputs(const Options &options)
+        : exr(options.output), png(std::filesystem::path(exr).replace_extension(".png")),
+          csv(options.convergence), exposure(options.exposure) {
+        check_writable(exr);
+        check_writable(png);
+        if (!csv.empty()) check_writable(csv);
+    }
+
+    void write(const Film &film, const ExrAttributes &attributes,
+               const std::vector<ConvergenceRow> &rows) const {
+        std::vector<std::pair<std::filesystem::path, std::vector<char>>> files = {
+            {exr, exr_encode(film, attributes)},
+            {png, png_encode_preview(film_image(film), exposure)}};
+        if (!csv.empty()) files.push_back({csv, convergence_csv(rows)});
+        write_files(files);
+    }
+};
+
+void run_merge(const Options &options) {
+    const MergedPicture merged = merge_pictures(options.merge);
+    const Film &film = merged.film;
+    std::optional<Image> reference;
+    if (!options.reference.empty())
+        reference = load_reference(options.reference, film.full_width, film.full_height, film.crop);
+    Outputs(options).write(film, merged.attributes, {});
+    const SampleCounts counts = film_counts(film);
+    if (!options.quiet)
+        std::printf("%s: %zu pictures merged, %u to %u spp, %" PRIu64 " fireflies\n",
+                    options.output.c_str(), options.merge.size(), counts.least, counts.most,
+                    merged.attributes.fireflies);
+    if (reference) print_error(film_image(film), *reference);
+}
+
+// Set by an interrupt. The second one ends the program at once.
+volatile std::sig_atomic_t interrupted = 0;
+
+void interrupt(int signal) {
+    interrupted = signal;
+    std::signal(signal, SIG_DFL);
+}
+
+void listen_to_interrupts() {
+    // Those started with interrupts ignored, in the background of a script, go on ignoring them.
+    for (const int signal : {SIGINT, SIGTERM})
+        if (std::signal(signal, interrupt) == SIG_IGN) std::signal(signal, SIG_IGN);
+}
+
+void run_render(const Options &options) {
     // ---- Everything that may be wrong
     std::shared_ptr<const Environment> environment;
     if (!options.environment.empty())
         environment = std::make_shared<Environment>(environment_read(options.environment));
     Scene scene = scene_build(options.scene, environment);
     if (options.light_samples > 0) scene.light_samples = options.light_samples;
-    if (uint64_t{options.first_sample} + options.spp > (uint64_t{1} << 32) / scene.light_samples)
+    const uint64_t last_sample = (uint64_t{1} << 32) / scene.light_samples;
+    uint32_t spp = options.spp;
+    if (options.time_limit > 0)
+        spp = static_cast<uint32_t>(std::min<uint64_t>(
+            spp, last_sample - std::min<uint64_t>(last_sample - 1, options.first_sample)));
+    if (uint64_t{options.first_sample} + spp > last_sample)
         throw Error("--first-sample and --spp run past the last sample of " +
                     std::to_string(scene.light_samples) + " light samples each; take fewer");
     camera_fit(scene.camera, options.width, options.height);
@@ -72,44 +138,85 @@ void run(const Options &options) {
     std::optional<Image> reference;
     if (!options.reference.empty())
         reference = load_reference(options.reference, options.width, options.height, crop);
-    const std::filesystem::path exr_path = options.output;
-    const std::filesystem::path png_path =
-        std::filesystem::path(exr_path).replace_extension(".png");
-    check_writable(exr_path);
-    check_writable(png_path);
+    const Outputs outputs(options);
 
     // ---- Rendering
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator =
         integrator_create(scene, *geometry, sampler.get(), options.max_depth);
-    const RenderSettings settings = {crop, options.first_sample, options.spp, options.threads};
-    const bool show_progress = !options.quiet && isatty(STDERR_FILENO);
-    const auto report = [&](const RenderProgress &progress) {
-        if (show_progress) print_progress(progress);
+    const FrameSettings settings = {
+        {options.first_sample, options.threads}, spp, options.time_limit, options.write_interval};
+    Film film = film_create(options.width, options.height, crop);
+    RenderTotals totals;
+    std::vector<ConvergenceRow> rows;
+
+    const auto attributes = [&] {
+        ExrAttributes a{};
+        a.scene = options.scene;
+        a.environment = options.environment;
+        a.sampler = options.sampler.name;
+        a.mask = options.sampler.mask;
+        a.spp = film_counts(film).most;
+        a.declared_spp = options.sampler.declared_spp;
+        a.first_sample = options.first_sample;
+        a.end_sample = uint64_t{options.first_sample} + a.spp;
+        a.max_depth = options.max_depth;
+        a.light_samples = scene.light_samples;
+        a.seed = options.sampler.seed;
+        a.seconds = totals.seconds;
+        a.ray_count = totals.counters.rays;
+        a.threads = options.threads;
+        a.sampling_share = sampling_share(integrator, settings.render, film, totals);
+        a.fireflies = film_fireflies(film);
+        return a;
     };
-    RenderProgress done{};
-    const Image image = render(integrator, settings, report, done);
+
+    const bool show_progress = !options.quiet && isatty(STDERR_FILENO);
+    FrameEvents events;
+    events.progress = [&](double fraction, const RenderTotals &so_far) {
+        if (show_progress) print_progress(fraction, so_far);
+    };
+    events.pass_done = [&](uint32_t count, const RenderTotals &so_far) {
+        if (!outputs.csv.empty())
+            rows.push_back(convergence_row(film_image(film), *reference, count, so_far.seconds));
+    };
+    events.write = [&](const RenderTotals &) {
+        try {
+            outputs.write(film, attributes(), rows);
+        } catch (const Error &error) {
+            // Hours of rendering may be at stake: the disk may have room again at the end.
+            std::fprintf(stderr, "pathtracer: %s; rendering goes on\n", error.what());
+        }
+    };
+    listen_to_interrupts();
+    const FrameEnd end = render_frame(integrator, settings, film, totals, events, interrupted);
+    if (end != FrameEnd::INTERRUPTED) events.progress(1, totals);
     if (show_progress) std::fprintf(stderr, "\n");
 
     // ---- Output
-    const ExrAttributes attributes = {options.scene,        options.sampler.name,
-                                      options.spp,          options.sampler.declared_spp,
-                                      options.first_sample, options.max_depth,
-                                      options.sampler.seed, done.seconds,
-                                      done.ray_count,       options.threads};
-    write_files({{exr_path, exr_encode(image, attributes)},
-                 {png_path, png_encode_preview(image, options.exposure)}});
-    if (!options.quiet)
-        std::printf("%s: %s, %s, %u spp, %.2f s, %" PRIu64
-                    " rays, %.2f M rays/s, %.2f %% cut off at depth %u\n",
-                    options.output.c_str(), options.scene.c_str(), options.sampler.name.c_str(),
-                    options.spp, done.seconds, done.ray_count,
-                    1e-6 * static_cast<double>(done.ray_count) / done.seconds, 100 * done.cut_off,
-                    options.max_depth);
-    if (reference)
-        std::printf("rmse %.6f  sigma 1.0 %.6f  sigma 2.1 %.6f\n",
-                    blurred_rmse(image, *reference, 0), blurred_rmse(image, *reference, 1.0),
-                    blurred_rmse(image, *reference, 2.1));
+    const ExrAttributes a = attributes();
+    outputs.write(film, a, rows);
+    const PathCounters &counters = totals.counters;
+    const SampleCounts counts = film_counts(film);
+    if (end == FrameEnd::INTERRUPTED)
+        std::fprintf(stderr, "pathtracer: interrupted; %s holds what there is, %u to %u spp\n",
+                     options.output.c_str(), counts.least, counts.most);
+    if (!options.quiet) {
+        double samples = 0;
+        for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+        std::printf(
+            "%s: %s, %s, %u spp, %.2f s, %" PRIu64 " rays, %.2f M rays/s, %.1f %% sampling, "
+            "%.2f %% cut off at depth %u, %" PRIu64 " fireflies\n",
+            options.output.c_str(), options.scene.c_str(), options.sampler.name.c_str(),
+            counts.least, totals.seconds, counters.rays,
+            1e-6 * static_cast<double>(counters.rays) / totals.seconds, 100 * a.sampling_share,
+            100 * counters.cut_off / std::max(samples, 1.0), options.max_depth, a.fireflies);
+    }
+    if (counters.lost > 0)
+        std::fprintf(stderr,
+                     "pathtracer: %" PRIu64 " samples were no finite numbers and count as black\n",
+                     counters.lost);
+    if (reference) print_error(film_image(film), *reference);
 }
 
 } // namespace
@@ -126,9 +233,13 @@ int main(int argc, char **argv) {
         } else if (options.list) {
             print_list();
         } else {
-            run(options);
+            if (options.merge.empty())
+                run_render(options);
+            else
+                run_merge(options);
         }
-        return 0;
+        // As the shell has it: a script sees that the picture is not complete.
+        return interrupted ? 128 + static_cast<int>(interrupted) : 0;
     } catch (const std::bad_alloc &) {
         std::fprintf(stderr,
                      "pathtracer: out of memory; render the picture in parts with --crop\n");

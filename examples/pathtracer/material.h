@@ -81,6 +81,11 @@ inline MaterialSample material_sample(const Material &m, bool front, Vec3 out, V
     return {in, m.albedo, in.z / PI, false};
 }
 
+// The share of light that comes back, about: what pictures of albedo show. White for glass.
+inline Vec3 material_albedo(const Material &m) {
+    return m.kind == Material::DIELECTRIC ? Vec3{1, 1, 1} : m.albedo;
+}
+
 inline bool material_reads_lobe(const Material &m) {
     return m.kind == Material::DIELECTRIC;
 }

@@ -8,15 +8,16 @@
 #include <thread>
 
 #include "error.h"
+#include "exr.h"
 
 namespace {
 
-constexpr int MAX_EXTENT = 65536;         // pixels a side
-constexpr uint64_t MAX_PIXELS = 1u << 28; // rendered at once; 3 GiB of picture
+constexpr int MAX_EXTENT = 65536; // pixels a side
 constexpr uint32_t MAX_SPP = 1u << 24;
 constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
 constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
+constexpr double MAX_SECONDS = 1e7;
 
 // The whole text as a number in [low, high].
 template <typename Number>
@@ -71,10 +72,27 @@ void parse_exposure(Options &options, const std::string &text) {
         throw Error("--exposure takes stops from -64 to 64, not '" + text + "'");
 }
 
+double parse_seconds(const std::string &option, const std::string &text) {
+    double value = 0;
+    const char *end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || stop != end || !(value > 0 && value <= MAX_SECONDS))
+        throw Error(option + " takes seconds, more than 0 and at most 10000000, not '" + text +
+                    "'");
+    return value;
+}
+
 void check(const Options &o) {
     if (o.output.empty()) throw Error("give the output with -o out.exr (see --help)");
     if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
         throw Error("the output must be named something.exr, not '" + o.output + "'");
+    if (!o.convergence.empty() && o.reference.empty())
+        throw Error("--convergence needs a picture to compare with: give it with --reference");
+    if (!o.merge.empty()) {
+        if (!o.convergence.empty())
+            throw Error("--merge renders nothing: --convergence has no use");
+        return;
+    }
     const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
     if (crop.x1 > o.width || crop.y1 > o.height)
         throw Error("--crop goes beyond the picture of " + std::to_string(o.width) + "x" +
@@ -91,8 +109,11 @@ void check(const Options &o) {
 
 const char *options_help() {
     return R"(Usage: pathtracer [options] -o out.exr
+       pathtracer --merge a.exr b.exr ... -o out.exr
 
-Renders a scene with a sampler of libbn into out.exr and a preview out.png beside it.
+Renders a scene with a sampler of libbn into out.exr and a preview out.png beside it,
+or merges pictures of other regions (--crop) or other samples (--first-sample). Interrupted, it
+writes what there is.
 
   --scene NAME           what to render (default cornell); see --list
   --sampler NAME         where samples come from (default blue); see --list
@@ -107,7 +128,10 @@ Renders a scene with a sampler of libbn into out.exr and a preview out.png besid
   --light-samples N      points on lights at the first surface of each path (default: the scene's)
   --env FILE             light from all around: a latitude-longitude EXR in place of the scene's
   --threads N            (default: one per core)
+  --time SECONDS         stop when the time is up; without --spp there is no other limit
+  --write-partial S      write the picture so far every S seconds
   --reference ref.exr    print the error against this picture: RMSE, and RMSE after Gaussian filters
+  --convergence out.csv  write that error at 1, 2, 3, 4, 6, 8, 12 ... samples and the seconds up to there
   --exposure EV          brightness of the preview, in stops (default 0)
   --quiet                print errors and the error against the reference only
   --list                 list scenes and samplers
@@ -118,21 +142,39 @@ Renders a scene with a sampler of libbn into out.exr and a preview out.png besid
 Options parse_options(int argc, const char *const *argv) {
     Options options;
     options.threads = std::max(1u, std::thread::hardware_concurrency());
+    bool spp_given = false;
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
         const auto is = [&](const char *other) { return name == other; };
-        if (is("--quiet")) {
+        if (is("--merge")) {
+            while (i + 1 < argc && argv[i + 1][0] != '-') options.merge.emplace_back(argv[++i]);
+            if (options.merge.empty()) throw Error("--merge needs pictures; see --help");
+        } else if (is("--quiet")) {
             options.quiet = true;
         } else if (is("--list")) {
             options.list = true;
         } else if (is("--help") || is("-h")) {
             options.help = true;
         } else {
-            static const char *const with_value[] = {
-                "--scene",    "--sampler",       "--spp",          "--declare",
-                "--mask",     "--seed",          "--first-sample", "--size",
-                "--crop",     "--max-depth",     "--threads",      "--reference",
-                "--exposure", "--light-samples", "--env",          "-o"};
+            static const char *const with_value[] = {"--scene",
+                                                     "--sampler",
+                                                     "--spp",
+                                                     "--declare",
+                                                     "--mask",
+                                                     "--seed",
+                                                     "--first-sample",
+                                                     "--size",
+                                                     "--crop",
+                                                     "--max-depth",
+                                                     "--threads",
+                                                     "--reference",
+                                                     "--exposure",
+                                                     "--light-samples",
+                                                     "--env",
+                                                     "--time",
+                                                     "--write-partial",
+                                                     "--convergence",
+                                                     "-o"};
             bool known = false;
             for (const char *option : with_value) known = known || is(option);
             if (!known) throw Error("there is no option '" + name + "'; see --help");
@@ -141,7 +183,10 @@ Options parse_options(int argc, const char *const *argv) {
 
             if (is("--scene")) options.scene = value;
             if (is("--sampler")) options.sampler.name = value;
-            if (is("--spp")) options.spp = number(name, value, 1u, MAX_SPP);
+            if (is("--spp")) {
+                options.spp = number(name, value, 1u, MAX_SPP);
+                spp_given = true;
+            }
             if (is("--declare")) options.sampler.declared_spp = number(name, value, 0u, UINT32_MAX);
             if (is("--mask")) options.sampler.mask = value;
             if (is("--seed")) options.sampler.seed = number<uint64_t>(name, value, 0, UINT64_MAX);
@@ -153,11 +198,16 @@ Options parse_options(int argc, const char *const *argv) {
                 options.light_samples = number(name, value, 1u, MAX_LIGHT_SAMPLES);
             if (is("--env")) options.environment = value;
             if (is("--threads")) options.threads = number(name, value, 1u, MAX_THREADS);
+            if (is("--time")) options.time_limit = parse_seconds(name, value);
+            if (is("--write-partial")) options.write_interval = parse_seconds(name, value);
             if (is("--reference")) options.reference = value;
+            if (is("--convergence")) options.convergence = value;
             if (is("--exposure")) parse_exposure(options, value);
             if (is("-o")) options.output = value;
         }
     }
+    if (options.time_limit > 0 && !spp_given)
+        options.spp = std::min(MAX_SPP, UINT32_MAX - options.first_sample);
     if (!options.help && !options.list) check(options);
     return options;
 }

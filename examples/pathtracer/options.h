@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "image.h"
 #include "sampler.h"
@@ -11,7 +12,7 @@
 struct Options {
     std::string scene = "cornell";
     SamplerSettings sampler;
-    uint32_t spp = 16;
+    uint32_t spp = 16; // with a time limit: the most there is, unless given
     uint32_t first_sample = 0;
     int width = 512, height = 512;
     std::optional<Crop> crop; // inside the picture
@@ -19,8 +20,12 @@ struct Options {
     uint32_t light_samples = 0; // at the first surface of a path; 0: as the scene has it
     std::string environment;    // an EXR file, or empty: the scene's own
     unsigned threads;           // default: one per core
+    double time_limit = 0;      // seconds; 0: none
+    double write_interval = 0;  // seconds between partial pictures; 0: none are written
     float exposure = 0;
     std::string reference;
+    std::string convergence;        // a CSV file, or empty
+    std::vector<std::string> merge; // parts to put together: then nothing is rendered
     std::string output;
     bool quiet = false;
     bool list = false;

@@ -2,6 +2,7 @@
 // PNG through libpng's simplified interface: previews out, masks in.
 #include "png_image.h"
 
+#include <bn/bn.h>
 #include <png.h>
 
 #include <cmath>
@@ -24,9 +25,20 @@ float srgb_encode(float v) {
 
 std::vector<char> png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
-    std::vector<uint8_t> pixels(image.rgb.size());
-    for (size_t i = 0; i < pixels.size(); ++i)
-        pixels[i] = static_cast<uint8_t>(255 * srgb_encode(tone_curve(gain * image.rgb[i])) + 0.5f);
+    constexpr int MASK = 64; // texels
+    const uint16_t *ranks = bn_builtin_mask(MASK);
+    // The three channels see different parts of the mask, so that they do not rise together.
+    constexpr int SHIFT_X[3] = {0, 21, 43}, SHIFT_Y[3] = {0, 37, 11};
+    std::vector<uint8_t> pixels;
+    pixels.reserve(image.rgb.size());
+    for (int y = image.crop.y0; y < image.crop.y1; ++y)
+        for (int x = image.crop.x0; x < image.crop.x1; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const float level = 255 * srgb_encode(tone_curve(gain * image.rgb[pixels.size()]));
+                const int texel = (y + SHIFT_Y[c]) % MASK * MASK + (x + SHIFT_X[c]) % MASK;
+                const float threshold = bn_rank_to_float(ranks[texel], MASK * MASK);
+                pixels.push_back(static_cast<uint8_t>(level + threshold));
+            }
 
     png_image png{};
     png.version = PNG_IMAGE_VERSION;

@@ -9,7 +9,8 @@
 #include "image.h"
 
 // An 8-bit sRGB preview as the bytes of a PNG file: exposure in stops, then a curve that leaves
-// middle greys alone and rolls highlights off. Throws Error.
+// middle greys alone and rolls highlights off, then rounding up or down by a blue-noise mask of
+// libbn, so that smooth gradients show no bands. Throws Error.
 std::vector<char> png_encode_preview(const Image &image, float exposure);
 
 struct GreyImage {

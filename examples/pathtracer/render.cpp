@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendering on all cores: threads take small tiles from a counter until none is left. A pixel is
-// summed by one thread, in the order of its samples, so the picture is the same to the bit for any
-// number of threads and any crop.
+// Rendering on all cores: threads take small tiles from a counter until none is left. The samples
+// of a pixel are added in their order, so the film is the same to the bit for any number of threads
+// and any crop.
 #include "render.h"
 
 #include <atomic>
@@ -17,43 +17,47 @@ namespace {
 
 constexpr int TILE_SIZE = 8; // pixels: small, so that the last tiles end together
 
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 struct Job {
     const Integrator *integrator;
     const RenderSettings *settings;
-    Image *image;
+    uint32_t count;
+    Film *film;
     int tiles_x, tile_count;
     std::atomic<int> next_tile{0};
-    std::atomic<int> tiles_done{0};
-    std::atomic<uint64_t> ray_count{0};
-    double cut_off = 0; // guarded by the mutex
+    std::atomic<bool> stop{false};
     std::mutex mutex;
     std::condition_variable finished; // a thread has left
+    PathCounters counters;            // guarded by the mutex, as are the rest
+    int tiles_done = 0;
     unsigned threads_left = 0;
 };
 
-void render_pixel(Job &job, int x, int y, PathCounters &counters) {
-    const RenderSettings &settings = *job.settings;
-    // In double, so that thousands of samples add up without a trace of rounding in the result.
-    double sum[3] = {0, 0, 0};
-    for (uint32_t s = 0; s < settings.spp; ++s) {
-        const Vec3 radiance =
-            trace_path(*job.integrator, x, y, settings.first_sample + s, counters);
-        sum[0] += static_cast<double>(radiance.x);
-        sum[1] += static_cast<double>(radiance.y);
-        sum[2] += static_cast<double>(radiance.z);
+void render_pixel(const Job &job, int x, int y, PathCounters &counters) {
+    const Crop &crop = job.film->crop;
+    const auto row = static_cast<size_t>(y - crop.y0), column = static_cast<size_t>(x - crop.x0);
+    FilmPixel &pixel = job.film->pixels[row * static_cast<size_t>(width(crop)) + column];
+    while (pixel.count < job.count) {
+        const uint32_t index = job.settings->first_sample + pixel.count;
+        PathSample sample = trace_path(*job.integrator, x, y, index, counters);
+        // One such sample would spoil the pixel for ever. It is counted, and said at the end.
+        if (!is_finite(sample.radiance)) {
+            sample.radiance = {0, 0, 0};
+            ++counters.lost;
+        }
+        film_add(pixel, sample);
     }
-    const auto row = static_cast<size_t>(y - settings.crop.y0);
-    const auto column = static_cast<size_t>(x - settings.crop.x0);
-    const auto row_length = static_cast<size_t>(width(settings.crop));
-    float *out = &job.image->rgb[3 * (row * row_length + column)];
-    for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c] / settings.spp);
 }
 
 void render_tiles(Job &job) {
     geometry_thread_begin();
-    const Crop &crop = job.settings->crop;
-    double cut_off = 0;
-    for (;;) {
+    const Crop &crop = job.film->crop;
+    while (!job.stop.load(std::memory_order_relaxed)) {
         const int tile = job.next_tile.fetch_add(1, std::memory_order_relaxed);
         if (tile >= job.tile_count) break;
         const int x0 = crop.x0 + tile % job.tiles_x * TILE_SIZE;
@@ -62,38 +66,28 @@ void render_tiles(Job &job) {
         for (int y = y0; y < std::min(y0 + TILE_SIZE, crop.y1); ++y)
             for (int x = x0; x < std::min(x0 + TILE_SIZE, crop.x1); ++x)
                 render_pixel(job, x, y, counters);
-        cut_off += counters.cut_off;
-        job.ray_count.fetch_add(counters.rays, std::memory_order_relaxed);
-        job.tiles_done.fetch_add(1, std::memory_order_relaxed);
+        const std::lock_guard<std::mutex> lock(job.mutex);
+        job.counters += counters;
+        ++job.tiles_done;
     }
     const std::lock_guard<std::mutex> lock(job.mutex);
-    job.cut_off += cut_off;
     --job.threads_left;
     job.finished.notify_one();
 }
 
 } // namespace
 
-Image render(const Integrator &integrator, const RenderSettings &settings,
-             const std::function<void(const RenderProgress &)> &report, RenderProgress &done) {
-    const Crop &crop = settings.crop;
-    const Camera &camera = integrator.scene->camera;
-    Image image{static_cast<int>(2 * camera.half_width), static_cast<int>(2 * camera.half_height),
-                crop, std::vector<float>(3 * pixel_count(crop))};
+bool render_until(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
+                  Film &film, RenderTotals &totals,
+                  const std::function<bool(double, const RenderTotals &)> &go_on) {
+    const Clock::time_point start = Clock::now();
     Job job;
     job.integrator = &integrator;
     job.settings = &settings;
-    job.image = &image;
-    job.tiles_x = (width(crop) + TILE_SIZE - 1) / TILE_SIZE;
-    job.tile_count = job.tiles_x * ((height(crop) + TILE_SIZE - 1) / TILE_SIZE);
-
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point start = Clock::now();
-    const auto progress = [&] {
-        const double fraction = static_cast<double>(job.tiles_done.load()) / job.tile_count;
-        const std::chrono::duration<double> elapsed = Clock::now() - start;
-        return RenderProgress{fraction, elapsed.count(), job.ray_count.load(), 0};
-    };
+    job.count = count;
+    job.film = &film;
+    job.tiles_x = (width(film.crop) + TILE_SIZE - 1) / TILE_SIZE;
+    job.tile_count = job.tiles_x * ((height(film.crop) + TILE_SIZE - 1) / TILE_SIZE);
 
     std::vector<std::thread> threads;
     {
@@ -107,16 +101,49 @@ Image render(const Integrator &integrator, const RenderSettings &settings,
             // The system gives no more threads: those there are do the work.
             if (threads.empty()) throw Error("the system lets this program start no thread");
         }
-        while (!job.finished.wait_for(lock, std::chrono::milliseconds(250),
+        while (!job.finished.wait_for(lock, std::chrono::milliseconds(100),
                                       [&] { return job.threads_left == 0; })) {
+            const double fraction = static_cast<double>(job.tiles_done) / job.tile_count;
+            RenderTotals so_far = totals;
+            so_far.counters += job.counters;
+            so_far.seconds += seconds_since(start);
             lock.unlock();
-            report(progress());
+            if (!go_on(fraction, so_far)) job.stop = true;
             lock.lock();
         }
     }
     for (std::thread &thread : threads) thread.join();
-    done = progress();
-    done.cut_off = job.cut_off / (static_cast<double>(pixel_count(crop)) * settings.spp);
-    report(done);
-    return image;
+    totals.counters += job.counters;
+    totals.seconds += seconds_since(start);
+    return job.tiles_done == job.tile_count;
+}
+
+double sampling_share(const Integrator &integrator, const RenderSettings &settings,
+                      const Film &film, const RenderTotals &totals) {
+    if (integrator.bounces.empty() || !(totals.seconds > 0)) return 0;
+    const auto seconds_per_draw = [&](int dimensions) {
+        constexpr int DRAWS = 1 << 15;
+        const Crop &crop = film.crop;
+        double fastest = 1;
+        volatile float sink = 0; // so that draws are not left out
+        for (int run = 0; run < 3; ++run) {
+            const Clock::time_point start = Clock::now();
+            float sum = 0;
+            for (int i = 0; i < DRAWS; ++i) {
+                // As paths draw: all the domains of a sample, then the next sample or pixel.
+                const auto bounce = static_cast<size_t>(i / 2) % integrator.bounces.size();
+                const Integrator::BounceDomains &domains = integrator.bounces[bounce];
+                const int x = crop.x0 + i / 64 % width(crop), y = crop.y0 + i / 512 % height(crop);
+                const uint32_t index = settings.first_sample + static_cast<uint32_t>(i / 16 % 4);
+                const PixelSample sample = {integrator.sampler, x, y, index};
+                sum += draw(sample, i % 2 ? domains.light : domains.scatter, dimensions).u[0];
+            }
+            sink = sink + sum;
+            fastest = std::min(fastest, seconds_since(start) / DRAWS);
+        }
+        return fastest;
+    };
+    const double drawing = static_cast<double>(totals.counters.draws_2d) * seconds_per_draw(2) +
+                           static_cast<double>(totals.counters.draws_4d) * seconds_per_draw(4);
+    return drawing / (totals.seconds * settings.threads);
 }

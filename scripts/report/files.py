@@ -41,7 +41,9 @@ def sha256_of(path):
 def read_exr(path):
     """An EXR picture as (float32 array (height, width, 3), dict of its attributes)."""
     with OpenEXR.File(str(path)) as file:
-        return np.array(file.channels()["RGB"].pixels, np.float32), dict(file.header())
+        channels = file.channels()
+        pixels = channels["RGBA" if "RGBA" in channels else "RGB"].pixels
+        return np.array(pixels[..., :3], np.float32), dict(file.header())
 
 
 def write_exr(path, rgb, attributes):

@@ -73,7 +73,7 @@ class Renderer:
             path.parent.mkdir(parents=True, exist_ok=True)
             done = subprocess.run([self.program, *request.arguments(), "--quiet", "-o", path], check=False,
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True)
-            if done.returncode == -signal.SIGINT:
+            if done.returncode in (-signal.SIGINT, 128 + signal.SIGINT):  # what it left is not recorded
                 raise KeyboardInterrupt
             if done.returncode != 0:
                 raise RenderError(done.stderr.strip() or f"{self.program} ended with {done.returncode}")

@@ -40,5 +40,12 @@ class PathTracer:
 def read_exr(path):
     """The picture, float32 (height, width, 3), and the header of an EXR file."""
     with OpenEXR.File(str(path)) as file:
-        pixels = file.channels()["RGB"].pixels
-        return np.array(pixels), dict(file.header())
+        channels = file.channels()
+        pixels = channels["RGBA" if "RGBA" in channels else "RGB"].pixels
+        return np.array(pixels[..., :3]), dict(file.header())
+
+
+def read_layers(path):
+    """All channels of an EXR file by name, each (height, width)."""
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        return {name: np.array(channel.pixels) for name, channel in file.channels().items()}

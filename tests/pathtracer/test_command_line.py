@@ -8,7 +8,9 @@ import signal
 import subprocess
 import time
 
+import numpy as np
 import pytest
+from pathtracer_driver import read_exr, read_layers
 from PIL import Image
 
 HUGE = ["--size", "8192x8192", "--spp", 1000000]  # would take days
@@ -30,7 +32,7 @@ def test_help_and_list(pathtracer):
     text = pathtracer.run("--help")
     assert text.returncode == 0 and text.stderr == ""
     options = "--scene --sampler --spp --declare --size --seed --threads --max-depth --mask --reference"
-    options += " --crop --first-sample --exposure --light-samples --env --quiet --list --help -o"
+    options += " --crop --first-sample --merge --time --write-partial --convergence --exposure --light-samples --env --quiet --list --help -o"
     for option in options.split():
         assert option in text.stdout
     listing = pathtracer.run("--list")
@@ -80,6 +82,14 @@ def test_help_and_list(pathtracer):
         (["--mask", "builtin"], ["--mask", "blue"]),
         (["--sampler", "mask", "--mask", "absent.png"], ["absent.png"]),
         (["--reference", "absent.exr"], ["absent.exr"]),
+        (["--convergence", "out.csv"], ["--convergence", "--reference"]),
+        (["--time", "0"], ["--time", "'0'"]),
+        (["--time", "nan"], ["--time", "'nan'"]),
+        (["--time", "inf"], ["--time", "'inf'"]),
+        (["--write-partial", "-1"], ["--write-partial", "'-1'"]),
+        (["--write-partial"], ["--write-partial", "value"]),
+        (["--merge"], ["--merge"]),
+        (["--merge", "absent.exr"], ["absent.exr"]),
     ],
 )
 def test_bad_arguments(pathtracer, arguments, said):
@@ -197,10 +207,10 @@ def read_terminal(leader, until):
     return shown.decode()
 
 
-def test_a_terminal_sees_progress_and_an_interrupt_leaves_nothing(pathtracer):
+def test_a_terminal_sees_progress_and_an_interrupt_leaves_what_there_is(pathtracer):
     leader, follower = pty.openpty()
     program = subprocess.Popen(
-        [pathtracer.binary, *map(str, HUGE), "-o", "out.exr"],
+        [pathtracer.binary, "--size", "96x64", "--spp", "1000000", "-o", "out.exr"],
         stderr=follower,
         stdout=subprocess.PIPE,
         cwd=pathtracer.folder,
@@ -210,11 +220,36 @@ def test_a_terminal_sees_progress_and_an_interrupt_leaves_nothing(pathtracer):
     os.close(follower)
     shown = read_terminal(leader, b"rays/s")
     program.send_signal(signal.SIGINT)
-    assert program.wait(timeout=20) != 0
+    shown += read_terminal(leader, b"spp")
+    assert program.wait(timeout=60) == 128 + signal.SIGINT
     program.stdout.close()
     os.close(leader)
     assert "rays/s" in shown and "%" in shown
-    assert os.listdir(pathtracer.folder) == []
+    assert "interrupted" in shown and "out.exr" in shown
+    assert sorted(os.listdir(pathtracer.folder)) == ["out.exr", "out.png"]
+    count = read_layers(pathtracer.folder / "out.exr")["count"]
+    assert count.min() >= 1 and count.max() <= 2 * count.min() + 1
+    # What there is, is what a whole run of so many samples shows.
+    spp = int(count[0, 0])
+    part = read_exr(pathtracer.folder / "out.exr")[0][0, 0]
+    whole = pathtracer.image("--size", "96x64", "--crop", "0,0,1,1", "--spp", spp)[0, 0]
+    assert np.array_equal(part, whole)
+
+
+def test_a_second_interrupt_ends_at_once(pathtracer):
+    program = subprocess.Popen(
+        [pathtracer.binary, *map(str, HUGE), "--sampler", "sobol", "-o", "out.exr"],
+        stderr=subprocess.DEVNULL,
+        cwd=pathtracer.folder,
+        preexec_fn=lambda: signal.signal(signal.SIGTERM, signal.SIG_DFL),
+    )
+    time.sleep(1.5)
+    program.send_signal(signal.SIGTERM)
+    time.sleep(0.05)
+    program.send_signal(signal.SIGTERM)
+    assert program.wait(timeout=30) in (-signal.SIGTERM, 128 + signal.SIGTERM)
+    names = os.listdir(pathtracer.folder)
+    assert all(name in ("out.exr", "out.png") or ".part-" in name for name in names)
 
 
 def test_a_terminal_sees_the_time_left(pathtracer):

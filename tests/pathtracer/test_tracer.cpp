@@ -44,15 +44,21 @@ Picture picture(Scene &scene, const Settings &settings) {
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator =
         integrator_create(scene, *geometry, sampler.get(), settings.max_depth);
-    RenderProgress done{};
-    const Image image = render(
-        integrator, {{0, 0, SIZE, SIZE}, 0, settings.spp, 1}, [](const RenderProgress &) {}, done);
+    RenderTotals totals;
+    Film film = film_create(SIZE, SIZE, {0, 0, SIZE, SIZE});
+    render_until(integrator, {0, 1}, settings.spp, film, totals,
+                 [](double, const RenderTotals &) { return true; });
+    const Image image = film_image(film);
+    CHECK(totals.counters.lost == 0, "%g samples were no numbers",
+          static_cast<double>(totals.counters.lost));
     double sum = 0;
     for (const float v : image.rgb) {
         CHECK(std::isfinite(v) && v >= 0, "a pixel is %g", static_cast<double>(v));
         sum += static_cast<double>(v);
     }
-    return {image.rgb, sum / static_cast<double>(image.rgb.size()), done.cut_off, done.ray_count};
+    return {image.rgb, sum / static_cast<double>(image.rgb.size()),
+            totals.counters.cut_off / (static_cast<double>(SIZE) * SIZE * settings.spp),
+            totals.counters.rays};
 }
 
 void check_near(double value, double expected, double relative, const char *what) {

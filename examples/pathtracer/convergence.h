@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the error of a picture falls while it is rendered.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "image.h"
+
+struct ConvergenceRow {
+    uint32_t spp;
+    double seconds; // of rendering, from its start
+    double rmse;
+    double relative_rmse;  // see difference.h
+    double rmse_1, rmse_2; // after Gaussians of 1.0 and 2.1 pixels
+};
+
+ConvergenceRow convergence_row(const Image &image, const Image &reference, uint32_t spp,
+                               double seconds);
+
+// The rows as a CSV file with a header line.
+std::vector<char> convergence_csv(const std::vector<ConvergenceRow> &rows);

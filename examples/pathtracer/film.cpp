@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the samples of each pixel add up to.
+#include "film.h"
+
+#include <algorithm>
+
+namespace {
+
+void add_to_mean(double (&mean)[3], Vec3 value, double share) {
+    mean[0] += share * (static_cast<double>(value.x) - mean[0]);
+    mean[1] += share * (static_cast<double>(value.y) - mean[1]);
+    mean[2] += share * (static_cast<double>(value.z) - mean[2]);
+}
+
+void merge_means(double (&mean)[3], const double (&other)[3], double share) {
+    for (int c = 0; c < 3; ++c) mean[c] += share * (other[c] - mean[c]);
+}
+
+float pixel_luminance(const FilmPixel &pixel) {
+    return luminance({static_cast<float>(pixel.radiance[0]), static_cast<float>(pixel.radiance[1]),
+                      static_cast<float>(pixel.radiance[2])});
+}
+
+} // namespace
+
+Film film_create(int full_width, int full_height, const Crop &crop) {
+    return {full_width, full_height, crop, std::vector<FilmPixel>(pixel_count(crop))};
+}
+
+void film_add(FilmPixel &pixel, const PathSample &sample) {
+    const double share = 1.0 / ++pixel.count;
+    const double radiance[3] = {static_cast<double>(sample.radiance.x),
+                                static_cast<double>(sample.radiance.y),
+                                static_cast<double>(sample.radiance.z)};
+    for (int c = 0; c < 3; ++c) {
+        const double difference = radiance[c] - pixel.radiance[c];
+        pixel.radiance[c] += share * difference;
+        pixel.squares[c] += difference * (radiance[c] - pixel.radiance[c]);
+    }
+    add_to_mean(pixel.albedo, sample.albedo, share);
+    add_to_mean(pixel.normal, sample.normal, share);
+    if (sample.hit) pixel.depth += (static_cast<double>(sample.depth) - pixel.depth) / ++pixel.hits;
+}
+
+void film_merge(FilmPixel &pixel, const FilmPixel &other) {
+    if (other.count == 0) return;
+    const double count = static_cast<double>(pixel.count) + other.count;
+    const double share = other.count / count;
+    for (int c = 0; c < 3; ++c) {
+        const double difference = other.radiance[c] - pixel.radiance[c];
+        pixel.squares[c] +=
+            other.squares[c] + difference * difference * share * static_cast<double>(pixel.count);
+    }
+    merge_means(pixel.radiance, other.radiance, share);
+    merge_means(pixel.albedo, other.albedo, share);
+    merge_means(pixel.normal, other.normal, share);
+    pixel.count += other.count;
+    pixel.hits += other.hits;
+    if (other.hits > 0)
+        pixel.depth += static_cast<double>(other.hits) / pixel.hits * (other.depth - pixel.depth);
+}
+
+SampleCounts film_counts(const Film &film) {
+    SampleCounts counts = {film.pixels[0].count, film.pixels[0].count};
+    for (const FilmPixel &pixel : film.pixels) {
+        counts.least = std::min(counts.least, pixel.count);
+        counts.most = std::max(counts.most, pixel.count);
+    }
+    return counts;
+}
+
+Image film_image(const Film &film) {
+    Image image{film.full_width, film.full_height, film.crop, {}};
+    image.rgb.reserve(3 * film.pixels.size());
+    for (const FilmPixel &pixel : film.pixels)
+        for (const double v : pixel.radiance) image.rgb.push_back(static_cast<float>(v));
+    return image;
+}
+
+double film_variance(const FilmPixel &pixel, int channel) {
+    return pixel.count < 2 ? 0 : pixel.squares[channel] / (pixel.count - 1);
+}
+
+uint64_t film_fireflies(const Film &film) {
+    const int columns = width(film.crop), rows = height(film.crop);
+    std::vector<float> brightness;
+    brightness.reserve(film.pixels.size());
+    double sum = 0;
+    for (const FilmPixel &pixel : film.pixels) {
+        brightness.push_back(pixel_luminance(pixel));
+        sum += static_cast<double>(brightness.back());
+    }
+    const auto mean = static_cast<float>(sum / static_cast<double>(film.pixels.size()));
+    uint64_t fireflies = 0;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const auto at = [&](int column, int row) {
+                return brightness[static_cast<size_t>(row) * static_cast<size_t>(columns) +
+                                  static_cast<size_t>(column)];
+            };
+            if (!(at(x, y) > 10 * mean)) continue;
+            float first = 0, second = 0; // of the neighbours
+            for (int row = std::max(y - 1, 0); row <= std::min(y + 1, rows - 1); ++row)
+                for (int column = std::max(x - 1, 0); column <= std::min(x + 1, columns - 1);
+                     ++column) {
+                    if (row == y && column == x) continue;
+                    const float v = at(column, row);
+                    second = std::max(second, std::min(v, first));
+                    first = std::max(first, v);
+                }
+            if (at(x, y) > 10 * second) ++fireflies;
+        }
+    return fireflies;
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame from its first sample to its last.
+#include "frame.h"
+
+#include <algorithm>
+
+namespace {
+
+// At most so many samples are taken of one tile before another is begun, so that an interruption is
+// heard.
+constexpr uint32_t LONGEST_PASS = 256;
+
+// The count after `count` in 1, 2, 3, 4, 6, 8, 12, 16, 24 ...
+uint32_t next_count(uint32_t count) {
+    uint32_t power = 1;
+    while (power <= count / 2) power *= 2;
+    const uint32_t step = count < 2 ? 1 : power / 2;
+    return count + std::min(step, LONGEST_PASS);
+}
+
+// The end of the next pass such that it should fit into the time left; `count` when none does.
+uint32_t count_in_time(uint32_t count, uint32_t next, double seconds, double time_limit) {
+    if (count == 0) return 1;
+    const double per_sample = seconds / count;
+    const double fitting = (time_limit - seconds) / per_sample;
+    return fitting >= next - count ? next : count + static_cast<uint32_t>(std::max(fitting, 0.0));
+}
+
+} // namespace
+
+FrameEnd render_frame(const Integrator &integrator, const FrameSettings &settings, Film &film,
+                      RenderTotals &totals, const FrameEvents &events,
+                      const volatile std::sig_atomic_t &interrupted) {
+    double last_write = totals.seconds;
+    for (uint32_t count = 0; count < settings.spp;) {
+        uint32_t next = std::min(next_count(count), settings.spp);
+        if (settings.time_limit > 0) {
+            next = count_in_time(count, next, totals.seconds, settings.time_limit);
+            if (next == count) return FrameEnd::TIME_IS_UP;
+        }
+        const auto go_on = [&](double fraction, const RenderTotals &so_far) {
+            const double samples = count + fraction * (next - count);
+            double done = samples / settings.spp;
+            if (settings.time_limit > 0)
+                done = std::max(done, std::min(so_far.seconds / settings.time_limit, 1.0));
+            events.progress(done, so_far);
+            const bool write_now = settings.write_interval > 0 &&
+                                   so_far.seconds - last_write >= settings.write_interval;
+            return !interrupted && !write_now;
+        };
+        while (!render_until(integrator, settings.render, next, film, totals, go_on)) {
+            if (interrupted) return FrameEnd::INTERRUPTED;
+            events.write(totals);
+            last_write = totals.seconds;
+        }
+        count = next;
+        events.pass_done(count, totals);
+        if (interrupted && count < settings.spp) return FrameEnd::INTERRUPTED;
+    }
+    return FrameEnd::COMPLETE;
+}

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures in parts: regions and ranges of samples merged, written on the way, ended by the clock."""
+
+import csv
+import resource
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from pathtracer_driver import read_exr, read_layers
+from scipy.ndimage import gaussian_filter
+from test_command_line import failure
+
+SIZE = ["--size", "45x37"]
+
+
+def merge(pathtracer, *parts):
+    return pathtracer.render("--merge", *parts)
+
+
+def test_merged_regions_equal_the_whole_to_the_bit(pathtracer):
+    common = [*SIZE, "--spp", 6]
+    whole = read_layers(pathtracer.render(*common))
+    crops = ["0,0,20,37", "20,0,45,11", "20,11,45,37"]
+    merged = read_layers(merge(pathtracer, *(pathtracer.render(*common, "--crop", c) for c in crops)))
+    assert sorted(merged) == sorted(whole)
+    for name, values in whole.items():
+        if name.startswith("variance"):  # through single precision and back
+            np.testing.assert_allclose(merged[name], values, rtol=1e-6)
+        else:
+            assert np.array_equal(merged[name], values), name
+
+
+@pytest.mark.parametrize("scene", ["cornell", "lens"])
+def test_merged_samples_equal_the_whole(pathtracer, scene):
+    """Also ranges of different lengths, in any order, and merged before."""
+    common = ["--scene", scene, *SIZE, "--seed", 3]
+    whole_path = pathtracer.render(*common, "--spp", 11)
+    whole = read_layers(whole_path)
+    ranges = [(7, 4), (0, 1), (1, 6)]
+    parts = [pathtracer.render(*common, "--first-sample", f, "--spp", n) for f, n in ranges]
+    for path in (merge(pathtracer, *parts), merge(pathtracer, merge(pathtracer, *parts[1:]), parts[0])):
+        merged = read_layers(path)
+        for name, values in whole.items():
+            # Of means of samples that cancel, the error is relative to the samples.
+            scale = max(1.0, float(np.abs(values).max())) if name != "count" else 0
+            if name.startswith("variance"):
+                np.testing.assert_allclose(merged[name], values, rtol=1e-5, atol=1e-6 * scale)
+            else:
+                np.testing.assert_allclose(merged[name], values, rtol=1e-6, atol=1e-6 * scale)
+        header, expected = read_exr(path)[1], read_exr(whole_path)[1]
+        for name in ("spp", "firstSample", "endSample", "rays", "seed", "scene", "sampler"):
+            assert header[name] == expected[name], name
+
+
+def test_parts_that_miss_pixels_leave_them_empty(pathtracer):
+    parts = [pathtracer.render(*SIZE, "--spp", 2, "--crop", c) for c in ("0,0,10,10", "20,20,30,30")]
+    path = merge(pathtracer, *parts)
+    layers = read_layers(path)
+    low, high = read_exr(path)[1]["dataWindow"]
+    assert [*low, *high] == [0, 0, 29, 29]
+    assert (layers["count"][:10, :10] == 2).all() and (layers["count"][20:, 20:] == 2).all()
+    assert layers["count"].sum() == 2 * 200
+    assert all((values[layers["count"] == 0] == 0).all() for values in layers.values())
+
+
+def test_parts_that_do_not_belong_together(pathtracer):
+    common = [*SIZE, "--spp", 2]
+    first = pathtracer.render(*common)
+    out = ["-o", "out.exr"]
+    assert "same samples" in failure(pathtracer, "--merge", first, first, *out)
+    overlapping = pathtracer.render(*common, "--first-sample", 1)
+    assert "same samples" in failure(pathtracer, "--merge", first, overlapping, *out)
+    later = ["--first-sample", 2]
+    for name, changed in [
+        ("seed", ["--seed", 1]),
+        ("sampler", ["--sampler", "sobol"]),
+        ("scene", ["--scene", "furnace"]),
+        ("max depth", ["--max-depth", 3]),
+        ("light samples", ["--light-samples", 2]),
+        ("declared", ["--declare", 4]),
+        ("size", ["--size", "37x45"]),
+    ]:
+        other = pathtracer.render(*common, *later, *changed)
+        assert name in failure(pathtracer, "--merge", first, other, *out)
+
+
+@pytest.mark.parametrize("damage", ["truncated", "foreign", "empty", "flipped"])
+def test_a_part_that_is_none(pathtracer, damage):
+    part = pathtracer.render(*SIZE, "--spp", 2)
+    good = pathtracer.render(*SIZE, "--spp", 2, "--first-sample", 2)
+    whole = part.read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(20 if damage == "flipped" else 1):
+        flipped = bytearray(whole)
+        for position in rng.integers(0, len(whole), 3):
+            flipped[position] ^= 1 << int(rng.integers(8))
+        part.write_bytes(
+            {"truncated": whole[:2000], "foreign": b"text" * 999, "empty": b"", "flipped": flipped}[damage]
+        )
+        done = pathtracer.run("--merge", good, part, "-o", "out.exr")
+        # A flipped bit may leave a picture that is one.
+        if damage == "flipped" and done.returncode == 0:
+            continue
+        assert done.returncode == 1 and done.stdout == ""
+        assert done.stderr.startswith("pathtracer: ") and done.stderr.count("\n") == 1
+        assert not (pathtracer.folder / "out.exr").exists()
+
+
+def test_a_picture_of_another_program_is_no_part(pathtracer):
+    import OpenEXR
+
+    path = pathtracer.folder / "other.exr"
+    rgb = np.zeros((4, 4, 3), np.float32)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": rgb}) as file:
+        file.write(str(path))
+    message = failure(pathtracer, "--merge", path, "-o", "out.exr")
+    assert "other.exr" in message and "this program" in message
+
+
+def test_convergence(pathtracer):
+    """Each row is what a run of so many samples would have."""
+    common = ["--size", "40x30", "--seed", 2]
+    reference = pathtracer.render(*common, "--spp", 96, "--seed", 1)
+    path = pathtracer.folder / "rows.csv"
+    done = pathtracer.run(*common, "--spp", 11, "--reference", reference, "--convergence", path, "-o", "out.exr")
+    assert done.returncode == 0, done.stderr
+    with open(path, newline="") as file:
+        rows = [{name: float(v) for name, v in row.items()} for row in csv.DictReader(file)]
+    assert list(rows[0]) == ["spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1"]
+    assert [row["spp"] for row in rows] == [1, 2, 3, 4, 6, 8, 11]
+    seconds = [row["seconds"] for row in rows]
+    assert seconds == sorted(seconds) and seconds[0] > 0
+    wanted = read_exr(reference)[0].astype(np.float64)
+    for row in (rows[0], rows[4], rows[6]):
+        error = pathtracer.image(*common, "--spp", int(row["spp"])) - wanted
+        for name, sigma in [("rmse", 0), ("rmse_1.0", 1.0), ("rmse_2.1", 2.1)]:
+            blurred = gaussian_filter(error, (sigma, sigma, 0)) if sigma else error
+            assert row[name] == pytest.approx(np.sqrt(np.mean(blurred**2)), rel=1e-6)
+        relative = error / (wanted + 0.1 * wanted.mean())
+        assert row["relative_rmse"] == pytest.approx(np.sqrt(np.mean(relative**2)), rel=1e-6)
+
+
+def test_passes_do_not_change_a_bit(pathtracer):
+    common = ["--size", "40x30", "--spp", 13]
+    plain = pathtracer.render(*common)
+    written = pathtracer.render(*common, "--write-partial", 0.001, "--threads", 1)
+    for name, values in read_layers(plain).items():
+        assert np.array_equal(values, read_layers(written)[name]), name
+
+
+def test_a_time_limit(pathtracer):
+    began = time.monotonic()
+    path = pathtracer.render("--size", "64x64", "--time", 1)
+    took = time.monotonic() - began
+    header = read_exr(path)[1]
+    # What is asked for is rendering time; loading a program takes some, a busy machine more.
+    assert 0.3 < header["seconds"] < 3 and took < 30
+    assert header["spp"] > 1
+    assert (read_layers(path)["count"] == header["spp"]).all()
+    few = read_exr(pathtracer.render("--size", "64x64", "--time", 1000, "--spp", 2))[1]
+    assert few["spp"] == 2
+    one = read_exr(pathtracer.render("--size", "64x64", "--time", 1e-6))[1]
+    assert one["spp"] == 1
+
+
+def test_partial_pictures_appear_and_a_full_disk_does_not_end_the_run(pathtracer):
+    arguments = ["--size", "96x64", "--spp", "1000000", "--write-partial", "0.3", "-o", "out.exr"]
+    program = subprocess.Popen([pathtracer.binary, *arguments], cwd=pathtracer.folder, stderr=subprocess.PIPE,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    out = pathtracer.folder / "out.exr"
+    seen = set()
+    deadline = time.monotonic() + 60
+    while len(seen) < 2 and time.monotonic() < deadline:
+        time.sleep(0.1)
+        if out.exists():
+            seen.add(read_exr(out)[1]["spp"])
+    assert len(seen) >= 2
+    program.send_signal(signal.SIGINT)
+    assert program.wait(timeout=60) == 128 + signal.SIGINT
+    program.stderr.close()
+    assert read_exr(out)[1]["spp"] >= max(seen)
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+
+    done = pathtracer.run("--size", "96x64", "--spp", "1000000", "--time", 2, "--write-partial", 0.5,
+                          "-o", "full.exr", preexec_fn=limit)
+    lines = done.stderr.splitlines()
+    assert done.returncode == 1 and len(lines) >= 2
+    assert all("rendering goes on" in line for line in lines[:-1]) and "full.exr" in lines[-1]
+    assert not (pathtracer.folder / "full.exr").exists()
+
+
+def test_fireflies_are_counted(pathtracer):
+    """Glass in a studio has paths that only chance finds: few samples show fireflies, a lone lamp none."""
+    def count(*arguments):
+        return int(read_exr(pathtracer.render(*arguments))[1]["fireflies"])
+
+    assert count("--scene", "glass", "--size", "128x96", "--spp", 2, "--sampler", "white") > 0
+    assert count("--scene", "furnace", "--size", "64x64", "--spp", 2) == 0
+
+
+def test_the_share_of_sampling_is_told(pathtracer):
+    path = pathtracer.folder / "out.exr"
+    done = pathtracer.run("--size", "64x64", "--spp", 16, "-o", path)
+    assert "% sampling" in done.stdout
+    share = read_exr(path)[1]["samplingShare"]
+    assert 0.001 < share < 0.9
