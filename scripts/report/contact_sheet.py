@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sheets of pictures side by side, each pixel shown as a whole number of pixels: noise must not be resampled."""
 
+import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
@@ -18,6 +19,19 @@ def zoomed(image, box, size):
         raise ValueError(f"a part of {width}x{height} pixels does not enlarge to {size} by whole numbers")
     part = image.crop((left, top, left + width, top + height))
     return part.resize((size, size), Image.Resampling.NEAREST)
+
+
+def grey(values):
+    """An array of bytes as a grey image that sits beside coloured ones."""
+    return Image.fromarray(values).convert("RGB")
+
+
+def preview(rgb, exposure=0.0):
+    """An 8-bit image of linear radiance through the path tracer's tone curve, brighter by `exposure` stops."""
+    shoulder, light = 0.6, np.maximum(np.asarray(rgb, np.float64) * 2.0**exposure, 0)
+    light = np.where(light < shoulder, light, 1 - (1 - shoulder) * np.exp(np.minimum(shoulder - light, 0) / (1 - shoulder)))
+    encoded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return Image.fromarray(np.floor(255 * encoded + 0.5).astype(np.uint8))
 
 
 def sheet(cells, row_names, column_names, title=""):

@@ -6,17 +6,17 @@ import csv
 import io
 import shutil
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from . import page
-from .contact_sheet import sheet, zoomed
+from .contact_sheet import grey, sheet, zoomed
 from .files import read_exr, write_image, write_text, written_beside
 from .image_error import SIGMAS, blurred, error_image, luminance_error, radial_spectrum, rmse
-from .renders import RenderError, Renderer, Request
+from .progress import Progress
+from .renderer import RenderError, Renderer, Request
 
 SAMPLERS = ("white", "sobol", "blue")
 # Samples per pixel, and how many seeds the table takes of each: pictures of few samples differ more.
@@ -31,29 +31,6 @@ PART = (64, 166, 64, 64)
 # The same for the README's picture, at the count where it is seen best.
 README_PART, README_COUNT, README_SIZE = (40, 150, 96, 96), 4, 288
 PARTS = 64
-
-
-class Progress:
-    """One line on a terminal, nothing in a pipe."""
-
-    def __init__(self, total):
-        self.total, self.shown = total, sys.stderr.isatty()
-        self.last_done, self.last_time = 0.0, time.monotonic()
-        self.rendered, self.busy = 0.0, 0.0  # what was really rendered now, not found from before, and its seconds
-
-    def __call__(self, what, done):
-        now = time.monotonic()
-        if now - self.last_time > 0.05:
-            self.rendered += done - self.last_done
-            self.busy += now - self.last_time
-        self.last_done, self.last_time = done, now
-        if self.shown:
-            left = f"{(self.total - done) * self.busy / self.rendered:.0f} s left" if self.rendered else ""
-            print(f"\r{100 * done / self.total:5.1f} %  {what}  {left}\033[K", end="", file=sys.stderr, flush=True)
-
-    def close(self):
-        if self.shown:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def render_all(renderer):
@@ -140,8 +117,8 @@ def write_csv(path, rows):
             writer.writerow([row["sampler"], row["spp"], *row["rmse"], row["seconds"]])
 
 
-def grey(error, full_scale):
-    return Image.fromarray(error_image(error, full_scale)).convert("RGB")
+def grey_error(error, full_scale):
+    return grey(error_image(error, full_scale))
 
 
 def readme_picture(cells):
@@ -150,7 +127,7 @@ def readme_picture(cells):
     errors = {sampler: blurred(cells[sampler, README_COUNT].error, 1.0) for sampler in SAMPLERS}
     full_scale = 3 * float(np.std(errors["white"][top:top + height, left:left + width]))
     rows = [[[zoomed(cells[sampler, README_COUNT].whole, README_PART, README_SIZE)] for sampler in SAMPLERS],
-            [[zoomed(grey(errors[sampler], full_scale), README_PART, README_SIZE)] for sampler in SAMPLERS]]
+            [[zoomed(grey_error(errors[sampler], full_scale), README_PART, README_SIZE)] for sampler in SAMPLERS]]
     return sheet(rows, (f"{README_COUNT} spp", "error,\nblurred"), SAMPLERS)
 
 
@@ -161,7 +138,7 @@ class Cells:
         self.error = luminance_error(read_exr(path)[0], reference)
         self.whole = Image.open(path.with_suffix(".png")).convert("RGB")
         self.part = zoomed(self.whole, PART, SIZE)
-        self.difference = grey(self.error, full_scale)
+        self.difference = grey_error(self.error, full_scale)
 
 
 def make_cells(pictures, reference):

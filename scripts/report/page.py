@@ -44,12 +44,17 @@ def picture(image, caption):
             f'alt="{caption}" src="data:image/png;base64,{source}"></div><figcaption>{caption}</figcaption></figure>')
 
 
-def chart(figure, caption):
-    """A figure of a Matplotlib figure, as SVG."""
+def svg(figure, fit=True):
+    """A Matplotlib figure as the text of an SVG file; fit: cut to what is drawn, which takes as long as drawing."""
     data = io.StringIO()
-    figure.savefig(data, format="svg", bbox_inches="tight")
-    svg = data.getvalue()
-    return f"<figure><div class=wide>{svg[svg.index('<svg'):]}</div><figcaption>{html.escape(caption)}</figcaption></figure>"
+    figure.savefig(data, format="svg", bbox_inches="tight" if fit else None)
+    return data.getvalue()
+
+
+def chart(figure, caption):
+    """A figure of a Matplotlib figure or of the text of an SVG file."""
+    text = figure if isinstance(figure, str) else svg(figure)
+    return f"<figure><div class=wide>{text[text.index('<svg'):]}</div><figcaption>{html.escape(caption)}</figcaption></figure>"
 
 
 def page(title, sections):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from report.image_error import blurred, error_image, luminance_error, radial_spectrum, rmse
+from report.image_error import blurred, error_image, luminance_error, radial_spectrum, rmse, spectrum_image
 
 
 def noise(shape, seed=1):
@@ -104,3 +104,13 @@ def test_wrong_arguments_are_refused():
         rmse(image, image, 1, "clamp")
     with pytest.raises(ValueError):
         error_image(image, 0)
+
+
+def test_spectrum_image_is_dark_where_there_is_no_power():
+    error = noise((96, 128))
+    image = spectrum_image(error - blurred(error, 2.0, "toroidal"), 1.0)
+    assert image.shape == error.shape and image.dtype == np.uint8
+    # The middle has lost its low frequencies, the corner has kept what it had: three quarters of the way up.
+    assert image[46:51, 62:67].max() < 100 and abs(float(image[:8, :8].mean()) - 0.75 * 255) < 12
+    with pytest.raises(ValueError):
+        spectrum_image(error, 0)

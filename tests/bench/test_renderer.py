@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders are made once, made again when what they depend on changes, and finished where they were left."""
+"""Pictures are made once, made again when what they depend on changes, and finished where they were left."""
 
 import subprocess
 
 import numpy as np
 import pytest
-from report import renders
+from report import renderer
 from report.files import read_exr, write_exr, written_beside
 from report.image_error import SIGMAS, rmse
-from report.renders import RenderError, Renderer, Request
+from report.renderer import RenderError, Renderer, Request
 
 SMALL = Request("sobol", spp=8, seed=5, width=24, height=16)
 
@@ -23,7 +23,7 @@ def runs(monkeypatch):
         commands.append(command)
         return real(command, **options)
 
-    monkeypatch.setattr(renders.subprocess, "run", counted)
+    monkeypatch.setattr(renderer.subprocess, "run", counted)
     return commands
 
 

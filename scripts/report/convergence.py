@@ -1,0 +1,355 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How fast samplers converge on one scene, your own too: `scripts/convergence my.gltf`
+
+Renders a reference (once: it is kept in ~/.cache/libbn), then one progressive run of each sampler that writes its
+error as it goes, and pictures at a few counts. Makes of them report.html with plots of error against samples and
+against seconds, a slider that compares two pictures, and sheets of crops, error images and their spectra; the figures
+are in convergence.csv.
+"""
+
+import argparse
+import csv
+import hashlib
+import io
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from scipy import ndimage
+
+from . import comparison, page
+from .contact_sheet import grey, preview, sheet, zoomed
+from .files import read_exr, write_image, write_text
+from .flip import FlipMissing, mean_flip
+from .image_error import LUMINANCE, SIGMAS, error_image, luminance_error, radial_spectrum, spectrum_image
+from .palette import style
+from .progress import Progress
+from .renderer import RenderError, Renderer, Request, cache_folder, progressive, run_pathtracer
+
+FIELDS = ("sampler", "spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")
+SHOWN_COUNTS = (1, 4, 16, 64, 256)
+# No sample in common with the pictures, whatever seed those have.
+REFERENCE_SEED = 1_000_003
+REFERENCE_PARTS = 32
+
+
+class UsageError(Exception):
+    """Something about the arguments; the message is one line."""
+
+
+def run_convergence(program, request, reference_path, output, threads=None):
+    """The rows of one progressive run, as dicts of numbers; the picture it ends with goes to `output`."""
+    table = output.with_suffix(".csv")
+    run_pathtracer(program, [*request.arguments(), *(["--threads", threads] if threads else []), "--quiet",
+                             "--reference", reference_path, "--convergence", table, "-o", output])
+    with open(table, newline="", encoding="utf-8") as file:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    return [{**row, "spp": int(row["spp"])} for row in rows]
+
+
+def scene_label(scene):
+    """A name for files and headings: a built-in scene's own, or that of the file."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", Path(scene).stem) or "scene"
+
+
+def reference_name(request):
+    """Where the reference of this request is kept; scenes from files of the same name are told apart by path."""
+    scene = request.scene
+    where = f"-{hashlib.sha256(str(Path(scene).resolve()).encode()).hexdigest()[:8]}" if Path(scene).exists() else ""
+    more = f"-{hashlib.sha256(repr(request.more).encode()).hexdigest()[:8]}" if request.more else ""
+    return (f"{scene_label(scene)}{where}{more}-{request.width}x{request.height}-{request.sampler}"
+            f"-{request.spp}.exr")
+
+
+def make_reference(program, request, folder, report=lambda fraction: None):
+    """The path of the reference for scene, size and further options of this request, in the folder of the cache."""
+    return Renderer(program, folder).reference(request, reference_name(request), REFERENCE_PARTS, report)
+
+
+def given_reference(path, size):
+    """A reference of the user's own, checked before anything is rendered."""
+    try:
+        picture, _ = read_exr(path)
+    except (OSError, RuntimeError, KeyError, ValueError) as error:
+        raise UsageError(f"{path} is not an EXR picture that can be read ({error})") from None
+    if picture.shape[:2] != (size[1], size[0]):
+        raise UsageError(f"the reference {path} has {picture.shape[1]}x{picture.shape[0]} pixels, the pictures "
+                         f"{size[0]}x{size[1]}; set --size or take another reference")
+    return Path(path).resolve()
+
+
+def measure(options, reference_path, progress, done):
+    """(rows of all samplers, {(sampler, spp): path of the EXR}) for the counts that are shown."""
+    reference, _ = read_exr(reference_path)
+    renderer = Renderer(options.pathtracer, options.out, options.threads)
+    rows, pictures = [], {}
+    for sampler in options.samplers:
+        request = Request(sampler, options.spp, options.seed, options.scene, *options.size,
+                          exposure=options.exposure, more=options.more)
+        progress(f"{sampler}, one run of {options.spp} spp", done)
+        final = options.out / f"{sampler}_progressive.exr"
+        own = run_convergence(options.pathtracer, request, reference_path, final, options.threads)
+        done += options.spp
+        for row, (spp, picture, _) in zip(own, progressive(options.pathtracer, request, [r["spp"] for r in own],
+                                                           options.threads)):
+            progress(f"{sampler}, FLIP of {spp} spp", done)
+            rows.append({"sampler": sampler, **row, "flip": mean_flip(picture, reference)})
+            done += options.spp / len(own)
+        for spp in shown_counts(options.spp):
+            progress(f"{sampler}, {spp} spp", done)
+            shown = Request(sampler, spp, options.seed, options.scene, *options.size, exposure=options.exposure,
+                            more=options.more)
+            pictures[sampler, spp] = renderer.render(shown, f"{sampler}_{spp}.exr")
+            done += spp
+        # What the progressive run ends with is one of these.
+        for leftover in (final, final.with_suffix(".png"), final.with_suffix(".csv")):
+            leftover.unlink(missing_ok=True)
+    return rows, pictures
+
+
+def shown_counts(spp):
+    counts = [n for n in SHOWN_COUNTS if n < spp]
+    return [*counts[-3:], spp]
+
+
+def write_csv(path, rows):
+    out = io.StringIO()
+    writer = csv.DictWriter(out, FIELDS, lineterminator="\n", extrasaction="ignore")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, out.getvalue())
+
+
+def part_worth_showing(reference, picture):
+    """(left, top, width, height) of the square of a quarter of the picture's side in which it is noisy and has
+    something to see, lights and fireflies left out."""
+    def local_mean(values):
+        return ndimage.uniform_filter(np.minimum(values, np.quantile(values, 0.9)), side, mode="constant")
+
+    height, width = reference.shape[:2]
+    side = max(1, min(width, height) // 4)
+    edges = ndimage.gaussian_gradient_magnitude(np.asarray(reference @ LUMINANCE, np.float64), 1.0)
+    sums = local_mean(np.abs(luminance_error(picture, reference))) * local_mean(edges)
+    inside = sums[side // 2:height - (side - 1) // 2, side // 2:width - (side - 1) // 2]
+    top, left = np.unravel_index(np.argmax(inside), inside.shape)
+    return int(left), int(top), side, side
+
+
+def make_sheet(spp, samplers, errors, previews, part):
+    """Per sampler: the picture, its part enlarged, its error and the spectrum of that."""
+    white = errors[samplers[0]]
+    full_scale = max(float(np.quantile(np.abs(white), 0.95)), 1e-12)
+    level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
+    size = part[2] * max(1, min(white.shape) // part[2])
+    rows = [[[previews[s]] for s in samplers], [[zoomed(previews[s], part, size)] for s in samplers],
+            [[grey(error_image(errors[s], full_scale))] for s in samplers],
+            [[grey(spectrum_image(errors[s], level))] for s in samplers]]
+    return sheet(rows, ("picture", "enlarged", "error", "spectrum"), samplers, f"{spp} samples per pixel")
+
+
+def charts(rows, samplers, errors):
+    """[(name, SVG, caption)]: error against samples, against seconds, and spectra."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+
+    measures = (("rmse", "RMSE"), ("rmse_2.1", "RMSE after sigma 2.1"), ("flip", "mean FLIP"))
+    result = []
+    for key, label in (("spp", "samples per pixel"), ("seconds", "seconds of rendering")):
+        figure, axes = pyplot.subplots(1, 3, figsize=(11.5, 3.8))
+        for axis, (measure_key, title) in zip(axes, measures):
+            for sampler in samplers:
+                own = [row for row in rows if row["sampler"] == sampler]
+                axis.loglog([row[key] for row in own], [row[measure_key] for row in own], **style(sampler, samplers))
+            axis.set(title=title, xlabel=label)
+            if key == "spp":
+                axis.set_xscale("log", base=2)
+                axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.grid(True, which="both", alpha=.25)
+        axes[0].legend()
+        figure.tight_layout()
+        result.append((f"error_{key}.svg", page.svg(figure, fit=False),
+                       f"Error against {label}, one progressive run of each sampler."))
+    counts = sorted({spp for _, spp in errors})
+    figure, axes = pyplot.subplots(1, len(counts), figsize=(11.5, 3.2), sharey=True, squeeze=False)
+    for axis, spp in zip(axes[0], counts):
+        level = max(float(np.mean(radial_spectrum(errors[samplers[0], spp])[1])), 1e-30)
+        for sampler in samplers:
+            frequency, power = radial_spectrum(errors[sampler, spp])
+            axis.semilogy(frequency, power / level, **{**style(sampler, samplers), "marker": None})
+        axis.set(title=f"{spp} spp", xlabel="cycles per pixel")
+        axis.grid(True, alpha=.25)
+    axes[0][0].set_ylabel(f"power, mean of {samplers[0]} = 1")
+    axes[0][0].legend()
+    figure.tight_layout()
+    result.append(("spectra.svg", page.svg(figure, fit=False),
+                   "Radially averaged power spectra of the luminance error. Blue noise has little power at low "
+                   "frequencies: what is left after blurring."))
+    pyplot.close("all")
+    return result
+
+
+HEADER = ("sampler", "spp", "seconds", "RMSE", "relative", "sigma 1.0", "sigma 2.1", "FLIP")
+
+
+def table_texts(rows, counts):
+    shown = sorted((row for row in rows if row["spp"] in counts), key=lambda row: row["spp"])
+    return [(row["sampler"], str(row["spp"]), f"{row['seconds']:.3f}", f"{row['rmse']:.5f}",
+             f"{row['relative_rmse']:.4f}", f"{row['rmse_1.0']:.5f}", f"{row['rmse_2.1']:.5f}", f"{row['flip']:.4f}")
+            for row in shown]
+
+
+def text_table(header, lines):
+    widths = [max(map(len, column)) for column in zip(header, *lines)]
+    return "".join(line[0].ljust(widths[0]) + "  " + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n"
+                   for line in (header, *lines))
+
+
+def write_report(options, reference_path, rows, pictures, notes):
+    reference, _ = read_exr(reference_path)
+    samplers, counts = options.samplers, shown_counts(options.spp)
+    images = {key: read_exr(path)[0] for key, path in pictures.items()}
+    errors = {key: luminance_error(image, reference) for key, image in images.items()}
+    previews = {key: Image.open(path.with_suffix(".png")).convert("RGB") for key, path in pictures.items()}
+    part = part_worth_showing(reference, images[samplers[0], counts[min(1, len(counts) - 1)]])
+    sheets = {spp: make_sheet(spp, samplers, {s: errors[s, spp] for s in samplers},
+                              {s: previews[s, spp] for s in samplers}, part) for spp in counts}
+    for spp, image in sheets.items():
+        write_image(options.out / f"sheet_{spp}.png", image)
+
+    found = {(row["sampler"], row["spp"]): row["rmse_2.1"] for row in rows}
+    name = scene_label(options.scene)
+    slider = comparison.widget({name: {
+        "size": options.size, "reference": comparison.data_uri(preview(reference, options.exposure), lossless=True),
+        "counts": {spp: {s: (comparison.data_uri(previews[s, spp], lossless=True), found[s, spp]) for s in samplers}
+                   for spp in counts}}}, left=samplers[0], right=samplers[-1], spp=counts[min(1, len(counts) - 1)])
+    figures = charts(rows, samplers, errors)
+    sections = [("Compare", [slider]),
+                ("Error", [page.table(HEADER, table_texts(rows, counts)), *map(page.paragraph, notes),
+                           *(page.chart(text, caption) for _, text, caption in figures)])]
+    sections += [(f"{spp} samples per pixel", [page.picture(
+        image, "The picture, a noisy part of it enlarged, the signed luminance error (grey is none; one scale for all "
+        "samplers) and the power spectrum of that (frequency 0 in the middle, black a thousandth of white's mean).")])
+        for spp, image in sheets.items()]
+    for file_name, text, _ in figures:
+        write_text(options.out / file_name, text)
+    write_text(options.out / "report.html", page.page(f"Convergence of samplers: {name}", sections))
+
+
+def parse_size(text):
+    match = re.fullmatch(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"WIDTHxHEIGHT in pixels, not '{text}'")
+    return int(match[1]), int(match[2])
+
+
+def parse_samplers(text):
+    names = list(dict.fromkeys(name for name in text.split(",") if name))
+    if not names:
+        raise argparse.ArgumentTypeError("names of samplers with commas between them")
+    return names
+
+
+def positive(text):
+    if not re.fullmatch(r"[1-9][0-9]{0,7}", text):
+        raise argparse.ArgumentTypeError(f"a whole number from 1, not '{text}'")
+    return int(text)
+
+
+def seed(text):
+    if not re.fullmatch(r"[0-9]{1,19}", text):
+        raise argparse.ArgumentTypeError(f"a whole number, not '{text}'")
+    return int(text)
+
+
+def parse_options(arguments):
+    parser = argparse.ArgumentParser(
+        prog="scripts/convergence", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
+        epilog="What follows -- goes to the path tracer as it is: scripts/convergence my.gltf -- --env sky.exr")
+    parser.add_argument("scene", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
+    parser.add_argument("--samplers", type=parse_samplers, default=["white", "sobol", "blue"], metavar="A,B,...",
+                        help="what to compare, the one to beat first (default white,sobol,blue)")
+    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel in the end (default 64)")
+    parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="default 256x256")
+    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="seed of the samplers (default 1)")
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brightness of the pictures, in stops")
+    parser.add_argument("--reference", metavar="FILE", help="an EXR of your own instead of rendering one")
+    parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
+                        help="samples of the reference, a multiple of 32 (default 2048)")
+    parser.add_argument("--threads", type=positive, metavar="N", help="(default: one per core)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default out/convergence/SCENE)")
+    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
+                        help=argparse.SUPPRESS)
+    arguments = list(arguments)
+    more = ()
+    if "--" in arguments:
+        more = tuple(arguments[arguments.index("--") + 1:])
+        arguments = arguments[:arguments.index("--")]
+    options = parser.parse_args(arguments)
+    options.more = more
+    options.out = options.out or Path("out/convergence") / scene_label(options.scene)
+    if options.reference_spp % REFERENCE_PARTS:
+        parser.error(f"--reference-spp is a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", options.scene) and not Path(options.scene).is_file():
+        parser.error(f"there is no file {options.scene}")
+    return options
+
+
+def run(arguments):
+    options = parse_options(arguments)
+    # Names and sizes are tried on one sample before hours of a reference are begun.
+    if options.reference:
+        reference_path = given_reference(options.reference, options.size)
+    options.out.mkdir(parents=True, exist_ok=True)
+    for sampler in options.samplers:
+        run_pathtracer(options.pathtracer, [*Request(sampler, 1, options.seed, options.scene, *options.size,
+                                                     more=options.more).arguments(),
+                                            "--quiet", "-o", options.out / ".probe.exr"])
+    for suffix in (".exr", ".png"):
+        (options.out / f".probe{suffix}").unlink(missing_ok=True)
+
+    wanted = 0 if options.reference else options.reference_spp
+    each = 2 * options.spp + sum(shown_counts(options.spp))
+    progress = Progress(wanted + len(options.samplers) * each)
+    try:
+        if not options.reference:
+            request = Request("sobol", wanted, REFERENCE_SEED, options.scene, *options.size, more=options.more)
+            reference_path = make_reference(options.pathtracer, request, cache_folder() / "references",
+                                            lambda share: progress(f"reference, {wanted} spp", share * wanted))
+        rows, pictures = measure(options, reference_path, progress, wanted)
+    finally:
+        progress.close()
+    attributes = read_exr(reference_path)[1]
+    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels, seed {options.seed}. RMSE is over pixels "
+             "and channels, linear in radiance; relative, each pixel's error is divided by the reference there; sigma is "
+             "a Gaussian blur in pixels before: what is left from a distance. FLIP is the mean of HDR-FLIP. Seconds are "
+             "of rendering alone, of one progressive run."]
+    if "error0" in attributes:
+        own = ", ".join(f"{attributes[f'error{i}']:.5f} after sigma {sigma}" for i, sigma in enumerate(SIGMAS) if sigma)
+        own = f"{attributes['error0']:.5f}, {own}"
+        notes.append(f"Reference: sampler sobol, {attributes['spp']} spp, another seed. Its own error is about {own}; "
+                     "figures near that say little.")
+    write_csv(options.out / "convergence.csv", rows)
+    write_report(options, reference_path, rows, pictures, notes)
+    print(text_table(HEADER, table_texts(rows, shown_counts(options.spp))))
+    for note in notes:
+        print(note)
+    print(f"Written: {options.out}/report.html, convergence.csv, plots, sheets, and an EXR and a PNG of each picture.")
+
+
+def main(arguments=None):
+    try:
+        run(sys.argv[1:] if arguments is None else arguments)
+    except (RenderError, UsageError, FlipMissing) as error:
+        sys.exit(f"convergence: {error}")
+    except OSError as error:
+        sys.exit(f"convergence: {error}")
+    except KeyboardInterrupt:
+        sys.exit("convergence: interrupted; what is rendered is kept, run it again to go on")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One colour and one marker for each sampler in every plot of rendered pictures, told apart without colour too."""
+
+# The hues of Okabe and Ito's palette, which stay apart for colour-blind eyes.
+STYLES = {
+    "white": ("#767676", "o"),
+    "sobol": ("#d55e00", "s"),
+    "zorder": ("#009e73", "^"),
+    "mask": ("#cc79a7", "v"),
+    "mask, neural": ("#56b4e9", "D"),
+    "blue": ("#0050b0", "o"),
+    "blue, declared": ("#0050b0", "P"),
+}
+MORE = (("#e69f00", "X"), ("#8c564b", "*"), ("#17becf", "h"))
+
+
+def style(name, names):
+    """Keyword arguments of a Matplotlib line for one of `names`."""
+    others = [other for other in names if other not in STYLES]
+    colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
+    return {"color": colour, "marker": marker, "markersize": 4, "label": name,
+            "linewidth": 2.2 if name == "blue" else 1.3, "linestyle": "--" if name == "blue, declared" else "-"}

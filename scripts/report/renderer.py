@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Renders through the path tracer that are made once and kept while nothing they depend on has changed.
+
+A file is valid while its record in renders.json names the same request (options and the SHA-256 of the path
+tracer, which holds libbn) and the file has the bytes that were written then. References take minutes: they are
+rendered in parts, so that an interrupted one goes on where it was, and are valid while the path tracer still
+gives the same bits for one sample in every pixel, so that a change of another sampler leaves them alone.
+"""
+
+import dataclasses
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .files import read_exr, sha256_of, write_exr, write_text
+
+
+class RenderError(Exception):
+    """The path tracer failed; the message is its own line."""
+
+
+def cache_folder():
+    """Where references and measured rows outlive a build: $XDG_CACHE_HOME/libbn, by default ~/.cache/libbn."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "libbn"
+
+
+def run_pathtracer(program, arguments):
+    """What it printed. RenderError has its own line when it fails."""
+    try:
+        done = subprocess.run([program, *map(str, arguments)], check=False, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True)
+    except OSError as error:
+        raise RenderError(f"{program} does not run ({error.strerror}); build it with scripts/setup") from None
+    # Ended by the signal, or by itself: what it left then is not whole.
+    if done.returncode in (-signal.SIGINT, 128 + signal.SIGINT):
+        raise KeyboardInterrupt
+    if done.returncode != 0:
+        raise RenderError(done.stderr.strip() or f"{program} ended with {done.returncode}")
+    return done.stdout
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """What decides a picture."""
+
+    sampler: str
+    spp: int
+    seed: int = 0
+    scene: str = "cornell"
+    width: int = 256
+    height: int = 256
+    first_sample: int = 0
+    exposure: float = 0.0  # stops, of the preview only
+    declared: int = 0  # samples the sampler is told of; 0: none
+    mask: str = ""  # of the sampler "mask"; empty: the path tracer's default
+    more: tuple = ()  # further options, as they are
+
+    def arguments(self):
+        return ["--scene", self.scene, "--sampler", self.sampler, "--spp", str(self.spp),
+                "--seed", str(self.seed), "--size", f"{self.width}x{self.height}",
+                "--first-sample", str(self.first_sample), "--exposure", str(self.exposure),
+                *(["--declare", str(self.declared)] if self.declared else []),
+                *(["--mask", self.mask] if self.mask else []), *self.more]
+
+    def key(self):
+        """All that decides the picture, for a record; options that are not used are not in it."""
+        key = dataclasses.asdict(self)
+        return {name: value for name, value in key.items() if value or name not in ("declared", "mask", "more")}
+
+
+def progressive(program, request, counts, threads=None):
+    """Yields (spp, picture, attributes) for each of the ascending counts, as one run that goes on shows them.
+
+    Each sample is rendered once: pictures are means of the parts so far, in double. Of the attributes, seconds
+    and rays are sums over the parts.
+    """
+    total, first, sums = 0.0, 0, {"seconds": 0.0, "rays": 0}
+    with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        for spp in counts:
+            part = dataclasses.replace(request, spp=spp - first, first_sample=request.first_sample + first)
+            path = Path(folder) / "part.exr"
+            run_pathtracer(program, [*part.arguments(), *(["--threads", threads] if threads else []), "--quiet",
+                                     "-o", path])
+            picture, attributes = read_exr(path)
+            total = total + picture.astype(np.float64) * (spp - first)
+            first = spp
+            sums = {"seconds": sums["seconds"] + float(attributes["seconds"]),
+                    "rays": sums["rays"] + int(attributes["rays"])}
+            yield spp, (total / spp).astype(np.float32), {**attributes, **sums, "spp": spp}
+
+
+class Renderer:
+    """Renders into one folder, which it keeps the records of."""
+
+    def __init__(self, program, folder, threads=None):
+        self.program = Path(program)
+        self.folder = Path(folder)
+        self.threads = threads  # None: all
+        try:
+            self._program_sha256 = sha256_of(self.program)
+        except OSError as error:
+            raise RenderError(f"there is no path tracer {program} ({error.strerror}); "
+                              "build it with scripts/setup") from None
+        self._records_path = self.folder / "renders.json"
+        try:
+            self._records = json.loads(self._records_path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            self._records = {}  # none yet, or not ours: everything is rendered again
+
+    def _key(self, request, **more):
+        return {"program": self._program_sha256, **request.key(), **more}
+
+    def _valid(self, path, key):
+        record = self._records.get(str(path.relative_to(self.folder)), {})
+        return record.get("key") == key and path.is_file() and record.get("sha256") == sha256_of(path)
+
+    def _record(self, path, key):
+        self._records[str(path.relative_to(self.folder))] = {"key": key, "sha256": sha256_of(path)}
+        write_text(self._records_path, json.dumps(self._records, indent=1, sort_keys=True) + "\n")
+
+    def render(self, request, name, **more):
+        """The path of the EXR `name`; a preview PNG lies beside it. Rendered unless it is there already.
+
+        more: what else must be as it was then, besides the request and the program.
+        """
+        path, key = self.folder / name, self._key(request, **more)
+        if not self._valid(path, key) or not path.with_suffix(".png").is_file():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            threads = ["--threads", self.threads] if self.threads else []
+            run_pathtracer(self.program, [*request.arguments(), *threads, "--quiet", "-o", path])
+            self._record(path, key)
+        return path
+
+    def reference(self, request, name, part_count=64, report=lambda fraction: None):
+        """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
+
+        Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS: half of what its
+        two halves differ by. meanError is the standard error of its mean luminance, from the parts.
+        report(fraction) is called as parts are done.
+        """
+        if request.spp % part_count or part_count % 2:
+            raise ValueError(f"{request.spp} samples do not divide into {part_count} equal parts in two halves")
+        path = self.folder / name
+        last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
+        # The path tracer may be the same and the files of a scene other ones.
+        is_file = Path(request.scene).exists()
+        probe_name = f"{path.stem}-probe.exr"
+        if is_file:
+            self._records.pop(probe_name, None)
+        probe = hashlib.sha256(read_exr(self.render(last_sample, probe_name))[0].tobytes()).hexdigest()
+        key = self._key(request, parts=part_count, program=probe)
+        if self._valid(path, key):
+            return path
+        part_spp = request.spp // part_count
+        parts = []
+        for i in range(part_count):
+            report(i / part_count)
+            part = dataclasses.replace(request, spp=part_spp, first_sample=request.first_sample + i * part_spp)
+            parts.append(self.render(part, f"{path.stem}-part-{i:02d}.exr", **({"probe": probe} if is_file else {})))
+        self._merge(parts, path)
+        self._record(path, key)
+        for part in parts:
+            self._records.pop(part.name, None)
+            part.unlink()
+            part.with_suffix(".png").unlink(missing_ok=True)
+        report(1.0)
+        return path
+
+    def _merge(self, parts, path):
+        from .image_error import LUMINANCE, SIGMAS, rmse
+
+        pictures, attributes = zip(*(read_exr(part) for part in parts))
+        half = len(pictures) // 2
+        first, second = (np.mean(group, axis=0, dtype=np.float64)
+                         for group in (pictures[:half], pictures[half:]))
+        own_error = {f"error{i}": rmse(first, second, sigma) / 2 for i, sigma in enumerate(SIGMAS)}
+        means = [float(np.mean(picture @ LUMINANCE)) for picture in pictures]
+        own_error["meanError"] = float(np.std(means, ddof=1) / np.sqrt(len(means)))
+        kept = ("scene", "sampler", "seed", "firstSample", "maxDepth", "software", "version")
+        write_exr(path, (first + second) / 2, {
+            **{name: attributes[0][name] for name in kept if name in attributes[0]}, **own_error,
+            "spp": sum(a["spp"] for a in attributes),
+            "seconds": float(sum(a["seconds"] for a in attributes))})
