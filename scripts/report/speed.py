@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the path tracer's seconds buy: time to an error, the share spent in sampling, threads, and rays per second
+beside the path tracer of Embree's own tools.
+
+Everything compared is run in turn, and medians are taken, so that what else the machine does falls on all alike.
+Timed runs have one thread unless they are about threads, and nothing else runs beside them.
+"""
+
+import os
+import platform
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .convergence import run_convergence
+from .embree_scene import CORNELL_VIEW, cornell_xml
+from .files import read_exr
+from .progress import Progress
+from .renderer import Request, run_pathtracer
+
+TIMED_SAMPLERS = ("white", "sobol", "blue")
+TIMED_SPP = 64
+DECLARED_COUNTS = (1, 4, 16, 64)
+ROUNDS = 5
+FIRST_SEED = 1000  # none of those of the tables
+PAIRS = 5
+THREADS = 2
+
+
+def timed(program, arguments, threads, folder):
+    """(picture, attributes) of a run."""
+    path = Path(folder) / "timed.exr"
+    run_pathtracer(program, [*arguments, "--threads", threads, "--quiet", "-o", path])
+    return read_exr(path)
+
+
+def progressive_runs(program, scene, size, reference, spp, rounds, folder, step):
+    """{sampler: rows of spp, seconds (median) and errors (root mean square) over `rounds` seeds} of one scene."""
+    found = {}
+    for seed in range(FIRST_SEED, FIRST_SEED + rounds):
+        for sampler in TIMED_SAMPLERS:
+            step(f"{scene}, {sampler}, in seconds")
+            request = Request(sampler, spp, seed, scene, *size)
+            rows = run_convergence(program, request, reference, folder / "run.exr", 1)
+            found.setdefault(sampler, []).append(rows)
+        declared = []
+        for n in (n for n in DECLARED_COUNTS if n <= spp):
+            request = Request("blue", n, seed, scene, *size, declared=n)
+            declared.append(run_convergence(program, request, reference, folder / "run.exr", 1)[-1])
+        found.setdefault("blue, declared", []).append(declared)
+    return {sampler: [{"spp": same[0]["spp"], "seconds": statistics.median(row["seconds"] for row in same),
+                       **{name: float(np.sqrt(np.mean([row[name] ** 2 for row in same])))
+                          for name in ("rmse", "rmse_1.0", "rmse_2.1")}} for same in zip(*runs)]
+            for sampler, runs in found.items()}
+
+
+def sampling_shares(program, variants, size, folder):
+    """{label: share of the frame spent in drawing, median of three} on cornell, as the path tracer reports it."""
+    shares = {}
+    for _ in range(3):
+        for label, variant in variants.items():
+            request = Request(variant.sampler, TIMED_SPP, 0, "cornell", *size, mask=variant.mask,
+                              declared=TIMED_SPP if variant.declare else 0)
+            attributes = timed(program, request.arguments(), 1, folder)[1]
+            if "samplingShare" in attributes:
+                shares.setdefault(label, []).append(float(attributes["samplingShare"]))
+    return {label: statistics.median(values) for label, values in shares.items()}
+
+
+def thread_pairs(program, size, spp, folder, step):
+    """[(seconds of one thread, seconds of two)], in turn."""
+    pairs = []
+    for _ in range(PAIRS):
+        step("one thread and two")
+        pairs.append(tuple(float(timed(program, Request("blue", spp, 0, "cornell", *size).arguments(), n, folder)[1]
+                                 ["seconds"]) for n in (1, THREADS)))
+    return pairs
+
+
+def find_embree(wanted=None):
+    """The path tracer of Embree's tools, by any of its names, or None: `pathtracer` may be another program."""
+    for name in [wanted] if wanted else ["embree_pathtracer", "pathtracer"]:
+        path = shutil.which(name)
+        if path:
+            try:
+                text = subprocess.run([path, "--help"], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                                      timeout=10, check=False).stdout
+            except (OSError, subprocess.TimeoutExpired):
+                continue
+            if "Embree" in text and "--max-path-length" in text:
+                return path
+    return None
+
+
+def embree_pairs(program, embree, size, spp, folder, step):
+    """Millions of rays per second of both on the Cornell box, in turn. Both count every ray they trace, shadow rays
+    too; Embree's reads the box from a file. See embree_scene.py for what differs."""
+    scene = folder / "cornell.xml"
+    scene.write_text(cornell_xml(), encoding="utf-8")
+    # Its length counts the ray from the camera, our depth the surfaces after that.
+    common = [embree, "-i", scene, *CORNELL_VIEW, "--size", *size, "--spp", spp, "--max-path-length", 9, "--threads", 1]
+    pairs = []
+    for _ in range(PAIRS):
+        step("Embree's path tracer")
+        attributes = timed(program, Request("blue", spp, 0, "cornell", *size).arguments(), 1, folder)[1]
+        done = subprocess.run([str(word) for word in [*common, "--benchmark", 1, 3]], stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, check=False, cwd=folder)
+        found = re.search(r"BENCHMARK_RENDER_MRAYPS_AVG\s+([0-9.]+)", done.stdout)
+        if done.returncode != 0 or not found:
+            lines = (done.stderr or done.stdout).strip().splitlines()
+            return {"failed": lines[-1] if lines else f"it ended with {done.returncode}"}
+        pairs.append((1e-6 * int(attributes["rays"]) / float(attributes["seconds"]), float(found[1])))
+    return {"pairs": pairs, "program": Path(embree).name}
+
+
+def machine():
+    """A line about what was timed on."""
+    model = platform.processor() or platform.machine()
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                model = line.split(":", 1)[1].strip()
+                break
+    except OSError:
+        pass
+    return f"{model}, {os.cpu_count()} processors"
+
+
+def measure_all(options, store, references):
+    """Everything timed, as one dict; kept like pictures are, until --retime."""
+    from .renders import DIRECT, VARIANTS
+
+    scenes = [scene for scene in DIRECT if scene in references]
+    spp, rounds = (16, 2) if options.quick else (TIMED_SPP, ROUNDS)
+    embree = find_embree(options.embree)
+    if options.embree and not embree:
+        print(f"bench: {options.embree} is not the path tracer of Embree's tools; its row is left out", file=sys.stderr)
+    size, big = options.size, ((128, 128) if options.quick else (256, 256))
+    key = {"timed": [scenes, list(options.samplers), size, big, spp, rounds, embree], "machine": machine(),
+           "references": [str(references[scene][0]) for scene in scenes]}
+    found = None if options.retime else store.load(key)
+    if found:
+        return found[0]
+    progress = Progress(len(scenes) * rounds * len(TIMED_SAMPLERS) + 2 * PAIRS + 1, "runs")
+    done = [0]
+
+    def step(what):
+        progress(what, done[0], found=done[0] == 0)
+        done[0] += 1
+
+    result = {"machine": machine(), "spp": spp, "rounds": rounds, "big": big, "runs": {}}
+    try:
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            folder = Path(folder)
+            for scene in scenes:
+                result["runs"][scene] = progressive_runs(options.pathtracer, scene, size, references[scene][0], spp,
+                                                         rounds, folder, step)
+            step("share of sampling")
+            result["shares"] = sampling_shares(options.pathtracer, {label: VARIANTS[label] for label in options.samplers},
+                                               size, folder)
+            result["threads"] = thread_pairs(options.pathtracer, big, 16, folder, step)
+            result["embree"] = embree_pairs(options.pathtracer, embree, big, 4, folder, step) if embree else None
+    finally:
+        progress.close()
+    store.save(key, result, {})
+    return result
