@@ -139,6 +139,8 @@ Environment environment_sky(Vec3 to_sun) {
 }
 
 Environment environment_read(const std::string &path) {
+    if (path == "sky") return environment_sky(normalize({-0.40f, 0.62f, 0.68f}));
+    if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
     const Image image = exr_read(path);
     const int width = ::width(image.crop), height = ::height(image.crop);
     std::vector<Vec3> texels(pixel_count(image.crop));

@@ -27,7 +27,8 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels);
 // A clear sky with a sun in it, wider than the real one, and a ground below.
 Environment environment_sky(Vec3 to_sun);
 
-// Reads a latitude-longitude EXR file. Throws Error.
+// Reads a latitude-longitude EXR file. Two names are no files: "sky" is environment_sky, and "none"
+// is black. Throws Error.
 Environment environment_read(const std::string &path);
 
 Vec3 environment_radiance(const Environment &environment, Vec3 direction);

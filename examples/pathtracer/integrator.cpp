@@ -86,18 +86,25 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         const Vec3 out = -ray.direction;
         const float facing = dot(hit.normal, out); // > 0: the front is seen
         const bool front = facing > 0;
-        if (surface.light >= 0 && front) {
+        if (surface.light >= 0 &&
+            (front || scene.lights[static_cast<size_t>(surface.light)].both_sides)) {
             const Light &light = scene.lights[static_cast<size_t>(surface.light)];
             const float found = light_samples > 0 ? light_samples * light.probability *
                                                         light_pdf(light, hit.distance, facing)
                                                   : 0;
-            radiance += power_heuristic(scatter_pdf, found) * (throughput * light.radiance);
+            const Vec3 shining =
+                light.mapped ? emission_at(scene, {hit.triangle, hit.u, hit.v}) : light.radiance;
+            radiance += power_heuristic(scatter_pdf, found) * (throughput * shining);
         }
-        const Material &material = scene.materials[surface.material];
+        const Material &even = scene.materials[surface.material];
+        Material varied; // only where something differs from place to place
+        if (even.maps >= 0) varied = material_at(scene, even, {hit.triangle, hit.u, hit.v});
+        const Material &material = even.maps >= 0 ? varied : even;
         const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
-        const Vec3 shading = scene.normals.empty() ? normal
-                                                   : shading_normal(scene, hit.triangle, hit.u,
-                                                                    hit.v, hit.normal, out);
+        const Vec3 shading =
+            scene.normals.empty() && scene.maps.empty()
+                ? normal
+                : shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, out);
         const Vec3 place = ray.origin + hit.distance * ray.direction;
         if (bounce == 0) {
             result.hit = true;
@@ -139,13 +146,23 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
             const Vec3 scattered = material_eval(material, front, local_out, in);
             if (!(max_component(scattered) > 0) || !agree(in.z, to_light.direction)) continue;
             ++counters.rays;
-            const Vec3 end = light.kind == Light::ENVIRONMENT
-                                 ? to_light.point
-                                 : offset_point(to_light.point, light.normal, 0);
+            const Vec3 end = light.area > 0 ? offset_point(to_light.point,
+                                                           dot(light.normal, to_light.direction) < 0
+                                                               ? light.normal
+                                                               : -light.normal,
+                                                           0)
+                                            : to_light.point;
             if (occluded(*integrator.geometry, start(in.z), end)) continue;
             const float pdf = static_cast<float>(count) * light.probability * to_light.pdf;
-            const float weight = power_heuristic(pdf, material_pdf(material, front, local_out, in));
-            radiance += (weight / pdf) * (throughput * scattered * to_light.radiance);
+            const float weight =
+                light_has_extent(light)
+                    ? power_heuristic(pdf, material_pdf(material, front, local_out, in))
+                    : 1;
+            const Vec3 shining =
+                light.mapped
+                    ? emission_at(scene, {light.triangle, to_light.place.x, to_light.place.y})
+                    : to_light.radiance;
+            radiance += (weight / pdf) * (throughput * scattered * shining);
         }
 
         // ---- The next ray, and roulette for it

@@ -35,6 +35,14 @@ void record_error(void *user, RTCError, const char *message) {
     if (first->empty()) *first = message ? message : "unknown error";
 }
 
+// Rays go on where the surface has a hole. One ray at a time is all this program traces.
+void pass_cut_outs(const RTCFilterFunctionNArguments *query) {
+    const auto &scene = *static_cast<const Scene *>(query->geometryUserPtr);
+    const uint32_t triangle = RTCHitN_primID(query->hit, query->N, 0);
+    const float u = RTCHitN_u(query->hit, query->N, 0), v = RTCHitN_v(query->hit, query->N, 0);
+    if (query->valid[0] != 0 && is_cut_out(scene, {triangle, u, v})) query->valid[0] = 0;
+}
+
 RTCRay make_ray(Vec3 origin, Vec3 direction, float far) {
     RTCRay ray;
     ray.org_x = origin.x;
@@ -71,6 +79,11 @@ GeometryPointer geometry_build(const Scene &scene) {
                                              sizeof(Vec3), scene.vertices.size());
     void *triangles = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               sizeof(Triangle), scene.triangles.size());
+    if (scene.has_cut_outs) {
+        rtcSetGeometryUserData(mesh, const_cast<Scene *>(&scene)); // read only
+        rtcSetGeometryIntersectFilterFunction(mesh, pass_cut_outs);
+        rtcSetGeometryOccludedFilterFunction(mesh, pass_cut_outs);
+    }
     if (vertices && triangles) {
         std::copy(scene.vertices.begin(), scene.vertices.end(), static_cast<Vec3 *>(vertices));
         std::copy(scene.triangles.begin(), scene.triangles.end(),

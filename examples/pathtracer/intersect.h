@@ -15,7 +15,7 @@ struct Hit {
     float u, v;        // weights of the second and the third vertex
 };
 
-// The acceleration structure of a scene. It holds no reference to the scene.
+// The acceleration structure of a scene. It refers to a scene that has cut-outs, and to no other.
 struct Geometry;
 struct GeometryDelete {
     void operator()(Geometry *geometry) const;

@@ -1,58 +1,95 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights: parallelograms and triangles that shine from their front, the side of the normal, and the
-// environment. Densities are per steradian as seen from the lit point, so that they compare with
-// those of materials.
+// Lights: parallelograms and triangles that shine from their front, the side of the normal, or from
+// both sides; the environment; and lights without extent, which no ray can hit. Densities are per
+// steradian as seen from the lit point, so that they compare with those of materials; lights
+// without extent have one of 1.
 #pragma once
 
 #include "environment.h"
 #include "math.h"
 
 struct Light {
-    enum Kind { PARALLELOGRAM, TRIANGLE, ENVIRONMENT };
+    enum Kind { PARALLELOGRAM, TRIANGLE, ENVIRONMENT, POINT, SPOT, DIRECTIONAL };
     Kind kind;
-    Vec3 corner, edge_u, edge_v;
-    Vec3 normal; // unit
+    Vec3 corner, edge_u, edge_v; // POINT, SPOT: the corner is the place
+    Vec3 normal;                 // unit. SPOT, DIRECTIONAL: the direction in which it shines
     float area;
-    Vec3 radiance;
+    Vec3 radiance; // POINT, SPOT: power per steradian. DIRECTIONAL: irradiance of a
+                   // surface across it
     const Environment *environment; // of the scene; its own radiance counts
-    float distance;                 // ENVIRONMENT: that is beyond everything in the scene
-    float probability;              // of being chosen among the lights; scene_finish sets it
+    float distance;          // ENVIRONMENT, DIRECTIONAL: that is beyond everything in the scene
+    float probability;       // of being chosen among the lights; scene_finish sets it
+    bool both_sides = false; // PARALLELOGRAM, TRIANGLE: shines from its back as well
+    bool mapped = false; // TRIANGLE: `radiance` is a mean, and emission_at() tells that of a place
+    uint32_t triangle = 0; // the one in the scene that a TRIANGLE is; scene_finish sets it
+    float cosine_inner = 1, cosine_outer = 0; // SPOT: full within, nothing beyond, smooth between
 };
+
+// Whether scattered rays can find it too.
+inline bool light_has_extent(const Light &light) {
+    return light.kind < Light::POINT;
+}
 
 struct LightSample {
     Vec3 point;     // where it comes from
     Vec3 direction; // unit, from the lit point to it
     Vec3 radiance;
-    float pdf; // per steradian; 0: the light does not shine there
+    float pdf;  // per steradian; 0: the light does not shine there
+    Vec2 place; // TRIANGLE: the weights of its second and third vertex
 };
+
+// What a spot leaves of its light in a direction, by the cosine of the angle to its axis.
+inline float spot_share(const Light &light, float cosine) {
+    const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
+    const float t = std::clamp((cosine - light.cosine_outer) / range, 0.0f, 1.0f);
+    return t * t;
+}
 
 // A point chosen evenly on the light's area, or a direction by the light of the environment.
 inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     if (light.kind == Light::ENVIRONMENT) {
         const EnvironmentSample s = environment_sample(*light.environment, u);
         return {lit_point + light.distance * s.direction, s.direction,
-                environment_radiance(*light.environment, s.direction), s.pdf};
+                environment_radiance(*light.environment, s.direction), s.pdf, u};
+    }
+    if (light.kind == Light::DIRECTIONAL)
+        return {lit_point - light.distance * light.normal, -light.normal, light.radiance, 1, u};
+    if (!light_has_extent(light)) {
+        const Vec3 to_light = light.corner - lit_point;
+        const float squared = dot(to_light, to_light);
+        if (!(squared > 0)) return {light.corner, {}, {}, 0, u};
+        const Vec3 direction = (1 / std::sqrt(squared)) * to_light;
+        const float share =
+            light.kind == Light::SPOT ? spot_share(light, -dot(direction, light.normal)) : 1;
+        return {light.corner, direction, (share / squared) * light.radiance,
+                share > 0 ? 1.0f : 0.0f, u};
     }
     if (light.kind == Light::TRIANGLE) u = square_to_triangle(u);
     const Vec3 point = light.corner + u.x * light.edge_u + u.y * light.edge_v;
     const Vec3 to_light = point - lit_point;
     const float squared = dot(to_light, to_light);
-    const float along_normal = -dot(light.normal, to_light);
-    if (!(along_normal > 0)) return {point, {}, {}, 0};
+    const float facing = -dot(light.normal, to_light);
+    const float along_normal = light.both_sides ? std::abs(facing) : facing;
+    if (!(along_normal > 0)) return {point, {}, {}, 0, u};
     const float distance = std::sqrt(squared);
     return {point, (1 / distance) * to_light, light.radiance,
-            squared * distance / (along_normal * light.area)};
+            squared * distance / (along_normal * light.area), u};
 }
 
 // The density with which light_sample chooses a point of an area light at that distance, seen under
-// cosine > 0.
+// a cosine that is not 0.
 inline float light_pdf(const Light &light, float distance, float cosine) {
-    return distance * distance / (cosine * light.area);
+    return distance * distance / (std::abs(cosine) * light.area);
 }
 
 // What makes it worth choosing: the power it sends into a scene of that radius, as luminance.
 inline float light_power(const Light &light, float scene_radius) {
     if (light.kind == Light::ENVIRONMENT)
         return light.environment->irradiance * PI * scene_radius * scene_radius;
-    return luminance(light.radiance) * PI * light.area;
+    const float bright = luminance(light.radiance);
+    if (light.kind == Light::DIRECTIONAL) return bright * PI * scene_radius * scene_radius;
+    if (light.kind == Light::POINT) return bright * 4 * PI;
+    if (light.kind == Light::SPOT)
+        return bright * 2 * PI * (1 - 0.5f * (light.cosine_inner + light.cosine_outer));
+    return bright * PI * light.area * (light.both_sides ? 2.0f : 1.0f);
 }

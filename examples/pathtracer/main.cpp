@@ -123,6 +123,9 @@ void run_render(const Options &options) {
     if (!options.environment.empty())
         environment = std::make_shared<Environment>(environment_read(options.environment));
     Scene scene = scene_build(options.scene, environment);
+    if (!options.quiet)
+        for (const std::string &note : scene.notes)
+            std::fprintf(stderr, "pathtracer: %s\n", note.c_str());
     if (options.light_samples > 0) scene.light_samples = options.light_samples;
     const uint64_t last_sample = (uint64_t{1} << 32) / scene.light_samples;
     uint32_t spp = options.spp;

@@ -16,16 +16,22 @@
 
 struct Material {
     enum Kind : uint32_t {
-        DIFFUSE,   // Lambert, on both sides alike
-        CONDUCTOR, // metal: GGX, on both sides alike
-        DIELECTRIC // glass: GGX, reflects and transmits; the back is the inside
+        DIFFUSE,           // Lambert, on both sides alike
+        CONDUCTOR,         // metal: GGX, on both sides alike
+        DIELECTRIC,        // glass: GGX, reflects and transmits; the back is the inside
+        METALLIC_ROUGHNESS // of glTF: from a coat of GGX over Lambert to metal, on both sides alike
     };
     Kind kind = DIFFUSE;
     Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. CONDUCTOR: reflectance seen straight.
-                                      // DIELECTRIC: what is left of light that passes
+                                      // DIELECTRIC: what is left of light that passes.
+                                      // METALLIC_ROUGHNESS: the base colour
     Vec3 edge = {1, 1, 1};            // CONDUCTOR: reflectance at 82 degrees over Schlick's
-    float roughness = 0;              // in [0, 1]; alpha is its square. Below SMOOTH: a mirror
-    float ior = 1.5f; // DIELECTRIC: index of refraction of the inside over the outside
+    float roughness = 0; // in [0, 1]; alpha is its square. Below SMOOTH: a mirror, but for
+                         // METALLIC_ROUGHNESS, which stays at SMOOTH
+    float metallic = 0;  // METALLIC_ROUGHNESS: the share of metal, in [0, 1]
+    float ior = 1.5f;    // index of refraction of the inside over the outside. DIELECTRIC, and the
+                         // coat of METALLIC_ROUGHNESS
+    int32_t maps = -1;   // what differs from place to place: index into Scene::maps, or -1
 
     // DIELECTRIC: how much light a single reflection or transmission by microfacets keeps, from the
     // front [0] and from the back [1]; see material_prepare.
@@ -46,7 +52,8 @@ void material_prepare(Material &material);
 // Whether light goes on in single directions only: then eval and pdf are 0, and what is sampled is
 // marked as smooth.
 inline bool material_is_smooth(const Material &m) {
-    return (m.kind != Material::DIFFUSE && m.roughness < SMOOTH) ||
+    const bool specular = m.kind == Material::CONDUCTOR || m.kind == Material::DIELECTRIC;
+    return (specular && m.roughness < SMOOTH) ||
            (m.kind == Material::DIELECTRIC && std::abs(m.ior - 1) < SAME_IOR);
 }
 
@@ -74,7 +81,7 @@ inline float material_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
     return std::max(0.0f, in.z) / PI;
 }
 
-// `lobe` chooses between reflection and transmission; only dielectrics read it.
+// `lobe` chooses between reflection and transmission, or between facets and the diffuse.
 inline MaterialSample material_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe) {
     if (m.kind != Material::DIFFUSE) return specular_sample(m, front, out, u, lobe);
     const Vec3 in = square_to_cosine_hemisphere(u);
@@ -87,5 +94,5 @@ inline Vec3 material_albedo(const Material &m) {
 }
 
 inline bool material_reads_lobe(const Material &m) {
-    return m.kind == Material::DIELECTRIC;
+    return m.kind == Material::DIELECTRIC || m.kind == Material::METALLIC_ROUGHNESS;
 }

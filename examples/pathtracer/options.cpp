@@ -115,7 +115,7 @@ Renders a scene with a sampler of libbn into out.exr and a preview out.png besid
 or merges pictures of other regions (--crop) or other samples (--first-sample). Interrupted, it
 writes what there is.
 
-  --scene NAME           what to render (default cornell); see --list
+  --scene NAME|FILE      what to render (default cornell): a name of --list, a .gltf, .glb or .obj
   --sampler NAME         where samples come from (default blue); see --list
   --spp N                samples per pixel (default 16)
   --declare N            tell the sampler that N samples per pixel will be taken (default: not told)
@@ -126,7 +126,8 @@ writes what there is.
   --crop x0,y0,x1,y1     render only pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
   --max-depth N          surface bounces (default 8); 0 shows lights only
   --light-samples N      points on lights at the first surface of each path (default: the scene's)
-  --env FILE             light from all around: a latitude-longitude EXR in place of the scene's
+  --env FILE             light from all around in place of the scene's: a latitude-longitude EXR,
+                         or "sky", or "none"
   --threads N            (default: one per core)
   --time SECONDS         stop when the time is up; without --spp there is no other limit
   --write-partial S      write the picture so far every S seconds

@@ -6,6 +6,7 @@
 
 #include "distribution.h"
 #include "error.h"
+#include "scene_file.h"
 #include "scene_groups.h"
 
 namespace {
@@ -44,15 +45,16 @@ void prepare_lights(Scene &scene) {
     const Extent e = extent_of(scene);
     const float half_diagonal = 0.5f * length(e.high - e.low);
     const float radius = half_diagonal > 0 ? half_diagonal : 1;
+    // The camera may stand outside of the scene, and see nothing but the environment.
+    const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
     if (scene.environment && scene.environment->irradiance > 0) {
         scene.environment_light = static_cast<int32_t>(scene.lights.size());
         Light light{};
         light.kind = Light::ENVIRONMENT;
         light.environment = scene.environment.get();
-        // The camera may stand outside of the scene, and see nothing but the environment.
-        light.distance = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
         scene.lights.push_back(light);
     }
+    for (Light &light : scene.lights) light.distance = beyond;
 
     std::vector<double> powers;
     std::vector<int32_t> new_index;
@@ -71,6 +73,11 @@ void prepare_lights(Scene &scene) {
     };
     for (Surface &surface : scene.surfaces) renumber(surface.light);
     renumber(scene.environment_light);
+    for (size_t i = 0; i < scene.surfaces.size(); ++i) {
+        const int32_t light = scene.surfaces[i].light;
+        if (light >= 0)
+            scene.lights[static_cast<size_t>(light)].triangle = static_cast<uint32_t>(i);
+    }
 
     scene.light_limits.assign(kept + 1, 1);
     if (kept > 0) distribution_build(powers.data(), kept, scene.light_limits.data());
@@ -109,11 +116,18 @@ Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec
                     Vec3 out) {
     const bool front = dot(normal, out) > 0;
     const Vec3 geometric = front ? normal : -normal;
-    if (scene.normals.empty()) return geometric;
-    const auto &t = scene.triangles[triangle].vertices;
-    const Vec3 smooth = normalize_or((1 - u - v) * scene.normals[t[0]] + u * scene.normals[t[1]] +
-                                         v * scene.normals[t[2]],
-                                     normal);
+    if (scene.normals.empty() && scene.maps.empty()) return geometric;
+    Vec3 smooth = normal;
+    if (!scene.normals.empty()) {
+        const auto &t = scene.triangles[triangle].vertices;
+        smooth = normalize_or((1 - u - v) * scene.normals[t[0]] + u * scene.normals[t[1]] +
+                                  v * scene.normals[t[2]],
+                              normal);
+    }
+    if (!scene.maps.empty()) {
+        const Vec3 bent = mapped_normal(scene, {triangle, u, v}, smooth);
+        if (dot(front ? bent : -bent, out) > 0) smooth = bent;
+    }
     const Vec3 turned = front ? smooth : -smooth;
     return dot(turned, out) > 0 ? turned : geometric;
 }
@@ -134,6 +148,15 @@ const std::vector<SceneEntry> &scene_entries() {
 }
 
 Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment) {
+    if (is_scene_file(name)) {
+        Scene scene = scene_file_read(name, std::move(environment));
+        try {
+            scene_finish(scene);
+        } catch (const Error &error) {
+            throw Error(name + ": " + error.what());
+        }
+        return scene;
+    }
     std::string known;
     for (const SceneEntry &entry : scene_entries()) {
         if (name == entry.name) {
@@ -144,5 +167,6 @@ Scene scene_build(const std::string &name, std::shared_ptr<const Environment> en
         }
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
-    throw Error("there is no scene '" + name + "'; the scenes are " + known);
+    throw Error("there is no scene '" + name + "'; the scenes are " + known +
+                ", or a file named .gltf, .glb or .obj");
 }

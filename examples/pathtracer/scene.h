@@ -10,6 +10,8 @@
 #include "camera.h"
 #include "light.h"
 #include "material.h"
+#include "surface_maps.h"
+#include "texture.h"
 
 // Counter-clockwise as seen from its front.
 struct Triangle {
@@ -26,9 +28,14 @@ struct Scene {
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // of vertices, for smooth shading: for each vertex, or none. A
                                // normal of length zero means the triangle's own
+    std::vector<Vec2> texture_coordinates[2]; // two sets, each for every vertex, or for none
+    std::vector<Vec3> colours;                // likewise; linear
     std::vector<Triangle> triangles;
     std::vector<Surface> surfaces; // one for each triangle
     std::vector<Material> materials;
+    std::vector<SurfaceMaps> maps; // of materials that have any
+    std::vector<Texture> textures;
+    bool has_cut_outs = false; // is_cut_out() is to be asked at each hit
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // empty: rays that leave see black
     uint32_t light_samples = 1; // at the first surface a path meets; one at all others
@@ -38,6 +45,8 @@ struct Scene {
     int32_t environment_light =
         -1; // the light that the environment is, or -1 when it is not sampled
     uint32_t dropped_triangles = 0; // without area
+
+    std::vector<std::string> notes; // what of a scene's file was left out, for the user
 };
 
 // Makes a scene ready to render, whoever built it: drops triangles without area and lights without
@@ -56,7 +65,7 @@ struct Point3d {
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
 // The normal to shade a hit with: `normal`, turned to the side of `out`, or the one interpolated
-// between vertices where there are such and `out` is on its front.
+// between vertices or bent by a map where there is such and `out` is on its front.
 Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 out);
 
 struct SceneEntry {
@@ -68,7 +77,8 @@ struct SceneEntry {
 // The scenes built in code, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
-// Builds a scene by name, and finishes it; an environment given takes the place of the scene's own.
-// Throws Error naming the known ones.
+// Builds a scene by name, or reads one from a file named .gltf, .glb or .obj, and finishes it; an
+// environment given takes the place of the scene's own. Throws Error, naming the known ones or what
+// is wrong with the file.
 Scene scene_build(const std::string &name,
                   std::shared_ptr<const Environment> environment = nullptr);

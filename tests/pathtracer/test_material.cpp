@@ -39,6 +39,17 @@ Material diffuse(Vec3 albedo) {
     return m;
 }
 
+Material metallic_roughness(Vec3 base, float metallic, float roughness, float ior = 1.5f) {
+    Material m;
+    m.kind = Material::METALLIC_ROUGHNESS;
+    m.albedo = base;
+    m.metallic = metallic;
+    m.roughness = roughness;
+    m.ior = ior;
+    material_prepare(m);
+    return m;
+}
+
 Vec3 direction(float cosine, float longitude) {
     const float sine = std::sqrt(std::max(0.0f, 1 - cosine * cosine));
     return {sine * std::cos(longitude), sine * std::sin(longitude), cosine};
@@ -58,6 +69,10 @@ std::vector<Case> rough_cases() {
         for (const float roughness : {0.3f, 0.8f}) {
             cases.push_back({"conductor", conductor({0.9f, 0.6f, 0.3f}, roughness, {1, 0.9f, 0.8f}),
                              true, cosine});
+            for (const float metallic : {0.0f, 0.6f, 1.0f})
+                cases.push_back({"metallic-roughness",
+                                 metallic_roughness({0.9f, 0.5f, 0.2f}, metallic, roughness), true,
+                                 cosine});
             for (const bool front : {true, false})
                 cases.push_back(
                     {"dielectric", dielectric(1.5f, roughness, {1, 0.8f, 0.5f}), front, cosine});
@@ -236,8 +251,45 @@ void test_white_furnace() {
                           front, cosine, glass);
                 }
         }
+    // Nor does a mixture of metal and coated ground make light or lose it.
+    for (const float cosine : {1.0f, 0.8f, 0.5f, 0.2f, 0.05f})
+        for (const float roughness : {0.0f, 0.1f, 0.2f, 0.35f, 0.5f, 0.75f, 1.0f})
+            for (const float metallic : {0.0f, 0.5f, 1.0f})
+                for (const float ior : {1.5f, 1.0f, 2.4f}) {
+                    const Material m = metallic_roughness({1, 1, 1}, metallic, roughness, ior);
+                    const float white = albedo(m, true, direction(cosine, 1), 7, 150).y;
+                    CHECK(white < 1.015f && white > (roughness < 0.2f ? 0.93f : 0.988f),
+                          "metallic %g, roughness %g, ior %g, cosine %g: %g", metallic, roughness,
+                          ior, cosine, white);
+                }
     const Vec3 wall = albedo(diffuse({0.2f, 0.5f, 1}), true, direction(0.3f, 0), 1, 100);
     CHECK(std::abs(wall.x - 0.2f) < 1e-5f && std::abs(wall.z - 1) < 1e-5f, "%g %g", wall.x, wall.z);
+}
+
+// Its ends are known: all metal is the conductor, and a coat of the same index of refraction as
+// air on a ground reflects that ground's colour, but for the edge that Schlick's formula leaves.
+void test_ends_of_the_mixture() {
+    Random random{13};
+    for (const float roughness : {0.3f, 0.7f, 1.0f}) {
+        const Vec3 gold = {1.0f, 0.78f, 0.34f};
+        const Material metal = metallic_roughness(gold, 1, roughness);
+        const Material same = conductor(gold, roughness);
+        for (int i = 0; i < 1000; ++i) {
+            const Vec3 out = direction(0.05f + 0.95f * random(), 6.2f * random());
+            const Vec3 in = direction(0.05f + 0.95f * random(), 6.2f * random());
+            const Vec3 a = material_eval(metal, true, out, in);
+            const Vec3 b = material_eval(same, true, out, in);
+            CHECK(max_magnitude(a - b) < 2e-3f * max_component(b) + 1e-4f, "%g and %g", a.x, b.x);
+        }
+        const Material black = metallic_roughness({0, 0, 0}, 0, roughness);
+        const Vec3 seen = albedo(black, true, {0, 0, 1}, 1, 200);
+        CHECK(seen.x > (roughness < 0.5f ? 0.03f : 0.01f) && seen.x < 0.06f,
+              "a black ground under a coat: %g", seen.x);
+        const Material ground = metallic_roughness({0.2f, 0.5f, 0.8f}, 0, roughness, 1);
+        const Vec3 colour = albedo(ground, true, {0, 0, 1}, 1, 200);
+        CHECK(max_magnitude(colour - Vec3{0.2f, 0.5f, 0.8f}) < 0.03f, "%g %g %g", colour.x,
+              colour.y, colour.z);
+    }
 }
 
 // Coloured metal gets darker by more than one bounce, never lighter than white, and a smooth one
@@ -307,6 +359,10 @@ void test_nothing_is_nan() {
         const Material materials[] = {diffuse({1, 1, 1}),
                                       conductor({1, 1, 1}, roughness),
                                       conductor({0, 0, 0}, roughness, {0, 0, 0}),
+                                      metallic_roughness({1, 1, 1}, 0, roughness),
+                                      metallic_roughness({1, 0, 0}, 0.5f, roughness),
+                                      metallic_roughness({0, 0, 0}, 1, roughness),
+                                      metallic_roughness({1, 1, 1}, 0, roughness, 1),
                                       dielectric(1.5f, roughness),
                                       dielectric(1, roughness),
                                       dielectric(1.0011f, roughness),
@@ -356,6 +412,7 @@ int main() {
     test_weight_is_eval_over_pdf();
     test_reciprocity();
     test_white_furnace();
+    test_ends_of_the_mixture();
     test_conductor_colour();
     test_smooth_dielectric();
     test_same_ior();

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading glTF 2.0: the scene's tree of nodes with their meshes, cameras and lights.
+// Transformations are put together and applied in double, so that what is far from the origin keeps
+// its digits. The tree is walked without recursion, and a node that is reached twice makes it no
+// tree.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "gltf_parts.h"
+
+namespace {
+
+constexpr int MAX_NESTING = 256; // of JSON; tinygltf takes values apart by recursion
+
+// ---- The file
+
+// Refuses what tinygltf would follow too far: JSON nested deeper than its stack, chunks that go
+// beyond the file.
+void check_nesting(const char *text, size_t size) {
+    int depth = 0;
+    bool quoted = false;
+    for (size_t i = 0; i < size; ++i) {
+        const char c = text[i];
+        if (quoted) {
+            if (c == '\\')
+                ++i;
+            else if (c == '"')
+                quoted = false;
+        } else if (c == '"') {
+            quoted = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > MAX_NESTING) throw Error("is no glTF: its JSON is nested too deeply");
+        } else if (c == '}' || c == ']') {
+            --depth;
+        }
+    }
+}
+
+void check_binary(const std::vector<unsigned char> &bytes) {
+    const auto word = [&](size_t at) {
+        return static_cast<uint64_t>(bytes[at]) | static_cast<uint64_t>(bytes[at + 1]) << 8 |
+               static_cast<uint64_t>(bytes[at + 2]) << 16 |
+               static_cast<uint64_t>(bytes[at + 3]) << 24;
+    };
+    if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
+    if (word(4) != 2) throw Error("is not of glTF version 2");
+    const uint64_t size = bytes.size();
+    if (word(8) > size) throw Error("is cut short: it is smaller than its header says");
+    uint64_t at = 12;
+    while (at + 8 <= word(8)) {
+        if (word(at) > word(8) - at - 8) throw Error("is cut short: a chunk goes beyond its end");
+        at += 8 + word(at);
+    }
+    check_nesting(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
+}
+
+// Keeps the bytes of an image: it is decoded when a material asks for it. Images in buffer views
+// are left there, as this view is not checked yet.
+bool keep_image(tinygltf::Image *image, const int, std::string *, std::string *, int, int,
+                const unsigned char *bytes, int size, void *) {
+    if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
+    return true;
+}
+
+std::string first_line(const std::string &text) {
+    return text.substr(0, text.find('\n'));
+}
+
+tinygltf::Model load(const std::string &path) {
+    const std::vector<unsigned char> bytes = read_file(path);
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    tinygltf::Model model;
+    tinygltf::TinyGLTF reader;
+    reader.SetImageLoader(keep_image, nullptr);
+    std::string error, warning;
+    bool good = false;
+    try {
+        const auto size = static_cast<unsigned>(bytes.size());
+        if (size >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0) {
+            check_binary(bytes);
+            good =
+                reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, folder);
+        } else {
+            const char *text = reinterpret_cast<const char *>(bytes.data());
+            check_nesting(text, bytes.size());
+            good = reader.LoadASCIIFromString(&model, &error, &warning, text, size, folder);
+        }
+    } catch (const Error &) {
+        throw;
+    } catch (const std::bad_alloc &) {
+        throw;
+    } catch (const std::exception &problem) {
+        throw Error(std::string("is no valid glTF 2.0: ") + first_line(problem.what()));
+    }
+    if (!good) throw Error("is no valid glTF 2.0: " + first_line(error));
+    if (model.asset.version.compare(0, 2, "2.") != 0)
+        throw Error("is glTF " + model.asset.version + "; version 2 is read");
+    return model;
+}
+
+// ---- Transformations
+
+// The upper three rows of a 4 x 4 matrix.
+struct Transform {
+    double m[3][4];
+};
+
+constexpr Transform IDENTITY = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
+Transform operator*(const Transform &a, const Transform &b) {
+    Transform c;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 4; ++j) {
+            c.m[i][j] = j == 3 ? a.m[i][3] : 0;
+            for (int k = 0; k < 3; ++k) c.m[i][j] += a.m[i][k] * b.m[k][j];
+        }
+    return c;
+}
+
+Transform local_transform(const tinygltf::Node &node) {
+    Transform t = IDENTITY;
+    if (node.matrix.size() == 16) { // column by column
+        for (size_t i = 0; i < 3; ++i)
+            for (size_t j = 0; j < 4; ++j) t.m[i][j] = node.matrix[4 * j + i];
+        return t;
+    }
+    double q[4] = {0, 0, 0, 1};
+    if (node.rotation.size() == 4) {
+        const std::vector<double> &r = node.rotation;
+        const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
+        if (length > 0)
+            for (size_t i = 0; i < 4; ++i) q[i] = r[i] / length;
+    }
+    const double x = q[0], y = q[1], z = q[2], w = q[3];
+    const double rotation[3][3] = {
+        {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+        {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+        {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+    for (size_t i = 0; i < 3; ++i) {
+        for (size_t j = 0; j < 3; ++j)
+            t.m[i][j] = rotation[i][j] * (node.scale.size() == 3 ? node.scale[j] : 1);
+        t.m[i][3] = node.translation.size() == 3 ? node.translation[i] : 0;
+    }
+    return t;
+}
+
+Point3d applied(const Transform &t, const float *p) {
+    const auto row = [&](int i) {
+        return t.m[i][0] * static_cast<double>(p[0]) + t.m[i][1] * static_cast<double>(p[1]) +
+               t.m[i][2] * static_cast<double>(p[2]) + t.m[i][3];
+    };
+    return {row(0), row(1), row(2)};
+}
+
+// A unit vector along (x, y, z) after the 3 x 3 part of a matrix; zero when it has no direction.
+Vec3 direction(const double (&m)[3][3], double x, double y, double z) {
+    const double v[3] = {m[0][0] * x + m[0][1] * y + m[0][2] * z,
+                         m[1][0] * x + m[1][1] * y + m[1][2] * z,
+                         m[2][0] * x + m[2][1] * y + m[2][2] * z};
+    const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
+    return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length),
+            static_cast<float>(v[2] / length)};
+}
+
+Vec3 axis_direction(const Transform &t, double x, double y, double z) {
+    double m[3][3];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) m[i][j] = t.m[i][j];
+    return direction(m, x, y, z);
+}
+
+// The matrix of cofactors takes normals along, whatever the scales; a mirror turns them over.
+double cofactors(const Transform &t, double (&c)[3][3]) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3, d = (j + 1) % 3, e = (j + 2) % 3;
+            c[i][j] = t.m[a][d] * t.m[b][e] - t.m[a][e] * t.m[b][d];
+        }
+    const double determinant = t.m[0][0] * c[0][0] + t.m[0][1] * c[0][1] + t.m[0][2] * c[0][2];
+    if (determinant < 0)
+        for (auto &row : c)
+            for (double &v : row) v = -v;
+    return determinant;
+}
+
+// ---- Meshes
+
+struct Reader {
+    const tinygltf::Model &model;
+    SceneDraft &draft;
+    GltfMaterials materials;
+};
+
+// Calls `triangle` with the numbers of corners in a list of `count`, for each triangle of a mode.
+template <typename Function>
+void for_each_triangle(int mode, size_t count, const Function &triangle) {
+    if (mode == TINYGLTF_MODE_TRIANGLES)
+        for (size_t i = 0; i + 2 < count; i += 3) triangle(i, i + 1, i + 2);
+    else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+        for (size_t i = 0; i + 2 < count; ++i) triangle(i, i + 1 + i % 2, i + 2 - i % 2);
+    else if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
+        for (size_t i = 1; i + 1 < count; ++i) triangle(i, i + 1, size_t{0});
+}
+
+void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Transform &transform) {
+    SceneDraft &draft = r.draft;
+    if (primitive.mode != TINYGLTF_MODE_TRIANGLES &&
+        primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
+        primitive.mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+        draft.ignored.insert("points and lines");
+        return;
+    }
+    if (!primitive.targets.empty()) draft.ignored.insert("morph targets");
+    const auto attribute = [&](const char *name) {
+        const auto found = primitive.attributes.find(name);
+        return found == primitive.attributes.end() ? -1 : found->second;
+    };
+    if (attribute("POSITION") < 0) return; // the format says: to be skipped
+    const std::vector<float> positions =
+        gltf_floats(r.model, attribute("POSITION"), 3, "positions");
+    const size_t count = positions.size() / 3;
+    const auto optional = [&](const char *name, int components, const char *what) {
+        std::vector<float> values;
+        if (attribute(name) >= 0) {
+            values = gltf_floats(r.model, attribute(name), components, what);
+            if (values.size() / static_cast<size_t>(components) != count)
+                throw Error("has " + std::string(what) + " of another count than its positions");
+        }
+        return values;
+    };
+    const std::vector<float> normals = optional("NORMAL", 3, "normals");
+    const std::vector<float> coordinates[2] = {optional("TEXCOORD_0", 2, "texture coordinates"),
+                                               optional("TEXCOORD_1", 2, "texture coordinates")};
+    const int colour_components = gltf_components(r.model, attribute("COLOR_0")) == 3 ? 3 : 4;
+    const std::vector<float> colours = optional("COLOR_0", colour_components, "vertex colours");
+
+    double normal_matrix[3][3];
+    const bool mirrored = cofactors(transform, normal_matrix) < 0;
+    const auto first = static_cast<uint32_t>(draft.points.size());
+    for (size_t i = 0; i < count; ++i) {
+        DraftVertex v;
+        v.position = applied(transform, &positions[3 * i]);
+        if (!normals.empty())
+            v.normal = direction(normal_matrix, static_cast<double>(normals[3 * i]),
+                                 static_cast<double>(normals[3 * i + 1]),
+                                 static_cast<double>(normals[3 * i + 2]));
+        for (int set = 0; set < 2; ++set)
+            if (!coordinates[set].empty())
+                v.coordinates[set] = {coordinates[set][2 * i], coordinates[set][2 * i + 1]};
+        if (!colours.empty()) {
+            const float *c = &colours[static_cast<size_t>(colour_components) * i];
+            const auto bounded = [](float value) { return value > 0 ? std::min(value, 1.0f) : 0; };
+            v.colour = {bounded(c[0]), bounded(c[1]), bounded(c[2])};
+        }
+        draft_add_vertex(draft, v);
+    }
+
+    const uint32_t material = r.materials.get(primitive.material, !colours.empty());
+    std::vector<uint32_t> indices;
+    if (primitive.indices >= 0) indices = gltf_indices(r.model, primitive.indices, count);
+    const auto vertex = [&](size_t corner) {
+        const uint32_t index =
+            primitive.indices >= 0 ? indices[corner] : static_cast<uint32_t>(corner);
+        return first + index;
+    };
+    for_each_triangle(primitive.mode, primitive.indices >= 0 ? indices.size() : count,
+                      [&](size_t a, size_t b, size_t c) {
+                          if (mirrored) std::swap(b, c);
+                          draft_add_triangle(draft, material, vertex(a), vertex(b), vertex(c));
+                      });
+}
+
+// ---- Cameras and lights: both look along their node's -z
+
+void read_camera(Reader &r, int index, const Transform &t) {
+    const tinygltf::Camera &camera = gltf_at(r.model.cameras, index, "camera");
+    const Vec3 forward = axis_direction(t, 0, 0, -1), up = axis_direction(t, 0, 1, 0);
+    const double angle = camera.perspective.yfov;
+    if (camera.type != "perspective") {
+        r.draft.ignored.insert("orthographic cameras");
+    } else if (!(max_magnitude(cross(forward, up)) > 1e-3f) || !(angle > 1e-4 && angle < 3.1)) {
+        r.draft.ignored.insert("a camera without direction or angle");
+    } else if (r.draft.camera) {
+        r.draft.ignored.insert("cameras but the first");
+    } else {
+        r.draft.camera = DraftCamera{{t.m[0][3], t.m[1][3], t.m[2][3]},
+                                     forward,
+                                     up,
+                                     static_cast<float>(std::tan(0.5 * angle))};
+    }
+}
+
+void read_light(Reader &r, int index, const Transform &t) {
+    const tinygltf::Light &source = gltf_at(r.model.lights, index, "light");
+    Light light{};
+    light.kind = source.type == "point"         ? Light::POINT
+                 : source.type == "spot"        ? Light::SPOT
+                 : source.type == "directional" ? Light::DIRECTIONAL
+                                                : Light::ENVIRONMENT;
+    light.normal = axis_direction(t, 0, 0, -1);
+    const bool is_placed = std::isfinite(t.m[0][3]) && std::isfinite(t.m[1][3]) &&
+                           std::isfinite(t.m[2][3]) &&
+                           (light.kind == Light::POINT || max_magnitude(light.normal) > 0);
+    if (light.kind == Light::ENVIRONMENT || !is_placed) {
+        r.draft.ignored.insert("lights of unknown kinds or without a direction");
+        return;
+    }
+    Vec3 colour = {1, 1, 1};
+    if (source.color.size() == 3)
+        colour = {static_cast<float>(source.color[0]), static_cast<float>(source.color[1]),
+                  static_cast<float>(source.color[2])};
+    light.radiance = static_cast<float>(source.intensity) * colour;
+    if (!is_finite(light.radiance) || std::min({colour.x, colour.y, colour.z}) < 0)
+        throw Error("has a light whose intensity is negative or no number");
+    if (light.kind == Light::SPOT) {
+        light.cosine_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));
+        light.cosine_outer = static_cast<float>(std::cos(source.spot.outerConeAngle));
+    }
+    if (source.range > 0) r.draft.ignored.insert("the range of lights");
+    r.draft.lights.push_back({light, {t.m[0][3], t.m[1][3], t.m[2][3]}});
+}
+
+// ---- Nodes
+
+void read_node(Reader &r, const tinygltf::Node &node, const Transform &t) {
+    if (node.mesh >= 0)
+        for (const tinygltf::Primitive &p : gltf_at(r.model.meshes, node.mesh, "mesh").primitives)
+            read_primitive(r, p, t);
+    if (node.skin >= 0) r.draft.ignored.insert("skins");
+    if (node.camera >= 0) read_camera(r, node.camera, t);
+    const double light = gltf_number(node.extensions, "KHR_lights_punctual", "light", -1);
+    if (light >= 0 && light < 1e9) read_light(r, static_cast<int>(light), t);
+}
+
+void read_nodes(Reader &r) {
+    const tinygltf::Model &model = r.model;
+    std::vector<std::pair<int, Transform>> open; // still to be read, the next one last
+    std::vector<bool> reached(model.nodes.size());
+    const auto reach = [&](const std::vector<int> &nodes, const Transform &parent) {
+        for (size_t i = nodes.size(); i-- > 0;) {
+            gltf_at(model.nodes, nodes[i], "node");
+            const auto at = static_cast<size_t>(nodes[i]);
+            if (reached[at])
+                throw Error("reaches node " + std::to_string(nodes[i]) +
+                            " twice: its nodes are no tree");
+            reached[at] = true;
+            open.push_back({nodes[i], parent});
+        }
+    };
+    if (!model.scenes.empty()) {
+        const int chosen = model.defaultScene < 0 ? 0 : model.defaultScene;
+        reach(gltf_at(model.scenes, chosen, "scene").nodes, IDENTITY);
+        if (model.scenes.size() > 1) r.draft.ignored.insert("scenes but the default one");
+    } else { // the format leaves it open; everything that has no parent is what is meant
+        std::vector<bool> is_child(model.nodes.size());
+        for (const tinygltf::Node &node : model.nodes)
+            for (const int child : node.children) {
+                gltf_at(model.nodes, child, "node");
+                is_child[static_cast<size_t>(child)] = true;
+            }
+        std::vector<int> roots;
+        for (size_t i = 0; i < model.nodes.size(); ++i)
+            if (!is_child[i]) roots.push_back(static_cast<int>(i));
+        reach(roots, IDENTITY);
+    }
+    while (!open.empty()) {
+        const auto [index, parent] = open.back();
+        open.pop_back();
+        const tinygltf::Node &node = model.nodes[static_cast<size_t>(index)];
+        const Transform transform = parent * local_transform(node);
+        read_node(r, node, transform);
+        reach(node.children, transform);
+    }
+}
+
+// What the reader understands, or names itself where a material has it.
+bool is_known(const std::string &extension) {
+    const char *const known[] = {
+        "KHR_lights_punctual",        "KHR_materials_ior",     "KHR_materials_emissive_strength",
+        "KHR_materials_transmission", "KHR_texture_transform", "KHR_mesh_quantization"};
+    for (const char *name : known)
+        if (extension == name) return true;
+    return false;
+}
+
+} // namespace
+
+SceneDraft gltf_read(const std::string &path) {
+    const tinygltf::Model model = load(path);
+    SceneDraft draft;
+    for (const std::string &extension : model.extensionsRequired)
+        if (!is_known(extension) && extension.compare(0, 14, "KHR_materials_") != 0)
+            throw Error("requires the extension " + extension + ", which cannot be read");
+    for (const std::string &extension : model.extensionsUsed)
+        if (!is_known(extension) && extension.compare(0, 14, "KHR_materials_") != 0)
+            draft.ignored.insert("the extension " + extension);
+    if (!model.animations.empty()) draft.ignored.insert("animations");
+    Reader reader = {model, draft, GltfMaterials(model, draft)};
+    read_nodes(reader);
+    return draft;
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Materials and textures of glTF. Metal without a texture that says otherwise is the conductor,
+// what transmits is the dielectric, all else the mixture that glTF names metallic-roughness.
+#include <cmath>
+#include <filesystem>
+
+#include "gltf_parts.h"
+
+namespace {
+
+const tinygltf::Value *member(const tinygltf::ExtensionMap &extensions, const char *extension,
+                              const char *name) {
+    const auto found = extensions.find(extension);
+    if (found == extensions.end() || !found->second.IsObject() || !found->second.Has(name))
+        return nullptr;
+    return &found->second.Get(name);
+}
+
+// A factor that the format bounds.
+float within(double value, double low, double high) {
+    return std::isfinite(value) ? static_cast<float>(std::min(std::max(value, low), high))
+                                : static_cast<float>(low);
+}
+
+Vec3 colour(const std::vector<double> &factor, double high) {
+    if (factor.size() < 3) return {1, 1, 1};
+    return {within(factor[0], 0, high), within(factor[1], 0, high), within(factor[2], 0, high)};
+}
+
+// Parts of materials that this program has no means for.
+const std::pair<const char *, const char *> UNKNOWN_PARTS[] = {
+    {"KHR_materials_clearcoat", "clearcoat"},
+    {"KHR_materials_sheen", "sheen"},
+    {"KHR_materials_specular", "specular colours and weights"},
+    {"KHR_materials_volume", "absorption in volumes"},
+    {"KHR_materials_iridescence", "iridescence"},
+    {"KHR_materials_anisotropy", "anisotropy"},
+    {"KHR_materials_dispersion", "dispersion"},
+    {"KHR_materials_diffuse_transmission", "diffuse transmission"},
+    {"KHR_materials_unlit", "that materials are unlit"},
+    {"KHR_materials_pbrSpecularGlossiness", "specular-glossiness materials"},
+};
+
+} // namespace
+
+double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extension,
+                   const char *name, double otherwise) {
+    const tinygltf::Value *value = member(extensions, extension, name);
+    return value && value->IsNumber() ? value->GetNumberAsDouble() : otherwise;
+}
+
+int32_t GltfMaterials::load(int index, bool srgb) {
+    const auto [known, is_new] = textures_.try_emplace({index, srgb}, -1);
+    if (!is_new) return known->second;
+    const tinygltf::Texture &texture = gltf_at(model_.textures, index, "texture");
+    if (texture.source < 0) {
+        draft_.ignored.insert("textures that are neither PNG nor JPEG");
+        return -1;
+    }
+    const tinygltf::Image &image = gltf_at(model_.images, texture.source, "image");
+    const std::string name =
+        image.uri.empty() ? "image " + std::to_string(texture.source) : "image " + image.uri;
+    Texture loaded;
+    try {
+        if (image.bufferView >= 0) {
+            const GltfBytes bytes = gltf_buffer_view(model_, image.bufferView, "an image");
+            loaded = texture_decode({bytes.data, bytes.data + bytes.size});
+        } else {
+            if (image.image.empty()) throw Error("there is no such file");
+            loaded = texture_decode(image.image);
+        }
+    } catch (const Error &error) {
+        throw Error(name + ": " + error.what());
+    }
+    loaded.srgb = srgb;
+    if (texture.sampler >= 0) {
+        const tinygltf::Sampler &sampler = gltf_at(model_.samplers, texture.sampler, "sampler");
+        const auto wrap = [](int mode) {
+            return mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Texture::CLAMP
+                   : mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Texture::MIRROR
+                                                                   : Texture::REPEAT;
+        };
+        loaded.wrap_u = wrap(sampler.wrapS);
+        loaded.wrap_v = wrap(sampler.wrapT);
+        loaded.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+    }
+    draft_.scene.textures.push_back(std::move(loaded));
+    return known->second = static_cast<int32_t>(draft_.scene.textures.size() - 1);
+}
+
+TextureUse GltfMaterials::texture(int index, int set, const tinygltf::ExtensionMap &extensions,
+                                  bool srgb) {
+    TextureUse use;
+    if (index < 0) return use;
+    const char *const transform = "KHR_texture_transform";
+    if (extensions.count(transform) > 0) {
+        const auto pair = [&](const char *name, int i, double otherwise) {
+            const tinygltf::Value *v = member(extensions, transform, name);
+            if (!v || !v->IsArray() || v->ArrayLen() != 2 || !v->Get(i).IsNumber())
+                return otherwise;
+            return v->Get(i).GetNumberAsDouble();
+        };
+        const double turn = gltf_number(extensions, transform, "rotation", 0);
+        const double sine = std::sin(turn), cosine = std::cos(turn);
+        const double sx = pair("scale", 0, 1), sy = pair("scale", 1, 1);
+        const double rows[2][3] = {{cosine * sx, sine * sy, pair("offset", 0, 0)},
+                                   {-sine * sx, cosine * sy, pair("offset", 1, 0)}};
+        for (int r = 0; r < 2; ++r)
+            for (int c = 0; c < 3; ++c) use.transform[r][c] = static_cast<float>(rows[r][c]);
+        set = static_cast<int>(gltf_number(extensions, transform, "texCoord", set));
+    }
+    if (set < 0 || set > 1) {
+        draft_.ignored.insert("textures on a third set of coordinates");
+        return use;
+    }
+    use.set = static_cast<uint32_t>(set);
+    use.texture = load(index, srgb);
+    return use;
+}
+
+uint32_t GltfMaterials::get(int material, bool vertex_colours) {
+    const auto known = materials_.find({material, vertex_colours});
+    if (known != materials_.end()) return known->second;
+    return materials_[{material, vertex_colours}] = read(material, vertex_colours);
+}
+
+uint32_t GltfMaterials::read(int index, bool vertex_colours) {
+    const tinygltf::Material standard;
+    const tinygltf::Material &source =
+        index < 0 ? standard : gltf_at(model_.materials, index, "material");
+    const tinygltf::PbrMetallicRoughness &pbr = source.pbrMetallicRoughness;
+
+    Material m;
+    m.albedo = colour(pbr.baseColorFactor, 1);
+    m.metallic = within(pbr.metallicFactor, 0, 1);
+    m.roughness = within(pbr.roughnessFactor, 0, 1);
+    m.ior = within(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
+    SurfaceMaps maps;
+    maps.vertex_colours = vertex_colours;
+    maps.colour = texture(pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
+                          pbr.baseColorTexture.extensions, true);
+    const bool transmits = gltf_number(source.extensions, "KHR_materials_transmission",
+                                       "transmissionFactor", 0) >= 0.5 &&
+                           m.metallic < 0.5f;
+    if (transmits) {
+        m.kind = Material::DIELECTRIC;
+        if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
+            draft_.ignored.insert("textures of transmission");
+        if (pbr.metallicRoughnessTexture.index >= 0)
+            draft_.ignored.insert("textures of roughness on what transmits");
+    } else {
+        maps.metallic_roughness =
+            texture(pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord,
+                    pbr.metallicRoughnessTexture.extensions, false);
+        const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
+        m.kind = all_metal ? Material::CONDUCTOR : Material::METALLIC_ROUGHNESS;
+    }
+    maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
+                          source.normalTexture.extensions, false);
+    maps.normal_scale = within(source.normalTexture.scale, -100, 100);
+
+    Emission emission;
+    emission.both_sides = source.doubleSided;
+    const double strength =
+        gltf_number(source.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1);
+    if (source.emissiveFactor.size() == 3)
+        emission.radiance = within(strength, 0, 1e9) * colour(source.emissiveFactor, 1e9);
+    maps.emission_factor = emission.radiance;
+    if (max_component(emission.radiance) > 0)
+        maps.emission = texture(source.emissiveTexture.index, source.emissiveTexture.texCoord,
+                                source.emissiveTexture.extensions, true);
+
+    const double alpha = pbr.baseColorFactor.size() == 4 ? pbr.baseColorFactor[3] : 1.0;
+    const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
+    const bool picture_has_holes =
+        maps.colour.texture >= 0 &&
+        draft_.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;
+    if (mask || (blend && !transmits && (alpha < 1 || picture_has_holes))) {
+        maps.alpha = within(alpha, 0, 1);
+        maps.alpha_cutoff = mask ? within(source.alphaCutoff, 0, 2) : 0.5f;
+        if (picture_has_holes) maps.cut_out = maps.colour;
+        if (blend) draft_.ignored.insert("blending (what covers less than half is cut out)");
+    }
+    for (const auto &[extension, name] : UNKNOWN_PARTS)
+        if (source.extensions.count(extension) > 0) draft_.ignored.insert(name);
+    return draft_add_material(draft_, m, emission, maps);
+}

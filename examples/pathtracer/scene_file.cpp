@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// What scenes from files have in common.
+#include "scene_file.h"
+
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "error.h"
+
+namespace {
+
+constexpr double MAX_COORDINATE = 1e15; // squares of squares of it still are floats
+constexpr uintmax_t MAX_FILE = uintmax_t{1} << 32;
+
+std::string ending(const std::string &name) {
+    const size_t dot = name.rfind('.');
+    std::string result = dot == std::string::npos ? "" : name.substr(dot);
+    for (char &c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return result;
+}
+
+Vec3 minus(Point3d a, Point3d b) {
+    return {static_cast<float>(a.x - b.x), static_cast<float>(a.y - b.y),
+            static_cast<float>(a.z - b.z)};
+}
+
+bool is_usable(Point3d p) {
+    return std::abs(p.x) <= MAX_COORDINATE && std::abs(p.y) <= MAX_COORDINATE &&
+           std::abs(p.z) <= MAX_COORDINATE;
+}
+
+bool has_any(Vec3 v) {
+    return v.x > 0 || v.y > 0 || v.z > 0;
+}
+
+// Triangles of materials that shine become lights. Returns whether any shines by itself, not
+// through a texture: lamps do, the displays and labels of things do not light a scene.
+bool make_area_lights(SceneDraft &draft) {
+    Scene &scene = draft.scene;
+    bool lit = false;
+    for (size_t i = 0; i < scene.triangles.size(); ++i) {
+        const uint32_t material = scene.surfaces[i].material;
+        const Emission &emission = draft.emission[material];
+        if (!has_any(emission.radiance)) continue;
+        const auto &t = scene.triangles[i].vertices;
+        const Vec3 corner = scene.vertices[t[0]];
+        const Vec3 edge_u = scene.vertices[t[1]] - corner, edge_v = scene.vertices[t[2]] - corner;
+        const Vec3 normal = cross(edge_u, edge_v);
+        Light light{};
+        light.kind = Light::TRIANGLE;
+        light.corner = corner;
+        light.edge_u = edge_u;
+        light.edge_v = edge_v;
+        light.normal = normalize_or(normal, {0, 0, 1});
+        light.area = 0.5f * length(normal);
+        light.both_sides = emission.both_sides;
+        const int32_t maps = scene.materials[material].maps;
+        light.mapped = maps >= 0 && scene.maps[static_cast<size_t>(maps)].emission.texture >= 0;
+        light.radiance =
+            light.mapped ? mean_emission(scene, static_cast<uint32_t>(i)) : emission.radiance;
+        lit = lit || !light.mapped;
+        if (scene.lights.size() >= (1u << 22))
+            throw Error("has more than 2^22 triangles that emit light");
+        scene.surfaces[i].light = static_cast<int32_t>(scene.lights.size());
+        scene.lights.push_back(light);
+    }
+    return lit;
+}
+
+// Three quarters from the front and a little from above, as near as shows everything in a square.
+Camera framing_camera(const Scene &scene) {
+    Vec3 low = scene.vertices[0], high = low;
+    for (const Vec3 v : scene.vertices) {
+        low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
+        high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
+    }
+    const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);
+    const float tan_half_height = 0.35f, margin = 1.05f;
+    const Vec3 to_eye = normalize({0.55f, 0.42f, 1});
+    Camera camera = camera_look_at(middle + to_eye, middle, {0, 1, 0}, tan_half_height);
+    float distance = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 v = {corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
+                        corner & 4 ? half.z : -half.z};
+        const float aside = std::max(std::abs(dot(v, camera.right)), std::abs(dot(v, camera.up)));
+        distance = std::max(distance, margin * aside / tan_half_height - dot(v, camera.forward));
+    }
+    camera.position = middle + (distance > 0 ? distance : 1) * to_eye;
+    return camera;
+}
+
+} // namespace
+
+bool is_scene_file(const std::string &name) {
+    const std::string end = ending(name);
+    return end == ".gltf" || end == ".glb" || end == ".obj";
+}
+
+std::vector<unsigned char> read_file(const std::string &path) {
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) throw Error("there is no such file");
+    const uintmax_t size = std::filesystem::file_size(path, error);
+    if (error) throw Error("is not a file that can be read");
+    if (size >= MAX_FILE) throw Error("is too large: files below 4 GiB are read");
+    std::vector<unsigned char> bytes(size);
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw Error(std::string("cannot be opened: ") + std::strerror(errno));
+    if (size > 0 &&
+        !stream.read(reinterpret_cast<char *>(bytes.data()), static_cast<std::streamsize>(size)))
+        throw Error("cannot be read to its end");
+    return bytes;
+}
+
+uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &v) {
+    if (draft.points.size() >= MAX_SCENE_ELEMENTS)
+        throw Error("has more than " + std::to_string(MAX_SCENE_ELEMENTS) + " vertices");
+    if (!is_usable(v.position))
+        throw Error("has a vertex that is not a finite number, or beyond 1e15");
+    Scene &scene = draft.scene;
+    draft.points.push_back(v.position);
+    scene.normals.push_back(v.normal);
+    for (int set = 0; set < 2; ++set) scene.texture_coordinates[set].push_back(v.coordinates[set]);
+    scene.colours.push_back(v.colour);
+    return static_cast<uint32_t>(draft.points.size() - 1);
+}
+
+void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c) {
+    if (draft.scene.triangles.size() >= MAX_SCENE_ELEMENTS)
+        throw Error("has more than " + std::to_string(MAX_SCENE_ELEMENTS) + " triangles");
+    draft.scene.triangles.push_back({{a, b, c}});
+    draft.scene.surfaces.push_back({material, -1});
+}
+
+uint32_t draft_add_material(SceneDraft &draft, const Material &material, const Emission &emission,
+                            const SurfaceMaps &maps) {
+    Scene &scene = draft.scene;
+    scene.materials.push_back(material);
+    draft.emission.push_back(emission);
+    const bool any = maps.colour.texture >= 0 || maps.metallic_roughness.texture >= 0 ||
+                     maps.roughness.texture >= 0 || maps.metallic.texture >= 0 ||
+                     maps.emission.texture >= 0 || maps.normal.texture >= 0 ||
+                     maps.cut_out.texture >= 0 || maps.alpha_cutoff > 0 || maps.vertex_colours;
+    if (any) {
+        scene.materials.back().maps = static_cast<int32_t>(scene.maps.size());
+        scene.maps.push_back(maps);
+        scene.has_cut_outs = scene.has_cut_outs || maps.alpha_cutoff > 0;
+    }
+    return static_cast<uint32_t>(scene.materials.size() - 1);
+}
+
+Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment> environment) {
+    try {
+        SceneDraft draft = ending(path) == ".obj" ? obj_read(path) : gltf_read(path);
+        Scene &scene = draft.scene;
+        if (scene.triangles.empty()) throw Error("has no triangles to render");
+        if (scene.maps.empty()) { // then nothing looks these up
+            for (std::vector<Vec2> &set : scene.texture_coordinates) set = {};
+            scene.colours = {};
+        }
+        const Point3d middle = recentre(draft.points, scene.vertices);
+        draft.points = {};
+
+        bool lit = make_area_lights(draft);
+        for (DraftLight &light : draft.lights) {
+            light.light.corner = minus(light.position, middle);
+            scene.lights.push_back(light.light);
+            lit = true;
+        }
+        if (draft.camera && is_usable(draft.camera->position)) {
+            const DraftCamera &camera = *draft.camera;
+            const Vec3 position = minus(camera.position, middle);
+            scene.camera = camera_look_at(position, position + camera.forward, camera.up,
+                                          camera.tan_half_height);
+            // Far from the middle the sum above has lost digits of the direction.
+            scene.camera.forward = camera.forward;
+            scene.camera.right = normalize(cross(camera.forward, camera.up));
+            scene.camera.up = cross(scene.camera.right, camera.forward);
+        } else {
+            scene.camera = framing_camera(scene);
+        }
+        if (environment)
+            scene.environment = std::move(environment);
+        else if (!lit)
+            scene.environment = std::make_shared<Environment>(environment_read("sky"));
+
+        std::string ignored;
+        for (const std::string &what : draft.ignored)
+            ignored += (ignored.empty() ? "" : ", ") + what;
+        if (!ignored.empty()) scene.notes.push_back(path + ": ignores " + ignored);
+        return std::move(scene);
+    } catch (const Error &error) {
+        throw Error(path + ": " + error.what());
+    } catch (const std::bad_alloc &) {
+        throw Error(path + ": takes more memory than there is");
+    }
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes from files: glTF 2.0 and OBJ. A reader makes a draft of what its file says, in double and
+// where the file has it; what all of them need is done once: the scene is moved to the origin, what
+// shines becomes a light, and a camera and a sky stand in for those that are missing.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "scene.h"
+
+// Whether a name is that of a file, by its ending: .gltf, .glb or .obj in any case.
+bool is_scene_file(const std::string &name);
+
+// Reads a scene; it still has to be finished. An environment given takes the place of the sky.
+// Throws Error.
+Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment> environment);
+
+// At most so many triangles, and so many vertices.
+constexpr size_t MAX_SCENE_ELEMENTS = size_t{1} << 26;
+
+struct DraftCamera {
+    Point3d position;
+    Vec3 forward, up; // unit vectors
+    float tan_half_height;
+};
+
+struct DraftLight {
+    Light light; // but for its corner
+    Point3d position;
+};
+
+// What a material sends out by itself.
+struct Emission {
+    Vec3 radiance = {0, 0, 0}; // without its texture
+    bool both_sides = false;
+};
+
+struct SceneDraft {
+    Scene scene;                    // all but vertices, camera and lights
+    std::vector<Point3d> points;    // its vertices; whatever a vertex has beside is in the scene
+    std::vector<Emission> emission; // of each material
+    std::vector<DraftLight> lights;
+    std::optional<DraftCamera> camera;
+    std::set<std::string> ignored; // what the file has and the scene has not
+};
+
+// Adds a vertex with everything a vertex may have, 0 where it lacks it. Throws Error when there are
+// too many.
+struct DraftVertex {
+    Point3d position;
+    Vec3 normal = {0, 0, 0};
+    Vec2 coordinates[2] = {};
+    Vec3 colour = {1, 1, 1};
+};
+uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &vertex);
+void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c);
+uint32_t draft_add_material(SceneDraft &draft, const Material &material, const Emission &emission,
+                            const SurfaceMaps &maps);
+
+// Readers. Errors say what is wrong, without the file's name.
+SceneDraft gltf_read(const std::string &path);
+SceneDraft obj_read(const std::string &path);
+
+// The bytes of a file. Throws Error, its text to follow the file's name.
+std::vector<unsigned char> read_file(const std::string &path);

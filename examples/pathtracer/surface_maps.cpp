@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Textures and vertex colours at a place of a surface.
+#include "surface_maps.h"
+
+#include "scene.h"
+
+namespace {
+
+// Weighs a value of the vertices of a triangle.
+template <typename Value>
+Value interpolated(const std::vector<Value> &values, const Triangle &t, SurfacePoint p) {
+    const Value a = values[t.vertices[0]], b = values[t.vertices[1]], c = values[t.vertices[2]];
+    return (1 - p.u - p.v) * a + p.u * b + p.v * c;
+}
+
+Vec2 transformed(const TextureUse &use, Vec2 uv) {
+    const auto row = [&](const float *m) { return m[0] * uv.x + m[1] * uv.y + m[2]; };
+    return {row(use.transform[0]), row(use.transform[1])};
+}
+
+const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
+    const Material &material = scene.materials[scene.surfaces[p.triangle].material];
+    return scene.maps[static_cast<size_t>(material.maps)];
+}
+
+Texel looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
+    const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
+    const Vec2 uv = coordinates.empty() ? Vec2{0, 0}
+                                        : interpolated(coordinates, scene.triangles[p.triangle], p);
+    return texture_at(scene.textures[static_cast<size_t>(use.texture)], transformed(use, uv));
+}
+
+Vec3 texture_mean(const Texture &t) {
+    const int side = 64;
+    Vec3 sum = {0, 0, 0};
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x)
+            sum += texture_at(t, {(static_cast<float>(x) + 0.5f) / side,
+                                  (static_cast<float>(y) + 0.5f) / side})
+                       .rgb;
+    return (1.0f / (side * side)) * sum;
+}
+
+} // namespace
+
+Material material_at(const Scene &scene, const Material &material, SurfacePoint p) {
+    Material m = material;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    if (maps.vertex_colours && !scene.colours.empty())
+        m.albedo *= interpolated(scene.colours, scene.triangles[p.triangle], p);
+    if (maps.colour.texture >= 0) m.albedo *= looked_up(scene, maps.colour, p).rgb;
+    if (maps.metallic_roughness.texture >= 0) {
+        const Texel texel = looked_up(scene, maps.metallic_roughness, p);
+        m.metallic *= texel.rgb.z;
+        m.roughness *= texel.rgb.y;
+    }
+    if (maps.roughness.texture >= 0) m.roughness *= looked_up(scene, maps.roughness, p).rgb.x;
+    if (maps.metallic.texture >= 0) m.metallic *= looked_up(scene, maps.metallic, p).rgb.x;
+    return m;
+}
+
+Vec3 emission_at(const Scene &scene, SurfacePoint p) {
+    const SurfaceMaps &maps = maps_of(scene, p);
+    return maps.emission_factor * looked_up(scene, maps.emission, p).rgb;
+}
+
+Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
+    const int rows = 8;
+    const float share_of_whole = 0.01f;
+    Vec3 sum = {0, 0, 0};
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < rows; ++x) {
+            const Vec2 at = square_to_triangle(
+                {(static_cast<float>(x) + 0.5f) / rows, (static_cast<float>(y) + 0.5f) / rows});
+            sum += emission_at(scene, {triangle, at.x, at.y});
+        }
+    const SurfaceMaps &maps = maps_of(scene, {triangle, 0, 0});
+    const Texture &texture = scene.textures[static_cast<size_t>(maps.emission.texture)];
+    return (1.0f / (rows * rows)) * sum +
+           share_of_whole * (maps.emission_factor * texture_mean(texture));
+}
+
+bool is_cut_out(const Scene &scene, SurfacePoint p) {
+    if (scene.materials[scene.surfaces[p.triangle].material].maps < 0) return false;
+    const SurfaceMaps &maps = maps_of(scene, p);
+    float alpha = maps.alpha;
+    if (maps.cut_out.texture >= 0) {
+        const Texel texel = looked_up(scene, maps.cut_out, p);
+        const Texture &texture = scene.textures[static_cast<size_t>(maps.cut_out.texture)];
+        alpha *= texture.has_alpha ? texel.alpha : texel.rgb.x;
+    }
+    return alpha < maps.alpha_cutoff;
+}
+
+Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
+    const int32_t index = scene.materials[scene.surfaces[p.triangle].material].maps;
+    if (index < 0 || scene.maps[static_cast<size_t>(index)].normal.texture < 0) return normal;
+    const SurfaceMaps &maps = scene.maps[static_cast<size_t>(index)];
+    const std::vector<Vec2> &coordinates = scene.texture_coordinates[maps.normal.set];
+    if (coordinates.empty()) return normal;
+
+    // The directions in which the texture's coordinates grow on the triangle.
+    const auto &t = scene.triangles[p.triangle].vertices;
+    const Vec3 edge1 = scene.vertices[t[1]] - scene.vertices[t[0]];
+    const Vec3 edge2 = scene.vertices[t[2]] - scene.vertices[t[0]];
+    const Vec2 uv0 = transformed(maps.normal, coordinates[t[0]]);
+    const Vec2 uv1 = transformed(maps.normal, coordinates[t[1]]) - uv0;
+    const Vec2 uv2 = transformed(maps.normal, coordinates[t[2]]) - uv0;
+    const float turn = uv1.x * uv2.y - uv1.y * uv2.x > 0 ? 1.0f : -1.0f;
+    const auto along_surface = [&](Vec3 v) {
+        return normalize_or(v - dot(v, normal) * normal, {0, 0, 0});
+    };
+    const Vec3 along_u = along_surface(turn * (uv2.y * edge1 - uv1.y * edge2));
+    const Vec3 along_v = along_surface(turn * (uv1.x * edge2 - uv2.x * edge1));
+
+    // Green is up in the picture, v grows downwards.
+    const Vec3 n = looked_up(scene, maps.normal, p).rgb;
+    const float x = maps.normal_scale * (2 * n.x - 1), y = maps.normal_scale * (2 * n.y - 1);
+    return normalize_or(x * along_u - y * along_v + (2 * n.z - 1) * normal, normal);
+}

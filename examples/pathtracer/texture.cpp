@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decoding is left to the decoder that tinygltf brings (stb_image). It is shown only files of four
+// kinds whose header states an extent within bounds: it trusts what headers say, and reserves
+// memory for it.
+#include "texture.h"
+
+#include <tiny_gltf.h>
+
+#include <array>
+#include <cstring>
+
+#include "error.h"
+
+namespace {
+
+constexpr int MAX_SIDE = 32768;              // texels
+constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
+constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
+
+struct Extent {
+    int64_t width = 0, height = 0; // 0: none found
+};
+
+// A JPEG states its extent in the segment that starts a frame.
+Extent jpeg_extent(const std::vector<unsigned char> &b) {
+    size_t at = 2;
+    while (at + 9 < b.size()) {
+        if (b[at] != 0xff) return {};
+        const int marker = b[at + 1];
+        if (marker == 0xff) { // padding
+            ++at;
+            continue;
+        }
+        const bool frame =
+            marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+        if (frame) return {b[at + 7] << 8 | b[at + 8], b[at + 5] << 8 | b[at + 6]};
+        at += 2 + static_cast<size_t>(b[at + 2] << 8 | b[at + 3]);
+    }
+    return {};
+}
+
+Extent extent_in_header(const std::vector<unsigned char> &b) {
+    const auto little = [&](size_t at, int count) {
+        int64_t value = 0;
+        for (int i = 0; i < count; ++i)
+            value |= static_cast<int64_t>(b[at + static_cast<size_t>(i)]) << (8 * i);
+        return value;
+    };
+    const auto big = [&](size_t at) {
+        return static_cast<int64_t>(b[at]) << 24 | b[at + 1] << 16 | b[at + 2] << 8 | b[at + 3];
+    };
+    if (b.size() < 26) return {};
+    if (std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0) return {big(16), big(20)};
+    if (b[0] == 0xff && b[1] == 0xd8) return jpeg_extent(b);
+    if (b[0] == 'B' && b[1] == 'M') {
+        const auto height = static_cast<int32_t>(little(22, 4)); // negative: the first row on top
+        return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height))};
+    }
+    // TGA has no signature: a palette or none, a known kind, a known depth.
+    const bool kind = b[2] == 1 || b[2] == 2 || b[2] == 3 || b[2] == 9 || b[2] == 10 || b[2] == 11;
+    const bool depth = b[16] == 8 || b[16] == 15 || b[16] == 16 || b[16] == 24 || b[16] == 32;
+    if (b[1] <= 1 && kind && depth) return {little(12, 2), little(14, 2)};
+    return {};
+}
+
+// Red, green and blue of sRGB as light.
+const std::array<float, 256> &srgb_table() {
+    static const std::array<float, 256> table = [] {
+        std::array<float, 256> t;
+        for (size_t i = 0; i < 256; ++i) {
+            const float v = static_cast<float>(i) / 255;
+            t[i] = v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+        }
+        return t;
+    }();
+    return table;
+}
+
+// The texel of that number along one axis, numbers below 0 and beyond the side included.
+int wrapped(int64_t i, int side, Texture::Wrap wrap) {
+    if (wrap == Texture::CLAMP) return static_cast<int>(std::clamp<int64_t>(i, 0, side - 1));
+    const int64_t period = wrap == Texture::MIRROR ? int64_t{2} * side : side;
+    const int64_t rest = (i % period + period) % period;
+    return static_cast<int>(rest < side ? rest : period - 1 - rest);
+}
+
+Texel texel(const Texture &t, int64_t x, int64_t y) {
+    const auto column = static_cast<size_t>(wrapped(x, t.width, t.wrap_u));
+    const auto row = static_cast<size_t>(wrapped(y, t.height, t.wrap_v));
+    const uint8_t *p = &t.rgba[4 * (row * static_cast<size_t>(t.width) + column)];
+    const float alpha = static_cast<float>(p[3]) / 255;
+    if (t.srgb) {
+        const std::array<float, 256> &light = srgb_table();
+        return {{light[p[0]], light[p[1]], light[p[2]]}, alpha};
+    }
+    const auto linear = [](uint8_t v) { return static_cast<float>(v) / 255; };
+    return {{linear(p[0]), linear(p[1]), linear(p[2])}, alpha};
+}
+
+} // namespace
+
+Texture texture_decode(const std::vector<unsigned char> &bytes) {
+    if (bytes.empty()) throw Error("is empty");
+    if (bytes.size() > MAX_FILE) throw Error("is too large a file: at most 1 GiB is read");
+    const Extent extent = extent_in_header(bytes);
+    if (extent.width <= 0 || extent.height <= 0)
+        throw Error("is no picture that can be read (PNG, JPEG, BMP or TGA)");
+    if (extent.width > MAX_SIDE || extent.height > MAX_SIDE ||
+        extent.width * extent.height > MAX_TEXELS)
+        throw Error("has " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
+                    " texels; at most 2^27 are read, 32768 a side");
+    tinygltf::Image image;
+    std::string error, warning;
+    if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),
+                                 static_cast<int>(bytes.size()), nullptr))
+        throw Error("is damaged: it cannot be decoded");
+    const size_t texels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+    const size_t channel = image.bits == 16 ? 2 : 1;
+    if (image.component != 4 || image.image.size() != 4 * texels * channel)
+        throw Error("is damaged: it cannot be decoded");
+    Texture texture;
+    texture.width = image.width;
+    texture.height = image.height;
+    texture.rgba.resize(4 * texels);
+    for (size_t i = 0; i < texture.rgba.size(); ++i) {
+        if (channel == 1) {
+            texture.rgba[i] = image.image[i];
+        } else {
+            uint16_t value;
+            std::memcpy(&value, &image.image[2 * i], 2);
+            texture.rgba[i] = static_cast<uint8_t>((value * 255u + 32767u) / 65535u);
+        }
+    }
+    for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
+        texture.has_alpha = texture.rgba[i] != 255;
+    return texture;
+}
+
+Texel texture_at(const Texture &t, Vec2 uv) {
+    // Coordinates that are none, or beyond all use, are those of the corner.
+    const auto place = [](float v, int side) {
+        return std::abs(v) < 1e6f ? static_cast<double>(v) * side : 0.0;
+    };
+    const double x = place(uv.x, t.width), y = place(uv.y, t.height);
+    if (t.nearest)
+        return texel(t, static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y)));
+    const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
+    const auto s = static_cast<float>(x - 0.5 - left), r = static_cast<float>(y - 0.5 - top);
+    const auto column = static_cast<int64_t>(left), row = static_cast<int64_t>(top);
+    const Texel a = texel(t, column, row), b = texel(t, column + 1, row);
+    const Texel c = texel(t, column, row + 1), d = texel(t, column + 1, row + 1);
+    const float wa = (1 - s) * (1 - r), wb = s * (1 - r), wc = (1 - s) * r, wd = s * r;
+    return {wa * a.rgb + wb * b.rgb + wc * c.rgb + wd * d.rgb,
+            wa * a.alpha + wb * b.alpha + wc * c.alpha + wd * d.alpha};
+}
