@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Materials and textures of glTF. Metal without a texture that says otherwise is the conductor,
-// what transmits is the dielectric, all else the mixture that glTF names metallic-roughness.
+// what transmits is the dielectric, what has neither metal nor coat is diffuse, all else the
+// mixture that glTF names metallic-roughness.
 #include <cmath>
 #include <filesystem>
 
@@ -31,7 +32,6 @@ Vec3 colour(const std::vector<double> &factor, double high) {
 const std::pair<const char *, const char *> UNKNOWN_PARTS[] = {
     {"KHR_materials_clearcoat", "clearcoat"},
     {"KHR_materials_sheen", "sheen"},
-    {"KHR_materials_specular", "specular colours and weights"},
     {"KHR_materials_volume", "absorption in volumes"},
     {"KHR_materials_iridescence", "iridescence"},
     {"KHR_materials_anisotropy", "anisotropy"},
@@ -135,6 +135,15 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
     m.metallic = within(pbr.metallicFactor, 0, 1);
     m.roughness = within(pbr.roughnessFactor, 0, 1);
     m.ior = within(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
+    const char *const specular = "KHR_materials_specular";
+    const float coat = within(gltf_number(source.extensions, specular, "specularFactor", 1), 0, 1);
+    if (coat < 1) { // less of a coat is one of a lower index of refraction
+        const float root = std::sqrt(coat) * (m.ior - 1) / (m.ior + 1);
+        m.ior = (1 + root) / (1 - root);
+    }
+    for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
+        if (member(source.extensions, specular, name))
+            draft_.ignored.insert("colours and textures of coats");
     SurfaceMaps maps;
     maps.vertex_colours = vertex_colours;
     maps.colour = texture(pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
@@ -153,7 +162,10 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
             texture(pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord,
                     pbr.metallicRoughnessTexture.extensions, false);
         const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
-        m.kind = all_metal ? Material::CONDUCTOR : Material::METALLIC_ROUGHNESS;
+        const bool bare = m.metallic == 0 && coat == 0;
+        m.kind = all_metal ? Material::CONDUCTOR
+                 : bare    ? Material::DIFFUSE
+                           : Material::METALLIC_ROUGHNESS;
     }
     maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
                           source.normalTexture.extensions, false);

@@ -7,6 +7,8 @@
 // pixel only: splatting would tie neighbours together and spoil the blue noise.
 #include "integrator.h"
 
+#include <optional>
+
 #include "distribution.h"
 
 namespace {
@@ -97,9 +99,9 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
             radiance += power_heuristic(scatter_pdf, found) * (throughput * shining);
         }
         const Material &even = scene.materials[surface.material];
-        Material varied; // only where something differs from place to place
+        std::optional<Material> varied; // where something differs from place to place
         if (even.maps >= 0) varied = material_at(scene, even, {hit.triangle, hit.u, hit.v});
-        const Material &material = even.maps >= 0 ? varied : even;
+        const Material &material = varied ? *varied : even;
         const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
         const Vec3 shading =
             scene.normals.empty() && scene.maps.empty()

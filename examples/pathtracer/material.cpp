@@ -243,12 +243,12 @@ Mixture mixture(const Material &m) {
     const float at = roughness * (SIZE - 1);
     x.row = static_cast<size_t>(std::min(static_cast<int>(at), SIZE - 2));
     x.t = at - static_cast<float>(x.row);
-    const float mean_loss =
-        std::max(lerp(x.t, table.mean_loss[x.row], table.mean_loss[x.row + 1]), 1e-6f);
+    const float mean_loss = lerp(x.t, table.mean_loss[x.row], table.mean_loss[x.row + 1]);
     const float mean_edge = lerp(x.t, table.mean_edge[x.row], table.mean_edge[x.row + 1]);
     const float root = (m.ior - 1) / (m.ior + 1);
     x.coat = root * root;
     const auto multiple = [&](float reflectance) {
+        if (mean_loss < LEAST_LOSS) return 0.0f;
         const float mean = reflectance + (1 - reflectance) / 21;
         return mean * mean * (1 - mean_loss) / (1 - mean * mean_loss);
     };
@@ -260,7 +260,8 @@ Mixture mixture(const Material &m) {
     x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
     const Vec3 metal = {multiple(m.albedo.x), multiple(m.albedo.y), multiple(m.albedo.z)};
     const float coat = (1 - m.metallic) * x.coat_multiple;
-    x.multiple = (1 / mean_loss) * (m.metallic * metal + Vec3{coat, coat, coat});
+    x.multiple =
+        (1 / std::max(mean_loss, LEAST_LOSS)) * (m.metallic * metal + Vec3{coat, coat, coat});
     return x;
 }
 

@@ -160,6 +160,9 @@ Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment
             for (std::vector<Vec2> &set : scene.texture_coordinates) set = {};
             scene.colours = {};
         }
+        bool has_normals = false;
+        for (const Vec3 n : scene.normals) has_normals = has_normals || max_magnitude(n) > 0;
+        if (!has_normals) scene.normals = {};
         const Point3d middle = recentre(draft.points, scene.vertices);
         draft.points = {};
 

@@ -69,7 +69,7 @@ std::vector<Case> rough_cases() {
         for (const float roughness : {0.3f, 0.8f}) {
             cases.push_back({"conductor", conductor({0.9f, 0.6f, 0.3f}, roughness, {1, 0.9f, 0.8f}),
                              true, cosine});
-            for (const float metallic : {0.0f, 0.6f, 1.0f})
+            for (const float metallic : {0.0f, 0.6f})
                 cases.push_back({"metallic-roughness",
                                  metallic_roughness({0.9f, 0.5f, 0.2f}, metallic, roughness), true,
                                  cosine});
@@ -257,7 +257,7 @@ void test_white_furnace() {
             for (const float metallic : {0.0f, 0.5f, 1.0f})
                 for (const float ior : {1.5f, 1.0f, 2.4f}) {
                     const Material m = metallic_roughness({1, 1, 1}, metallic, roughness, ior);
-                    const float white = albedo(m, true, direction(cosine, 1), 7, 150).y;
+                    const float white = albedo(m, true, direction(cosine, 1), 7, 80).y;
                     CHECK(white < 1.015f && white > (roughness < 0.2f ? 0.93f : 0.988f),
                           "metallic %g, roughness %g, ior %g, cosine %g: %g", metallic, roughness,
                           ior, cosine, white);

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes small glTF, GLB and OBJ files for the tests: nothing is checked, so that wrong ones can be written too."""
+
+import base64
+import copy
+import io
+import json
+import struct
+
+import numpy as np
+from PIL import Image
+
+COMPONENT_TYPES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
+QUAD = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], np.float32)  # faces up
+QUAD_COORDINATES = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)  # seen from above the picture is upright
+DOWN = [-np.sqrt(0.5), 0, 0, np.sqrt(0.5)]  # the rotation of a node that makes cameras and lights look down
+
+
+class Gltf:
+    """A glTF under construction: `json` may be changed at will before it is saved."""
+
+    def __init__(self):
+        self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}
+        self.bytes = bytearray()
+
+    def add(self, kind, **properties):
+        """Adds an element to a list of the file; returns its number."""
+        elements = self.json.setdefault(kind, [])
+        elements.append(properties)
+        return len(elements) - 1
+
+    def use(self, extension):
+        names = self.json.setdefault("extensionsUsed", [])
+        if extension not in names:
+            names.append(extension)
+
+    def view(self, data, **properties):
+        while len(self.bytes) % 4:
+            self.bytes.append(0)
+        offset = len(self.bytes)
+        self.bytes += data
+        return self.add("bufferViews", buffer=0, byteOffset=offset, byteLength=len(data), **properties)
+
+    def accessor(self, values, **properties):
+        values = np.ascontiguousarray(values)
+        kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
+        view = self.view(values.tobytes())
+        return self.add(
+            "accessors",
+            **{
+                "bufferView": view,
+                "componentType": COMPONENT_TYPES[str(values.dtype)],
+                "count": len(values),
+                "type": kind,
+                **properties,
+            },
+        )
+
+    def material(self, colour=(0.5, 0.5, 0.5), **properties):
+        """A diffuse material, but for what is given."""
+        self.use("KHR_materials_specular")
+        pbr = {"baseColorFactor": [*map(float, colour), 1.0], "metallicFactor": 0, **properties.pop("pbr", {})}
+        extensions = {"KHR_materials_specular": {"specularFactor": 0}, **properties.pop("extensions", {})}
+        return self.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, **properties)
+
+    def mesh(self, positions, indices=None, material=None, mode=None, **attributes):
+        """Attributes are arrays; positions and indices arrays or numbers of accessors."""
+        number = lambda a: a if isinstance(a, int) else self.accessor(a)
+        primitive = {"attributes": {"POSITION": number(positions)}}
+        primitive["attributes"].update({name: number(values) for name, values in attributes.items()})
+        if indices is not None:
+            primitive["indices"] = number(indices)
+        if material is not None:
+            primitive["material"] = material
+        if mode is not None:
+            primitive["mode"] = mode
+        return self.add("meshes", primitives=[primitive])
+
+    def node(self, root=True, **properties):
+        number = self.add("nodes", **properties)
+        if root:
+            self.json["scenes"][0]["nodes"].append(number)
+        return number
+
+    def quads(self, quads, material, **node):
+        """Quadrilaterals of four corners each, as one mesh of one node."""
+        corners = np.asarray(quads, np.float32).reshape(-1, 3)
+        first = 4 * np.arange(len(corners) // 4, dtype=np.uint16)[:, None]
+        indices = (first + np.array([0, 1, 2, 0, 2, 3], np.uint16)).ravel()
+        return self.node(mesh=self.mesh(corners, indices, material), **node)
+
+    def camera(self, yfov=0.6, **node):
+        camera = self.add("cameras", type="perspective", perspective={"yfov": yfov, "znear": 0.01})
+        return self.node(camera=camera, **node)
+
+    def light(self, kind, intensity, color=(1, 1, 1), light=None, **node):
+        self.use("KHR_lights_punctual")
+        lights = self.json.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {"lights": []})["lights"]
+        lights.append({"type": kind, "intensity": intensity, "color": list(color), **(light or {})})
+        return self.node(extensions={"KHR_lights_punctual": {"light": len(lights) - 1}}, **node)
+
+    def texture(self, pixels, kind="PNG", **sampler):
+        """A texture of an array of 8-bit pixels, in a buffer view."""
+        picture = self.add(
+            "images", bufferView=self.view(encoded(pixels, kind)), mimeType=f"image/{kind.lower()}"
+        )
+        return self.add("textures", source=picture, sampler=self.add("samplers", **sampler))
+
+    def document(self, **buffer):
+        result = copy.deepcopy(self.json)
+        if self.bytes or buffer:
+            result["buffers"] = [{"byteLength": len(self.bytes), **buffer}]
+        return result
+
+    def save(self, path):
+        """By its ending: .glb in one piece, .gltf with its buffer inside."""
+        path.write_bytes(self.glb() if path.suffix.lower() == ".glb" else self.gltf())
+        return path
+
+    def gltf(self):
+        uri = "data:application/octet-stream;base64," + base64.b64encode(bytes(self.bytes)).decode()
+        return json.dumps(self.document(uri=uri)).encode()
+
+    def glb(self):
+        text = json.dumps(self.document()).encode()
+        text += b" " * (-len(text) % 4)
+        data = bytes(self.bytes) + b"\0" * (-len(self.bytes) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text
+        if data:
+            chunks += struct.pack("<I4s", len(data), b"BIN\0") + data
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def encoded(pixels, kind="PNG"):
+    stream = io.BytesIO()
+    options = {"quality": 95, "subsampling": 0} if kind == "JPEG" else {}
+    Image.fromarray(np.asarray(pixels, np.uint8)).save(stream, kind, **options)
+    return stream.getvalue()
+
+
+def linear(values):
+    """8-bit sRGB as light."""
+    v = np.asarray(values) / 255
+    return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+
+
+# ---- The Cornell box, as the path tracer has it built in
+
+TOP, BACK = 548.8, 559.2
+
+
+def ceiling(x0, x1, z0, z1):
+    return [[x0, TOP, z0], [x1, TOP, z0], [x1, TOP, z1], [x0, TOP, z1]]
+
+
+def block(height, corners):
+    at = lambda corner, y: [corner[0], y, corner[1]]
+    sides = [
+        [at(p, 0), at(q, 0), at(q, height), at(p, height)] for p, q in zip(corners, corners[1:] + corners[:1])
+    ]
+    return [[at(corner, height) for corner in corners], *sides]
+
+
+CORNELL = {  # name: (colour, emission, quadrilaterals)
+    "white": (
+        (0.725, 0.71, 0.68),
+        None,
+        [
+            ceiling(0, 556, 0, 227),
+            ceiling(0, 556, 332, BACK),
+            ceiling(0, 213, 227, 332),
+            ceiling(343, 556, 227, 332),
+            [[552.8, 0, 0], [0, 0, 0], [0, 0, BACK], [549.6, 0, BACK]],
+            [[549.6, 0, BACK], [0, 0, BACK], [0, TOP, BACK], [556, TOP, BACK]],
+            *block(165, [[130, 65], [82, 225], [240, 272], [290, 114]]),
+            *block(330, [[423, 247], [265, 296], [314, 456], [472, 406]]),
+        ],
+    ),
+    "red": (
+        (0.63, 0.065, 0.05),
+        None,
+        [[[552.8, 0, 0], [549.6, 0, BACK], [556, TOP, BACK], [556, TOP, 0]]],
+    ),
+    "green": ((0.14, 0.45, 0.091), None, [[[0, 0, BACK], [0, 0, 0], [0, TOP, 0], [0, TOP, BACK]]]),
+    "lamp": ((0.78, 0.78, 0.78), (17, 12, 4), [ceiling(213, 343, 227, 332)]),
+}
+CORNELL_CAMERA = {"translation": [278, 273, -800], "rotation": [0, 1, 0, 0]}
+CORNELL_ANGLE = 2 * np.arctan(0.5 * 0.025 / 0.035)
+
+
+def cornell(scale=1.0, shift=(0.0, 0.0, 0.0), camera=True):
+    """The box as a glTF; its root is scaled, by one factor or three, then moved."""
+    g = Gltf()
+    g.use("KHR_materials_emissive_strength")
+    for colour, emission, quads in CORNELL.values():
+        glow = {}
+        if emission:
+            strength = {"KHR_materials_emissive_strength": {"emissiveStrength": max(emission)}}
+            glow = {"emissiveFactor": [e / max(emission) for e in emission], "extensions": strength}
+        g.quads(quads, g.material(colour, **glow))
+    if camera:
+        g.camera(CORNELL_ANGLE, **CORNELL_CAMERA)
+    children = g.json["scenes"][0]["nodes"]
+    root = g.node(root=False, children=children, scale=[float(s) for s in np.broadcast_to(scale, 3)], translation=[float(s) for s in shift])
+    g.json["scenes"][0]["nodes"] = [root]
+    return g
+
+
+def cornell_obj(folder):
+    """The box as an OBJ with its materials, its open side towards +z; returns its path. It has no camera."""
+    text, materials, count = "mtllib box.mtl\n", "", 0
+    for name, (colour, emission, quads) in CORNELL.items():
+        materials += f"newmtl {name}\nillum 1\nKd {' '.join(map(str, colour))}\n"
+        if emission:
+            materials += f"Ke {' '.join(map(str, emission))}\n"
+        text += f"usemtl {name}\n"
+        for quad in quads:
+            text += "".join(f"v {x} {y} {-z}\n" for x, y, z in reversed(quad))
+            text += f"f {count + 1} {count + 2} {count + 3} {count + 4}\n"
+            count += 4
+    (folder / "box.mtl").write_text(materials)
+    (folder / "box.obj").write_text(text)
+    return folder / "box.obj"
