@@ -23,7 +23,7 @@ const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
     return scene.maps[static_cast<size_t>(material.maps)];
 }
 
-Texel looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
+TextureColour looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
     const Vec2 uv = coordinates.empty() ? Vec2{0, 0}
                                         : interpolated(coordinates, scene.triangles[p.triangle], p);
@@ -50,7 +50,7 @@ Material material_at(const Scene &scene, const Material &material, SurfacePoint 
         m.albedo *= interpolated(scene.colours, scene.triangles[p.triangle], p);
     if (maps.colour.texture >= 0) m.albedo *= looked_up(scene, maps.colour, p).rgb;
     if (maps.metallic_roughness.texture >= 0) {
-        const Texel texel = looked_up(scene, maps.metallic_roughness, p);
+        const TextureColour texel = looked_up(scene, maps.metallic_roughness, p);
         m.metallic *= texel.rgb.z;
         m.roughness *= texel.rgb.y;
     }
@@ -85,7 +85,7 @@ bool is_cut_out(const Scene &scene, SurfacePoint p) {
     const SurfaceMaps &maps = maps_of(scene, p);
     float alpha = maps.alpha;
     if (maps.cut_out.texture >= 0) {
-        const Texel texel = looked_up(scene, maps.cut_out, p);
+        const TextureColour texel = looked_up(scene, maps.cut_out, p);
         const Texture &texture = scene.textures[static_cast<size_t>(maps.cut_out.texture)];
         alpha *= texture.has_alpha ? texel.alpha : texel.rgb.x;
     }

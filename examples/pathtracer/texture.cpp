@@ -84,7 +84,7 @@ int wrapped(int64_t i, int side, Texture::Wrap wrap) {
     return static_cast<int>(rest < side ? rest : period - 1 - rest);
 }
 
-Texel texel(const Texture &t, int64_t x, int64_t y) {
+TextureColour texel(const Texture &t, int64_t x, int64_t y) {
     const auto column = static_cast<size_t>(wrapped(x, t.width, t.wrap_u));
     const auto row = static_cast<size_t>(wrapped(y, t.height, t.wrap_v));
     const uint8_t *p = &t.rgba[4 * (row * static_cast<size_t>(t.width) + column)];
@@ -136,7 +136,7 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
     return texture;
 }
 
-Texel texture_at(const Texture &t, Vec2 uv) {
+TextureColour texture_at(const Texture &t, Vec2 uv) {
     // Coordinates that are none, or beyond all use, are those of the corner.
     const auto place = [](float v, int side) {
         return std::abs(v) < 1e6f ? static_cast<double>(v) * side : 0.0;
@@ -147,8 +147,8 @@ Texel texture_at(const Texture &t, Vec2 uv) {
     const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
     const auto s = static_cast<float>(x - 0.5 - left), r = static_cast<float>(y - 0.5 - top);
     const auto column = static_cast<int64_t>(left), row = static_cast<int64_t>(top);
-    const Texel a = texel(t, column, row), b = texel(t, column + 1, row);
-    const Texel c = texel(t, column, row + 1), d = texel(t, column + 1, row + 1);
+    const TextureColour a = texel(t, column, row), b = texel(t, column + 1, row);
+    const TextureColour c = texel(t, column, row + 1), d = texel(t, column + 1, row + 1);
     const float wa = (1 - s) * (1 - r), wb = s * (1 - r), wc = (1 - s) * r, wd = s * r;
     return {wa * a.rgb + wb * b.rgb + wc * c.rgb + wd * d.rgb,
             wa * a.alpha + wb * b.alpha + wc * c.alpha + wd * d.alpha};

@@ -19,7 +19,7 @@ struct Texture {
     std::vector<uint8_t> rgba; // height rows of width texels, the first row on top
 };
 
-struct Texel {
+struct TextureColour {
     Vec3 rgb;
     float alpha;
 };
@@ -29,4 +29,4 @@ struct Texel {
 Texture texture_decode(const std::vector<unsigned char> &bytes);
 
 // At (0, 0) is the top left corner of the picture, at (1, 1) the bottom right one.
-Texel texture_at(const Texture &texture, Vec2 uv);
+TextureColour texture_at(const Texture &texture, Vec2 uv);
