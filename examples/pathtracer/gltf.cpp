@@ -16,6 +16,16 @@ constexpr int MAX_NESTING = 256; // of JSON; tinygltf takes values apart by recu
 
 // ---- The file
 
+// What the reader understands, or names itself where a material has it.
+bool is_known(const std::string &extension) {
+    const char *const known[] = {
+        "KHR_lights_punctual",        "KHR_materials_ior",     "KHR_materials_emissive_strength",
+        "KHR_materials_transmission", "KHR_texture_transform", "KHR_mesh_quantization"};
+    for (const char *name : known)
+        if (extension == name) return true;
+    return extension.compare(0, 14, "KHR_materials_") == 0;
+}
+
 // Refuses what tinygltf would follow too far: JSON nested deeper than its stack, chunks that go
 // beyond the file.
 void check_nesting(const char *text, size_t size) {
@@ -94,6 +104,10 @@ tinygltf::Model load(const std::string &path) {
     } catch (const std::exception &problem) {
         throw Error(std::string("is no valid glTF 2.0: ") + first_line(problem.what()));
     }
+    // Before other errors: what an extension puts elsewhere is missing where it is looked for.
+    for (const std::string &extension : model.extensionsRequired)
+        if (!is_known(extension))
+            throw Error("requires the extension " + extension + ", which cannot be read");
     if (!good) throw Error("is no valid glTF 2.0: " + first_line(error));
     if (model.asset.version.compare(0, 2, "2.") != 0)
         throw Error("is glTF " + model.asset.version + "; version 2 is read");
@@ -376,27 +390,13 @@ void read_nodes(Reader &r) {
     }
 }
 
-// What the reader understands, or names itself where a material has it.
-bool is_known(const std::string &extension) {
-    const char *const known[] = {
-        "KHR_lights_punctual",        "KHR_materials_ior",     "KHR_materials_emissive_strength",
-        "KHR_materials_transmission", "KHR_texture_transform", "KHR_mesh_quantization"};
-    for (const char *name : known)
-        if (extension == name) return true;
-    return false;
-}
-
 } // namespace
 
 SceneDraft gltf_read(const std::string &path) {
     const tinygltf::Model model = load(path);
     SceneDraft draft;
-    for (const std::string &extension : model.extensionsRequired)
-        if (!is_known(extension) && extension.compare(0, 14, "KHR_materials_") != 0)
-            throw Error("requires the extension " + extension + ", which cannot be read");
     for (const std::string &extension : model.extensionsUsed)
-        if (!is_known(extension) && extension.compare(0, 14, "KHR_materials_") != 0)
-            draft.ignored.insert("the extension " + extension);
+        if (!is_known(extension)) draft.ignored.insert("the extension " + extension);
     if (!model.animations.empty()) draft.ignored.insert("animations");
     Reader reader = {model, draft, GltfMaterials(model, draft)};
     read_nodes(reader);
