@@ -125,7 +125,8 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
     if (accessor.sparse.isSparse) {
         const auto &sparse = accessor.sparse;
         if (sparse.count < 0 || static_cast<size_t>(sparse.count) > accessor.count ||
-            sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0 ||
+            static_cast<int64_t>(sparse.indices.byteOffset) < 0 ||
+            static_cast<int64_t>(sparse.values.byteOffset) < 0 ||
             !is_index_type(sparse.indices.componentType))
             throw Error(std::string(what) + " have sparse parts that cannot be");
         const auto count = static_cast<size_t>(sparse.count);

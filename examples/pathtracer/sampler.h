@@ -6,7 +6,7 @@
 //     root - pixel                    (0,1) position in the pixel     (2,3) position on the lens
 //          - bounce - 0, 1, 2 ...
 //                       - light       (0,1) which light, and where on it
-//                       - scatter     (0,1) direction    (2) roulette    (3) reflect or transmit
+//                       - scatter     (0,1) direction    (2) roulette    (3) which lobe
 //
 // The four dimensions of a domain serve what belongs together; two-dimensional decisions stay on
 // the pairs (0,1) and (2,3), where samples are blue and stratified. Different domains are

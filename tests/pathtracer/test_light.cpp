@@ -247,6 +247,71 @@ void test_area_lights() {
     }
 }
 
+// From its back a light of both sides is as large as from its front, mirrored, and twice as strong.
+void test_both_sides() {
+    Scene scene;
+    add_triangle_light(scene, add_diffuse(scene, {0, 0, 0}), {1, 1, 1}, {-1, 2, -0.5f},
+                       {0.8f, 2, -0.7f}, {0.9f, 2, 0.9f});
+    Light light = scene.lights[0];
+    const float one_side = light_power(light, 1);
+    light.both_sides = true;
+    CHECK(std::abs(light_power(light, 1) - 2 * one_side) < 1e-6f, "%g", light_power(light, 1));
+    Random random{21};
+    for (int i = 0; i < 1000; ++i) {
+        const Vec2 u = {random(), random()};
+        const LightSample below = light_sample(light, {0.1f, 0.5f, 0.2f}, u);
+        const LightSample above = light_sample(light, {0.1f, 3.5f, 0.2f}, u);
+        CHECK(below.pdf > 0 && std::abs(above.pdf / below.pdf - 1) < 1e-5f, "%g and %g", above.pdf,
+              below.pdf);
+        CHECK(std::abs(light_pdf(light, length(above.point - Vec3{0.1f, 3.5f, 0.2f}),
+                                 -dot(light.normal, above.direction)) /
+                           above.pdf -
+                       1) < 1e-4f,
+              "%g", above.pdf);
+        const Vec3 there =
+            light.corner + above.place.x * light.edge_u + above.place.y * light.edge_v;
+        CHECK(length(there - above.point) < 1e-5f, "off by %g", length(there - above.point));
+    }
+}
+
+// Lights without extent: what they send where, and that all of it is what their power says.
+void test_lights_without_extent() {
+    Light light{};
+    light.kind = Light::POINT;
+    light.corner = {1, 2, 3};
+    light.radiance = {8, 4, 2};
+    const LightSample near = light_sample(light, {1, 2, 1}, {0, 0});
+    CHECK(near.pdf == 1 && max_magnitude(near.radiance - Vec3{2, 1, 0.5f}) < 1e-6f, "%g",
+          near.radiance.x);
+    CHECK(max_magnitude(near.direction - Vec3{0, 0, 1}) < 1e-6f, "%g", near.direction.z);
+    CHECK(light_sample(light, light.corner, {0, 0}).pdf == 0, "it lights itself");
+
+    light.kind = Light::DIRECTIONAL;
+    light.normal = {0, -1, 0};
+    light.distance = 100;
+    const LightSample far = light_sample(light, {5, 6, 7}, {0, 0});
+    CHECK(far.pdf == 1 && far.direction.y == 1 && far.point.y == 106 && far.radiance.x == 8, "%g",
+          far.point.y);
+
+    light.kind = Light::SPOT;
+    for (const float outer : {0.3f, 1.0f, 1.57f}) {
+        light.cosine_inner = std::cos(0.5f * outer);
+        light.cosine_outer = std::cos(outer);
+        const int steps = 20000;
+        double power = 0;
+        for (int i = 0; i < steps; ++i) {
+            const float angle = PI * (static_cast<float>(i) + 0.5f) / steps;
+            const Vec3 to_point = {std::sin(angle), -std::cos(angle), 0};
+            const LightSample s = light_sample(light, light.corner + to_point, {0, 0});
+            CHECK((s.pdf > 0) == (angle < outer), "angle %g of %g: pdf %g", angle, outer, s.pdf);
+            const double ring = 2 * static_cast<double>(PI * std::sin(angle) * PI / steps);
+            if (s.pdf > 0) power += ring * static_cast<double>(luminance(s.radiance));
+        }
+        const double stated = static_cast<double>(light_power(light, 1));
+        CHECK(power > 0.8 * stated && power < 1.2 * stated, "%g, stated %g", power, stated);
+    }
+}
+
 // Lights are chosen by power, those without any not at all.
 void test_lights_by_power() {
     Scene scene;
@@ -278,6 +343,8 @@ int main() {
     test_one_bright_texel();
     test_bad_environments();
     test_area_lights();
+    test_both_sides();
+    test_lights_without_extent();
     test_lights_by_power();
     return 0;
 }
