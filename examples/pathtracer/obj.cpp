@@ -12,9 +12,12 @@
 #include <sstream>
 
 #include "error.h"
+#include "polygon.h"
 #include "scene_file.h"
 
 namespace {
+
+constexpr unsigned MAX_CORNERS = 1024; // of a polygon that is split here
 
 // Reads material files beside the OBJ; one that is missing is noted.
 class Materials : public tinyobj::MaterialReader {
@@ -154,16 +157,37 @@ SceneDraft obj_read(const std::string &path) {
     SceneDraft draft;
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     const std::vector<unsigned char> bytes = read_file(path);
-    std::istringstream text(std::string(bytes.begin(), bytes.end()));
+    const std::string content(bytes.begin(), bytes.end());
     tinyobj::attrib_t attributes;
     std::vector<tinyobj::shape_t> shapes;
     std::vector<tinyobj::material_t> sources;
-    std::string warning, error;
+    std::string warning;
     Materials material_files(folder, draft.ignored);
-    if (!tinyobj::LoadObj(&attributes, &shapes, &sources, &warning, &error, &text, &material_files,
-                          true, false))
-        throw Error("is no OBJ: " + error.substr(0, error.find('\n')));
-    // Faces with such indices are left out by the loader where it has to split them.
+    const auto load = [&](bool split) {
+        std::istringstream text(content);
+        std::string error;
+        attributes = {}, shapes.clear(), sources.clear(), warning.clear();
+        if (!tinyobj::LoadObj(&attributes, &shapes, &sources, &warning, &error, &text,
+                              &material_files, split, false))
+            throw Error("is no OBJ: " + error.substr(0, error.find('\n')));
+    };
+    // Polygons are split here, as the loader does not get concave ones right. Those of very many
+    // corners, of which some of its versions lose count, are left to it.
+    load(false);
+    bool all_counted = true;
+    for (const tinyobj::shape_t &shape : shapes) {
+        size_t corners = 0;
+        for (const auto count : shape.mesh.num_face_vertices) {
+            corners += count;
+            all_counted = all_counted && count <= MAX_CORNERS;
+        }
+        all_counted = all_counted && corners == shape.mesh.indices.size();
+    }
+    if (!all_counted) {
+        load(true);
+        draft.ignored.insert("that polygons of more than 255 corners may be concave");
+    }
+    // Faces with such indices may be left out by the loader.
     if (warning.find("ndices out of bounds") != std::string::npos ||
         warning.find("invalid vertex index") != std::string::npos)
         throw Error("has an index out of range");
@@ -217,10 +241,12 @@ SceneDraft obj_read(const std::string &path) {
     for (const tinyobj::shape_t &shape : shapes) {
         if (!shape.lines.indices.empty() || !shape.points.indices.empty())
             draft.ignored.insert("points and lines");
-        const std::vector<tinyobj::index_t> &corners = shape.mesh.indices;
-        for (size_t face = 0; 3 * face + 2 < corners.size(); ++face) {
-            const int number =
-                face < shape.mesh.material_ids.size() ? shape.mesh.material_ids[face] : -1;
+        const tinyobj::mesh_t &mesh = shape.mesh;
+        size_t first = 0;
+        for (size_t face = 0; face < mesh.num_face_vertices.size(); ++face) {
+            const size_t count = mesh.num_face_vertices[face];
+            if (first + count > mesh.indices.size()) throw Error("has faces that cannot be");
+            const int number = face < mesh.material_ids.size() ? mesh.material_ids[face] : -1;
             uint32_t material;
             if (number >= 0) {
                 material = materials[checked(number, materials.size(), "material")];
@@ -229,8 +255,15 @@ SceneDraft obj_read(const std::string &path) {
                     standard_material = reader.material(standard, vertex_colours);
                 material = static_cast<uint32_t>(standard_material);
             }
-            const uint32_t a = vertex(corners[3 * face]), b = vertex(corners[3 * face + 1]);
-            draft_add_triangle(draft, material, a, b, vertex(corners[3 * face + 2]));
+            std::vector<uint32_t> corners;
+            std::vector<Point3d> places;
+            for (size_t i = first; i < first + count; ++i) {
+                corners.push_back(vertex(mesh.indices[i]));
+                places.push_back(draft.points[corners.back()]);
+            }
+            for (const std::array<size_t, 3> &t : polygon_triangles(places))
+                draft_add_triangle(draft, material, corners[t[0]], corners[t[1]], corners[t[2]]);
+            first += count;
         }
     }
     return draft;

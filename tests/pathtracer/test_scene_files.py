@@ -495,6 +495,45 @@ def test_obj_materials(pathtracer, even_sky):
     np.testing.assert_allclose(pathtracer.image(*arguments, "--max-depth", 50), 1, rtol=1e-3)
 
 
+def test_polygons_of_an_obj_cover_what_they_should(pathtracer, even_sky):
+    """Concave ones, of either turn and from any first corner, in a plane that is not level: the share of the picture
+    they cover is their area, to within the pixels along their edges."""
+    comb = [(-1, -1), (1, -1), (1, 1), (0.6, 1), (0.6, -0.5), (0.2, -0.5), (0.2, 1), (-0.2, 1), (-0.2, -0.5), (-1, -0.5)]
+    angles = np.linspace(0.15, 2 * np.pi - 0.15, 60)
+    arc = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    shapes = {
+        "corner": [(-1, -1), (1, -1), (1, 0), (0, 0), (0, 1), (-1, 1)],
+        "dart": [(-1, -1), (0, -0.6), (1, -1), (0, 1)],
+        "comb": comb,
+        "ring": [*arc, *(0.6 * arc[::-1])],
+        "frame": [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1), *(0.5 * QUAD[[0, 3, 2, 1, 0]][:, [0, 2]] * [1, -1])],
+    }
+    (pathtracer.folder / "a.mtl").write_text("newmtl a\nKd 0 0 0\n")
+    for name, shape in shapes.items():
+        x, y = np.array(shape, float).T
+        area = abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+        shares = []
+        for shift, step in ((0, 1), (1, 1), (2, -1), (3, -1)):
+            corners = np.roll(np.array(shape, float), shift, axis=0)[::step]
+            # Across the view of the framing camera, which the corners of a cube around it fix.
+            to_eye = np.array([0.55, 0.42, 1]) / np.linalg.norm([0.55, 0.42, 1])
+            right = np.cross([0, 1, 0], to_eye) / np.linalg.norm(np.cross([0, 1, 0], to_eye))
+            points = [p * right + q * np.cross(to_eye, right) for p, q in corners]
+            cube = [2e-5 * np.array(c) + s * np.array([1.5] * 3) for s in (-1, 1) for c in ((0, 0, 0), (1, 0, 0), (0, 1, 0))]
+            text = "mtllib a.mtl\nusemtl a\n" + "".join("v {} {} {}\n".format(*map(float, p)) for p in [*points, *cube])
+            n = len(points)
+            text += "f " + " ".join(str(i + 1) for i in range(n)) + f"\nf {n + 1} {n + 2} {n + 3}\nf {n + 4} {n + 5} {n + 6}\n"
+            path = pathtracer.folder / "polygon.obj"
+            path.write_text(text)
+            image = pathtracer.image("--scene", path, "--size", "64x64", "--spp", 4, "--env", even_sky, "--max-depth", 0)
+            shares.append(1 - image[..., 0].mean())
+        assert np.ptp(shares) < 0.02 * np.mean(shares), name
+        shares_of_area = np.mean(shares) / area
+        expected = shares_of_area if name == "corner" else expected
+        assert shares_of_area == pytest.approx(expected, rel=0.03), name
+    assert 0.02 < expected < 0.25
+
+
 # ---- Cameras and skies
 
 
