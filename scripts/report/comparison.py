@@ -18,7 +18,7 @@ def data_uri(image, lossless=False):
     if lossless:
         image.convert("RGB").save(data, "PNG", optimize=True)
     else:
-        image.convert("RGB").save(data, "JPEG", quality=90, subsampling=0, optimize=True)
+        image.convert("RGB").save(data, "JPEG", quality=86, subsampling=0, optimize=True)
     return f"data:image/{'png' if lossless else 'jpeg'};base64," + base64.b64encode(data.getvalue()).decode()
 
 

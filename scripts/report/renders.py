@@ -36,7 +36,7 @@ FURNACE_SPP = 64
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 8192
 # Seeds of each count: pictures of few samples differ more, and cost less.
 SEEDS = {1: 32, 2: 32, 4: 32, 8: 16, 16: 16, 32: 8, 64: 8, 128: 8, 256: 8}
-FLIP_SEEDS = 8
+FLIP_SEEDS = 4
 
 
 @dataclasses.dataclass(frozen=True)

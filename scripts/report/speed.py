@@ -165,7 +165,7 @@ def measure_all(options, store, references):
             result["shares"] = sampling_shares(options.pathtracer, {label: VARIANTS[label] for label in options.samplers},
                                                size, folder)
             result["threads"] = thread_pairs(options.pathtracer, big, 16, folder, step)
-            result["embree"] = embree_pairs(options.pathtracer, embree, big, 4, folder, step) if embree else None
+            result["embree"] = embree_pairs(options.pathtracer, embree, big, 8, folder, step) if embree else None
     finally:
         progress.close()
     store.save(key, result, {})

@@ -131,6 +131,12 @@ def test_what_misses_its_aim_is_said():
     assert report.worse_text().count("| worse |") == 2 * 3
 
 
+def test_one_seed_is_no_evidence():
+    report = made_up(0.6, seeds=1)
+    assert "One seed" in report.worse_text() and "One seed" in report.z_text()
+    assert not any("worse" in row[0] or "|z|" in row[0] for row in report.aims())
+
+
 @pytest.mark.parametrize("words, said", [(["--scenes", "cornell,attic"], "there is no scene 'attic'"),
                                          (["--samplers", "red"], "there is no sampler 'red'"),
                                          (["--reference-spp", "100"], "a multiple of 32"),
