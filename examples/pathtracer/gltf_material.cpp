@@ -3,7 +3,6 @@
 // what transmits is the dielectric, what has neither metal nor coat is diffuse, all else the
 // mixture that glTF names metallic-roughness.
 #include <cmath>
-#include <filesystem>
 
 #include "gltf_parts.h"
 

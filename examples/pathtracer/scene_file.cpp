@@ -40,6 +40,10 @@ bool has_any(Vec3 v) {
 // through a texture: lamps do, the displays and labels of things do not light a scene.
 bool make_area_lights(SceneDraft &draft) {
     Scene &scene = draft.scene;
+    std::vector<Vec3> whole_textures; // of each map
+    for (const SurfaceMaps &maps : scene.maps)
+        whole_textures.push_back(maps.emission.texture >= 0 ? mean_emission(scene, maps)
+                                                            : Vec3{0, 0, 0});
     bool lit = false;
     for (size_t i = 0; i < scene.triangles.size(); ++i) {
         const uint32_t material = scene.surfaces[i].material;
@@ -59,8 +63,9 @@ bool make_area_lights(SceneDraft &draft) {
         light.both_sides = emission.both_sides;
         const int32_t maps = scene.materials[material].maps;
         light.mapped = maps >= 0 && scene.maps[static_cast<size_t>(maps)].emission.texture >= 0;
-        light.radiance =
-            light.mapped ? mean_emission(scene, static_cast<uint32_t>(i)) : emission.radiance;
+        light.radiance = light.mapped ? mean_emission(scene, static_cast<uint32_t>(i),
+                                                      whole_textures[static_cast<size_t>(maps)])
+                                      : emission.radiance;
         lit = lit || !light.mapped;
         if (scene.lights.size() >= (1u << 22))
             throw Error("has more than 2^22 triangles that emit light");

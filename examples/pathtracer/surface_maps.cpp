@@ -30,17 +30,6 @@ TextureColour looked_up(const Scene &scene, const TextureUse &use, SurfacePoint 
     return texture_at(scene.textures[static_cast<size_t>(use.texture)], transformed(use, uv));
 }
 
-Vec3 texture_mean(const Texture &t) {
-    const int side = 64;
-    Vec3 sum = {0, 0, 0};
-    for (int y = 0; y < side; ++y)
-        for (int x = 0; x < side; ++x)
-            sum += texture_at(t, {(static_cast<float>(x) + 0.5f) / side,
-                                  (static_cast<float>(y) + 0.5f) / side})
-                       .rgb;
-    return (1.0f / (side * side)) * sum;
-}
-
 } // namespace
 
 Material material_at(const Scene &scene, const Material &material, SurfacePoint p) {
@@ -64,8 +53,13 @@ Vec3 emission_at(const Scene &scene, SurfacePoint p) {
     return maps.emission_factor * looked_up(scene, maps.emission, p).rgb;
 }
 
-Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
-    const int rows = 8;
+Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps) {
+    const Texture &texture = scene.textures[static_cast<size_t>(maps.emission.texture)];
+    return maps.emission_factor * texture_mean(texture);
+}
+
+Vec3 mean_emission(const Scene &scene, uint32_t triangle, Vec3 whole_texture) {
+    const int rows = 6;
     const float share_of_whole = 0.01f;
     Vec3 sum = {0, 0, 0};
     for (int y = 0; y < rows; ++y)
@@ -74,10 +68,7 @@ Vec3 mean_emission(const Scene &scene, uint32_t triangle) {
                 {(static_cast<float>(x) + 0.5f) / rows, (static_cast<float>(y) + 0.5f) / rows});
             sum += emission_at(scene, {triangle, at.x, at.y});
         }
-    const SurfaceMaps &maps = maps_of(scene, {triangle, 0, 0});
-    const Texture &texture = scene.textures[static_cast<size_t>(maps.emission.texture)];
-    return (1.0f / (rows * rows)) * sum +
-           share_of_whole * (maps.emission_factor * texture_mean(texture));
+    return (1.0f / (rows * rows)) * sum + share_of_whole * whole_texture;
 }
 
 bool is_cut_out(const Scene &scene, SurfacePoint p) {

@@ -43,9 +43,12 @@ Material material_at(const Scene &scene, const Material &material, SurfacePoint 
 // What the material of a place with an emission map sends out.
 Vec3 emission_at(const Scene &scene, SurfacePoint point);
 
-// The same, its mean over a triangle: by a grid of points, and a little of the texture's own mean,
-// so that it is zero only where no place of the texture shines.
-Vec3 mean_emission(const Scene &scene, uint32_t triangle);
+// The mean of what an emission map makes of all of its texture.
+Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps);
+
+// The mean of emission_at() over a triangle, by a few points, and a little of the mean of its whole
+// texture: so that it is zero only where no place of the texture shines.
+Vec3 mean_emission(const Scene &scene, uint32_t triangle, Vec3 whole_texture);
 
 // Whether the surface has a hole there.
 bool is_cut_out(const Scene &scene, SurfacePoint point);

@@ -153,3 +153,15 @@ TextureColour texture_at(const Texture &t, Vec2 uv) {
     return {wa * a.rgb + wb * b.rgb + wc * c.rgb + wd * d.rgb,
             wa * a.alpha + wb * b.alpha + wc * c.alpha + wd * d.alpha};
 }
+
+Vec3 texture_mean(const Texture &t) {
+    double sum[3] = {0, 0, 0};
+    for (size_t i = 0; i < t.rgba.size(); i += 4)
+        for (size_t c = 0; c < 3; ++c) {
+            const uint8_t value = t.rgba[i + c];
+            sum[c] += t.srgb ? static_cast<double>(srgb_table()[value]) : value / 255.0;
+        }
+    const double count = static_cast<double>(t.rgba.size() / 4);
+    return {static_cast<float>(sum[0] / count), static_cast<float>(sum[1] / count),
+            static_cast<float>(sum[2] / count)};
+}

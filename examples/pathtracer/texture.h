@@ -30,3 +30,6 @@ Texture texture_decode(const std::vector<unsigned char> &bytes);
 
 // At (0, 0) is the top left corner of the picture, at (1, 1) the bottom right one.
 TextureColour texture_at(const Texture &texture, Vec2 uv);
+
+// The mean of all texels: above zero when any of them is.
+Vec3 texture_mean(const Texture &texture);

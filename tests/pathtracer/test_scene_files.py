@@ -317,6 +317,19 @@ def test_emission_by_a_texture(pathtracer):
     np.testing.assert_allclose(seen[4, 20], 3 * linear(colours[1, 1]), rtol=1e-3)
 
 
+def test_a_spark_on_a_dark_texture_shines(pathtracer):
+    """One texel of a million, between all the points by which its triangles are judged."""
+    pixels = np.zeros((1024, 1024, 3), np.uint8)
+    pixels[515, 533] = 255
+    g = Gltf()
+    glow = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": g.texture(pixels, magFilter=9728)})
+    g.node(mesh=g.mesh(QUAD, SIX, glow, TEXCOORD_0=QUAD_COORDINATES))
+    place = 2 * (np.array([533.5, 515.5]) / 1024 - 0.5)
+    g.camera(2e-4, translation=[float(place[0]), 1, float(place[1])], rotation=DOWN)
+    image = picture(pathtracer, g, "--spp", 1, "--env", "none")
+    np.testing.assert_allclose(image, 1, rtol=1e-3)
+
+
 # ---- Textures
 
 FOUR = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 64, 200]]], np.uint8)
