@@ -201,7 +201,8 @@ def cornell(scale=1.0, shift=(0.0, 0.0, 0.0), camera=True):
     if camera:
         g.camera(CORNELL_ANGLE, **CORNELL_CAMERA)
     children = g.json["scenes"][0]["nodes"]
-    root = g.node(root=False, children=children, scale=[float(s) for s in np.broadcast_to(scale, 3)], translation=[float(s) for s in shift])
+    place = {"scale": [float(s) for s in np.broadcast_to(scale, 3)], "translation": [float(s) for s in shift]}
+    root = g.node(root=False, children=children, **place)
     g.json["scenes"][0]["nodes"] = [root]
     return g
 
