@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """How fast samplers converge on one scene, your own too: `scripts/convergence my.gltf`
 
-Renders a reference (once: it is kept in ~/.cache/libbn), then one progressive run of each sampler that writes its
-error as it goes, and pictures at a few counts. Makes of them report.html with plots of error against samples and
+Renders a reference (once: it is kept in ~/.cache/libbn), then progressive runs of each sampler that write their
+error as they go, and pictures at a few counts. Makes of them report.html with plots of error against samples and
 against seconds, a slider that compares two pictures, and sheets of crops, error images and their spectra; the figures
 are in convergence.csv.
 """
 
 import argparse
 import csv
+import dataclasses
 import hashlib
 import io
 import re
+import statistics
 import sys
 from pathlib import Path
 
@@ -24,10 +26,11 @@ from .contact_sheet import grey, preview, sheet, zoomed
 from .files import read_exr, write_image, write_text
 from .flip import FlipMissing, mean_flip
 from .image_error import LUMINANCE, SIGMAS, error_image, luminance_error, radial_spectrum, spectrum_image
-from .palette import style
+from .palette import plain_numbers, style
 from .progress import Progress
 from .renderer import RenderError, Renderer, Request, cache_folder, progressive, run_pathtracer
 
+RUN_ERRORS = ("rmse", "relative_rmse", "rmse_1.0", "rmse_2.1")
 FIELDS = ("sampler", "spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")
 SHOWN_COUNTS = (1, 4, 16, 64, 256)
 # No sample in common with the pictures, whatever seed those have.
@@ -47,6 +50,12 @@ def run_convergence(program, request, reference_path, output, threads=None):
     with open(table, newline="", encoding="utf-8") as file:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     return [{**row, "spp": int(row["spp"])} for row in rows]
+
+
+def over_seeds(runs):
+    """One row for each count, of runs of several seeds: medians, which a firefly in one of them does not move."""
+    return [{"spp": same[0]["spp"], **{name: statistics.median(row[name] for row in same)
+                                       for name in ("seconds", *RUN_ERRORS)}} for same in zip(*runs)]
 
 
 def scene_label(scene):
@@ -88,10 +97,13 @@ def measure(options, reference_path, progress, done):
     for sampler in options.samplers:
         request = Request(sampler, options.spp, options.seed, options.scene, *options.size,
                           exposure=options.exposure, more=options.more)
-        progress(f"{sampler}, one run of {options.spp} spp", done)
-        final = options.out / f"{sampler}_progressive.exr"
-        own = run_convergence(options.pathtracer, request, reference_path, final, options.threads)
-        done += options.spp
+        final, runs = options.out / f"{sampler}_progressive.exr", []
+        for seed in range(options.seed, options.seed + options.seeds):
+            progress(f"{sampler}, {options.spp} spp in one run, seed {seed}", done)
+            runs.append(run_convergence(options.pathtracer, dataclasses.replace(request, seed=seed), reference_path,
+                                        final, options.threads))
+            done += options.spp
+        own = over_seeds(runs)
         for row, (spp, picture, _) in zip(own, progressive(options.pathtracer, request, [r["spp"] for r in own],
                                                            options.threads)):
             progress(f"{sampler}, FLIP of {spp} spp", done)
@@ -99,11 +111,9 @@ def measure(options, reference_path, progress, done):
             done += options.spp / len(own)
         for spp in shown_counts(options.spp):
             progress(f"{sampler}, {spp} spp", done)
-            shown = Request(sampler, spp, options.seed, options.scene, *options.size, exposure=options.exposure,
-                            more=options.more)
-            pictures[sampler, spp] = renderer.render(shown, f"{sampler}_{spp}.exr")
+            pictures[sampler, spp] = renderer.render(dataclasses.replace(request, spp=spp), f"{sampler}_{spp}.exr")
             done += spp
-        # What the progressive run ends with is one of these.
+        # What a progressive run ends with is one of these.
         for leftover in (final, final.with_suffix(".png"), final.with_suffix(".csv")):
             leftover.unlink(missing_ok=True)
     return rows, pictures
@@ -167,12 +177,12 @@ def charts(rows, samplers, errors):
             axis.set(title=title, xlabel=label)
             if key == "spp":
                 axis.set_xscale("log", base=2)
-                axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+            plain_numbers(axis.xaxis, axis.yaxis)
             axis.grid(True, which="both", alpha=.25)
         axes[0].legend()
         figure.tight_layout()
         result.append((f"error_{key}.svg", page.svg(figure, fit=False),
-                       f"Error against {label}, one progressive run of each sampler."))
+                       f"Error against {label}, progressive runs of each sampler."))
     counts = sorted({spp for _, spp in errors})
     figure, axes = pyplot.subplots(1, len(counts), figsize=(11.5, 3.2), sharey=True, squeeze=False)
     for axis, spp in zip(axes[0], counts):
@@ -186,8 +196,8 @@ def charts(rows, samplers, errors):
     axes[0][0].legend()
     figure.tight_layout()
     result.append(("spectra.svg", page.svg(figure, fit=False),
-                   "Radially averaged power spectra of the luminance error. Blue noise has little power at low "
-                   "frequencies: what is left after blurring."))
+                   f"Radially averaged power spectra of the luminance error, cut off where {samplers[0]} has its largest "
+                   "hundredth. Blue noise has little power at low frequencies: what is left after blurring."))
     pyplot.close("all")
     return result
 
@@ -213,6 +223,10 @@ def write_report(options, reference_path, rows, pictures, notes):
     samplers, counts = options.samplers, shown_counts(options.spp)
     images = {key: read_exr(path)[0] for key, path in pictures.items()}
     errors = {key: luminance_error(image, reference) for key, image in images.items()}
+    for spp in counts:
+        # One firefly would be all of a spectrum.
+        most = max(float(np.quantile(np.abs(errors[samplers[0], spp]), 0.99)), 1e-12)
+        errors.update({(s, spp): np.clip(errors[s, spp], -most, most) for s in samplers})
     previews = {key: Image.open(path.with_suffix(".png")).convert("RGB") for key, path in pictures.items()}
     part = part_worth_showing(reference, images[samplers[0], counts[min(1, len(counts) - 1)]])
     sheets = {spp: make_sheet(spp, samplers, {s: errors[s, spp] for s in samplers},
@@ -232,7 +246,8 @@ def write_report(options, reference_path, rows, pictures, notes):
                            *(page.chart(text, caption) for _, text, caption in figures)])]
     sections += [(f"{spp} samples per pixel", [page.picture(
         image, "The picture, a noisy part of it enlarged, the signed luminance error (grey is none; one scale for all "
-        "samplers) and the power spectrum of that (frequency 0 in the middle, black a thousandth of white's mean).")])
+        f"samplers) and the power spectrum of that (frequency 0 in the middle, black a thousandth of {samplers[0]}'s "
+        "mean).")])
         for spp, image in sheets.items()]
     for file_name, text, _ in figures:
         write_text(options.out / file_name, text)
@@ -274,7 +289,9 @@ def parse_options(arguments):
                         help="what to compare, the one to beat first (default white,sobol,blue)")
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel in the end (default 64)")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="default 256x256")
-    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="seed of the samplers (default 1)")
+    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="first seed of the samplers (default 1)")
+    parser.add_argument("--seeds", type=positive, default=5, metavar="N",
+                        help="seeds of which errors are the median (default 5); pictures and FLIP are of the first")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brightness of the pictures, in stops")
     parser.add_argument("--reference", metavar="FILE", help="an EXR of your own instead of rendering one")
     parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
@@ -312,7 +329,7 @@ def run(arguments):
         (options.out / f".probe{suffix}").unlink(missing_ok=True)
 
     wanted = 0 if options.reference else options.reference_spp
-    each = 2 * options.spp + sum(shown_counts(options.spp))
+    each = (options.seeds + 1) * options.spp + sum(shown_counts(options.spp))
     progress = Progress(wanted + len(options.samplers) * each)
     try:
         if not options.reference:
@@ -323,10 +340,16 @@ def run(arguments):
     finally:
         progress.close()
     attributes = read_exr(reference_path)[1]
-    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels, seed {options.seed}. RMSE is over pixels "
-             "and channels, linear in radiance; relative, each pixel's error is divided by the reference there; sigma is "
-             "a Gaussian blur in pixels before: what is left from a distance. FLIP is the mean of HDR-FLIP. Seconds are "
-             "of rendering alone, of one progressive run."]
+    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels. RMSE is over pixels and channels, "
+             f"the median of {options.seeds} seeds, linear in radiance; relative, each pixel's error is divided by the reference there; "
+             "sigma is a Gaussian blur in pixels before: what is left from a distance. FLIP is the mean of HDR-FLIP, of "
+             "one seed. Seconds are of rendering alone, the median of progressive runs."]
+    fireflies = {sampler: int(read_exr(pictures[sampler, options.spp])[1].get("fireflies", 0))
+                 for sampler in options.samplers}
+    if any(fireflies.values()):
+        found = ", ".join(f"{count} with {sampler}" for sampler, count in fireflies.items())
+        notes.append(f"Fireflies at {options.spp} samples per pixel: {found}. These few pixels can make most of the RMSE, "
+                     "which then says little of the rest of the picture; FLIP hardly sees them.")
     if "error0" in attributes:
         own = ", ".join(f"{attributes[f'error{i}']:.5f} after sigma {sigma}" for i, sigma in enumerate(SIGMAS) if sigma)
         own = f"{attributes['error0']:.5f}, {own}"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One colour and one marker for each sampler in every plot of rendered pictures, told apart without colour too."""
+"""One colour and one marker for each sampler in every plot of rendered pictures, told apart without colour too, and
+plain numbers along logarithmic axes."""
 
 # The hues of Okabe and Ito's palette, which stay apart for colour-blind eyes.
 STYLES = {
@@ -20,3 +21,10 @@ def style(name, names):
     colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
     return {"color": colour, "marker": marker, "markersize": 4, "label": name,
             "linewidth": 2.2 if name == "blue" else 1.3, "linestyle": "--" if name == "blue, declared" else "-"}
+
+
+def plain_numbers(*axes):
+    """Numbers at decades and at about half of them; the other lines of a logarithmic axis have no room for any."""
+    for axis in axes:
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == "3" else "")

@@ -16,7 +16,7 @@ from . import comparison, page
 from .contact_sheet import grey, preview, sheet
 from .files import write_image
 from .image_error import blurred, error_image, luminance_error, radial_spectrum
-from .palette import style
+from .palette import plain_numbers, style
 from .renders_report import AIMS, MEASURE_NAMES
 
 PAGE_COUNTS = (1, 4, 16, 64)
@@ -87,10 +87,7 @@ def plot_times(report, path):
         axis.axhline(last["rmse_2.1"], color="0.4", linewidth=.8, linestyle=":")
         axis.set(title=scene, xlabel="seconds, one thread")
         axis.grid(True, which="both", alpha=.25)
-        # Decades and about halves of them have room for a number, the rest only for a line.
-        for which in (axis.xaxis, axis.yaxis):
-            which.set_major_formatter(lambda value, _: f"{value:g}")
-            which.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == "3" else "")
+        plain_numbers(axis.xaxis, axis.yaxis)
     axes[0][0].set_ylabel(MEASURE_NAMES[2.1])
     axes[0][0].legend(fontsize="small")
     save(figure, path)

@@ -252,8 +252,8 @@ class Report:
         times, parts = self.times, []
         parts += [f"On {times['machine']}.", "", "### Seconds to an error", "",
                   f"Seconds of one thread until the error after sigma 2.1 is that of white noise at {times['spp']} samples per "
-                  f"pixel: progressive runs of {times['rounds']} seeds in turn (`pathtracer --convergence`), median seconds and "
-                  "root mean square errors at each count, straight lines of logarithms between counts. For `blue, declared` "
+                  f"pixel: progressive runs of {times['rounds']} seeds in turn (`pathtracer --convergence`), medians of seconds and "
+                  "of errors at each count, straight lines of logarithms between counts. For `blue, declared` "
                   "each count is a run of its own.", ""]
         if times["runs"]:
             labels = list(next(iter(times["runs"].values())))

@@ -16,9 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
-from .convergence import run_convergence
+from .convergence import over_seeds, run_convergence
 from .embree_scene import CORNELL_VIEW, cornell_xml
 from .files import read_exr
 from .progress import Progress
@@ -41,7 +39,7 @@ def timed(program, arguments, threads, folder):
 
 
 def progressive_runs(program, scene, size, reference, spp, rounds, folder, step):
-    """{sampler: rows of spp, seconds (median) and errors (root mean square) over `rounds` seeds} of one scene."""
+    """{sampler: rows of spp, seconds and errors, medians over `rounds` seeds} of one scene."""
     found = {}
     for seed in range(FIRST_SEED, FIRST_SEED + rounds):
         for sampler in TIMED_SAMPLERS:
@@ -54,10 +52,7 @@ def progressive_runs(program, scene, size, reference, spp, rounds, folder, step)
             request = Request("blue", n, seed, scene, *size, declared=n)
             declared.append(run_convergence(program, request, reference, folder / "run.exr", 1)[-1])
         found.setdefault("blue, declared", []).append(declared)
-    return {sampler: [{"spp": same[0]["spp"], "seconds": statistics.median(row["seconds"] for row in same),
-                       **{name: float(np.sqrt(np.mean([row[name] ** 2 for row in same])))
-                          for name in ("rmse", "rmse_1.0", "rmse_2.1")}} for same in zip(*runs)]
-            for sampler, runs in found.items()}
+    return {sampler: over_seeds(runs) for sampler, runs in found.items()}
 
 
 def sampling_shares(program, variants, size, folder):

@@ -32,7 +32,8 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def run(pathtracer, folder, *arguments):
-    convergence.main([*map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--threads", "1",
+    convergence.main([*map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1",
+                      "--threads", "1",
                       "--out", str(folder), "--pathtracer", str(pathtracer)])
 
 
@@ -122,6 +123,12 @@ def test_reference_of_another_size(pathtracer, tmp_path):
 def test_missing_program_says_how_to_build_it(tmp_path):
     with pytest.raises(SystemExit, match="scripts/setup"):
         run(tmp_path / "no-pathtracer", tmp_path / "out", "cornell")
+
+
+def test_errors_over_seeds_are_medians():
+    row = {"spp": 2, "seconds": 1.0, "rmse": 3.0, "relative_rmse": 1.0, "rmse_1.0": 0.0, "rmse_2.1": 2.0}
+    (mean,) = convergence.over_seeds([[row], [{**row, "seconds": 2.0, "rmse": 4.0}], [{**row, "seconds": 9.0, "rmse": 0.0}]])
+    assert mean == {**row, "seconds": 2.0, "rmse": 3.0}
 
 
 def test_progressive_parts_are_the_picture_at_each_count(pathtracer, tmp_path):
