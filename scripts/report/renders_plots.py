@@ -178,6 +178,6 @@ def save(figure, path):
     """As a PNG of few colours: plots have few, and are a third as large so."""
     figure.tight_layout()
     data = io.BytesIO()
-    figure.savefig(data, dpi=80)
+    figure.savefig(data, format="png", dpi=80)
     plt.close(figure)
     write_image(path, Image.open(data).convert("RGB").quantize(96, dither=0))
