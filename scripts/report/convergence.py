@@ -93,17 +93,22 @@ def measure(options, reference_path, progress, done):
     """(rows of all samplers, {(sampler, spp): path of the EXR}) for the counts that are shown."""
     reference, _ = read_exr(reference_path)
     renderer = Renderer(options.pathtracer, options.out, options.threads)
-    rows, pictures = [], {}
-    for sampler in options.samplers:
-        request = Request(sampler, options.spp, options.seed, options.scene, *options.size,
-                          exposure=options.exposure, more=options.more)
-        final, runs = options.out / f"{sampler}_progressive.exr", []
-        for seed in range(options.seed, options.seed + options.seeds):
+    requests = {sampler: Request(sampler, options.spp, options.seed, options.scene, *options.size,
+                                 exposure=options.exposure, more=options.more) for sampler in options.samplers}
+    rows, pictures, runs = [], {}, {}
+    final = options.out / ".progressive.exr"
+    # In turn, so that what else the machine does falls on all alike.
+    for seed in range(options.seed, options.seed + options.seeds):
+        for sampler, request in requests.items():
             progress(f"{sampler}, {options.spp} spp in one run, seed {seed}", done)
-            runs.append(run_convergence(options.pathtracer, dataclasses.replace(request, seed=seed), reference_path,
-                                        final, options.threads))
+            runs.setdefault(sampler, []).append(run_convergence(
+                options.pathtracer, dataclasses.replace(request, seed=seed), reference_path, final, options.threads))
             done += options.spp
-        own = over_seeds(runs)
+    # What a progressive run ends with is one of the pictures below.
+    for leftover in (final, final.with_suffix(".png"), final.with_suffix(".csv")):
+        leftover.unlink(missing_ok=True)
+    for sampler, request in requests.items():
+        own = over_seeds(runs[sampler])
         for row, (spp, picture, _) in zip(own, progressive(options.pathtracer, request, [r["spp"] for r in own],
                                                            options.threads)):
             progress(f"{sampler}, FLIP of {spp} spp", done)
@@ -113,9 +118,6 @@ def measure(options, reference_path, progress, done):
             progress(f"{sampler}, {spp} spp", done)
             pictures[sampler, spp] = renderer.render(dataclasses.replace(request, spp=spp), f"{sampler}_{spp}.exr")
             done += spp
-        # What a progressive run ends with is one of these.
-        for leftover in (final, final.with_suffix(".png"), final.with_suffix(".csv")):
-            leftover.unlink(missing_ok=True)
     return rows, pictures
 
 
