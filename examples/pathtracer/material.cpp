@@ -25,7 +25,7 @@
 
 namespace {
 
-constexpr int SIZE = Material::ENERGY_SIZE;
+constexpr int SIZE = DielectricEnergy::SIZE;
 constexpr int RINGS = 40, SECTORS = 12; // facets per entry of a table
 constexpr float LEAST_LOSS = 1e-3f;     // on average over the hemisphere
 
@@ -337,7 +337,8 @@ float relative_ior(const Material &m, bool front) {
 }
 
 float loss(const Material &m, bool front, float cosine) {
-    return std::max(0.0f, 1 - interpolate(m.energy[front ? 0 : 1], std::sqrt(std::abs(cosine))));
+    return std::max(0.0f,
+                    1 - interpolate(m.energy->kept[front ? 0 : 1], std::sqrt(std::abs(cosine))));
 }
 
 // The facet that sends light from `in` to `out`. False when none does.
@@ -367,11 +368,11 @@ Vec3 dielectric_eval(const Material &m, bool front, Vec3 out, Vec3 in) {
                  dielectric_jacobian(out, in, h, eta);
     }
     const int near = front ? 0 : 1, far = reflected ? near : 1 - near;
-    const float share = reflected ? 1 - m.passed_loss[near] : m.passed_loss[near];
-    const float wide = m.mean_loss[far] > 0
-                           ? share * loss(m, front, out.z) * loss(m, far == 0, in.z) *
-                                 std::abs(in.z) / (PI * m.mean_loss[far])
-                           : 0;
+    const float passed = m.energy->passed_loss[near], mean_loss = m.energy->mean_loss[far];
+    const float share = reflected ? 1 - passed : passed;
+    const float wide = mean_loss > 0 ? share * loss(m, front, out.z) * loss(m, far == 0, in.z) *
+                                           std::abs(in.z) / (PI * mean_loss)
+                                     : 0;
     return (facets + wide) * (reflected ? Vec3{1, 1, 1} : m.albedo);
 }
 
@@ -379,7 +380,7 @@ float dielectric_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
     const bool reflected = in.z > 0;
     const float eta = relative_ior(m, front), alpha = alpha_of(m);
     const float wide = loss(m, front, out.z);
-    const float passed = m.passed_loss[front ? 0 : 1];
+    const float passed = m.energy->passed_loss[front ? 0 : 1];
     float facets = 0;
     Vec3 h;
     if (dielectric_facet(out, in, eta, h)) {
@@ -410,7 +411,7 @@ bool sample_rough(const Material &m, bool front, Vec3 out, Vec2 u, float lobe, V
     const float wide = metal ? loss(conductor_energy(m.roughness), out.z) : loss(m, front, out.z);
     if (u.x < wide) {
         in = square_to_cosine_hemisphere({u.x / wide, u.y});
-        if (!metal && lobe < m.passed_loss[front ? 0 : 1]) in.z = -in.z;
+        if (!metal && lobe < m.energy->passed_loss[front ? 0 : 1]) in.z = -in.z;
         return true;
     }
     const Vec3 h =
@@ -429,6 +430,9 @@ bool sample_rough(const Material &m, bool front, Vec3 out, Vec2 u, float lobe, V
 
 void material_prepare(Material &m) {
     if (m.kind != Material::DIELECTRIC || material_is_smooth(m)) return;
+    const auto energy = std::make_shared<DielectricEnergy>();
+    DielectricEnergy &e = *energy;
+    m.energy = energy;
     const float alpha = alpha_of(m);
     float passed[2];
     for (int side = 0; side < 2; ++side) {
@@ -438,7 +442,7 @@ void material_prepare(Material &m) {
             const float cosine = cosine_of_entry(c);
             const Vec3 o = direction_of_cosine(cosine);
             transmitted[c] = 1 - fresnel_dielectric(cosine, eta);
-            m.energy[side][c] = mean_over_normals(alpha, o, [&](Vec3 h) {
+            e.kept[side][c] = mean_over_normals(alpha, o, [&](Vec3 h) {
                 const float fresnel = fresnel_dielectric(std::max(0.0f, dot(o, h)), eta);
                 const Vec3 mirrored = 2 * dot(o, h) * h - o;
                 Vec3 refracted;
@@ -448,22 +452,22 @@ void material_prepare(Material &m) {
                 return sum;
             });
         }
-        m.mean_loss[side] = 1 - hemispherical_mean(m.energy[side]);
+        e.mean_loss[side] = 1 - hemispherical_mean(e.kept[side]);
         passed[side] = hemispherical_mean(transmitted);
     }
-    const float larger = std::max(m.mean_loss[0], m.mean_loss[1]);
-    if (std::min(m.mean_loss[0], m.mean_loss[1]) < LEAST_LOSS) {
+    const float larger = std::max(e.mean_loss[0], e.mean_loss[1]);
+    if (std::min(e.mean_loss[0], e.mean_loss[1]) < LEAST_LOSS) {
         for (int side = 0; side < 2; ++side) {
-            std::fill(m.energy[side], m.energy[side] + SIZE, 1.0f);
-            m.mean_loss[side] = m.passed_loss[side] = 0;
+            std::fill(e.kept[side], e.kept[side] + SIZE, 1.0f);
+            e.mean_loss[side] = e.passed_loss[side] = 0;
         }
         return;
     }
     // The shares that reciprocity asks for: they are to each other as the losses of the far sides
     // times what a smooth interface lets through, whose ratio is the squared index of refraction.
     passed[1] = passed[0] / (m.ior * m.ior);
-    m.passed_loss[0] = passed[0] * m.mean_loss[1] / larger;
-    m.passed_loss[1] = passed[1] * m.mean_loss[0] / larger;
+    e.passed_loss[0] = passed[0] * e.mean_loss[1] / larger;
+    e.passed_loss[1] = passed[1] * e.mean_loss[0] / larger;
 }
 
 Vec3 specular_eval(const Material &m, bool front, Vec3 out, Vec3 in) {

@@ -11,8 +11,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "math.h"
+
+// How much light a single reflection or transmission by the microfacets of a rough dielectric
+// keeps, from the front [0] and from the back [1].
+struct DielectricEnergy {
+    static constexpr int SIZE = 32;
+    float kept[2][SIZE];  // by the root of the cosine
+    float mean_loss[2];   // 1 - the mean of `kept` over the hemisphere
+    float passed_loss[2]; // the share of what is lost that comes out on the other side
+};
 
 struct Material {
     enum Kind : uint32_t {
@@ -33,12 +43,7 @@ struct Material {
                          // coat of METALLIC_ROUGHNESS
     int32_t maps = -1;   // what differs from place to place: index into Scene::maps, or -1
 
-    // DIELECTRIC: how much light a single reflection or transmission by microfacets keeps, from the
-    // front [0] and from the back [1]; see material_prepare.
-    static constexpr int ENERGY_SIZE = 32;
-    float energy[2][ENERGY_SIZE] = {};
-    float mean_loss[2] = {};   // 1 - the mean of energy over the hemisphere
-    float passed_loss[2] = {}; // the share of what is lost that comes out on the other side
+    std::shared_ptr<const DielectricEnergy> energy; // DIELECTRIC, rough: see material_prepare
 };
 
 // Microfacets closer to the mirror than this are beyond the precision of float directions.
