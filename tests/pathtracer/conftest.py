@@ -6,6 +6,7 @@ import pathlib
 
 import pytest
 from pathtracer_driver import PathTracer
+from scene_files import write_environment
 
 DEFAULT_BINARY = (
     pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
@@ -18,3 +19,9 @@ def pathtracer(tmp_path):
     if "BN_PATHTRACER" not in os.environ and not binary.exists():
         pytest.skip(f"no path tracer at {binary}; build it or set BN_PATHTRACER")
     return PathTracer(binary, tmp_path)
+
+
+@pytest.fixture
+def even_sky(pathtracer):
+    """An environment of radiance 1 all around: a diffuse surface in it shows its albedo, without noise."""
+    return write_environment(pathtracer.folder / "even.exr", 1.0)

@@ -8,6 +8,7 @@ import json
 import struct
 
 import numpy as np
+import OpenEXR
 from PIL import Image
 
 COMPONENT_TYPES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
@@ -222,3 +223,61 @@ def cornell_obj(folder):
     (folder / "box.mtl").write_text(materials)
     (folder / "box.obj").write_text(text)
     return folder / "box.obj"
+
+
+SMALL = ["--size", "24x24", "--threads", 1]
+SIX = np.array([0, 1, 2, 0, 2, 3], np.uint16)
+
+
+def write_environment(path, colour):
+    texels = np.ascontiguousarray(np.broadcast_to(np.float32(colour), (4, 8, 3)))
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": texels}) as file:
+        file.write(str(path))
+    return path
+
+
+def picture(pathtracer, scene, *arguments, name="scene.glb"):
+    return pathtracer.image("--scene", scene.save(pathtracer.folder / name), *SMALL, *arguments)
+
+
+def over_floor(scene, height=1.0, yfov=0.4):
+    """A camera that looks straight down on the origin, the top of the picture towards -z."""
+    scene.camera(yfov, translation=[0, height, 0], rotation=DOWN)
+    return scene
+
+
+def floor(material=None, **node):
+    g = Gltf()
+    g.quads([QUAD], g.material((0.5, 0.5, 0.5)) if material is None else material, **node)
+    return g
+
+
+FOUR = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 64, 200]]], np.uint8)
+CORNERS = ((6, 6), (6, 18), (18, 6), (18, 18))
+
+
+def textured_floor(texture_of, coordinates=QUAD_COORDINATES, info=None, attributes=None, **material):
+    """A floor that fills the picture exactly, with a base-colour texture."""
+    g = Gltf()
+    texture = {"index": texture_of(g), **(info or {})}
+    number = g.material((1, 1, 1), pbr={"baseColorTexture": texture}, **material)
+    g.node(mesh=g.mesh(QUAD, SIX, number, TEXCOORD_0=coordinates, **(attributes or {})))
+    return over_floor(g, 1, np.pi / 2)
+
+
+def corner_colours(pathtracer, scene, even_sky):
+    image = picture(pathtracer, scene, "--spp", 4, "--env", even_sky, "--max-depth", 1)
+    return np.array([image[y, x] for y, x in CORNERS])
+
+
+def ball(g, material, around=24):
+    """A unit sphere with normals."""
+    angles = np.linspace(0, np.pi, around + 1), np.linspace(0, 2 * np.pi, 2 * around + 1)
+    theta, phi = np.meshgrid(*angles, indexing="ij")
+    n = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), -np.sin(theta) * np.sin(phi)], axis=-1)
+    n = n.reshape(-1, 3).astype(np.float32)
+    rows = np.arange(around)[:, None] * (2 * around + 1) + np.arange(2 * around)
+    a, b, c, d = rows, rows + 1, rows + 2 * around + 1, rows + 2 * around + 2
+    faces = np.stack([a, c, d, a, d, b], axis=-1).reshape(-1).astype(np.uint16)
+    return g.node(mesh=g.mesh(n, faces, material, NORMAL=n))

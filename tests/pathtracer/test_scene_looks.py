@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lights, textures and materials of scenes from files. Most pictures are known without rendering."""
+
+import numpy as np
+import pytest
+from scene_files import (
+    CORNERS,
+    DOWN,
+    FOUR,
+    QUAD,
+    QUAD_COORDINATES,
+    SIX,
+    SMALL,
+    Gltf,
+    ball,
+    corner_colours,
+    encoded,
+    floor,
+    linear,
+    over_floor,
+    picture,
+    textured_floor,
+)
+from scipy import stats
+
+
+# ---- Lights
+
+
+def test_point_lights(pathtracer):
+    """Candela over the distance squared."""
+    g = floor()
+    g.light("point", 10, (1, 0.5, 0.25), translation=[0, 2, 0])
+    image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 2)
+    np.testing.assert_allclose(image[12, 12], 0.5 / np.pi * 10 / 4 * np.array([1, 0.5, 0.25]), rtol=1e-3)
+
+
+def test_directional_lights(pathtracer):
+    """Lux times the cosine, wherever the node stands."""
+    g = floor()
+    half = np.pi / 6  # half of 60 degrees, from looking along -z towards straight down
+    g.light("directional", 3, translation=[5, -7, 100], rotation=[-np.sin(half), 0, 0, np.cos(half)])
+    image = picture(pathtracer, over_floor(g), "--spp", 2)
+    np.testing.assert_allclose(image, 0.5 / np.pi * 3 * np.sin(2 * half), rtol=1e-3)
+
+
+def test_spot_lights(pathtracer):
+    """Full within the inner cone, nothing beyond the outer one, the square of a ramp in the cosine between."""
+    g = floor()
+    cone = {"spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}}
+    g.light("spot", 4, translation=[0, 1, 0], rotation=DOWN, light=cone)
+    over_floor(g, yfov=2 * np.arctan(0.9))
+    row = picture(pathtracer, g, "--spp", 64, "--size", "41x41")[20, :, 0]
+    x = (np.arange(41) + 0.5) / 20.5 - 1
+    angle = np.arctan(np.abs(x) * 0.9)
+    share = np.clip((np.cos(angle) - np.cos(0.5)) / (np.cos(0.2) - np.cos(0.5)), 0, 1) ** 2
+    expected = 0.5 / np.pi * 4 * share * np.cos(angle) ** 3
+    np.testing.assert_allclose(row, expected, atol=0.03)
+    assert (row[angle > 0.55] == 0).all() and row[20] == pytest.approx(0.5 / np.pi * 4, rel=0.01)
+
+
+def test_emission_from_one_side_or_both(pathtracer):
+    for both, low in ((False, 0), (True, 0.05)):
+        g = floor()
+        glow = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], doubleSided=both)
+        g.quads([0.5 * QUAD + np.float32([0, 1, 0])], glow)  # faces away from the floor
+        image = picture(pathtracer, over_floor(g, 0.9), "--spp", 8)
+        assert image.mean() >= low and (both or image.mean() == 0)
+        seen = picture(pathtracer, over_floor(g, 3, 0.2), "--spp", 4)
+        # The second camera of the file is not the one that is used.
+        np.testing.assert_array_equal(seen[:2, :2], picture(pathtracer, g, "--spp", 4)[:2, :2])
+
+
+def test_emission_by_a_texture(pathtracer):
+    """A panel of four colours lights a floor as four panels of one colour do: Welch's t-tests of the picture's means
+    over 12 seeds, false-alarm rate one in ten thousand; seen straight, the panel shows its colours."""
+    colours = np.array([[[255, 40, 40], [0, 0, 0]], [[30, 200, 60], [90, 90, 255]]], np.uint8)
+    strength = {"KHR_materials_emissive_strength": {"emissiveStrength": 3}}
+
+    def scene(textured):
+        g = floor()
+        g.use("KHR_materials_emissive_strength")
+        panel = np.float32([[-1, 0, 1], [-1, 0, -1], [1, 0, -1], [1, 0, 1]]) * 0.5 + np.float32([0, 0.8, 0])
+        if textured:
+            texture = g.texture(colours, magFilter=9728)
+            material = g.material(
+                (0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": texture}, extensions=strength
+            )
+            coordinates = np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])
+            g.node(mesh=g.mesh(panel, SIX, material, TEXCOORD_0=coordinates))
+        else:
+            for row in range(2):
+                for column in range(2):
+                    part = panel * np.float32([0.5, 1, 0.5]) + np.float32([column - 0.5, 0, row - 0.5]) * 0.5
+                    factor = [float(v) for v in linear(colours[row, column])]
+                    material = g.material((0, 0, 0), emissiveFactor=factor, extensions=strength)
+                    g.quads([part], material)
+        return g
+
+    means = []
+    for textured in (True, False):
+        path = over_floor(scene(textured), 0.7, 1.5).save(pathtracer.folder / "panel.glb")
+        # The sky that a file gets whose only lights are pictures is not wanted here.
+        arguments = ["--scene", path, "--env", "none", *SMALL, "--spp", 16, "--sampler", "sobol"]
+        means.append([pathtracer.image(*arguments, "--seed", 50 * textured + i).mean(axis=(0, 1)) for i in range(12)])
+    assert np.min(stats.ttest_ind(*means, equal_var=False).pvalue) * 3 > 1e-4
+    assert np.mean(means) > 0.05
+    g = scene(True)
+    up = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
+    g.camera(2 * np.arctan(0.5 / 0.4), translation=[0, 0.4, 0], rotation=up)
+    seen = picture(pathtracer, g, "--spp", 1, "--env", "none", "--max-depth", 0)
+    # Looking up, the picture's top is +z: the panel's last row is on top.
+    np.testing.assert_allclose(seen[4, 4], 3 * linear(colours[1, 0]), rtol=1e-3)
+    np.testing.assert_allclose(seen[20, 4], 3 * linear(colours[0, 0]), rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(seen[4, 20], 3 * linear(colours[1, 1]), rtol=1e-3)
+
+
+def test_a_spark_on_a_dark_texture_shines(pathtracer):
+    """One texel of a million, between all the points by which its triangles are judged."""
+    pixels = np.zeros((1024, 1024, 3), np.uint8)
+    pixels[515, 533] = 255
+    g = Gltf()
+    glow = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": g.texture(pixels, magFilter=9728)})
+    g.node(mesh=g.mesh(QUAD, SIX, glow, TEXCOORD_0=QUAD_COORDINATES))
+    place = 2 * (np.array([533.5, 515.5]) / 1024 - 0.5)
+    g.camera(2e-4, translation=[float(place[0]), 1, float(place[1])], rotation=DOWN)
+    image = picture(pathtracer, g, "--spp", 1, "--env", "none")
+    np.testing.assert_allclose(image, 1, rtol=1e-3)
+
+
+# ---- Textures
+
+
+@pytest.mark.parametrize("kind", ["PNG", "JPEG"])
+def test_a_base_colour_texture(pathtracer, even_sky, kind):
+    """The picture lies upright, its corner (0, 0) is top left, and its colours are those of sRGB."""
+    big = FOUR.repeat(16, axis=0).repeat(16, axis=1)
+    seen = corner_colours(pathtracer, textured_floor(lambda g: g.texture(big, kind)), even_sky)
+    np.testing.assert_allclose(seen, linear(FOUR.reshape(4, 3)), atol=1e-3 if kind == "PNG" else 0.03)
+
+
+def test_pictures_of_other_depths(pathtracer, even_sky):
+    """Grey, with alpha, with a palette."""
+    grey = np.array([[10, 90], [160, 250]], np.uint8)
+    nearest = {"magFilter": 9728}
+    seen = corner_colours(pathtracer, textured_floor(lambda g: g.texture(grey, **nearest)), even_sky)
+    np.testing.assert_allclose(seen, np.tile(linear(grey.ravel())[:, None], 3), atol=1e-3)
+    alpha = np.dstack([FOUR, np.full((2, 2), 7, np.uint8)])
+    seen = corner_colours(pathtracer, textured_floor(lambda g: g.texture(alpha, **nearest)), even_sky)
+    np.testing.assert_allclose(seen, linear(FOUR.reshape(4, 3)), atol=1e-3)  # alphaMode is OPAQUE
+
+
+def test_wrapping_and_transforms(pathtracer, even_sky):
+    nearest = lambda **wrap: lambda g: g.texture(FOUR, magFilter=9728, **wrap)
+    plain = linear(FOUR.reshape(4, 3))
+
+    def seen(texture, coordinates, **info):
+        return corner_colours(pathtracer, textured_floor(texture, np.float32(coordinates), **info), even_sky)
+
+    moved = QUAD_COORDINATES + np.float32([1, 0])
+    np.testing.assert_allclose(seen(nearest(), moved), plain, atol=1e-3)
+    np.testing.assert_allclose(seen(nearest(wrapS=33648), moved), plain[[1, 0, 3, 2]], atol=1e-3)
+    np.testing.assert_allclose(seen(nearest(wrapS=33071), moved), plain[[1, 1, 3, 3]], atol=1e-3)
+    transform = lambda **t: {"info": {"extensions": {"KHR_texture_transform": t}}}
+    np.testing.assert_allclose(seen(nearest(), QUAD_COORDINATES, **transform(offset=[1, 0])), plain, atol=1e-3)
+    shifted = seen(nearest(), QUAD_COORDINATES, **transform(offset=[0.5, 0]))
+    np.testing.assert_allclose(shifted, plain[[1, 0, 3, 2]], atol=1e-3)
+    upside_down = seen(nearest(), QUAD_COORDINATES, **transform(offset=[0, 1], scale=[1, -1]))
+    np.testing.assert_allclose(upside_down, plain[[2, 3, 0, 1]], atol=1e-3)
+    # A quarter turn of the coordinates, counter-clockwise as the extension has it, and back into the square: the
+    # picture turns clockwise.
+    turned = seen(nearest(), QUAD_COORDINATES, **transform(offset=[0, 1], rotation=np.pi / 2))
+    np.testing.assert_allclose(turned, plain[[2, 0, 3, 1]], atol=1e-3)
+
+
+def test_the_second_set_and_vertex_colours(pathtracer, even_sky):
+    nearest = lambda g: g.texture(FOUR, magFilter=9728)
+    second = {"TEXCOORD_1": QUAD_COORDINATES[::-1].copy()}  # upside down
+    scene = textured_floor(nearest, info={"texCoord": 1}, attributes=second)
+    plain = linear(FOUR.reshape(4, 3))
+    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), plain[[2, 3, 0, 1]], atol=1e-3)
+    half = {"COLOR_0": np.full((4, 4), 0.5, np.float32)}
+    scene = textured_floor(nearest, attributes=half)
+    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), 0.5 * plain, atol=1e-3)
+
+
+def test_masks_cut_out(pathtracer, even_sky):
+    """Where alpha is below the cut-off there is nothing: the sky shows, and light falls through."""
+    pixels = np.dstack([np.zeros((2, 2, 3)), [[255, 100], [200, 0]]]).astype(np.uint8)
+    scene = textured_floor(lambda g: g.texture(pixels, magFilter=9728), alphaMode="MASK", alphaCutoff=0.5)
+    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky)[:, 0], [0, 1, 0, 1], atol=1e-3)
+    # The shadow of the same on a floor below.
+    g = textured_floor(lambda g: g.texture(pixels, magFilter=9728), alphaMode="MASK")
+    g.json["scenes"][0]["nodes"].pop()
+    g.quads([QUAD * 2 - np.float32([0, 1, 0])], g.material((1, 1, 1)))
+    g.light("directional", np.pi, rotation=DOWN)
+    g.camera(np.pi / 2, translation=[0, -0.01, 0], rotation=DOWN)
+    image = picture(pathtracer, g, "--spp", 1, "--max-depth", 1)
+    np.testing.assert_allclose([image[y, x, 0] for y, x in CORNERS], [0, 1, 0, 1], atol=1e-3)
+
+
+def test_normal_maps(pathtracer):
+    """A map that leans all normals to +x makes a floor as bright as one that leans."""
+    lean = np.array([0.6, 0, 0.8])
+    pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * lean)), np.uint8)
+    for to_light in (np.array([0, 1, 0]), np.sqrt(0.5) * np.array([1, 1, 0])):
+        g = Gltf()
+        material = g.material((0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
+        g.node(mesh=g.mesh(QUAD, SIX, material, TEXCOORD_0=QUAD_COORDINATES))
+        g.light("point", 1e4 * np.pi, translation=[float(v) for v in 100 * to_light])
+        image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
+        assert image[12, 12, 0] == pytest.approx(0.5 * np.dot(to_light, [0.6, 0.8, 0]), rel=0.01)
+    # Green is up in the picture, which is -z here.
+    pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * np.array([0, 0.6, 0.8]))), np.uint8)
+    g = Gltf()
+    material = g.material((0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
+    g.node(mesh=g.mesh(QUAD, SIX, material, TEXCOORD_0=QUAD_COORDINATES))
+    g.light("point", 1e4 * np.pi, translation=[0, 100 * float(np.sqrt(0.5)), -100 * float(np.sqrt(0.5))])
+    image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
+    assert image[12, 12, 0] == pytest.approx(0.5 * np.sqrt(0.5) * 1.4, rel=0.01)
+
+
+# ---- Materials
+
+
+@pytest.mark.parametrize("metallic", [0, 0.5, 1])
+@pytest.mark.parametrize("roughness", [0, 0.3, 1])
+def test_white_things_under_an_even_sky_cannot_be_seen(pathtracer, even_sky, metallic, roughness):
+    g = Gltf()
+    pbr = {"metallicFactor": metallic, "roughnessFactor": roughness}
+    material = g.add("materials", pbrMetallicRoughness=pbr)
+    ball(g, material)
+    g.camera(0.8, translation=[0, 0, 4])
+    image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100, "--sampler", "sobol")
+    assert image.mean() == pytest.approx(1, abs=0.01)
+
+
+def test_transmission_is_glass(pathtracer, even_sky):
+    """Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can."""
+    for distance, colour in ((4, 1), (0.3, 1), (4, 0.5)):
+        g = Gltf()
+        extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.4}}
+        pbr = {"metallicFactor": 0, "roughnessFactor": 0.0, "baseColorFactor": [colour, colour, colour, 1]}
+        ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
+        g.camera(0.3, translation=[0, 0, distance])
+        image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
+        if colour == 1:
+            assert image.mean() == pytest.approx(1, abs=0.01)
+        else:
+            assert image[12, 12, 0] == pytest.approx(0.25, abs=0.06)
+
+
+def test_obj_materials(pathtracer, even_sky):
+    """Kd with a picture, upside down as OBJ has it; a hole by map_d; glass by illum 7."""
+    (pathtracer.folder / "four.png").write_bytes(encoded(FOUR.repeat(16, axis=0).repeat(16, axis=1)))
+    mask = np.array([[255, 255], [0, 255]], np.uint8).repeat(16, axis=0).repeat(16, axis=1)
+    (pathtracer.folder / "hole.jpg").write_bytes(encoded(mask, "JPEG"))
+    text = "mtllib a.mtl\nusemtl a\n"
+    text += "".join(f"v {x} {z} 0\n" for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    text += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+    path = pathtracer.folder / "a.OBJ"  # in any case
+    path.write_text(text)
+    arguments = ["--scene", path, *SMALL, "--spp", 16, "--env", even_sky]
+    material = pathtracer.folder / "a.mtl"
+    material.write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\n")
+    opaque = pathtracer.image(*arguments)
+    material.write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\nmap_d hole.jpg\n")
+    holed = pathtracer.image(*arguments)
+    red, blue = opaque[7, 7], opaque[17, 7]
+    assert red[0] > 0.9 and red[1] < 0.1 and red[2] < 0.1
+    assert blue[2] > 0.9 and blue[0] < 0.1
+    np.testing.assert_allclose(holed[7, 7], red, atol=0.05)
+    np.testing.assert_allclose(holed[17, 7], 1, atol=0.05)
+    material.write_text("newmtl a\nKd 0 0 0\nillum 7\nNi 1.5\nTf 1 1 1\n")
+    np.testing.assert_allclose(pathtracer.image(*arguments, "--max-depth", 50), 1, rtol=1e-3)
+
+
+def write_polygon(path, corners):
+    """A polygon that faces the framing camera squarely; two specks fix where that camera stands."""
+    to_eye = np.array([0.55, 0.42, 1]) / np.linalg.norm([0.55, 0.42, 1])
+    right = np.cross([0, 1, 0], to_eye) / np.linalg.norm(np.cross([0, 1, 0], to_eye))
+    points = [x * right + y * np.cross(to_eye, right) for x, y in corners]
+    for place in (-1.5, 1.5):
+        points += [place + 2e-5 * np.array(corner) for corner in ((0, 0, 0), (1, 0, 0), (0, 1, 0))]
+    text = "mtllib a.mtl\nusemtl a\n" + "".join("v {} {} {}\n".format(*map(float, p)) for p in points)
+    text += "f " + " ".join(str(i + 1) for i in range(len(corners))) + "\nf -6 -5 -4\nf -3 -2 -1\n"
+    path.write_text(text)
+    path.with_name("a.mtl").write_text("newmtl a\nKd 0 0 0\n")
+
+
+def test_polygons_of_an_obj_cover_what_they_should(pathtracer, even_sky):
+    """Concave ones, of either turn and from any first corner: the share of the picture that is dark goes with their
+    area, to within the pixels along their edges."""
+    angles = np.linspace(0.15, 2 * np.pi - 0.15, 60)
+    arc = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    hole = 0.5 * np.array([(-1, -1), (-1, 1), (1, 1), (1, -1), (-1, -1)])
+    comb = [(-1, -1), (1, -1), (1, 1), (0.6, 1), (0.6, -0.5), (0.2, -0.5), (0.2, 1), (-0.2, 1), (-0.2, -0.5), (-1, -0.5)]
+    shapes = {
+        "square": [(-1, -1), (1, -1), (1, 1), (-1, 1)],
+        "corner": [(-1, -1), (1, -1), (1, 0), (0, 0), (0, 1), (-1, 1)],
+        "dart": [(-1, -1), (0, -0.6), (1, -1), (0, 1)],
+        "comb": comb,
+        "ring": [*arc, *(0.6 * arc[::-1])],
+        "frame": [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1), *hole],
+    }
+    path = pathtracer.folder / "polygon.obj"
+    arguments = ["--scene", path, "--size", "64x64", "--spp", 4, "--env", even_sky, "--max-depth", 0]
+    share_of_square = None
+    for name, shape in shapes.items():
+        x, y = np.array(shape, float).T
+        area = abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+        for shift, step in ((0, 1), (1, 1), (2, -1), (3, -1)):
+            write_polygon(path, np.roll(np.array(shape, float), shift, axis=0)[::step])
+            dark = 1 - pathtracer.image(*arguments)[..., 0].mean()
+            share_of_square = share_of_square or dark
+            assert dark / share_of_square == pytest.approx(area / 4, rel=0.04), name
+    assert 0.1 < share_of_square < 0.9
