@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lambert, GGX conductors, GGX dielectrics, and the metallic-roughness material of glTF.
+// GGX conductors and dielectrics; mixture.cpp has the metallic-roughness material of glTF.
 //
 // Light that microfacets scatter more than once is missing from their formulas. It comes back as a
 // wide lobe of its own (Kulla and Conty, "Revisiting Physically Based Shading at Imageworks",
@@ -11,127 +11,21 @@
 //
 // Fresnel of conductors: Schlick's, with a tint near the edge (Kutz et al., "Novel aspects of the
 // Adobe Standard Material", 2021).
-//
-// Metallic-roughness is a mixture of metal and of a coat over a diffuse ground, one GGX lobe for
-// both as Schlick's formula is linear in its reflectance. The ground gets what the coat leaves in
-// the direction of the light, on average, and gives back what the coat leaves in the direction of
-// the eye (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model",
-// 2001), so that white stays white whatever the mixture.
 #include "material.h"
 
-#include <array>
-
+#include "facet_energy.h"
 #include "microfacet.h"
+#include "mixture.h"
+
+using namespace facet_energy;
 
 namespace {
-
-constexpr int SIZE = DielectricEnergy::SIZE;
-constexpr int RINGS = 40, SECTORS = 12; // facets per entry of a table
-constexpr float LEAST_LOSS = 1e-3f;     // on average over the hemisphere
 
 float alpha_of(const Material &m) {
     return m.roughness * m.roughness;
 }
 
-// Where between the entries of a table a value lies: entries are close where cosines are small.
-float interpolate(const float *table, float position) {
-    const float at = std::min(std::max(position, 0.0f), 1.0f) * (SIZE - 1);
-    const int below = std::min(static_cast<int>(at), SIZE - 2);
-    const float t = at - static_cast<float>(below);
-    return (1 - t) * table[below] + t * table[below + 1];
-}
-
-float cosine_of_entry(int entry) {
-    const float root = static_cast<float>(entry) / (SIZE - 1);
-    return std::max(root * root, 1e-4f);
-}
-
-// The mean of a function of visible normals, seen from o in the xz-plane. The facets that matter
-// here are steep and rare, at the rim of the disc: so the disc is cut into rings that get ever
-// thinner.
-template <typename Function>
-float mean_over_normals(float alpha, Vec3 o, const Function &function) {
-    double sum = 0, weights = 0;
-    for (int ring = 0; ring < RINGS; ++ring) {
-        const float v = (static_cast<float>(ring) + 0.5f) / RINGS;
-        const float radius = std::sqrt(1 - v * v * v);
-        for (int sector = 0; sector < SECTORS; ++sector) {
-            // One half of the disc mirrors the other.
-            const float angle = PI * ((static_cast<float>(sector) + 0.5f) / SECTORS - 0.5f);
-            const Vec2 disc = {radius * std::cos(angle), radius * std::sin(angle)};
-            const double weight = static_cast<double>(v * v);
-            sum += weight * static_cast<double>(function(ggx_visible_normal(alpha, o, disc)));
-            weights += weight;
-        }
-    }
-    return static_cast<float>(sum / weights);
-}
-
-// Twice the integral of a table over cosine times the cosine: the mean over the hemisphere. Between
-// entries the table is linear in the root of the cosine, as interpolate() reads it.
-float hemispherical_mean(const float *table) {
-    const int steps = 8 * SIZE;
-    double sum = 0, weight = 0;
-    for (int i = 0; i < steps; ++i) {
-        const double root = (i + 0.5) / steps;
-        const double w = root * root * root; // cosine times the derivative of the cosine
-        sum += w * static_cast<double>(interpolate(table, static_cast<float>(root)));
-        weight += w;
-    }
-    return static_cast<float>(sum / weight);
-}
-
-Vec3 direction_of_cosine(float cosine) {
-    return {std::sqrt(1 - cosine * cosine), 0, cosine};
-}
-
-// What a visible normal keeps of the light that it sends from o to `in`.
-float kept(float alpha, Vec3 o, Vec3 in) {
-    return std::abs(in.z) * ggx_shadowing(alpha, o, in) / ggx_masking(alpha, o);
-}
-
 // ---- Conductors
-
-struct ConductorTable {
-    std::array<std::array<float, SIZE>, SIZE> energy; // [roughness][root of cosine]
-    std::array<float, SIZE> mean_loss;                // [roughness]
-    // The part of `energy` that Schlick's formula gives to any reflectance, and its mean.
-    std::array<std::array<float, SIZE>, SIZE> edge;
-    std::array<float, SIZE> mean_edge;
-};
-
-// What Schlick's formula adds to a reflectance of 0 at that cosine.
-float schlick_edge(float cosine) {
-    const float c = 1 - std::min(std::max(cosine, 0.0f), 1.0f);
-    return c * c * c * c * c;
-}
-
-const ConductorTable &conductor_table() {
-    static const ConductorTable table = [] {
-        ConductorTable t;
-        for (int r = 0; r < SIZE; ++r) {
-            auto &row = t.energy[static_cast<size_t>(r)];
-            auto &edge = t.edge[static_cast<size_t>(r)];
-            const float roughness = std::max(static_cast<float>(r) / (SIZE - 1), SMOOTH);
-            const float alpha = roughness * roughness;
-            for (int c = 0; c < SIZE; ++c) {
-                const Vec3 o = direction_of_cosine(cosine_of_entry(c));
-                row[static_cast<size_t>(c)] = mean_over_normals(alpha, o, [&](Vec3 h) {
-                    const Vec3 in = 2 * dot(o, h) * h - o;
-                    return in.z > 0 ? kept(alpha, o, in) : 0.0f;
-                });
-                edge[static_cast<size_t>(c)] = mean_over_normals(alpha, o, [&](Vec3 h) {
-                    const Vec3 in = 2 * dot(o, h) * h - o;
-                    return in.z > 0 ? schlick_edge(dot(o, h)) * kept(alpha, o, in) : 0.0f;
-                });
-            }
-            t.mean_loss[static_cast<size_t>(r)] = 1 - hemispherical_mean(row.data());
-            t.mean_edge[static_cast<size_t>(r)] = hemispherical_mean(edge.data());
-        }
-        return t;
-    }();
-    return table;
-}
 
 // Between two roughnesses of the table.
 struct ConductorEnergy {
@@ -199,135 +93,8 @@ float conductor_pdf(const Material &m, Vec3 out, Vec3 in) {
     return (1 - wide) * 0.25f * ggx_masking(alpha, out) * ggx_density(alpha, h) + wide * in.z / PI;
 }
 
-// ---- Metallic-roughness
-
-float lerp(float t, float a, float b) {
-    return (1 - t) * a + t * b;
-}
-
-// How much light the single scattering of facets returns at a roughness and a cosine: `bound` of
-// what the reflectance says, and `edge` of all that is left to 1.
-struct FacetAlbedo {
-    float bound, edge;
-    float at(float reflectance) const { return reflectance * bound + edge; }
-};
-
-// A metallic-roughness material, prepared for one place.
-struct Mixture {
-    Vec3 reflectance; // seen straight
-    Vec3 ground;      // of the diffuse part, over what the coat takes of it on average
-    Vec3 multiple;    // of what facets scatter more than once, over the mean loss
-    float coat;       // reflectance of the coat alone
-    float coat_multiple;
-    float mean_left, mean_loss; // what the coat leaves to the ground, and facets lose, on average
-    float alpha;
-    float t; // between the rows of the tables
-    size_t row;
-};
-
-FacetAlbedo facet_albedo(const Mixture &x, float cosine) {
-    const ConductorTable &table = conductor_table();
-    const float root = std::sqrt(std::abs(cosine));
-    const float energy = lerp(x.t, interpolate(table.energy[x.row].data(), root),
-                              interpolate(table.energy[x.row + 1].data(), root));
-    const float edge = lerp(x.t, interpolate(table.edge[x.row].data(), root),
-                            interpolate(table.edge[x.row + 1].data(), root));
-    return {energy - edge, edge};
-}
-
-Mixture mixture(const Material &m) {
-    Mixture x;
-    const ConductorTable &table = conductor_table();
-    const float roughness = std::min(std::max(m.roughness, SMOOTH), 1.0f);
-    x.alpha = roughness * roughness;
-    const float at = roughness * (SIZE - 1);
-    x.row = static_cast<size_t>(std::min(static_cast<int>(at), SIZE - 2));
-    x.t = at - static_cast<float>(x.row);
-    const float mean_loss = lerp(x.t, table.mean_loss[x.row], table.mean_loss[x.row + 1]);
-    const float mean_edge = lerp(x.t, table.mean_edge[x.row], table.mean_edge[x.row + 1]);
-    const float root = (m.ior - 1) / (m.ior + 1);
-    x.coat = root * root;
-    const auto multiple = [&](float reflectance) {
-        if (mean_loss < LEAST_LOSS) return 0.0f;
-        const float mean = reflectance + (1 - reflectance) / 21;
-        return mean * mean * (1 - mean_loss) / (1 - mean * mean_loss);
-    };
-    x.coat_multiple = multiple(x.coat);
-    x.mean_loss = mean_loss;
-    x.mean_left = std::max(
-        1 - x.coat * (1 - mean_loss - mean_edge) - mean_edge - x.coat_multiple * mean_loss, 1e-4f);
-    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * Vec3{x.coat, x.coat, x.coat};
-    x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
-    const Vec3 metal = {multiple(m.albedo.x), multiple(m.albedo.y), multiple(m.albedo.z)};
-    const float coat = (1 - m.metallic) * x.coat_multiple;
-    x.multiple =
-        (1 / std::max(mean_loss, LEAST_LOSS)) * (m.metallic * metal + Vec3{coat, coat, coat});
-    return x;
-}
-
-// What the coat leaves to the ground, and what facets lose, at a cosine.
-struct Left {
-    float by_coat, by_facets;
-};
-
-Left left_at(const Mixture &x, FacetAlbedo f) {
-    const float lost = std::max(0.0f, 1 - f.bound - f.edge);
-    return {std::max(0.0f, 1 - f.at(x.coat) - x.coat_multiple * lost), lost};
-}
-
-// The share of directions that are sampled by facets: by what they return at the cosine of `out`,
-// as the rest is sampled by its cosine.
-float facet_share(const Mixture &x, Vec3 out, Left &left) {
-    const FacetAlbedo f = facet_albedo(x, out.z);
-    left = left_at(x, f);
-    const float facets = luminance(x.reflectance) * f.bound + f.edge;
-    const float rest = luminance(x.ground) * left.by_coat * x.mean_left +
-                       luminance(x.multiple) * left.by_facets * x.mean_loss;
-    return rest > 0 ? std::clamp(facets / (facets + rest), 0.1f, 0.99f) : 1;
-}
-
-float mixture_facet_pdf(const Mixture &x, Vec3 out, Vec3 h) {
-    return 0.25f * ggx_masking(x.alpha, out) * ggx_density(x.alpha, h);
-}
-
-struct MixtureValue {
-    Vec3 eval;
-    float pdf;
-};
-
-MixtureValue mixture_value(const Mixture &x, Vec3 out, Vec3 in) {
-    const Vec3 h = normalize_or(out + in, {0, 0, 1});
-    Left near;
-    const float share = facet_share(x, out, near);
-    const Left far = left_at(x, facet_albedo(x, in.z));
-    const float facets = 0.25f * ggx_density(x.alpha, h) * ggx_shadowing(x.alpha, out, in) * in.z;
-    const float edge = schlick_edge(dot(out, h));
-    const float flat = in.z / PI;
-    return {(facets * (1 - edge)) * x.reflectance +
-                Vec3{facets * edge, facets * edge, facets * edge} +
-                (flat * near.by_coat * far.by_coat) * x.ground +
-                (flat * near.by_facets * far.by_facets) * x.multiple,
-            share * mixture_facet_pdf(x, out, h) + (1 - share) * flat};
-}
-
 MaterialSample nothing() {
     return {{0, 0, 1}, {0, 0, 0}, 0, false};
-}
-
-MaterialSample mixture_sample(const Material &m, Vec3 out, Vec2 u, float lobe) {
-    const Mixture x = mixture(m);
-    Left left;
-    Vec3 in;
-    if (lobe < facet_share(x, out, left)) {
-        const Vec3 h = ggx_visible_normal(x.alpha, out, square_to_disc(u));
-        in = normalize(2 * dot(out, h) * h - out);
-    } else {
-        in = square_to_cosine_hemisphere(u);
-    }
-    if (!(in.z > 0)) return nothing();
-    const MixtureValue value = mixture_value(x, out, in);
-    if (!(value.pdf > 0) || !std::isfinite(value.pdf)) return nothing();
-    return {in, (1 / value.pdf) * value.eval, value.pdf, false};
 }
 
 // ---- Dielectrics
@@ -474,15 +241,14 @@ Vec3 specular_eval(const Material &m, bool front, Vec3 out, Vec3 in) {
     if (material_is_smooth(m) || in.z == 0) return {0, 0, 0};
     if (m.kind == Material::DIELECTRIC) return dielectric_eval(m, front, out, in);
     if (m.kind == Material::METALLIC_ROUGHNESS)
-        return in.z > 0 ? mixture_value(mixture(m), out, in).eval : Vec3{0, 0, 0};
+        return in.z > 0 ? mixture_value(m, out, in).eval : Vec3{0, 0, 0};
     return in.z > 0 ? conductor_eval(m, out, in) : Vec3{0, 0, 0};
 }
 
 float specular_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
     if (material_is_smooth(m) || in.z == 0) return 0;
     if (m.kind == Material::DIELECTRIC) return dielectric_pdf(m, front, out, in);
-    if (m.kind == Material::METALLIC_ROUGHNESS)
-        return in.z > 0 ? mixture_value(mixture(m), out, in).pdf : 0;
+    if (m.kind == Material::METALLIC_ROUGHNESS) return in.z > 0 ? mixture_value(m, out, in).pdf : 0;
     return in.z > 0 ? conductor_pdf(m, out, in) : 0;
 }
 

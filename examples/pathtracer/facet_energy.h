@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much light microfacets keep when they scatter it once, in tables integrated at start-up: what
+// is missing is given back by the materials. Rows are over the root of the cosine, as the change is
+// where cosines are small.
+#pragma once
+
+#include <array>
+
+#include "material.h"
+#include "microfacet.h"
+
+namespace facet_energy {
+
+constexpr int SIZE = DielectricEnergy::SIZE;
+constexpr int RINGS = 40, SECTORS = 12; // facets per entry of a table
+constexpr float LEAST_LOSS = 1e-3f;     // on average over the hemisphere
+
+// Where between the entries of a table a value lies: entries are close where cosines are small.
+inline float interpolate(const float *table, float position) {
+    const float at = std::min(std::max(position, 0.0f), 1.0f) * (SIZE - 1);
+    const int below = std::min(static_cast<int>(at), SIZE - 2);
+    const float t = at - static_cast<float>(below);
+    return (1 - t) * table[below] + t * table[below + 1];
+}
+
+inline float cosine_of_entry(int entry) {
+    const float root = static_cast<float>(entry) / (SIZE - 1);
+    return std::max(root * root, 1e-4f);
+}
+
+inline Vec3 direction_of_cosine(float cosine) {
+    return {std::sqrt(1 - cosine * cosine), 0, cosine};
+}
+
+// What a visible normal keeps of the light that it sends from o to `in`.
+inline float kept(float alpha, Vec3 o, Vec3 in) {
+    return std::abs(in.z) * ggx_shadowing(alpha, o, in) / ggx_masking(alpha, o);
+}
+
+// The mean of a function of visible normals, seen from o in the xz-plane. The facets that matter
+// here are steep and rare, at the rim of the disc: so the disc is cut into rings that get ever
+// thinner.
+template <typename Function>
+float mean_over_normals(float alpha, Vec3 o, const Function &function) {
+    double sum = 0, weights = 0;
+    for (int ring = 0; ring < RINGS; ++ring) {
+        const float v = (static_cast<float>(ring) + 0.5f) / RINGS;
+        const float radius = std::sqrt(1 - v * v * v);
+        for (int sector = 0; sector < SECTORS; ++sector) {
+            // One half of the disc mirrors the other.
+            const float angle = PI * ((static_cast<float>(sector) + 0.5f) / SECTORS - 0.5f);
+            const Vec2 disc = {radius * std::cos(angle), radius * std::sin(angle)};
+            const double weight = static_cast<double>(v * v);
+            sum += weight * static_cast<double>(function(ggx_visible_normal(alpha, o, disc)));
+            weights += weight;
+        }
+    }
+    return static_cast<float>(sum / weights);
+}
+
+// Twice the integral of a table over cosine times the cosine: the mean over the hemisphere. Between
+// entries the table is linear in the root of the cosine, as interpolate() reads it.
+float hemispherical_mean(const float *table);
+
+// What Schlick's formula adds to a reflectance of 0 at that cosine.
+inline float schlick_edge(float cosine) {
+    const float c = 1 - std::min(std::max(cosine, 0.0f), 1.0f);
+    return c * c * c * c * c;
+}
+
+// Of conductors with a white Fresnel term.
+struct ConductorTable {
+    std::array<std::array<float, SIZE>, SIZE> energy; // [roughness][root of cosine]
+    std::array<float, SIZE> mean_loss;                // [roughness]
+    // The part of `energy` that Schlick's formula gives to any reflectance, and its mean.
+    std::array<std::array<float, SIZE>, SIZE> edge;
+    std::array<float, SIZE> mean_edge;
+};
+
+const ConductorTable &conductor_table();
+
+} // namespace facet_energy

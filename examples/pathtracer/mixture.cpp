@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Metallic-roughness is a mixture of metal and of a coat over a diffuse ground, one GGX lobe for
+// both as Schlick's formula is linear in its reflectance. The ground gets what the coat leaves in
+// the direction of the light, on average, and gives back what the coat leaves in the direction of
+// the eye (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model",
+// 2001), so that white stays white whatever the mixture.
+#include "mixture.h"
+
+#include "facet_energy.h"
+
+using namespace facet_energy;
+
+namespace {
+
+float lerp(float t, float a, float b) {
+    return (1 - t) * a + t * b;
+}
+
+// How much light the single scattering of facets returns at a roughness and a cosine: `bound` of
+// what the reflectance says, and `edge` of all that is left to 1.
+struct FacetAlbedo {
+    float bound, edge;
+    float at(float reflectance) const { return reflectance * bound + edge; }
+};
+
+// A metallic-roughness material, prepared for one place.
+struct Mixture {
+    Vec3 reflectance; // seen straight
+    Vec3 ground;      // of the diffuse part, over what the coat takes of it on average
+    Vec3 multiple;    // of what facets scatter more than once, over the mean loss
+    float coat;       // reflectance of the coat alone
+    float coat_multiple;
+    float mean_left, mean_loss; // what the coat leaves to the ground, and facets lose, on average
+    float alpha;
+    float t; // between the rows of the tables
+    size_t row;
+};
+
+FacetAlbedo facet_albedo(const Mixture &x, float cosine) {
+    const ConductorTable &table = conductor_table();
+    const float root = std::sqrt(std::abs(cosine));
+    const float energy = lerp(x.t, interpolate(table.energy[x.row].data(), root),
+                              interpolate(table.energy[x.row + 1].data(), root));
+    const float edge = lerp(x.t, interpolate(table.edge[x.row].data(), root),
+                            interpolate(table.edge[x.row + 1].data(), root));
+    return {energy - edge, edge};
+}
+
+Mixture mixture(const Material &m) {
+    Mixture x;
+    const ConductorTable &table = conductor_table();
+    const float roughness = std::min(std::max(m.roughness, SMOOTH), 1.0f);
+    x.alpha = roughness * roughness;
+    const float at = roughness * (SIZE - 1);
+    x.row = static_cast<size_t>(std::min(static_cast<int>(at), SIZE - 2));
+    x.t = at - static_cast<float>(x.row);
+    const float mean_loss = lerp(x.t, table.mean_loss[x.row], table.mean_loss[x.row + 1]);
+    const float mean_edge = lerp(x.t, table.mean_edge[x.row], table.mean_edge[x.row + 1]);
+    const float root = (m.ior - 1) / (m.ior + 1);
+    x.coat = root * root;
+    const auto multiple = [&](float reflectance) {
+        if (mean_loss < LEAST_LOSS) return 0.0f;
+        const float mean = reflectance + (1 - reflectance) / 21;
+        return mean * mean * (1 - mean_loss) / (1 - mean * mean_loss);
+    };
+    x.coat_multiple = multiple(x.coat);
+    x.mean_loss = mean_loss;
+    x.mean_left = std::max(
+        1 - x.coat * (1 - mean_loss - mean_edge) - mean_edge - x.coat_multiple * mean_loss, 1e-4f);
+    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * Vec3{x.coat, x.coat, x.coat};
+    x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
+    const Vec3 metal = {multiple(m.albedo.x), multiple(m.albedo.y), multiple(m.albedo.z)};
+    const float coat = (1 - m.metallic) * x.coat_multiple;
+    x.multiple =
+        (1 / std::max(mean_loss, LEAST_LOSS)) * (m.metallic * metal + Vec3{coat, coat, coat});
+    return x;
+}
+
+// What the coat leaves to the ground, and what facets lose, at a cosine.
+struct Left {
+    float by_coat, by_facets;
+};
+
+Left left_at(const Mixture &x, FacetAlbedo f) {
+    const float lost = std::max(0.0f, 1 - f.bound - f.edge);
+    return {std::max(0.0f, 1 - f.at(x.coat) - x.coat_multiple * lost), lost};
+}
+
+// The share of directions that are sampled by facets: by what they return at the cosine of `out`,
+// as the rest is sampled by its cosine.
+float facet_share(const Mixture &x, Vec3 out, Left &left) {
+    const FacetAlbedo f = facet_albedo(x, out.z);
+    left = left_at(x, f);
+    const float facets = luminance(x.reflectance) * f.bound + f.edge;
+    const float rest = luminance(x.ground) * left.by_coat * x.mean_left +
+                       luminance(x.multiple) * left.by_facets * x.mean_loss;
+    return rest > 0 ? std::clamp(facets / (facets + rest), 0.1f, 0.99f) : 1;
+}
+
+float mixture_facet_pdf(const Mixture &x, Vec3 out, Vec3 h) {
+    return 0.25f * ggx_masking(x.alpha, out) * ggx_density(x.alpha, h);
+}
+
+MixtureValue value_of(const Mixture &x, Vec3 out, Vec3 in) {
+    const Vec3 h = normalize_or(out + in, {0, 0, 1});
+    Left near;
+    const float share = facet_share(x, out, near);
+    const Left far = left_at(x, facet_albedo(x, in.z));
+    const float facets = 0.25f * ggx_density(x.alpha, h) * ggx_shadowing(x.alpha, out, in) * in.z;
+    const float edge = schlick_edge(dot(out, h));
+    const float flat = in.z / PI;
+    return {(facets * (1 - edge)) * x.reflectance +
+                Vec3{facets * edge, facets * edge, facets * edge} +
+                (flat * near.by_coat * far.by_coat) * x.ground +
+                (flat * near.by_facets * far.by_facets) * x.multiple,
+            share * mixture_facet_pdf(x, out, h) + (1 - share) * flat};
+}
+
+} // namespace
+
+MixtureValue mixture_value(const Material &m, Vec3 out, Vec3 in) {
+    return value_of(mixture(m), out, in);
+}
+
+MaterialSample mixture_sample(const Material &m, Vec3 out, Vec2 u, float lobe) {
+    const Mixture x = mixture(m);
+    Left left;
+    Vec3 in;
+    if (lobe < facet_share(x, out, left)) {
+        const Vec3 h = ggx_visible_normal(x.alpha, out, square_to_disc(u));
+        in = normalize(2 * dot(out, h) * h - out);
+    } else {
+        in = square_to_cosine_hemisphere(u);
+    }
+    if (!(in.z > 0)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
+    const MixtureValue value = value_of(x, out, in);
+    if (!(value.pdf > 0) || !std::isfinite(value.pdf)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
+    return {in, (1 / value.pdf) * value.eval, value.pdf, false};
+}

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The metallic-roughness material of glTF. Directions are as in material.h, above the surface.
+#pragma once
+
+#include "material.h"
+
+// The scattering function times the cosine of `in`, and the density with which mixture_sample()
+// chooses it.
+struct MixtureValue {
+    Vec3 eval;
+    float pdf;
+};
+
+MixtureValue mixture_value(const Material &material, Vec3 out, Vec3 in);
+
+MaterialSample mixture_sample(const Material &material, Vec3 out, Vec2 u, float lobe);
