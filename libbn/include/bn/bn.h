@@ -120,6 +120,8 @@ typedef struct bn_sampler_options {
         samples_per_pixel; /* 0 (default): unknown. Else a hint; indices beyond it go on as ever.
                               BLUE has tables for 1, 4, 16 and 64: better at exactly that count, as
                               good as ever before it, less blue beyond it; any other count is as 0.
+                              They give up evenness along rows and columns: where most of the error
+                              lies on edges parallel to the picture's sides, 0 is better at 1 and 4.
                               ZORDER is good at that count only: it rounds it up to a power of two
                               (at most 2^16) and takes 0 as 256. The others need no hint. */
     uint64_t seed;         /* default 0; different seeds give independent pictures */
