@@ -174,8 +174,8 @@ def test_finds_the_library_inside_the_installed_package(monkeypatch):
     assert NeuralGenerator(ONE).mask((16, 16)).shape == (16, 16)
 
 
-def test_onnxruntime_itself_agrees(tmp_path):
-    """The models and the noise are what they are said to be: the same in the package onnxruntime."""
+def in_onnxruntime(folder, model, noise):
+    """What the package onnxruntime makes of noise, (channels, height, width), in a process of its own."""
     program = (
         "import sys, numpy as np, onnxruntime\n"
         "session = onnxruntime.InferenceSession(sys.stdin.buffer.read())\n"
@@ -184,12 +184,32 @@ def test_onnxruntime_itself_agrees(tmp_path):
     )
     if importlib.util.find_spec("onnxruntime") is None:
         pytest.skip("the package onnxruntime is not installed")
-    paths = [str(tmp_path / name) for name in ("noise.npy", "out.npy")]
-    np.save(paths[0], NeuralGenerator.noise(10 - RADIUS, -RADIUS, 90 + 2 * RADIUS, 70 + 2 * RADIUS, seed=4))
+    paths = [str(folder / name) for name in ("noise.npy", "out.npy")]
+    np.save(paths[0], noise)
     environment = {**os.environ, "ORT_DISABLE_TELEMETRY": "1"}
-    subprocess.run([sys.executable, "-c", program, *paths], input=TWO, check=True, env=environment)
-    expected = np.clip(np.load(paths[1]), 0, 1 - 2**-24)
+    subprocess.run([sys.executable, "-c", program, *paths], input=model, check=True, env=environment)
+    return np.load(paths[1])
+
+
+def test_onnxruntime_itself_agrees(tmp_path):
+    """The models and the noise are what they are said to be: the same in the package onnxruntime."""
+    noise = NeuralGenerator.noise(10 - RADIUS, -RADIUS, 90 + 2 * RADIUS, 70 + 2 * RADIUS, seed=4)
+    expected = np.clip(in_onnxruntime(tmp_path, TWO, noise), 0, 1 - 2**-24)
     np.testing.assert_allclose(NeuralGenerator(TWO).window(10, 0, 90, 70, seed=4), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx"])
+@pytest.mark.parametrize("shape", [(64, 64), (52, 132)])
+def test_the_networks_that_ship_agree_with_onnxruntime(tmp_path, name, shape):
+    """Ranks are those of its values, but for values closer than a ten-thousandth."""
+    model = (Path(__file__).resolve().parents[2] / "libbn/data" / name).read_bytes()
+    radius = 36 if name == "neural.onnx" else 18
+    assert b"bn.receptive_radius\x12\x02" + str(radius).encode() in model
+    noise = np.pad(NeuralGenerator.noise(0, 0, shape[1], shape[0], seed=9), radius, mode="wrap")
+    values = in_onnxruntime(tmp_path, model, noise)[0].ravel()
+    ranks = NeuralGenerator(model).mask(shape, seed=9)
+    in_order = values[np.argsort(ranks.ravel())]
+    assert values.std() > 0.2 and (np.diff(in_order) > -1e-4).all()
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (37, 53), (64, 64), (200, 131)])
