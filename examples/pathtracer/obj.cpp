@@ -177,7 +177,7 @@ SceneDraft obj_read(const std::string &path) {
     bool all_counted = true;
     for (const tinyobj::shape_t &shape : shapes) {
         size_t corners = 0;
-        for (const auto count : shape.mesh.num_face_vertices) {
+        for (const size_t count : shape.mesh.num_face_vertices) { // of 8 bits in some versions
             corners += count;
             all_counted = all_counted && count <= MAX_CORNERS;
         }
