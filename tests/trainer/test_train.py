@@ -102,10 +102,14 @@ def test_two_processes_train_as_one(tmp_path, trainer_environment):
     path = tiny(tmp_path, iterations=6)
     alone, shared = tmp_path / "alone", tmp_path / "shared"
     assert main(["train", "--config", str(path), "--folder", str(alone), "--threads", "1", "--quiet"]) == 0
+    # As torchrun --standalone, but by address: names may not be resolved on a bare system, and torch then waits long.
+    here = "127.0.0.1"
     done = subprocess.run(
-        [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2", "-m", "bn_trainer", "train",
+        [sys.executable, "-m", "torch.distributed.run", "--nnodes", "1", "--nproc-per-node", "2", "--rdzv-backend", "c10d",
+         "--rdzv-endpoint", f"{here}:0", "--local-addr", here, "-m", "bn_trainer", "train",
          "--config", str(path), "--folder", str(shared), "--threads", "1", "--quiet"],
-        env=trainer_environment, cwd=tmp_path, capture_output=True, text=True, timeout=240,
+        env={**trainer_environment, "GLOO_SOCKET_IFNAME": "lo"}, cwd=tmp_path, capture_output=True, text=True,
+        timeout=240,
     )
     assert done.returncode == 0, done.stderr
     first, second = load_checkpoint(alone / "checkpoint.pt"), load_checkpoint(shared / "checkpoint.pt")
