@@ -20,7 +20,7 @@ from .renderer import RenderError, Renderer, Request
 
 SAMPLERS = ("white", "sobol", "blue")
 # Samples per pixel, and how many seeds the table takes of each: pictures of few samples differ more.
-SEEDS = {1: 32, 4: 16, 16: 8, 64: 8}
+SEEDS = {1: 32, 4: 16, 16: 6, 64: 4}
 COUNTS = tuple(SEEDS)
 SCENE, SIZE = "cornell", 256
 EXPOSURE = 1.0  # stops, of the previews: the scene is dark but for its lamp
