@@ -38,8 +38,7 @@ Integrator integrator_create(const Scene &scene, const Geometry &geometry,
                              const bn_sampler *sampler, uint32_t max_depth) {
     Integrator result{&scene, &geometry, sampler, max_depth, pixel_domain(), {}};
     for (uint32_t bounce = 0; bounce < max_depth; ++bounce) {
-        const uint32_t domain = bounce_domain(bounce);
-        result.bounces.push_back({light_domain(domain), scatter_domain(domain)});
+        result.bounces.push_back({light_domain(bounce), scatter_domain(bounce)});
     }
     return result;
 }

@@ -3,14 +3,15 @@
 //
 // Every decision of a path has a domain, and domains follow the call tree:
 //
-//     root - pixel                    (0,1) position in the pixel     (2,3) position on the lens
-//          - bounce - 0, 1, 2 ...
-//                       - light       (0,1) which light, and where on it
-//                       - scatter     (0,1) direction    (2) roulette    (3) which lobe
+//     root - 0          pixel      (0,1) position in the pixel     (2,3) position on the lens
+//          - 1 + 2 b    light      (0,1) which light, and where on it, at bounce b
+//          - 2 + 2 b    scatter    (0,1) direction    (2) roulette    (3) which lobe
 //
 // The four dimensions of a domain serve what belongs together; two-dimensional decisions stay on
-// the pairs (0,1) and (2,3), where samples are blue and stratified. Different domains are
-// independent, so a new decision gets a domain of its own and none of the others notices. A 2-D
+// the pairs (0,1) and (2,3), where samples are blue and stratified. Along a path effects multiply:
+// the pixel's with the light's, the direction's with that of the next light. So the decisions of a
+// path are children of one domain, numbered in their order: neighbours are stratified together.
+// A new decision gets a domain of its own, a child of a child, and none of the others notices. A 2-D
 // draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
 // Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
 // crops cannot change a picture. docs/sampling.md tells the whole story.
@@ -49,20 +50,14 @@ struct SamplerSettings {
 // Throws Error naming the known samplers, or saying what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-enum : uint32_t { KEY_PIXEL, KEY_BOUNCE };  // children of the root
-enum : uint32_t { KEY_LIGHT, KEY_SCATTER }; // children of a bounce
-
 inline uint32_t pixel_domain() {
-    return bn_domain_child(BN_DOMAIN_ROOT, KEY_PIXEL);
+    return bn_domain_child(BN_DOMAIN_ROOT, 0);
 }
-inline uint32_t bounce_domain(uint32_t bounce) {
-    return bn_domain_child(bn_domain_child(BN_DOMAIN_ROOT, KEY_BOUNCE), bounce);
+inline uint32_t light_domain(uint32_t bounce) {
+    return bn_domain_child(BN_DOMAIN_ROOT, 1 + 2 * bounce);
 }
-inline uint32_t light_domain(uint32_t bounce_domain) {
-    return bn_domain_child(bounce_domain, KEY_LIGHT);
-}
-inline uint32_t scatter_domain(uint32_t bounce_domain) {
-    return bn_domain_child(bounce_domain, KEY_SCATTER);
+inline uint32_t scatter_domain(uint32_t bounce) {
+    return bn_domain_child(BN_DOMAIN_ROOT, 2 + 2 * bounce);
 }
 
 // The sampler as one sample of one pixel sees it.

@@ -28,6 +28,9 @@ void bn_block_prepare(bn_block_plan *plan, const bn_draw_table *table) {
         plan->rows.x[at] = table->digits.x[d];
         plan->rows.y[at] = table->digits.y[d];
         plan->rows.flip[d] = bn_draw_flip(d);
+        if (d % 32u == 0) {
+            for (uint32_t k = 0; k < 8u; ++k) plan->rows.upper[k][d / 32u] = table->order[k][d];
+        }
     }
 }
 

@@ -18,6 +18,7 @@ enum { BN_RUN = 8 };
 typedef struct bn_block_rows {
     uint32_t x[256], y[256]; /* of the digits d, at (d & 31) * 8 + (d >> 5) */
     uint32_t flip[256];      /* bn_draw_flip() */
+    uint32_t upper[8][8];    /* the orders of digits whose upper three bits alone are not zero */
 } bn_block_rows;
 
 /* Draws `runs` runs of a pixel from index `first` on, a multiple of BN_RUN: out[runs][BN_RUN][4].

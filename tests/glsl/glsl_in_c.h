@@ -15,6 +15,11 @@
 #define bn_blue_pixel bn_blue_pixel_glsl
 #define bn_draw_blue_pixel bn_draw_blue_pixel_glsl
 #define bn_draw_flip bn_draw_flip_glsl
+#define bn_draw_times_x bn_draw_times_x_glsl
+#define bn_draw_times_x_plus_1 bn_draw_times_x_plus_1_glsl
+#define bn_draw_second_pair bn_draw_second_pair_glsl
+#define bn_draw_member bn_draw_member_glsl
+#define bn_draw_blue_digits bn_draw_blue_digits_glsl
 #define bn_draw_continue bn_draw_continue_glsl
 #define bn_draw_blue_reflect bn_draw_blue_reflect_glsl
 #define bn_draw_blue bn_draw_blue_glsl

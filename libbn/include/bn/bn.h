@@ -78,14 +78,22 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * domains are independent. Derive domains along the call tree, so that adding a decision somewhere
  * does not change the samples of another:
  *
- *     uint32_t bounce = bn_domain_child(BN_DOMAIN_ROOT, depth);
- *     uint32_t light  = bn_domain_child(bounce, KEY_LIGHT);
+ *     uint32_t frame   = bn_domain_child(BN_DOMAIN_ROOT, frame_number);
+ *     uint32_t pixel   = bn_domain_child(frame, 0);
+ *     uint32_t light   = bn_domain_child(frame, 1 + 2 * bounce);
+ *     uint32_t scatter = bn_domain_child(frame, 2 + 2 * bounce);
  *
  * A domain has four dimensions: (0, 1) and (2, 3) are the pairs to spend on two-dimensional
- * decisions. A frame number is a key like any other. */
+ * decisions. With BLUE both pairs of a domain are stratified together as well, in all four
+ * dimensions, and so are any two of the four children that a domain has by the keys 4 k to 4 k + 3:
+ * a family. So give decisions whose effects multiply, like the position in the pixel and the point
+ * on a light, the two pairs of one domain, or neighbouring keys of one parent. From 8 samples on
+ * that lowers the error of their product (by a quarter at 16, a third at 64, against domains that
+ * are merely independent); it costs nothing. */
 #define BN_DOMAIN_ROOT 0u
 
-/* The child of a domain by a key: a hash, any values are good. Cost: about a nanosecond. */
+/* The child of a domain by a key: a hash of the domain and of key / 4, with key % 4 as the place in
+ * the family. Any values are good. Cost: about a nanosecond. */
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* ---- Samplers
@@ -95,7 +103,8 @@ typedef struct bn_sampler bn_sampler;
 
 enum {
     /* The sampler to use: progressive, blue on screen in both pairs of every domain. In each pixel
-     * every power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3). */
+     * every power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3), and every prefix
+     * of 4^m samples a (0,m,4)-net to base 4 in all four. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0,2)-sequences, padded, independent in each pixel: what to compare
        with. */
@@ -120,8 +129,6 @@ typedef struct bn_sampler_options {
         samples_per_pixel; /* 0 (default): unknown. Else a hint; indices beyond it go on as ever.
                               BLUE has tables for 1, 4, 16 and 64: better at exactly that count, as
                               good as ever before it, less blue beyond it; any other count is as 0.
-                              They give up evenness along rows and columns: where most of the error
-                              lies on edges parallel to the picture's sides, 0 is better at 1 and 4.
                               ZORDER is good at that count only: it rounds it up to a power of two
                               (at most 2^16) and takes 0 as 256. The others need no hint. */
     uint64_t seed;         /* default 0; different seeds give independent pictures */

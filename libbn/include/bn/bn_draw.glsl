@@ -36,8 +36,8 @@ uint bn_hash32(uint v) {
 }
 
 uint bn_domain_child(uint domain, uint key) {
-    uint v = (domain + key * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
-    return v ^ (v >> 16u);
+    uint v = (domain + (key >> 2u) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
+    return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
 }
 
 uint bn_owen_reversed(uint v, uint seed) {
@@ -75,21 +75,31 @@ struct bn_blue_pixel {
     uint fine;
     uint key_low;
     uint key_high;
+    uint shuffle;
+    uint order;
     uint symmetry;
 };
 
-bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
-    bn_blue_pixel pixel;
-    uint low, high, lower, upper;
+/* The low word and the high word. */
+uvec2 bn_draw_variant(uint domain) {
+    uint low, high;
     umulExtended(domain, 0x7f4a7c15u, high, low);
     high += domain * 0x9e3779b9u + BN_SEED_HIGH;
     low += BN_SEED_LOW;
     if (low < BN_SEED_LOW) high += 1u;
+    return uvec2(low, high);
+}
+
+bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
+    bn_blue_pixel pixel;
+    uvec2 variant = bn_draw_variant(domain);
+    uint low = variant.x, high = variant.y, lower, upper;
     pixel.symmetry = (low >> 24u) & 31u;
     uint exchange = pixel.symmetry & 16u;
     uint place = (x & 127u) * 0x01000001u | (y & 127u) * 0x00010100u;
     place = (place << exchange) | (place >> ((32u - exchange) & 31u));
-    place = (place + (high & 0x7f7f7f7fu)) ^ (((high >> 7u) & 0x01010101u) * 127u);
+    uint reflect = high & 0x80808080u;
+    place = (place + (high & 0x7f7f7f7fu)) ^ (reflect - (reflect >> 7u));
     uint bytes = ((1u << BN_SIZE_LOG2) - 1u) * 0x01010101u;
     place = (place & bytes & 0x00ff00ffu) |
             ((place & bytes & 0xff00ff00u) >> (8u - BN_SIZE_LOG2));
@@ -100,7 +110,10 @@ bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
     uint position = x + y * 0x9e3779b1u;
     umulExtended(position, 0xde82ef95u, upper, lower);
     upper += position * 0xd1342543u;
-    lower ^= upper ^ high;
+    lower ^= upper;
+    pixel.shuffle = bn_draw_variant(domain << 2u).y + lower;
+    pixel.order = domain >> 29u;
+    lower ^= high;
     upper ^= low;
     umulExtended(lower, 0x7f4a7c15u, pixel.key_high, pixel.key_low);
     pixel.key_high += upper * 0x7f4a7c15u + lower * 0x9e3779b9u;
@@ -127,13 +140,48 @@ uint bn_draw_continue(uint first, uint shifted, uint later, uint key) {
     return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
 }
 
-/* One pair of dimensions, before reflections: x and y of what comes back. shifts, fine: the pair's
- * in the lower two bytes; random: its digits 16 to 31; multiplier: its shuffle. */
-uvec2 bn_draw_blue_pair(uint index, uint shifts, uint fine, uint random, uint multiplier,
-                        uint flip) {
+uint bn_draw_times_x(uint digits) {
+    uint upper = (digits >> 1u) & 0x55555555u, lower = digits & 0x55555555u;
+    return (lower << 1u) | (upper ^ lower);
+}
+
+uint bn_draw_times_x_plus_1(uint digits) {
+    uint upper = (digits >> 1u) & 0x55555555u, lower = digits & 0x55555555u;
+    return ((upper ^ lower) << 1u) | upper;
+}
+
+uint bn_draw_second_pair(uint digits, uint form) {
+    digits ^= (bn_draw_times_x(digits) << 2u) & 0xccccccccu;
+    digits ^= (bn_draw_times_x_plus_1(digits) << 4u) & 0xf0f0f0f0u;
+    digits ^= (bn_draw_times_x(digits) << 8u) & 0xff00ff00u;
+    digits ^= (bn_draw_times_x_plus_1(digits) << 16u) & 0xffff0000u;
+    return digits ^ ((digits << 1u) & 0xaaaaaaaau & (0u - (form & 1u)));
+}
+
+uint bn_draw_member(uint digits, uint member) {
+    uint low = 0x10204080u, high = 0x01020408u, mapped = 0u;
+    if (member == 1u) { low = 0x90a04080u; high = 0x7b125cf8u; }
+    if (member == 2u) { low = 0x90204080u; high = 0xdd1e2c68u; }
+    if (member == 3u) { low = 0x10a04080u; high = 0x755eac18u; }
+    for (uint k = 0u; k < 4u; ++k) {
+        mapped ^= (low >> (8u * k)) & 255u & (0u - ((digits >> (31u - k)) & 1u));
+        mapped ^= (high >> (8u * k)) & 255u & (0u - ((digits >> (27u - k)) & 1u));
+    }
+    return (mapped << 24u) | (digits & 0x00ffffffu);
+}
+
+/* The digits of an index in the order of the first pair. */
+uint bn_draw_blue_digits(bn_blue_pixel pixel, uint index) {
     uint digits = bitfieldReverse(index);
-    digits ^= digits * (multiplier & 0xfffffffeu);
-    digits ^= flip;
+    digits ^= digits * (pixel.shuffle & 0xfffffffeu);
+    digits ^= (((pixel.shuffle >> 16u) * bn_draw_flip(index)) & 0x8000u) << 16u;
+    digits = bn_draw_member(digits, pixel.order >> 1u);
+    return digits ^ (((digits & 0x00ffffffu) * (pixel.key_high | 1u)) & 0xff000000u);
+}
+
+/* One pair of dimensions, before reflections: x and y of what comes back. shifts, fine: the pair's
+ * in the lower two bytes; random: its digits 16 to 31; key: the pair's from sample 256 on. */
+uvec2 bn_draw_blue_pair(uint index, uint digits, uint shifts, uint fine, uint random, uint key) {
     uint x = BN_DIGIT_X((digits >> 24u) ^ (shifts & 255u));
     uint shift = ((shifts >> 8u) & 255u) << 24u;
     x ^= (random & 0xffffu) | ((fine & 255u) << 16u);
@@ -143,8 +191,8 @@ uvec2 bn_draw_blue_pair(uint index, uint shifts, uint fine, uint random, uint mu
     uint shifted = bn_sobol_second(shift) ^ second;
     uint y = BN_DIGIT_Y(bn_sobol_second(shifted & 0xff000000u) >> 24u) ^ random;
     return uvec2(bn_draw_continue(x, digits ^ (shifts << 24u), digits & 0x00ffffffu,
-                                  bn_hash32(multiplier)),
-                 bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~multiplier)));
+                                  bn_hash32(key)),
+                 bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~key)));
 }
 
 uvec2 bn_draw_blue_reflect(uvec2 v, uint reflections, uint exchange) {
@@ -156,13 +204,11 @@ uvec2 bn_draw_blue_reflect(uvec2 v, uint reflections, uint exchange) {
 
 uvec4 bn_draw_blue_u32(uint x, uint y, uint index, uint domain) {
     bn_blue_pixel p = bn_draw_blue_pixel(x, y, domain);
-    uint flips = p.key_low * bn_draw_flip(index);
-    uvec2 first = bn_draw_blue_pair(index, p.shifts, p.fine, p.key_low, p.key_high,
-                                    (flips & 0x8000u) << 16u);
-    uint second_key = (p.key_high >> 16u) | (p.key_high << 16u);
-    second_key = (second_key & 0xffffff00u) | (((p.key_high & 254u) + 22u) & 254u);
-    uvec2 second = bn_draw_blue_pair(index, p.shifts >> 16u, p.fine >> 16u, p.key_high, second_key,
-                                     flips & 0x80000000u);
+    uint digits = bn_draw_blue_digits(p, index);
+    uvec2 first = bn_draw_blue_pair(index, digits, p.shifts, p.fine, p.key_low, p.key_high);
+    uvec2 second =
+        bn_draw_blue_pair(index, bn_draw_second_pair(digits, p.order), p.shifts >> 16u, p.fine >> 16u,
+                          p.key_high, (p.key_high >> 16u) | (p.key_high << 16u));
     first = bn_draw_blue_reflect(first, p.symmetry, p.symmetry >> 4u);
     second = bn_draw_blue_reflect(second, p.symmetry >> 2u, ~p.symmetry >> 4u);
     return uvec4(first.x, first.y, second.x, second.y);

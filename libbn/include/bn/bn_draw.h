@@ -16,14 +16,23 @@
  * 256 points: digital shifts (sx, sy) of the two coordinates of one fixed scrambled Sobol'
  * (0,8,2)-net, which also decide the order of the points, and the next eight digits (fx, fy). An
  * offline search chose the entries so that the errors of every power-of-two prefix are blue over
- * the screen (libbn/tools/bn_bake_sampler.c). A nested shuffle, different in every pixel and
- * domain, that keeps power-of-two prefixes in place decorrelates domains. Sample 256 and later ones
- * continue every pixel's set as an Owen-scrambled (0,2)-sequence of its own.
+ * the screen (libbn/tools/bn_bake_sampler.c).
+ *
+ * The order of the points is the same net's for both pairs but for a fixed linear map of the index,
+ * which makes the four dimensions together those of an SZ sequence: a (0,4)-sequence in base 4
+ * (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025). The four domains of a
+ * family, children of one parent by keys 4 k to 4 k + 3, have an order for each, chosen by
+ * libbn/tools/bn_search_orders.c so that any two of them, too, are stratified together. None of
+ * these maps moves a point out of a power-of-two prefix, so what the table arranges stays. A nested
+ * shuffle of the index, different in every pixel and family, keeps prefixes in place as well and
+ * makes families independent. Sample 256 and later ones continue every pixel's set as an
+ * Owen-scrambled sequence of its own.
  *
  * WHAT IT COSTS. About 115 instructions on x86-64 for a draw of four dimensions, two looks into the
- * table of pixels (64 KiB) and four into the point set (2 KiB). Draws of many domains in one pixel,
- * or of many indices, share what they have in common when they are inlined into a loop. Samples
- * from 256 on cost about eight times as much. Include <emmintrin.h> before this header, where SSE2
+ * table of pixels (64 KiB), one into the orders (1 KiB for each of eight) and four into the point
+ * set (2 KiB). Draws of many domains in one pixel, or of many indices, share what they have in
+ * common when they are inlined into a loop. Samples from 256 on cost about eight times as much.
+ * Include <emmintrin.h> before this header, where SSE2
  * is, and the last step works on the four dimensions at once; the library itself does. Without it,
  * or with BN_DRAW_PLAIN defined, this is plain C: the same bits, somewhat slower. */
 #ifndef BN_BN_DRAW_H
@@ -49,7 +58,7 @@ extern "C" {
 #endif
 
 /* Changes whenever the layout of bn_draw_table or the values drawn from it change. */
-#define BN_DRAW_TABLE_VERSION 2u
+#define BN_DRAW_TABLE_VERSION 3u
 
 /* The fixed point set: x[d] and y[d] are the scrambled coordinates of the point whose bit-reversed
  * index is d, 32 bits each with the scrambling of the lower digits. */
@@ -68,11 +77,15 @@ typedef struct bn_draw_table {
     /* 2^size_log2 - 1, alone and in each of four bytes, two of them for the columns and two for the
      * rows; rows are moved by 8 - size_log2 bits to stand beside columns. */
     uint32_t size_mask, byte_masks, column_masks, row_masks, row_shift, reserved;
-    /* For the first 256 indices: the bit-reversed index in each of four bytes, and the power of two
-     * that brings the index's flip of the first digit into place; see bn_draw_blue_order(). */
+    /* For the first 256 indices: the bit-reversed index, and what brings the index's flip of the
+     * first digit into place; see bn_draw_blue_shuffle(). */
     struct {
         uint32_t digits, flip;
-    } order[256];
+    } index[256];
+    /* The order of the points by the upper three bits of the domain, which are the member of the
+     * family and the form of the second pair, and the shuffled digits of the index: one byte for
+     * each of the four coordinates. */
+    uint32_t order[8][256];
     /* Symmetries of the unit square as masks, for both pairs: the reflections of the coordinates,
      * then the exchanges of the two. Sixteen-byte aligned where samplers are. */
     uint32_t symmetry[32][8];
@@ -100,11 +113,11 @@ static inline uint32_t bn_hash32(uint32_t v) {
     return v ^ (v >> 15);
 }
 
-/* bn_domain_child(): a multiplication and a shift, a bijection of the domain for every key. The
- * draws hash what it gives once more. */
+/* bn_domain_child(): a hash of the parent and of the four that the key is in, and in the upper
+ * two bits the place among the four. The draws hash what it gives once more. */
 static inline uint32_t bn_draw_domain_child(uint32_t domain, uint32_t key) {
-    uint32_t v = (domain + key * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
-    return v ^ (v >> 16);
+    uint32_t v = (domain + (key >> 2) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
+    return (v ^ (v >> 16)) >> 2 | key << 30;
 }
 
 /* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
@@ -147,6 +160,49 @@ static inline void bn_digit_tables_fill(bn_digit_tables *tables) {
     }
 }
 
+/* The product of each digit to base 4 with one of the two elements of the field of four that are
+ * not 0 or 1, two bits for a digit: x and x + 1 modulo x^2 + x + 1. */
+static inline uint32_t bn_draw_times_x(uint32_t digits) {
+    uint32_t upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
+    return lower << 1 | (upper ^ lower);
+}
+
+static inline uint32_t bn_draw_times_x_plus_1(uint32_t digits) {
+    uint32_t upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
+    return (upper ^ lower) << 1 | upper;
+}
+
+/* From the digits of the first pair those of the second: the upper triangular matrix of entries
+ * binomial(j, i) x^(j - i) over the field of four, which like bn_sobol_second() factors into a step
+ * for each bit of j. With it (0, 1) and (2, 3) together are an SZ sequence. An odd `form` adds the
+ * second digit of each two to the first, which only renames the digits to base 4: over both forms
+ * the four cross pairs of dimensions are alike at few samples. */
+static inline uint32_t bn_draw_second_pair(uint32_t digits, uint32_t form) {
+    digits ^= (bn_draw_times_x(digits) << 2) & 0xccccccccu;
+    digits ^= (bn_draw_times_x_plus_1(digits) << 4) & 0xf0f0f0f0u;
+    digits ^= (bn_draw_times_x(digits) << 8) & 0xff00ff00u;
+    digits ^= (bn_draw_times_x_plus_1(digits) << 16) & 0xffff0000u;
+    return digits ^ ((digits << 1) & 0xaaaaaaaau & (0u - (form & 1u)));
+}
+
+/* The order of a member of a family: a linear map of the first eight digits, in the upper byte
+ * each, of which no digit reaches a later one; what bit 7 - k becomes stands in byte k of the pair
+ * of words. Found by libbn/tools/bn_search_orders.c. */
+static inline uint32_t bn_draw_member(uint32_t digits, uint32_t member) {
+    static const uint32_t images[4][2] = {
+        {0x10204080u, 0x01020408u},
+        {0x90a04080u, 0x7b125cf8u},
+        {0x90204080u, 0xdd1e2c68u},
+        {0x10a04080u, 0x755eac18u},
+    };
+    uint32_t low = images[member & 3u][0], high = images[member & 3u][1], mapped = 0;
+    for (uint32_t k = 0; k < 4u; ++k) {
+        mapped ^= (low >> 8u * k & 255u) & (0u - (digits >> (31u - k) & 1u));
+        mapped ^= (high >> 8u * k & 255u) & (0u - (digits >> (27u - k) & 1u));
+    }
+    return mapped << 24 | (digits & 0x00ffffffu);
+}
+
 /* What 16 random bits are multiplied with so that the topmost of the product is the flip of the
  * first digit of this index and its neighbour: one of the bits, or the sum of several. */
 static inline uint32_t bn_draw_flip(uint32_t index) {
@@ -168,8 +224,13 @@ static inline void bn_draw_table_fill(bn_draw_table *table) {
     table->column_masks = table->byte_masks & 0x00ff00ffu;
     table->row_shift = 8u - table->size_log2;
     for (uint32_t i = 0; i < 256u; ++i) {
-        table->order[i].digits = (bn_reverse_bits(i) >> 24) * 0x01010101u;
-        table->order[i].flip = bn_draw_flip(i);
+        table->index[i].digits = bn_reverse_bits(i) >> 24;
+        table->index[i].flip = bn_draw_flip(i);
+        for (uint32_t order = 0; order < 8u; ++order) {
+            uint32_t first = bn_draw_member(i << 24, order >> 1);
+            uint32_t second = bn_draw_second_pair(first, order);
+            table->order[order][i] = (first >> 24 | second >> 24 << 16) * 0x101u;
+        }
     }
     for (uint32_t i = 0; i < 32u; ++i) {
         for (uint32_t d = 0; d < 4u; ++d) {
@@ -185,9 +246,11 @@ static inline void bn_draw_table_fill(bn_draw_table *table) {
 
 /* A pixel in a domain: the two entries it looks at, and its random bits. */
 typedef struct bn_blue_pixel {
-    uint32_t shifts; /* digital shifts of the fixed point set: sx, sy of both pairs, a byte each */
-    uint32_t fine;   /* digits 8 to 15: fx, fy of both pairs, a byte each */
-    uint64_t key;    /* digits 16 to 31, and the shuffle */
+    uint32_t shifts;  /* digital shifts of the fixed point set: sx, sy of both pairs, a byte each */
+    uint32_t fine;    /* digits 8 to 15: fx, fy of both pairs, a byte each */
+    uint64_t key;     /* digits 16 to 31 */
+    uint32_t shuffle; /* of the index, the same for all members of a family */
+    uint32_t order;   /* twice the member of the family, and the form of the second pair */
     uint32_t symmetry; /* four reflections of the unit square, and the look that is exchanged */
 } bn_blue_pixel;
 
@@ -195,8 +258,9 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
                                                uint32_t domain) {
     bn_blue_pixel pixel;
     /* The upper bits of a product depend on all of the domain. */
-    uint64_t variant =
-        domain * 0x9e3779b97f4a7c15ull + (table->seed[0] | (uint64_t)table->seed[1] << 32);
+    uint64_t seed = table->seed[0] | (uint64_t)table->seed[1] << 32;
+    uint64_t variant = domain * 0x9e3779b97f4a7c15ull + seed;
+    uint64_t family = (domain << 2) * 0x9e3779b97f4a7c15ull + seed;
     uint32_t shift = (uint32_t)(variant >> 32);
     uint32_t symmetry = (uint32_t)(variant >> 24) & 31u, exchange = symmetry & 16u;
     /* Column and row of the first look in the lower two bytes, row and column of the second in the
@@ -204,7 +268,8 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
      * reflected. Where rows and columns are exchanged, so are the coordinates. */
     uint32_t place = ((uint32_t)x & 127u) * 0x01000001u | ((uint32_t)y & 127u) * 0x00010100u;
     place = place << exchange | place >> ((32u - exchange) & 31u);
-    place = (place + (shift & 0x7f7f7f7fu)) ^ (shift >> 7 & 0x01010101u) * 127u;
+    uint32_t reflect = shift & 0x80808080u;
+    place = (place + (shift & 0x7f7f7f7fu)) ^ (reflect - (reflect >> 7));
     place = (place & table->column_masks) | (place & table->row_masks) >> table->row_shift;
     uint32_t entry0 = table->pixels[place & 0xffffu], entry1 = table->pixels[place >> 16];
     pixel.shifts = (entry0 & 0xffffu) | entry1 << 16;
@@ -212,30 +277,20 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
     uint64_t position = ((uint32_t)x + (uint32_t)y * 0x9e3779b1u) * 0xd1342543de82ef95ull;
     position ^= position >> 32;
     pixel.key = (position ^ (variant << 32 | variant >> 32)) * 0x9e3779b97f4a7c15ull;
+    pixel.shuffle = (uint32_t)(family >> 32) + (uint32_t)position;
+    pixel.order = domain >> 29;
     pixel.symmetry = symmetry;
     return pixel;
 }
 
-/* What shuffles the index for the first pair, and 16 bits up for the second. The difference of the
- * two is fixed: it makes the four cross pairs of dimensions no worse than two independent shuffles
- * would, while equal multipliers, once in 128 independent ones, line the samples up in two of them.
- */
-static inline uint32_t bn_draw_blue_multipliers(uint32_t key) {
-    key &= 0xfeu;
-    return ((key | key << 16) + (22u << 16)) & 0x00fe00feu;
-}
-
-/* The shuffled index of both pairs as digits, one byte for each of the four coordinates. Each digit
- * of the index is flipped by its later ones: by a product, nested in the index from its top bit
- * down, and the first digit also by random bits of its own, which the product alone would leave
- * equal in one of eight pairs of domains over the first 16 samples of a pixel. Now two domains
- * share the order of its first 32 samples once in 2^19 pairs. Zero stays where it is, so that every
- * power-of-two prefix is mapped to itself. */
-static inline uint32_t bn_draw_blue_order(uint64_t key, uint32_t digits, uint32_t flip) {
-    uint32_t flips =
-        bn_draw_blue_multipliers((uint32_t)(key >> 32)) * (digits & 255u) & 0x00ff00ffu;
-    flips ^= ((uint32_t)key * flip & 0x80008000u) >> 8;
-    return (flips * 0x101u) ^ digits;
+/* The shuffled digits of one of the first 256 indices. Each digit is flipped by its later ones: by
+ * a product, nested in the index from its top bit down, and the first digit also by random bits of
+ * its own, which the product alone would leave equal in one of eight pairs of families over the
+ * first 16 samples of a pixel. Now two families share the order of its first 32 samples once in
+ * 2^19 pairs. Zero stays where it is, so that every power-of-two prefix is mapped to itself. */
+static inline uint32_t bn_draw_blue_shuffle(uint32_t shuffle, uint32_t digits, uint32_t flip) {
+    uint32_t flips = digits * (shuffle & 0xfeu) ^ ((shuffle >> 16) * flip & 0x8000u) >> 8;
+    return digits ^ (flips & 255u);
 }
 
 /* One coordinate from sample 256 on. `first` is what the first 256 samples have at these first
@@ -254,19 +309,21 @@ static inline uint32_t bn_draw_continue(uint32_t first, uint32_t shifted, uint32
     return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
 }
 
-/* The same bits for the second pair, its multiplier lowest. */
-static inline uint32_t bn_draw_blue_second_key(uint32_t key) {
-    return ((key >> 16 | key << 16) & ~255u) | bn_draw_blue_multipliers(key) >> 16;
+/* The digits of any index in the order of the first pair. Every 256 samples the order is another,
+ * and the domain's own: the lower digits flip the upper ones. */
+static inline uint32_t bn_draw_blue_digits(const bn_blue_pixel *pixel, uint32_t index) {
+    uint32_t digits = bn_reverse_bits(index);
+    digits ^= digits * (pixel->shuffle & ~1u);
+    digits ^= ((pixel->shuffle >> 16) * bn_draw_flip(index) & 0x8000u) << 16;
+    digits = bn_draw_member(digits, pixel->order >> 1);
+    return digits ^ ((digits & 0x00ffffffu) * ((uint32_t)(pixel->key >> 32) | 1u) & 0xff000000u);
 }
 
 /* One pair of dimensions from sample 256 on. lower: what the coordinates of the point set are XORed
- * with; key: the pixel's key from the pair's multiplier up; flip: of the first digit. */
+ * with; key: the pixel's key of the pair. */
 static inline void bn_draw_blue_later(const bn_draw_table *table, uint32_t shifts,
-                                      const uint32_t lower[2], uint32_t key, uint32_t flip,
-                                      uint32_t index, uint32_t out[2]) {
-    uint32_t digits = bn_reverse_bits(index);
-    digits ^= digits * (key & ~1u);
-    digits ^= flip;
+                                      const uint32_t lower[2], uint32_t key, uint32_t digits,
+                                      uint32_t out[2]) {
     uint32_t second = bn_sobol_second(digits);
     /* Later digits of the index reach up into the first eight of y. */
     uint32_t shifted = bn_sobol_second((shifts >> 8 & 255u) << 24) ^ second;
@@ -275,6 +332,14 @@ static inline void bn_draw_blue_later(const bn_draw_table *table, uint32_t shift
     out[0] =
         bn_draw_continue(x, digits ^ (shifts & 255u) << 24, digits & 0x00ffffffu, bn_hash32(key));
     out[1] = bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~key));
+}
+
+/* The point of one of the first 256 indices: its place in the point set before the pixel's shifts,
+ * one byte for each of the four coordinates. */
+static inline uint32_t bn_draw_blue_order(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                          uint32_t index) {
+    return table->order[pixel->order][bn_draw_blue_shuffle(
+        pixel->shuffle, table->index[index].digits, table->index[index].flip)];
 }
 
 /* What the coordinates of the point set are XORed with: the lower digits. */
@@ -300,17 +365,11 @@ static inline void bn_draw_blue_reflect(uint32_t symmetry, uint32_t v[4]) {
 static inline void bn_draw_blue_beyond(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                        uint32_t index, uint32_t out[4]) {
     uint32_t lower[4];
-    uint32_t flips = (uint32_t)pixel->key * bn_draw_flip(index);
+    uint32_t digits = bn_draw_blue_digits(pixel, index), key = (uint32_t)(pixel->key >> 32);
     bn_draw_blue_lower(pixel, lower);
-    for (uint32_t pair = 0; pair < 2u; ++pair) {
-        uint32_t key = (uint32_t)(pixel->key >> 32), flip = flips & 0x80000000u;
-        if (pair == 0u)
-            flip = (flips & 0x8000u) << 16;
-        else
-            key = bn_draw_blue_second_key(key);
-        bn_draw_blue_later(table, pixel->shifts >> 16u * pair, lower + 2u * pair, key, flip, index,
-                           out + 2u * pair);
-    }
+    bn_draw_blue_later(table, pixel->shifts, lower, key, digits, out);
+    bn_draw_blue_later(table, pixel->shifts >> 16, lower + 2, key >> 16 | key << 16,
+                       bn_draw_second_pair(digits, pixel->order), out + 2);
     bn_draw_blue_reflect(pixel->symmetry, out);
 }
 
@@ -320,9 +379,7 @@ static inline void bn_draw_blue_beyond(const bn_draw_table *table, const bn_blue
 static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                          uint32_t index) {
     const __m128i *symmetry = (const __m128i *)(const void *)table->symmetry[pixel->symmetry];
-    uint32_t order =
-        bn_draw_blue_order(pixel->key, table->order[index].digits, table->order[index].flip) ^
-        pixel->shifts;
+    uint32_t order = bn_draw_blue_order(table, pixel, index) ^ pixel->shifts;
     uint32_t second = order >> 16;
     __m128i v = _mm_unpacklo_epi64(
         _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)table->digits.x[order & 255u]),
@@ -343,9 +400,7 @@ static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_bl
 static inline void bn_draw_blue_first(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                       uint32_t index, uint32_t out[4]) {
     uint32_t lower[4];
-    uint32_t order =
-        bn_draw_blue_order(pixel->key, table->order[index].digits, table->order[index].flip) ^
-        pixel->shifts;
+    uint32_t order = bn_draw_blue_order(table, pixel, index) ^ pixel->shifts;
     bn_draw_blue_lower(pixel, lower);
     out[0] = table->digits.x[order & 255u] ^ lower[0];
     out[1] = table->digits.y[order >> 8 & 255u] ^ lower[1];

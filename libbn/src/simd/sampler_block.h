@@ -108,15 +108,43 @@ static inline lanes continued(lanes first, lanes shifted, lanes later, uint32_t 
     return ((first ^ leading) & ~below) | (owen(shifted, key) & below);
 }
 
+static inline lanes times_x(lanes digits) {
+    lanes upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
+    return lower << 1 | (upper ^ lower);
+}
+
+static inline lanes times_x_plus_1(lanes digits) {
+    lanes upper = digits >> 1 & 0x55555555u, lower = digits & 0x55555555u;
+    return (upper ^ lower) << 1 | upper;
+}
+
+static inline lanes second_pair(lanes digits, uint32_t form) {
+    digits ^= (times_x(digits) << 2) & 0xccccccccu;
+    digits ^= (times_x_plus_1(digits) << 4) & 0xf0f0f0f0u;
+    digits ^= (times_x(digits) << 8) & 0xff00ff00u;
+    digits ^= (times_x_plus_1(digits) << 16) & 0xffff0000u;
+    return digits ^ ((digits << 1) & (0xaaaaaaaau & (0u - (form & 1u))));
+}
+
+static inline lanes blue_digits(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                uint32_t first) {
+    lanes digits = run_digits(first), later;
+    digits ^= digits * (pixel->shuffle & ~1u);
+    digits ^= (run_flips(first) * (pixel->shuffle >> 16) & 0x8000u) << 16;
+    later = digits & 0x00ffffffu;
+    return gather(table->order[pixel->order], digits >> 24) << 24 ^ later ^
+           (later * ((uint32_t)(pixel->key >> 32) | 1u) & 0xff000000u);
+}
+
 static inline void blue_later(const bn_draw_table *table, const bn_blue_pixel *pixel,
                               const uint32_t lower[4], uint32_t first, lanes v[4]) {
-    const lanes index_digits = run_digits(first);
-    const lanes flips = run_flips(first) * (uint32_t)pixel->key;
+    lanes digits = blue_digits(table, pixel, first);
     for (uint32_t pair = 0; pair < 2u; ++pair) {
         uint32_t key = (uint32_t)(pixel->key >> 32), shifts = pixel->shifts >> 16u * pair;
-        if (pair == 1u) key = bn_draw_blue_second_key(key);
-        lanes digits = index_digits ^ index_digits * (key & ~1u);
-        digits ^= pair == 0u ? (flips & 0x8000u) << 16 : flips & 0x80000000u;
+        if (pair == 1u) {
+            key = key >> 16 | key << 16;
+            digits = second_pair(digits, pixel->order);
+        }
         lanes second = sobol_second(digits);
         lanes shifted = second ^ bn_sobol_second((shifts >> 8 & 255u) << 24);
         lanes x = gather(table->digits.x, (digits >> 24) ^ (shifts & 255u)) ^ lower[2u * pair];
@@ -136,10 +164,12 @@ static inline void blue_later(const bn_draw_table *table, const bn_blue_pixel *p
 static void blue(const bn_draw_table *table, const bn_block_rows *rows, int32_t x, int32_t y,
                  uint32_t domain, uint32_t first, uint32_t runs, float *out) {
     const bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
-    const lanes multiplier = set(bn_draw_blue_multipliers((uint32_t)(pixel.key >> 32)));
-    const lanes key = set((uint32_t)pixel.key), shifts = set(pixel.shifts);
-    const lanes last = (lanes){0x00000000u, 0x80808080u, 0x40404040u, 0xc0c0c0c0u,
-                               0x20202020u, 0xa0a0a0a0u, 0x60606060u, 0xe0e0e0e0u};
+    const uint32_t *const orders = table->order[pixel.order];
+    const lanes multiplier = set(pixel.shuffle & 0xfeu), flipper = set(pixel.shuffle >> 16);
+    const lanes last = {0x00u, 0x80u, 0x40u, 0xc0u, 0x20u, 0xa0u, 0x60u, 0xe0u};
+    /* Orders are linear: that of the upper three bits of the digits, which differ in a run, XOR
+     * that of the lower five. */
+    const lanes upper_order = load(rows->upper[pixel.order]);
     const uint32_t *coordinate[4];
     uint32_t lower[4], byte[4];
     lanes xored[4], v[4];
@@ -151,10 +181,13 @@ static void blue(const bn_draw_table *table, const bn_block_rows *rows, int32_t 
         xored[d] = set(lower[source] ^ (0u - (pixel.symmetry >> source & 1u)));
     }
     for (; runs > 0 && first < 256u; --runs, first += BN_RUN, out += 4 * BN_RUN) {
-        lanes digits = set(table->order[first].digits) | last;
-        lanes flips = (multiplier * (digits & 255u)) & 0x00ff00ffu;
-        flips ^= ((key * load(rows->flip + first)) & 0x80008000u) >> 8;
-        lanes order = (flips | flips << 8) ^ digits ^ shifts;
+        lanes digits = set(table->index[first].digits) | last;
+        digits ^= multiplier * digits;
+        digits ^= (flipper * load(rows->flip + first) & 0x8000u) >> 8;
+        uint32_t low = (uint32_t)_mm_cvtsi128_si32(_mm256_castsi256_si128((__m256i)digits)) & 31u;
+        lanes order =
+            (lanes)_mm256_permutevar8x32_epi32((__m256i)upper_order, (__m256i)(digits >> 5)) ^
+            (orders[low] ^ pixel.shifts);
         uint32_t row = (uint32_t)_mm_cvtsi128_si32(_mm256_castsi256_si128((__m256i)order));
         for (int d = 0; d < 4; ++d) {
             __m256i set_of_eight = (__m256i)load(coordinate[d] + BN_RUN * (row >> byte[d] & 31u));
