@@ -19,7 +19,9 @@ enum { BN_MORTON_BITS = 12, BN_ZORDER_MAX_LOG2 = 16 };
  * --------------------------------------------------------------------------------------- The
  * pixels of a 4096 x 4096 tile along a Morton curve with its digits scrambled own consecutive
  * blocks of 2^k points of one Owen-scrambled Sobol' sequence; indices from 2^k on continue the
- * block of a pixel with a scrambling of the pixel's own, as BLUE does. */
+ * block of a pixel with a scrambling of the pixel's own, as BLUE does. The curve is one for all
+ * domains of a family, and both pairs and the members have the orders of BLUE: over neighbouring
+ * pixels, too, they are stratified together. */
 
 static uint64_t reverse_bits64(uint64_t v) {
     return (uint64_t)bn_reverse_bits((uint32_t)v) << 32 | bn_reverse_bits((uint32_t)(v >> 32));
@@ -32,6 +34,25 @@ static uint64_t sobol_second64(uint64_t digits) {
     digits ^= (digits << 8) & 0xff00ff00ff00ff00u;
     digits ^= (digits << 16) & 0xffff0000ffff0000u;
     return digits ^ ((digits << 32) & 0xffffffff00000000u);
+}
+
+/* bn_draw_times_x(), bn_draw_second_pair() and bn_draw_member() for 64 digits. */
+static uint64_t times_x64(uint64_t digits) {
+    uint64_t upper = digits >> 1 & 0x5555555555555555u, lower = digits & 0x5555555555555555u;
+    return lower << 1 | (upper ^ lower);
+}
+
+static uint64_t second_pair64(uint64_t digits, uint32_t form) {
+    digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
+    digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;
+    digits ^= (times_x64(digits) << 8) & 0xff00ff00ff00ff00u;
+    digits ^= (times_x64(times_x64(digits)) << 16) & 0xffff0000ffff0000u;
+    digits ^= times_x64(digits) << 32;
+    return digits ^ ((digits << 1) & (form & 1u ? 0xaaaaaaaaaaaaaaaau : 0u));
+}
+
+static uint64_t member64(uint64_t digits, uint32_t member) {
+    return (uint64_t)bn_draw_member((uint32_t)(digits >> 32), member) << 32 | (uint32_t)digits;
 }
 
 /* Spreads the low 16 bits to the even positions. */
@@ -59,23 +80,28 @@ static void draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_
     /* Tiles of 4096 x 4096 pixels are pictures of their own. */
     uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
                               bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
-    uint32_t key = bn_hash32(tile ^ bn_hash32(domain + sampler->table.seed[0]));
-    key = bn_hash32(key ^ sampler->table.seed[1]);
+    uint32_t keys[2] = {domain, domain << 2}; /* of the domain, and of its family */
+    for (int i = 0; i < 2; ++i) {
+        keys[i] = bn_hash32(tile ^ bn_hash32(keys[i] + sampler->table.seed[0]));
+        keys[i] = bn_hash32(keys[i] ^ sampler->table.seed[1]);
+    }
+    uint32_t key = keys[0], family = keys[1];
     uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
                       morton_spread((uint32_t)y & coordinate_mask) << 1;
+    uint32_t pixel =
+        bn_owen(morton << (32 - 2 * BN_MORTON_BITS), family) >> (32 - 2 * BN_MORTON_BITS);
+    /* The order inside the block, and of the later blocks, is the pixel's own. */
+    uint32_t order_key =
+        bn_hash32(bn_hash32(pixel ^ bn_hash32(family ^ 0x5bd1e995u)) ^ (index >> k));
+    uint32_t low = k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
+    uint64_t block = member64(reverse_bits64((uint64_t)pixel << k | low), domain >> 30);
+    uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
+    uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
     for (uint32_t pair = 0; pair < 2u; ++pair) {
         key = bn_hash32(key + 0x9e3779b9u);
-        uint32_t pixel =
-            bn_owen(morton << (32 - 2 * BN_MORTON_BITS), key) >> (32 - 2 * BN_MORTON_BITS);
         uint32_t pixel_key = bn_hash32(pixel ^ bn_hash32(key ^ 0x5bd1e995u));
-        /* The order inside the block, and of the later blocks, is the pixel's own. */
-        uint32_t order_key = bn_hash32(pixel_key ^ (index >> k));
-        uint32_t low =
-            k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
-        uint64_t block = reverse_bits64((uint64_t)pixel << k | low);
-        uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
+        if (pair == 1) block = second_pair64(block, domain >> 29);
         uint64_t later_second = sobol_second64(later), block_second = sobol_second64(block);
-        uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
         block_second ^= later_second & top;
         out[2 * pair] =
             zorder_scramble(block, later, bn_hash32(key ^ 1u), bn_hash32(pixel_key ^ 1u));

@@ -35,8 +35,8 @@ SCENES = (*DIRECT, "glass", "interior")
 FURNACE_SPP = 64
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 8192
 # Seeds of each count: pictures of few samples differ more, and cost less.
-SEEDS = {1: 32, 2: 32, 4: 32, 8: 16, 16: 16, 32: 8, 64: 8, 128: 8, 256: 8}
-FLIP_SEEDS = 4
+SEEDS = {1: 16, 2: 16, 4: 16, 8: 8, 16: 8, 32: 4, 64: 4, 128: 3, 256: 3}
+FLIP_SEEDS = 3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -263,13 +263,13 @@ OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS}
 def parse_options(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench renders", description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="48x48 pixels, up to 16 samples, 4 seeds, references of 1024")
-    parser.add_argument("--size", type=parse_size, metavar="WxH", help="pixels of the pictures (default 96x96)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="pixels of the pictures (default 192x192)")
     parser.add_argument("--scenes", type=lambda text: names(text, SCENES, "scene"), default=SCENES, metavar="A,B,...",
                         help=f"of {', '.join(SCENES)} (default all)")
     parser.add_argument("--samplers", type=lambda text: names(text, tuple(OPTION_NAMES), "sampler"),
                         default=tuple(OPTION_NAMES), metavar="A,B,...",
                         help=f"of {', '.join(OPTION_NAMES)} (default all); white and sobol are always there")
-    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds of each picture (default 32 to 8)")
+    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds of each picture (default 16 to 3)")
     parser.add_argument("--spp", type=positive, metavar="N", help="counts up to N (default 256)")
     parser.add_argument("--reference-spp", type=positive, metavar="N", help="a multiple of 32 (default 8192)")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
@@ -284,7 +284,7 @@ def parse_options(arguments):
     options.samplers = tuple(label for name, label in OPTION_NAMES.items()
                              if name in options.samplers or label in ("white", "sobol"))
     options.command = "scripts/bench renders" + "".join(f" {word}" for word in arguments_that_count(arguments))
-    options.size = options.size or ((48, 48) if options.quick else (96, 96))
+    options.size = options.size or ((48, 48) if options.quick else (192, 192))
     options.reference_spp = options.reference_spp or (1024 if options.quick else REFERENCE_SPP)
     if options.reference_spp % 32:
         parser.error(f"--reference-spp is a multiple of 32, not {options.reference_spp}")
