@@ -166,7 +166,9 @@ class Sampler:
     def domain(self, *keys: int) -> int:
         """The domain reached from the root by these keys (integers from 0 to 2**32 - 1): a number from 0 to
         2**32 - 1 for ``sample`` and ``block``. A domain names one decision of a path; samples of different domains
-        are independent. Without keys: the root, 0. The same for every sampler."""
+        are independent. Domains that differ in their last key alone, and there within an aligned four (0 to 3, 4 to
+        7 ...), are a family, which "blue" and "zorder" stratify together. Without keys: the root, 0. The same for
+        every sampler."""
         domain = 0
         for key in keys:
             domain = _core.domain_child(domain, arguments.integer("key", key, *arguments.UINT32))
@@ -174,7 +176,7 @@ class Sampler:
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
         """A ``scipy.stats.qmc.QMCEngine`` of d dimensions that yields the samples of one pixel (x, y) in the order
-        of their indices. Dimensions 4k .. 4k + 3 are those of domain ``domain(k)``; there are 2**32 points, then
+        of their indices. Dimensions 4k .. 4k + 3 are those of domain ``domain(k)``, so sixteen at a time are a family; there are 2**32 points, then
         ``ValueError``. Needs SciPy (``ImportError`` without it)."""
         try:
             from ._qmc import SamplerEngine

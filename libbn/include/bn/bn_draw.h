@@ -28,13 +28,13 @@
  * makes families independent. Sample 256 and later ones continue every pixel's set as an
  * Owen-scrambled sequence of its own.
  *
- * WHAT IT COSTS. About 115 instructions on x86-64 for a draw of four dimensions, two looks into the
+ * WHAT IT COSTS. About 120 instructions on x86-64 for a draw of four dimensions, two looks into the
  * table of pixels (64 KiB), one into the orders (1 KiB for each of eight) and four into the point
  * set (2 KiB). Draws of many domains in one pixel, or of many indices, share what they have in
  * common when they are inlined into a loop. Samples from 256 on cost about eight times as much.
- * Include <emmintrin.h> before this header, where SSE2
- * is, and the last step works on the four dimensions at once; the library itself does. Without it,
- * or with BN_DRAW_PLAIN defined, this is plain C: the same bits, somewhat slower. */
+ * Include <emmintrin.h> before this header, where SSE2 is, and the last step works on the four
+ * dimensions at once; the library itself does. Without it, or with BN_DRAW_PLAIN defined, this is
+ * plain C: the same bits, somewhat slower. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
