@@ -36,6 +36,7 @@ FURNACE_SPP = 64
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 8192
 # Seeds of each count: pictures of few samples differ more, and cost less.
 SEEDS = {1: 16, 2: 16, 4: 16, 8: 8, 16: 8, 32: 4, 64: 4, 128: 3, 256: 3}
+MASK_COUNTS = tuple(spp for spp in SEEDS if spp <= 64)
 FLIP_SEEDS = 3
 
 
@@ -53,8 +54,9 @@ VARIANTS = {
     "white": Variant("white"),
     "sobol": Variant("sobol"),
     "zorder": Variant("zorder", declare=True),
-    "mask": Variant("mask"),
-    "mask, neural": Variant("mask", mask="neural"),
+    # A mask makes the first sample; from 4 samples on it is sobol, more or less.
+    "mask": Variant("mask", counts=MASK_COUNTS),
+    "mask, neural": Variant("mask", mask="neural", counts=MASK_COUNTS),
     "blue": Variant("blue"),
     # The counts for which libbn holds a set of its own.
     "blue, declared": Variant("blue", declare=True, counts=(1, 4, 16, 64)),
