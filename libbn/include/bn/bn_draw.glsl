@@ -94,7 +94,7 @@ bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
     bn_blue_pixel pixel;
     uvec2 variant = bn_draw_variant(domain);
     uint low = variant.x, high = variant.y, lower, upper;
-    pixel.symmetry = (low >> 24u) & 31u;
+    pixel.symmetry = low >> 27u;
     uint exchange = pixel.symmetry & 16u;
     uint place = (x & 127u) * 0x01000001u | (y & 127u) * 0x00010100u;
     place = (place << exchange) | (place >> ((32u - exchange) & 31u));
@@ -111,21 +111,21 @@ bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
     umulExtended(position, 0xde82ef95u, upper, lower);
     upper += position * 0xd1342543u;
     lower ^= upper;
-    pixel.shuffle = bn_draw_variant(domain << 2u).y + lower;
+    pixel.shuffle = (low << 1u) + lower;
     pixel.order = domain >> 29u;
-    lower ^= high;
-    upper ^= low;
+    lower ^= low;
+    upper ^= high;
     umulExtended(lower, 0x7f4a7c15u, pixel.key_high, pixel.key_low);
     pixel.key_high += upper * 0x7f4a7c15u + lower * 0x9e3779b9u;
     return pixel;
 }
 
 uint bn_draw_flip(uint index) {
-    uint t = index >> 1u;
-    uint flip = 1u << (t & 15u);
-    flip |= ((index >> 5u) & 1u) << ((t + 5u) & 15u);
-    flip |= ((index >> 6u) & 1u) << ((t + 11u) & 15u);
-    flip |= ((index >> 7u) & 1u) << ((t + 2u) & 15u);
+    uint t = (index >> 1u) - 1u;
+    uint flip = 2u << (t & 15u);
+    flip |= ((index >> 5u) & 1u) << (((t + 5u) & 15u) + 1u);
+    flip |= ((index >> 6u) & 1u) << (((t + 11u) & 15u) + 1u);
+    flip |= ((index >> 7u) & 1u) << (((t + 2u) & 15u) + 1u);
     return index < 2u ? 0u : flip;
 }
 
@@ -173,8 +173,8 @@ uint bn_draw_member(uint digits, uint member) {
 /* The digits of an index in the order of the first pair. */
 uint bn_draw_blue_digits(bn_blue_pixel pixel, uint index) {
     uint digits = bitfieldReverse(index);
-    digits ^= digits * (pixel.shuffle & 0xfffffffeu);
-    digits ^= (((pixel.shuffle >> 16u) * bn_draw_flip(index)) & 0x8000u) << 16u;
+    digits ^= digits * (pixel.shuffle << 1u);
+    digits ^= (pixel.shuffle * bn_draw_flip(index)) & 0x80000000u;
     digits = bn_draw_member(digits, pixel.order >> 1u);
     return digits ^ (((digits & 0x00ffffffu) * (pixel.key_high | 1u)) & 0xff000000u);
 }

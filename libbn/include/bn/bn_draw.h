@@ -77,10 +77,10 @@ typedef struct bn_draw_table {
     /* 2^size_log2 - 1, alone and in each of four bytes, two of them for the columns and two for the
      * rows; rows are moved by 8 - size_log2 bits to stand beside columns. */
     uint32_t size_mask, byte_masks, column_masks, row_masks, row_shift, reserved;
-    /* For the first 256 indices: the bit-reversed index, and what brings the index's flip of the
-     * first digit into place; see bn_draw_blue_shuffle(). */
+    /* For the first 256 indices: the bit-reversed index, twice that, and what brings the index's
+     * flip of the first digit into place; see bn_draw_blue_shuffle(). */
     struct {
-        uint32_t digits, flip;
+        uint32_t digits, doubled, flip, reserved;
     } index[256];
     /* The order of the points by the upper three bits of the domain, which are the member of the
      * family and the form of the second pair, and the shuffled digits of the index: one byte for
@@ -89,6 +89,7 @@ typedef struct bn_draw_table {
     /* Symmetries of the unit square as masks, for both pairs: the reflections of the coordinates,
      * then the exchanges of the two. Sixteen-byte aligned where samplers are. */
     uint32_t symmetry[32][8];
+    float scale[4]; /* 2^-24 */
     bn_digit_tables digits;
 } bn_draw_table;
 
@@ -203,14 +204,14 @@ static inline uint32_t bn_draw_member(uint32_t digits, uint32_t member) {
     return mapped << 24 | (digits & 0x00ffffffu);
 }
 
-/* What 16 random bits are multiplied with so that the topmost of the product is the flip of the
- * first digit of this index and its neighbour: one of the bits, or the sum of several. */
+/* What 31 random bits are multiplied with so that bit 31 of the product is the flip of the first
+ * digit of this index and its neighbour: one of the upper 16 of them, or the sum of several. */
 static inline uint32_t bn_draw_flip(uint32_t index) {
-    uint32_t t = index >> 1;
-    uint32_t flip = 1u << (t & 15u);
-    flip |= (index >> 5 & 1u) << ((t + 5u) & 15u);
-    flip |= (index >> 6 & 1u) << ((t + 11u) & 15u);
-    flip |= (index >> 7 & 1u) << ((t + 2u) & 15u);
+    uint32_t t = (index >> 1) - 1u;
+    uint32_t flip = 2u << (t & 15u);
+    flip |= (index >> 5 & 1u) << (((t + 5u) & 15u) + 1u);
+    flip |= (index >> 6 & 1u) << (((t + 11u) & 15u) + 1u);
+    flip |= (index >> 7 & 1u) << (((t + 2u) & 15u) + 1u);
     return index < 2u ? 0u : flip;
 }
 
@@ -225,6 +226,7 @@ static inline void bn_draw_table_fill(bn_draw_table *table) {
     table->row_shift = 8u - table->size_log2;
     for (uint32_t i = 0; i < 256u; ++i) {
         table->index[i].digits = bn_reverse_bits(i) >> 24;
+        table->index[i].doubled = table->index[i].digits << 1;
         table->index[i].flip = bn_draw_flip(i);
         for (uint32_t order = 0; order < 8u; ++order) {
             uint32_t first = bn_draw_member(i << 24, order >> 1);
@@ -238,6 +240,7 @@ static inline void bn_draw_table_fill(bn_draw_table *table) {
             table->symmetry[i][4u + d] = 0u - ((i >> 4 ^ d >> 1) & 1u);
         }
     }
+    for (uint32_t d = 0; d < 4u; ++d) table->scale[d] = 1.0f / 16777216.0f;
     bn_digit_tables_fill(&table->digits);
 }
 
@@ -249,7 +252,7 @@ typedef struct bn_blue_pixel {
     uint32_t shifts;  /* digital shifts of the fixed point set: sx, sy of both pairs, a byte each */
     uint32_t fine;    /* digits 8 to 15: fx, fy of both pairs, a byte each */
     uint64_t key;     /* digits 16 to 31 */
-    uint32_t shuffle; /* of the index, the same for all members of a family */
+    uint32_t shuffle; /* of the index: the lower 31 bits, the same for all members of a family */
     uint32_t order;   /* twice the member of the family, and the form of the second pair */
     uint32_t symmetry; /* four reflections of the unit square, and the look that is exchanged */
 } bn_blue_pixel;
@@ -260,9 +263,8 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
     /* The upper bits of a product depend on all of the domain. */
     uint64_t seed = table->seed[0] | (uint64_t)table->seed[1] << 32;
     uint64_t variant = domain * 0x9e3779b97f4a7c15ull + seed;
-    uint64_t family = (domain << 2) * 0x9e3779b97f4a7c15ull + seed;
     uint32_t shift = (uint32_t)(variant >> 32);
-    uint32_t symmetry = (uint32_t)(variant >> 24) & 31u, exchange = symmetry & 16u;
+    uint32_t symmetry = (uint32_t)variant >> 27, exchange = symmetry & 16u;
     /* Column and row of the first look in the lower two bytes, row and column of the second in the
      * upper two, or the other way round: of one domain the two looks always differ. Shifted, then
      * reflected. Where rows and columns are exchanged, so are the coordinates. */
@@ -276,8 +278,9 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
     pixel.fine = entry0 >> 16 | (entry1 & 0xffff0000u);
     uint64_t position = ((uint32_t)x + (uint32_t)y * 0x9e3779b1u) * 0xd1342543de82ef95ull;
     position ^= position >> 32;
-    pixel.key = (position ^ (variant << 32 | variant >> 32)) * 0x9e3779b97f4a7c15ull;
-    pixel.shuffle = (uint32_t)(family >> 32) + (uint32_t)position;
+    pixel.key = (position ^ variant) * 0x9e3779b97f4a7c15ull;
+    /* The lower 30 bits of the product are the family's: the member is above them. */
+    pixel.shuffle = ((uint32_t)variant << 1) + (uint32_t)position;
     pixel.order = domain >> 29;
     pixel.symmetry = symmetry;
     return pixel;
@@ -287,10 +290,11 @@ static inline bn_blue_pixel bn_draw_blue_pixel(const bn_draw_table *table, int32
  * a product, nested in the index from its top bit down, and the first digit also by random bits of
  * its own, which the product alone would leave equal in one of eight pairs of families over the
  * first 16 samples of a pixel. Now two families share the order of its first 32 samples once in
- * 2^19 pairs. Zero stays where it is, so that every power-of-two prefix is mapped to itself. */
-static inline uint32_t bn_draw_blue_shuffle(uint32_t shuffle, uint32_t digits, uint32_t flip) {
-    uint32_t flips = digits * (shuffle & 0xfeu) ^ ((shuffle >> 16) * flip & 0x8000u) >> 8;
-    return digits ^ (flips & 255u);
+ * 2^18 pairs. Zero stays where it is, so that every power-of-two prefix is mapped to itself. */
+static inline uint32_t bn_draw_blue_shuffle(const bn_draw_table *table, uint32_t shuffle,
+                                            uint32_t index) {
+    uint32_t digits = shuffle * table->index[index].doubled ^ table->index[index].digits;
+    return (digits ^ (shuffle * table->index[index].flip >> 24 & 0x80u)) & 255u;
 }
 
 /* One coordinate from sample 256 on. `first` is what the first 256 samples have at these first
@@ -313,8 +317,8 @@ static inline uint32_t bn_draw_continue(uint32_t first, uint32_t shifted, uint32
  * and the domain's own: the lower digits flip the upper ones. */
 static inline uint32_t bn_draw_blue_digits(const bn_blue_pixel *pixel, uint32_t index) {
     uint32_t digits = bn_reverse_bits(index);
-    digits ^= digits * (pixel->shuffle & ~1u);
-    digits ^= ((pixel->shuffle >> 16) * bn_draw_flip(index) & 0x8000u) << 16;
+    digits ^= digits * (pixel->shuffle << 1);
+    digits ^= pixel->shuffle * bn_draw_flip(index) & 0x80000000u;
     digits = bn_draw_member(digits, pixel->order >> 1);
     return digits ^ ((digits & 0x00ffffffu) * ((uint32_t)(pixel->key >> 32) | 1u) & 0xff000000u);
 }
@@ -338,8 +342,7 @@ static inline void bn_draw_blue_later(const bn_draw_table *table, uint32_t shift
  * one byte for each of the four coordinates. */
 static inline uint32_t bn_draw_blue_order(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                           uint32_t index) {
-    return table->order[pixel->order][bn_draw_blue_shuffle(
-        pixel->shuffle, table->index[index].digits, table->index[index].flip)];
+    return table->order[pixel->order][bn_draw_blue_shuffle(table, pixel->shuffle, index)];
 }
 
 /* What the coordinates of the point set are XORed with: the lower digits. */
@@ -494,7 +497,7 @@ static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, 
         bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
 #if defined(BN_DRAW_SSE2)
         __m128i v = _mm_srli_epi32(bn_draw_blue_first(table, &pixel, index), 8);
-        _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(v), _mm_set1_ps(1.0f / 16777216.0f)));
+        _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(v), _mm_load_ps(table->scale)));
 #else
         uint32_t bits[4];
         bn_draw_blue_first(table, &pixel, index, bits);

@@ -89,11 +89,11 @@ static inline lanes run_digits(uint32_t first) {
 
 static inline lanes run_flips(uint32_t first) {
     const lanes last = {0, 1, 2, 3, 4, 5, 6, 7};
-    const lanes one = set(1u), t = (set(first) + last) >> 1;
-    lanes flip = one << (t & 15u);
-    flip |= set(first >> 5 & 1u) << ((t + 5u) & 15u);
-    flip |= set(first >> 6 & 1u) << ((t + 11u) & 15u);
-    flip |= set(first >> 7 & 1u) << ((t + 2u) & 15u);
+    const lanes two = set(2u), t = ((set(first) + last) >> 1) - 1u;
+    lanes flip = two << (t & 15u);
+    flip |= set(first >> 5 & 1u) << (((t + 5u) & 15u) + 1u);
+    flip |= set(first >> 6 & 1u) << (((t + 11u) & 15u) + 1u);
+    flip |= set(first >> 7 & 1u) << (((t + 2u) & 15u) + 1u);
     return flip;
 }
 
@@ -129,8 +129,8 @@ static inline lanes second_pair(lanes digits, uint32_t form) {
 static inline lanes blue_digits(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                 uint32_t first) {
     lanes digits = run_digits(first), later;
-    digits ^= digits * (pixel->shuffle & ~1u);
-    digits ^= (run_flips(first) * (pixel->shuffle >> 16) & 0x8000u) << 16;
+    digits ^= digits * (pixel->shuffle << 1);
+    digits ^= run_flips(first) * pixel->shuffle & 0x80000000u;
     later = digits & 0x00ffffffu;
     return gather(table->order[pixel->order], digits >> 24) << 24 ^ later ^
            (later * ((uint32_t)(pixel->key >> 32) | 1u) & 0xff000000u);
@@ -165,7 +165,7 @@ static void blue(const bn_draw_table *table, const bn_block_rows *rows, int32_t 
                  uint32_t domain, uint32_t first, uint32_t runs, float *out) {
     const bn_blue_pixel pixel = bn_draw_blue_pixel(table, x, y, domain);
     const uint32_t *const orders = table->order[pixel.order];
-    const lanes multiplier = set(pixel.shuffle & 0xfeu), flipper = set(pixel.shuffle >> 16);
+    const lanes shuffle = set(pixel.shuffle), multiplier = set(pixel.shuffle << 1);
     const lanes last = {0x00u, 0x80u, 0x40u, 0xc0u, 0x20u, 0xa0u, 0x60u, 0xe0u};
     /* Orders are linear: that of the upper three bits of the digits, which differ in a run, XOR
      * that of the lower five. */
@@ -183,7 +183,7 @@ static void blue(const bn_draw_table *table, const bn_block_rows *rows, int32_t 
     for (; runs > 0 && first < 256u; --runs, first += BN_RUN, out += 4 * BN_RUN) {
         lanes digits = set(table->index[first].digits) | last;
         digits ^= multiplier * digits;
-        digits ^= (flipper * load(rows->flip + first) & 0x8000u) >> 8;
+        digits ^= (shuffle * load(rows->flip + first) >> 24) & 0x80u;
         uint32_t low = (uint32_t)_mm_cvtsi128_si32(_mm256_castsi256_si128((__m256i)digits)) & 31u;
         lanes order =
             (lanes)_mm256_permutevar8x32_epi32((__m256i)upper_order, (__m256i)(digits >> 5)) ^
