@@ -80,20 +80,13 @@ struct bn_blue_pixel {
     uint symmetry;
 };
 
-/* The low word and the high word. */
-uvec2 bn_draw_variant(uint domain) {
-    uint low, high;
+bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
+    bn_blue_pixel pixel;
+    uint low, high, lower, upper;
     umulExtended(domain, 0x7f4a7c15u, high, low);
     high += domain * 0x9e3779b9u + BN_SEED_HIGH;
     low += BN_SEED_LOW;
     if (low < BN_SEED_LOW) high += 1u;
-    return uvec2(low, high);
-}
-
-bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
-    bn_blue_pixel pixel;
-    uvec2 variant = bn_draw_variant(domain);
-    uint low = variant.x, high = variant.y, lower, upper;
     pixel.symmetry = low >> 27u;
     uint exchange = pixel.symmetry & 16u;
     uint place = (x & 127u) * 0x01000001u | (y & 127u) * 0x00010100u;
