@@ -19,6 +19,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 
 enum { DIGITS = 8, VALUES = 256, MEMBERS = 4, PLANES = 1500, RESTARTS = 8, STEPS = 400000 };
 
@@ -236,7 +238,7 @@ static void change(map *member) {
 }
 
 /* Annealing; the first member keeps the order of the point set. */
-static double search(map members[MEMBERS], long steps, int restart) {
+static double search(map members[MEMBERS], long steps, int restart, time_t start) {
     double total = 0.0;
     for (int m = 0; m < MEMBERS; ++m) {
         for (uint32_t k = 0; k < DIGITS; ++k) {
@@ -260,9 +262,10 @@ static double search(map members[MEMBERS], long steps, int restart) {
         } else {
             members[m] = before;
         }
-        if (step % 4096 == 0) {
-            fprintf(stderr, "\rrestart %d of %d, %3.0f %%, %.3f ", restart + 1, RESTARTS,
-                    100.0 * (double)step / (double)steps, total);
+        if (step % 1024 == 0 && isatty(2)) {
+            double share = (restart + (double)step / (double)steps) / RESTARTS;
+            fprintf(stderr, "\r%3.0f %%, cost %.2f, %.0f s left ", 100.0 * share, total,
+                    (double)(time(NULL) - start) * (1.0 / fmax(share, 1e-3) - 1.0));
         }
     }
     return total;
@@ -296,6 +299,7 @@ static void print_members(const map members[MEMBERS]) {
 int main(int argc, char **argv) {
     map members[MEMBERS], best[MEMBERS] = {{{0}}};
     double least = INFINITY;
+    const time_t start = time(NULL);
     char *end = NULL;
     unsigned long seed = argc == 2 ? strtoul(argv[1], &end, 10) : 1;
     if (argc > 2 || (argc == 2 && (*argv[1] == '\0' || *end != '\0'))) {
@@ -312,13 +316,14 @@ int main(int argc, char **argv) {
     }
     measure_energy();
     for (int restart = 0; restart < RESTARTS; ++restart) {
-        double cost = search(members, STEPS / RESTARTS, restart);
+        double cost = search(members, STEPS / RESTARTS, restart, start);
         if (cost < least) {
             least = cost;
             memcpy(best, members, sizeof best);
         }
     }
-    fprintf(stderr, "\n");
+    if (isatty(2)) fprintf(stderr, "\r%40s\r", "");
+    printf("cost %.2f\n", least);
     print_members(best);
     return 0;
 }
