@@ -28,7 +28,7 @@
  * makes families independent. Sample 256 and later ones continue every pixel's set as an
  * Owen-scrambled sequence of its own.
  *
- * WHAT IT COSTS. About 120 instructions on x86-64 for a draw of four dimensions, two looks into the
+ * WHAT IT COSTS. About 110 instructions on x86-64 for a draw of four dimensions, two looks into the
  * table of pixels (64 KiB), one into the orders (1 KiB for each of eight) and four into the point
  * set (2 KiB). Draws of many domains in one pixel, or of many indices, share what they have in
  * common when they are inlined into a loop. Samples from 256 on cost about eight times as much.
