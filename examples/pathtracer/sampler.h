@@ -11,8 +11,8 @@
 // the pairs (0,1) and (2,3), where samples are blue and stratified. Along a path effects multiply:
 // the pixel's with the light's, the direction's with that of the next light. So the decisions of a
 // path are children of one domain, numbered in their order: neighbours are stratified together.
-// A new decision gets a domain of its own, a child of a child, and none of the others notices. A 2-D
-// draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
+// A new decision gets a domain of its own, a child of a child, and none of the others notices. A
+// 2-D draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
 // Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
 // crops cannot change a picture. docs/sampling.md tells the whole story.
 #pragma once
