@@ -11,8 +11,11 @@ STYLES = {
     "mask, neural": ("#56b4e9", "D"),
     "blue": ("#0050b0", "o"),
     "blue, declared": ("#0050b0", "P"),
+    "openqmc-pmjbn": ("#e69f00", "X"),
+    "openqmc-sobolbn": ("#8c564b", "*"),
+    "openqmc-latticebn": ("#17becf", "h"),
 }
-MORE = (("#e69f00", "X"), ("#8c564b", "*"), ("#17becf", "h"))
+MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"))
 
 
 def style(name, names):
