@@ -5,6 +5,8 @@ Blue noise leaves the error of each pixel as large as it was and moves it to hig
 and every later filter average it away. So the error is measured three times: as it is, and after Gaussians
 of sigma 1.0 and 2.1 pixels, which stand for a near and a far view. Pictures are float arrays (height,
 width) or (height, width, channels), linear in radiance.
+
+Each is measured in three ways, named in MEASURES; WHAT_FOR says what each is for.
 """
 
 import numpy as np
@@ -14,6 +16,25 @@ SIGMAS = (0.0, 1.0, 2.1)
 
 # Rec. 709 luminance of linear RGB
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+KINDS = {"rmse": "RMSE", "displayed": "RMSE as displayed", "trimmed": "trimmed relative RMSE"}
+MEASURES = tuple(f"{kind}_{sigma}" if sigma else kind for kind in KINDS for sigma in SIGMAS)
+WHAT_FOR = {
+    "rmse": "RMSE of linear radiance is what Monte Carlo theory speaks of, and what matters when the picture goes on into "
+            "compositing or a filter. A lamp or a firefly can outweigh all the rest of the picture in it.",
+    "displayed": "RMSE as displayed multiplies by the exposure, clips to 0..1 as a screen does, and blurs after that, in linear "
+                 "light without a tone curve, because light adds up linearly in the eye. It says what a viewer of the picture "
+                 "has left of the noise, and nothing above white counts more than white.",
+    "trimmed": "Trimmed relative RMSE divides each pixel's error by the reference's luminance there and leaves out the 0.1 % of "
+               "pixels that are brightest beside the reference. It weighs dark and bright parts alike, and no firefly "
+               "decides it.",
+    "flip": "HDR-FLIP is the difference that an observer sees who alternates between picture and reference, at all "
+            "exposures of interest. It has contrast sensitivity and colour in it, so it checks that the other measures do "
+            "not flatter.",
+}
+TRIMMED_SHARE = 0.001
+# Of the mean luminance: keeps black pixels from deciding relative errors.
+RELATIVE_FLOOR = 0.1
 
 
 def _difference(image, reference):
@@ -43,6 +64,70 @@ def rmse(image, reference, sigma=0.0, edge="mirror"):
     """Root mean square, over pixels and channels, of the blurred difference. The same as the path tracer's."""
     error = blurred(_difference(image, reference), sigma, edge)
     return float(np.sqrt(np.mean(error * error)))
+
+
+def measure_name(name):
+    """A measure of MEASURES, or flip, in words."""
+    if name == "flip":
+        return "mean FLIP"
+    kind, _, sigma = name.partition("_")
+    return f"{KINDS[kind]} after sigma {sigma}" if sigma else f"{KINDS[kind]}, unblurred"
+
+
+def displayed(image, exposure=0.0):
+    """What a screen shows of a picture brightened by `exposure` stops: linear light, clipped to 0..1."""
+    return np.clip(np.asarray(image, np.float64) * 2.0**exposure, 0, 1)
+
+
+def displayed_rmse(image, reference, exposure=0.0, sigma=0.0):
+    """RMSE of what a screen shows. Each pixel is clipped before the blur, as it is on a screen."""
+    return rmse(displayed(image, exposure), displayed(reference, exposure), sigma)
+
+
+def auto_exposure(reference):
+    """Stops that bring a picture's luminance, the geometric mean of what is not black, to 0.18."""
+    luminance = np.asarray(reference, np.float64) @ LUMINANCE
+    lit = luminance[luminance > 1e-4 * max(float(luminance.mean()), 1e-30)]
+    return float(np.log2(0.18) - np.mean(np.log2(lit))) if lit.size else 0.0
+
+
+def _trimmed_relative_error(image, reference):
+    """Error over luminance of the reference, 0 in the pixels that are brightest beside the reference."""
+    error = _difference(image, reference)
+    light = np.asarray(reference, np.float64)
+    light = np.maximum(light @ LUMINANCE if light.ndim == 3 else light, 0)
+    scale = np.sqrt(light**2 + (RELATIVE_FLOOR * light.mean()) ** 2)
+    scale = np.maximum(scale, 1e-30)
+    brighter = (error @ LUMINANCE if error.ndim == 3 else error) / scale
+    count = int(np.ceil(TRIMMED_SHARE * brighter.size))
+    trimmed = np.argpartition(brighter.ravel(), -count)[-count:]
+    error = error / (scale[..., None] if error.ndim == 3 else scale)
+    error.reshape(brighter.size, -1)[trimmed] = 0
+    return error
+
+
+def trimmed_relative_rmse(image, reference, sigma=0.0):
+    """RMSE relative to the reference's luminance, without the 0.1 % of pixels that are brightest beside it.
+
+    They are taken out before the blur, which would spread them over their neighbours.
+    """
+    error = blurred(_trimmed_relative_error(image, reference), sigma)
+    return float(np.sqrt(np.mean(error * error)))
+
+
+def all_errors(image, reference, exposure=0.0):
+    """{measure: error} for all of MEASURES."""
+    errors = {"rmse": _difference(image, reference),
+              "displayed": displayed(image, exposure) - displayed(reference, exposure),
+              "trimmed": _trimmed_relative_error(image, reference)}
+    return {f"{kind}_{sigma}" if sigma else kind: float(np.sqrt(np.mean(blurred(error, sigma) ** 2)))
+            for kind, error in errors.items() for sigma in SIGMAS}
+
+
+def own_errors(reference, first_half, exposure=0.0):
+    """{measure: error} of a reference itself: half of what the means of its two halves differ by."""
+    second_half = 2 * np.asarray(reference, np.float64) - first_half
+    return {name: error / 2 for name, error in all_errors(first_half, second_half, exposure).items()}
 
 
 def luminance_error(image, reference):

@@ -5,7 +5,21 @@ import math
 
 import numpy as np
 import pytest
-from report.image_error import blurred, error_image, luminance_error, radial_spectrum, rmse, spectrum_image
+from report.image_error import (
+    MEASURES,
+    all_errors,
+    auto_exposure,
+    blurred,
+    displayed_rmse,
+    error_image,
+    luminance_error,
+    measure_name,
+    own_errors,
+    radial_spectrum,
+    rmse,
+    spectrum_image,
+    trimmed_relative_rmse,
+)
 
 
 def noise(shape, seed=1):
@@ -114,3 +128,68 @@ def test_spectrum_image_is_dark_where_there_is_no_power():
     assert image[46:51, 62:67].max() < 100 and abs(float(image[:8, :8].mean()) - 0.75 * 255) < 12
     with pytest.raises(ValueError):
         spectrum_image(error, 0)
+
+
+def test_a_screen_shows_nothing_beyond_white():
+    reference = np.full((8, 8, 3), 0.2)
+    image = reference.copy()
+    image[3, 4] = 50
+    # One pixel of 64 is 0.8 too bright, whatever it was before it was clipped.
+    assert displayed_rmse(image, reference) == pytest.approx(0.8 / 8)
+    assert displayed_rmse(image, reference, -1.0) == pytest.approx(0.9 / 8)
+    assert displayed_rmse(image, reference, 3.0) == 0 < rmse(image, reference)
+
+
+def test_pixels_are_clipped_before_the_blur():
+    """Black and twice white in turn is grey after a blur, but a screen shows half of that."""
+    y, x = np.mgrid[0:32, 0:32]
+    image = np.repeat(2.0 * ((x + y) % 2)[..., None], 3, axis=2)
+    assert displayed_rmse(image, np.full_like(image, 0.5), 0.0, 2.1) < 0.01
+    assert rmse(image, np.full_like(image, 0.5), 2.1) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_trimmed_errors_are_relative_and_know_no_firefly():
+    reference = np.full((40, 50, 3), 4.0)
+    reference[:20] = 0.4
+    image = reference * 1.25
+    floor = (0.1 * 2.2) ** 2
+    expected = np.sqrt(np.mean([(0.25 * r) ** 2 / (r * r + floor) for r in (4.0, 0.4)]))
+    assert trimmed_relative_rmse(image, reference) == pytest.approx(expected, rel=2e-3)
+    firefly = image.copy()
+    firefly[7, 9] = firefly[30, 2] = 1e6  # two of 2000 pixels: 0.1 %
+    for sigma in (0.0, 2.1):
+        assert trimmed_relative_rmse(firefly, reference, sigma) == pytest.approx(
+            trimmed_relative_rmse(image, reference, sigma), rel=0.02)
+    firefly[8, 9] = 1e6
+    assert trimmed_relative_rmse(firefly, reference) > 100
+
+
+def test_black_pictures_have_no_relative_error():
+    black = np.zeros((8, 8, 3))
+    assert trimmed_relative_rmse(black, black) == 0 and auto_exposure(black) == 0
+
+
+def test_all_errors_are_those_of_the_single_measures():
+    reference = np.abs(noise((24, 20, 3)))
+    image = reference + 0.3 * noise((24, 20, 3), 2)
+    found = all_errors(image, reference, 0.5)
+    assert tuple(found) == MEASURES
+    assert found["rmse_2.1"] == rmse(image, reference, 2.1)
+    assert found["displayed_1.0"] == displayed_rmse(image, reference, 0.5, 1.0)
+    assert found["trimmed"] == trimmed_relative_rmse(image, reference)
+    assert measure_name("displayed_2.1") == "RMSE as displayed after sigma 2.1"
+
+
+def test_a_reference_tells_its_own_error_by_its_halves():
+    """Halves with independent errors of 1 have a mean with one of sqrt(1/2)."""
+    truth = np.full((128, 128, 3), 5.0)
+    halves = truth + noise((128, 128, 3)), truth + noise((128, 128, 3), 2)
+    found = own_errors((halves[0] + halves[1]) / 2, halves[0])
+    # 49152 numbers: five relative standard errors are 1.6 %.
+    assert found["rmse"] == pytest.approx(math.sqrt(0.5), rel=0.016)
+
+
+def test_auto_exposure_brings_light_to_middle_grey():
+    picture = np.full((10, 10, 3), 0.36)
+    picture[:5] = 0
+    assert auto_exposure(picture) == pytest.approx(-1)
