@@ -5,6 +5,7 @@
 Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height) {
     Camera camera{};
     camera.position = position;
+    camera.target = target;
     camera.forward = normalize(target - position);
     camera.right = normalize(cross(camera.forward, up));
     camera.up = cross(camera.right, camera.forward);

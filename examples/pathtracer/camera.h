@@ -11,6 +11,7 @@ struct Ray {
 
 struct Camera {
     Vec3 position;
+    Vec3 target;             // a point ahead, to say what the camera looks at
     Vec3 forward, up, right; // unit vectors; right is the direction of growing x in the picture
     float tan_half_height;   // tangent of half the vertical angle of view
     float pixel_size;        // of the picture at distance 1; camera_frame sets the rest

@@ -157,6 +157,7 @@ ExrHead read_head(const Imf::Header &header) {
     };
     ExrAttributes &a = head.attributes;
     a.scene = text("scene");
+    a.camera = text("camera");
     a.environment = text("environment");
     a.sampler = text("sampler");
     a.mask = text("mask");
@@ -205,6 +206,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
         header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
     };
     text("scene", attributes.scene);
+    text("camera", attributes.camera);
     text("environment", attributes.environment);
     text("sampler", attributes.sampler);
     text("mask", attributes.mask);

@@ -19,7 +19,7 @@ constexpr uint64_t MAX_PIXELS = 1u << 26;
 
 // What is written into the header beside the picture.
 struct ExrAttributes {
-    std::string scene, environment, sampler, mask;
+    std::string scene, camera, environment, sampler, mask;
     uint32_t spp; // of the pixel that has most
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     uint64_t end_sample; // no sample has this number or a higher one

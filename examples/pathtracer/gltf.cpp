@@ -289,7 +289,7 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
 
 // ---- Cameras and lights: both look along their node's -z
 
-void read_camera(Reader &r, int index, const Transform &t) {
+void read_camera(Reader &r, int index, const Transform &t, const std::string &node_name) {
     const tinygltf::Camera &camera = gltf_at(r.model.cameras, index, "camera");
     const Vec3 forward = axis_direction(t, 0, 0, -1), up = axis_direction(t, 0, 1, 0);
     const double angle = camera.perspective.yfov;
@@ -297,13 +297,12 @@ void read_camera(Reader &r, int index, const Transform &t) {
         r.draft.ignored.insert("orthographic cameras");
     } else if (!(max_magnitude(cross(forward, up)) > 1e-3f) || !(angle > 1e-4 && angle < 3.1)) {
         r.draft.ignored.insert("a camera without direction or angle");
-    } else if (r.draft.camera) {
-        r.draft.ignored.insert("cameras but the first");
     } else {
-        r.draft.camera = DraftCamera{{t.m[0][3], t.m[1][3], t.m[2][3]},
-                                     forward,
-                                     up,
-                                     static_cast<float>(std::tan(0.5 * angle))};
+        r.draft.cameras.push_back({{t.m[0][3], t.m[1][3], t.m[2][3]},
+                                   forward,
+                                   up,
+                                   static_cast<float>(std::tan(0.5 * angle)),
+                                   node_name.empty() ? camera.name : node_name});
     }
 }
 
@@ -344,7 +343,7 @@ void read_node(Reader &r, const tinygltf::Node &node, const Transform &t) {
         for (const tinygltf::Primitive &p : gltf_at(r.model.meshes, node.mesh, "mesh").primitives)
             read_primitive(r, p, t);
     if (node.skin >= 0) r.draft.ignored.insert("skins");
-    if (node.camera >= 0) read_camera(r, node.camera, t);
+    if (node.camera >= 0) read_camera(r, node.camera, t, node.name);
     const double light = gltf_number(node.extensions, "KHR_lights_punctual", "light", -1);
     if (light >= 0 && light < 1e9) read_light(r, static_cast<int>(light), t);
 }

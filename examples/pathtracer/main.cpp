@@ -122,7 +122,7 @@ void run_render(const Options &options) {
     std::shared_ptr<const Environment> environment;
     if (!options.environment.empty())
         environment = std::make_shared<Environment>(environment_read(options.environment));
-    Scene scene = scene_build(options.scene, environment);
+    Scene scene = scene_build(options.scene, environment, options.camera);
     if (!options.quiet)
         for (const std::string &note : scene.notes)
             std::fprintf(stderr, "pathtracer: %s\n", note.c_str());
@@ -156,6 +156,7 @@ void run_render(const Options &options) {
     const auto attributes = [&] {
         ExrAttributes a{};
         a.scene = options.scene;
+        a.camera = camera_text(scene, scene.camera);
         a.environment = options.environment;
         a.sampler = options.sampler.name;
         a.mask = options.sampler.mask;
@@ -235,6 +236,9 @@ int main(int argc, char **argv) {
             std::fputs(options_help(), stdout);
         } else if (options.list) {
             print_list();
+        } else if (options.list_cameras) {
+            const Scene scene = scene_build(options.scene, nullptr, options.camera);
+            std::fputs(camera_list(scene).c_str(), stdout);
         } else {
             if (options.merge.empty())
                 run_render(options);

@@ -12,6 +12,10 @@
 
 constexpr float PI = 3.14159265358979f;
 
+struct Point3d {
+    double x, y, z;
+};
+
 struct Vec2 {
     float x, y;
 };

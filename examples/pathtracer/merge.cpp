@@ -21,6 +21,7 @@ std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &hea
     const ExrAttributes &a = head.attributes;
     return {{"size", std::to_string(head.full_width) + "x" + std::to_string(head.full_height)},
             {"scene", a.scene},
+            {"camera", a.camera},
             {"environment", a.environment},
             {"sampler", a.sampler},
             {"mask", a.mask},

@@ -18,6 +18,15 @@ constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
 constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
 constexpr double MAX_SECONDS = 1e7;
+constexpr double MAX_COORDINATE = 1e15;
+constexpr double MIN_FOV = 1e-4; // degrees, from 0 and from 180
+
+const char *const WITH_VALUE[] = {
+    "--scene",   "--sampler",       "--spp",      "--declare", "--mask",
+    "--seed",    "--first-sample",  "--size",     "--crop",    "--max-depth",
+    "--threads", "--reference",     "--exposure", "--env",     "--light-samples",
+    "--time",    "--write-partial", "--camera",   "--eye",     "--target",
+    "--fov",     "--convergence",   "-o"};
 
 // The whole text as a number in [low, high].
 template <typename Number>
@@ -63,6 +72,30 @@ void parse_crop(Options &options, const std::string &text) {
     if (!parse_list(text, ',', 0, MAX_EXTENT, v, 4) || v[0] >= v[2] || v[1] >= v[3])
         throw Error("--crop takes x0,y0,x1,y1 with x0 < x1 and y0 < y1, not '" + text + "'");
     options.crop = Crop{v[0], v[1], v[2], v[3]};
+}
+
+Point3d parse_point(const std::string &option, const std::string &text) {
+    double v[3];
+    size_t begin = 0;
+    bool right = true;
+    for (int i = 0; i < 3 && right; ++i) {
+        const size_t end = i < 2 ? text.find(',', begin) : text.size();
+        right = end != std::string::npos && parse_number(text.substr(begin, end - begin),
+                                                         -MAX_COORDINATE, MAX_COORDINATE, v[i]);
+        begin = end + 1;
+    }
+    if (!right)
+        throw Error(option + " takes a place x,y,z, numbers of at most 1e15, not '" + text + "'");
+    return {v[0], v[1], v[2]};
+}
+
+double parse_fov(const std::string &text) {
+    double value = 0;
+    if (!parse_number(text, MIN_FOV, 180 - MIN_FOV, value))
+        throw Error("--fov takes the vertical angle of view in degrees, more than 0 and less than "
+                    "180, not '" +
+                    text + "'");
+    return value;
 }
 
 void parse_exposure(Options &options, const std::string &text) {
@@ -116,6 +149,10 @@ or merges pictures of other regions (--crop) or other samples (--first-sample). 
 writes what there is.
 
   --scene NAME|FILE      what to render (default cornell): a name of --list, a .gltf, .glb or .obj
+  --camera N             the scene's camera number N (default 0); see --list-cameras
+  --eye x,y,z            put the camera there,
+  --target x,y,z         let it look there,
+  --fov DEGREES          with this vertical angle of view; what is not given stays the scene's
   --sampler NAME         where samples come from (default blue); see --list
   --spp N                samples per pixel (default 16)
   --declare N            tell the sampler that N samples per pixel will be taken (default: not told)
@@ -136,6 +173,7 @@ writes what there is.
   --exposure EV          brightness of the preview, in stops (default 0)
   --quiet                print errors and the error against the reference only
   --list                 list scenes and samplers
+  --list-cameras         list the cameras of --scene as --eye, --target and --fov
   --help                 this text
 )";
 }
@@ -154,35 +192,22 @@ Options parse_options(int argc, const char *const *argv) {
             options.quiet = true;
         } else if (is("--list")) {
             options.list = true;
+        } else if (is("--list-cameras")) {
+            options.list_cameras = true;
         } else if (is("--help") || is("-h")) {
             options.help = true;
         } else {
-            static const char *const with_value[] = {"--scene",
-                                                     "--sampler",
-                                                     "--spp",
-                                                     "--declare",
-                                                     "--mask",
-                                                     "--seed",
-                                                     "--first-sample",
-                                                     "--size",
-                                                     "--crop",
-                                                     "--max-depth",
-                                                     "--threads",
-                                                     "--reference",
-                                                     "--exposure",
-                                                     "--light-samples",
-                                                     "--env",
-                                                     "--time",
-                                                     "--write-partial",
-                                                     "--convergence",
-                                                     "-o"};
             bool known = false;
-            for (const char *option : with_value) known = known || is(option);
+            for (const char *option : WITH_VALUE) known = known || is(option);
             if (!known) throw Error("there is no option '" + name + "'; see --help");
             if (i + 1 == argc) throw Error(name + " needs a value; see --help");
             const std::string value = argv[++i];
 
             if (is("--scene")) options.scene = value;
+            if (is("--camera")) options.camera.number = number(name, value, 0u, UINT32_MAX);
+            if (is("--eye")) options.camera.eye = parse_point(name, value);
+            if (is("--target")) options.camera.target = parse_point(name, value);
+            if (is("--fov")) options.camera.fov = parse_fov(value);
             if (is("--sampler")) options.sampler.name = value;
             if (is("--spp")) {
                 options.spp = number(name, value, 1u, MAX_SPP);
@@ -209,6 +234,6 @@ Options parse_options(int argc, const char *const *argv) {
     }
     if (options.time_limit > 0 && !spp_given)
         options.spp = std::min(MAX_SPP, UINT32_MAX - options.first_sample);
-    if (!options.help && !options.list) check(options);
+    if (!options.help && !options.list && !options.list_cameras) check(options);
     return options;
 }

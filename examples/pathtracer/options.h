@@ -8,9 +8,11 @@
 
 #include "image.h"
 #include "sampler.h"
+#include "scene_camera.h"
 
 struct Options {
     std::string scene = "cornell";
+    CameraChoice camera;
     SamplerSettings sampler;
     uint32_t spp = 16; // with a time limit: the most there is, unless given
     uint32_t first_sample = 0;
@@ -29,10 +31,11 @@ struct Options {
     std::string output;
     bool quiet = false;
     bool list = false;
+    bool list_cameras = false; // of the scene
     bool help = false;
 };
 
-// Throws Error. With --help or --list nothing else is checked.
+// Throws Error. With --help, --list or --list-cameras nothing else is checked.
 Options parse_options(int argc, const char *const *argv);
 
 // The text of --help.

@@ -6,6 +6,7 @@
 
 #include "distribution.h"
 #include "error.h"
+#include "scene_camera.h"
 #include "scene_file.h"
 #include "scene_groups.h"
 
@@ -147,11 +148,17 @@ const std::vector<SceneEntry> &scene_entries() {
     return entries;
 }
 
-Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment) {
+Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment,
+                  const CameraChoice &camera) {
     if (is_scene_file(name)) {
         Scene scene = scene_file_read(name, std::move(environment));
         try {
+            scene_choose_camera(scene, camera);
             scene_finish(scene);
+            if (scene.cameras.size() > 1 && !camera.number && !camera.eye)
+                scene.notes.push_back(name + ": shows the first of " +
+                                      std::to_string(scene.cameras.size()) +
+                                      " cameras; see --list-cameras and --camera");
         } catch (const Error &error) {
             throw Error(name + ": " + error.what());
         }
@@ -162,6 +169,8 @@ Scene scene_build(const std::string &name, std::shared_ptr<const Environment> en
         if (name == entry.name) {
             Scene scene = entry.build();
             if (environment) scene.environment = std::move(environment);
+            scene.cameras.push_back({scene.camera, ""});
+            scene_choose_camera(scene, camera);
             scene_finish(scene);
             return scene;
         }

@@ -23,8 +23,15 @@ struct Surface {
     int32_t light; // index of the light the surface is, or -1
 };
 
+struct NamedCamera {
+    Camera camera;
+    std::string name; // may be empty
+};
+
 struct Scene {
-    Camera camera{};
+    Camera camera{};                  // to be rendered with
+    std::vector<NamedCamera> cameras; // of its own; none when `camera` is made up
+    Point3d origin = {0, 0, 0};       // of these coordinates, in those of the scene's file
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // of vertices, for smooth shading: for each vertex, or none. A
                                // normal of length zero means the triangle's own
@@ -54,10 +61,6 @@ struct Scene {
 // vertex is not finite.
 void scene_finish(Scene &scene);
 
-struct Point3d {
-    double x, y, z;
-};
-
 // The float vertices of a scene whose points are known in double, as those of files are once their
 // transformations are applied: the middle of their extent is taken off each, so that they keep
 // their digits where they need them. Returns the middle, to be taken off cameras and lights as
@@ -78,7 +81,8 @@ struct SceneEntry {
 const std::vector<SceneEntry> &scene_entries();
 
 // Builds a scene by name, or reads one from a file named .gltf, .glb or .obj, and finishes it; an
-// environment given takes the place of the scene's own. Throws Error, naming the known ones or what
-// is wrong with the file.
-Scene scene_build(const std::string &name,
-                  std::shared_ptr<const Environment> environment = nullptr);
+// environment given takes the place of the scene's own, a camera chosen that of its first. Throws
+// Error, naming the known ones or what is wrong with the file or the camera.
+struct CameraChoice;
+Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment,
+                  const CameraChoice &camera);

@@ -97,6 +97,20 @@ Camera framing_camera(const Scene &scene) {
     return camera;
 }
 
+// A camera of the file, in the scene moved to the origin. It looks at what on its axis is nearest
+// to the middle of the scene.
+Camera placed_camera(const DraftCamera &draft, Point3d middle) {
+    const Vec3 position = minus(draft.position, middle);
+    const float ahead = -dot(position, draft.forward);
+    const Vec3 target = position + (ahead > 0 ? ahead : 1) * draft.forward;
+    Camera camera = camera_look_at(position, target, draft.up, draft.tan_half_height);
+    // Far from the middle the difference of the two has lost digits of the direction.
+    camera.forward = draft.forward;
+    camera.right = normalize(cross(draft.forward, draft.up));
+    camera.up = cross(camera.right, draft.forward);
+    return camera;
+}
+
 } // namespace
 
 bool is_scene_file(const std::string &name) {
@@ -177,18 +191,14 @@ Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment
             scene.lights.push_back(light.light);
             lit = true;
         }
-        if (draft.camera && is_usable(draft.camera->position)) {
-            const DraftCamera &camera = *draft.camera;
-            const Vec3 position = minus(camera.position, middle);
-            scene.camera = camera_look_at(position, position + camera.forward, camera.up,
-                                          camera.tan_half_height);
-            // Far from the middle the sum above has lost digits of the direction.
-            scene.camera.forward = camera.forward;
-            scene.camera.right = normalize(cross(camera.forward, camera.up));
-            scene.camera.up = cross(scene.camera.right, camera.forward);
-        } else {
-            scene.camera = framing_camera(scene);
+        scene.origin = middle;
+        for (const DraftCamera &camera : draft.cameras) {
+            if (is_usable(camera.position))
+                scene.cameras.push_back({placed_camera(camera, middle), camera.name});
+            else
+                draft.ignored.insert("a camera beyond 1e15");
         }
+        scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
         if (environment)
             scene.environment = std::move(environment);
         else if (!lit)

@@ -25,6 +25,7 @@ struct DraftCamera {
     Point3d position;
     Vec3 forward, up; // unit vectors
     float tan_half_height;
+    std::string name; // may be empty
 };
 
 struct DraftLight {
@@ -43,7 +44,7 @@ struct SceneDraft {
     std::vector<Point3d> points;    // its vertices; whatever a vertex has beside is in the scene
     std::vector<Emission> emission; // of each material
     std::vector<DraftLight> lights;
-    std::optional<DraftCamera> camera;
+    std::vector<DraftCamera> cameras;
     std::set<std::string> ignored; // what the file has and the scene has not
 };
 

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Choosing the camera of a scene.
+#include "scene_camera.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "error.h"
+
+namespace {
+
+constexpr double DEGREE = 3.14159265358979323846 / 180;
+
+// The fewest digits that read back as the same float where the value is one, else the same double.
+std::string digits(double value) {
+    char text[32];
+    const auto as_float = static_cast<float>(value);
+    const auto end = static_cast<double>(as_float) == value
+                         ? std::to_chars(text, text + sizeof text, as_float)
+                         : std::to_chars(text, text + sizeof text, value);
+    return {text, end.ptr};
+}
+
+std::string digits(Point3d p) {
+    return digits(p.x) + "," + digits(p.y) + "," + digits(p.z);
+}
+
+Point3d plus(Vec3 a, Point3d b) {
+    return {static_cast<double>(a.x) + b.x, static_cast<double>(a.y) + b.y,
+            static_cast<double>(a.z) + b.z};
+}
+
+Vec3 minus(Point3d a, Point3d b) {
+    return {static_cast<float>(a.x - b.x), static_cast<float>(a.y - b.y),
+            static_cast<float>(a.z - b.z)};
+}
+
+bool same(Vec3 a, Vec3 b) {
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+float tan_half(double fov) {
+    return static_cast<float>(std::tan(0.5 * fov * DEGREE));
+}
+
+// In degrees, with as few digits as give the tangent again.
+std::string fov_text(float tan_half_height) {
+    const double fov = 2 * std::atan(static_cast<double>(tan_half_height)) / DEGREE;
+    char text[32];
+    for (int precision = 3; precision < 17; ++precision) {
+        const auto end =
+            std::to_chars(text, text + sizeof text, fov, std::chars_format::general, precision);
+        double back = 0;
+        std::from_chars(text, end.ptr, back);
+        if (tan_half(back) == tan_half_height) return {text, end.ptr};
+    }
+    return digits(fov);
+}
+
+std::string numbered_names(const Scene &scene) {
+    std::string list;
+    for (size_t i = 0; i < scene.cameras.size(); ++i)
+        list += (i == 0 ? "" : ", ") + std::to_string(i) +
+                (scene.cameras[i].name.empty() ? "" : " '" + scene.cameras[i].name + "'");
+    return list;
+}
+
+void aim(Scene &scene, Point3d eye, Point3d target) {
+    const double x = target.x - eye.x, y = target.y - eye.y, z = target.z - eye.z;
+    const double distance = std::sqrt(x * x + y * y + z * z);
+    if (!(distance > 0) || !std::isfinite(distance))
+        throw Error("the camera looks nowhere: --eye and --target are both " + digits(eye) +
+                    "; move one of them");
+    const Vec3 forward = {static_cast<float>(x / distance), static_cast<float>(y / distance),
+                          static_cast<float>(z / distance)};
+    Vec3 up = {0, 1, 0};
+    if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
+    Camera &camera = scene.camera;
+    camera.position = minus(eye, scene.origin);
+    camera.target = minus(target, scene.origin);
+    camera.forward = forward;
+    camera.right = normalize(cross(forward, up));
+    camera.up = cross(camera.right, forward);
+}
+
+} // namespace
+
+void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
+    if (choice.number) {
+        if (*choice.number >= scene.cameras.size())
+            throw Error("there is no camera " + std::to_string(*choice.number) +
+                        ": the scene has " +
+                        (scene.cameras.empty() ? "none of its own; leave out --camera, or set --eye"
+                                               : std::string("cameras ") + numbered_names(scene)));
+        scene.camera = scene.cameras[*choice.number].camera;
+    }
+    const Point3d eye = choice.eye.value_or(plus(scene.camera.position, scene.origin));
+    const Point3d target = choice.target.value_or(plus(scene.camera.target, scene.origin));
+    // The listed camera is the scene's own to the bit.
+    if (!same(minus(eye, scene.origin), scene.camera.position) ||
+        !same(minus(target, scene.origin), scene.camera.target))
+        aim(scene, eye, target);
+    if (choice.fov) scene.camera.tan_half_height = tan_half(*choice.fov);
+}
+
+std::string camera_text(const Scene &scene, const Camera &camera) {
+    return "--eye " + digits(plus(camera.position, scene.origin)) + " --target " +
+           digits(plus(camera.target, scene.origin)) + " --fov " + fov_text(camera.tan_half_height);
+}
+
+std::string camera_list(const Scene &scene) {
+    if (scene.cameras.empty())
+        return "none of its own; everything is framed by " + camera_text(scene, scene.camera) +
+               "\n";
+    std::string list;
+    for (size_t i = 0; i < scene.cameras.size(); ++i) {
+        const NamedCamera &named = scene.cameras[i];
+        list += std::to_string(i) + "  " + camera_text(scene, named.camera) +
+                (named.name.empty() ? "" : "  '" + named.name + "'") + "\n";
+    }
+    return list;
+}
