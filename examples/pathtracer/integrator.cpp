@@ -34,11 +34,12 @@ const Light &choose_light(const Scene &scene, Vec2 &u) {
 
 } // namespace
 
-Integrator integrator_create(const Scene &scene, const Geometry &geometry,
-                             const bn_sampler *sampler, uint32_t max_depth) {
-    Integrator result{&scene, &geometry, sampler, max_depth, pixel_domain(), {}};
+Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
+                             uint32_t max_depth) {
+    Integrator result{&scene, &geometry, sampler, max_depth, pixel_domain(*sampler), {}};
     for (uint32_t bounce = 0; bounce < max_depth; ++bounce) {
-        result.bounces.push_back({light_domain(bounce), scatter_domain(bounce)});
+        result.bounces.push_back(
+            {light_domain(*sampler, bounce), scatter_domain(*sampler, bounce)});
     }
     return result;
 }
@@ -50,11 +51,11 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
 
     // ---- The camera ray
     const PixelSample sample = {integrator.sampler, x, y, index};
-    const auto counted_draw = [&](const PixelSample &s, uint32_t domain, int dimensions) {
+    const auto counted_draw = [&](uint32_t domain, int dimensions) {
         ++(dimensions == 2 ? counters.draws_2d : counters.draws_4d);
-        return draw(s, domain, dimensions);
+        return draw(sample, domain, dimensions);
     };
-    const Draw at = counted_draw(sample, integrator.pixel, camera.lens_radius > 0 ? 4 : 2);
+    const Draw at = counted_draw(integrator.pixel, camera.lens_radius > 0 ? 4 : 2);
     Ray ray = camera_ray(camera, {static_cast<float>(x) + at.u[0], static_cast<float>(y) + at.u[1]},
                          pair23(at));
     PathSample result{};
@@ -138,8 +139,8 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
                                : bounce == 0                  ? scene.light_samples
                                                               : 1;
         for (uint32_t k = 0; k < count; ++k) {
-            const PixelSample split = {sample.sampler, x, y, index * count + k};
-            Vec2 u = pair01(counted_draw(split, domains.light, 2));
+            ++counters.draws_2d;
+            Vec2 u = pair01(draw_split(sample, domains.light, count, k));
             const Light &light = choose_light(scene, u);
             const LightSample to_light = light_sample(light, place, u);
             if (!(to_light.pdf > 0)) continue;
@@ -168,8 +169,8 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
 
         // ---- The next ray, and roulette for it
         const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
-        const Draw u = counted_draw(sample, domains.scatter,
-                                    roulette || material_reads_lobe(material) ? 4 : 2);
+        const Draw u =
+            counted_draw(domains.scatter, roulette || material_reads_lobe(material) ? 4 : 2);
         const MaterialSample scatter =
             material_sample(material, front, local_out, pair01(u), u.u[3]);
         if (!(scatter.pdf > 0)) break;

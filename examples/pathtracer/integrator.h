@@ -14,7 +14,7 @@
 struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
-    const bn_sampler *sampler;
+    const Sampler *sampler;
     uint32_t max_depth; // surface bounces; 0 shows lights only
     struct BounceDomains {
         uint32_t light, scatter;
@@ -23,8 +23,8 @@ struct Integrator {
     std::vector<BounceDomains> bounces; // max_depth of them
 };
 
-Integrator integrator_create(const Scene &scene, const Geometry &geometry,
-                             const bn_sampler *sampler, uint32_t max_depth);
+Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
+                             uint32_t max_depth);
 
 // What tracing paths adds up beside the picture.
 struct PathCounters {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <optional>
@@ -32,8 +33,11 @@ void print_list() {
     for (const SceneEntry &entry : scene_entries())
         std::printf("  %-10s %s\n", entry.name, entry.summary);
     std::printf("samplers:\n");
+    int width = 10;
     for (const SamplerEntry &entry : sampler_entries())
-        std::printf("  %-10s %s\n", entry.name, entry.summary);
+        width = std::max(width, static_cast<int>(std::strlen(entry.name)));
+    for (const SamplerEntry &entry : sampler_entries())
+        std::printf("  %-*s %s\n", width, entry.name, entry.summary);
 }
 
 void print_progress(double fraction, const RenderTotals &totals) {
@@ -137,6 +141,10 @@ void run_render(const Options &options) {
                     std::to_string(scene.light_samples) + " light samples each; take fewer");
     camera_fit(scene.camera, options.width, options.height);
     const SamplerPointer sampler = sampler_create(options.sampler);
+    if (sampler->peer && uint64_t{options.first_sample} + spp > PeerSampler::INDEX_LIMIT)
+        throw Error("--first-sample and --spp run past sample " +
+                    std::to_string(PeerSampler::INDEX_LIMIT) + ", the last of '" +
+                    options.sampler.name + "'; take fewer");
     const Crop crop = options.crop.value_or(Crop{0, 0, options.width, options.height});
     std::optional<Image> reference;
     if (!options.reference.empty())

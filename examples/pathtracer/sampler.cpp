@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Creating a libbn sampler from the command line's names.
+// Creating a sampler from the command line's names.
 #include "sampler.h"
 
 #include "error.h"
@@ -41,13 +41,17 @@ std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
 } // namespace
 
 const std::vector<SamplerEntry> &sampler_entries() {
-    static const std::vector<SamplerEntry> entries = {
-        {"blue", "progressive blue noise in both pairs of every domain", BN_SAMPLER_BLUE},
-        {"sobol", "Owen-scrambled Sobol', independent in each pixel", BN_SAMPLER_SOBOL},
-        {"white", "independent uniform numbers", BN_SAMPLER_WHITE},
-        {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
-        {"mask", "a blue-noise mask drives Sobol'", BN_SAMPLER_MASK},
-    };
+    static const std::vector<SamplerEntry> entries = [] {
+        std::vector<SamplerEntry> all = {
+            {"blue", "progressive blue noise in both pairs of every domain", BN_SAMPLER_BLUE},
+            {"sobol", "Owen-scrambled Sobol', independent in each pixel", BN_SAMPLER_SOBOL},
+            {"white", "independent uniform numbers", BN_SAMPLER_WHITE},
+            {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
+            {"mask", "a blue-noise mask drives Sobol'", BN_SAMPLER_MASK},
+        };
+        for (const SamplerEntry &entry : openqmc_entries()) all.push_back(entry);
+        return all;
+    }();
     return entries;
 }
 
@@ -60,6 +64,15 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     }
     if (!chosen)
         throw Error("there is no sampler '" + settings.name + "'; the samplers are " + known);
+
+    if (chosen->peer) {
+        for (const auto &[option, given] : {std::pair{"--declare", settings.declared_spp > 0},
+                                            std::pair{"--mask", !settings.mask.empty()}})
+            if (given)
+                throw Error(std::string(option) + " is for the samplers of libbn, not for '" +
+                            settings.name + "'; leave it out");
+        return std::make_unique<Sampler>(Sampler{nullptr, chosen->peer(settings.seed)});
+    }
 
     bn_sampler_options options = bn_sampler_options_default();
     options.kind = chosen->kind;
@@ -84,5 +97,5 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     if (result != BN_SUCCESS)
         throw Error("the sampler '" + settings.name +
                     "' cannot be created: " + bn_result_string(result));
-    return SamplerPointer(sampler);
+    return std::make_unique<Sampler>(Sampler{{sampler, {}}, nullptr});
 }

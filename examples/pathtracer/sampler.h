@@ -26,19 +26,48 @@
 
 #include "math.h"
 
+// A sampler of another library, for comparison. Keys are those of the tree above; what a key
+// becomes is the other library's business.
+class PeerSampler {
+  public:
+    static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
+
+    virtual ~PeerSampler() = default;
+    // As draw() and draw_split() below; only the dimensions asked for are written.
+    virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+                      float *u) const = 0;
+    virtual void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count,
+                            uint32_t k, float *u) const = 0;
+};
+using PeerPointer = std::unique_ptr<const PeerSampler>;
+
 struct SamplerDelete {
     void operator()(bn_sampler *sampler) const { bn_sampler_destroy(sampler); }
 };
-using SamplerPointer = std::unique_ptr<bn_sampler, SamplerDelete>;
+
+struct Sampler {
+    std::unique_ptr<bn_sampler, SamplerDelete> library;
+    PeerPointer peer; // or null: then `library` draws
+
+    // The domain of the root's child `key`, as draws take it.
+    uint32_t domain(uint32_t key) const {
+        return peer ? key : bn_domain_child(BN_DOMAIN_ROOT, key);
+    }
+};
+using SamplerPointer = std::unique_ptr<const Sampler>;
 
 struct SamplerEntry {
     const char *name;
     const char *summary;
-    int32_t kind; // BN_SAMPLER_...
+    int32_t kind;                                 // BN_SAMPLER_..., of libbn's samplers
+    PeerPointer (*peer)(uint64_t seed) = nullptr; // makes one of another library
 };
 
-// The samplers of libbn, in the order of --list.
+// The samplers of libbn, then those of OpenQMC if the build has it: the order of --list.
 const std::vector<SamplerEntry> &sampler_entries();
+
+// Of openqmc.cpp: none in a build without it.
+std::vector<SamplerEntry> openqmc_entries();
 
 struct SamplerSettings {
     std::string name = "blue";
@@ -50,19 +79,19 @@ struct SamplerSettings {
 // Throws Error naming the known samplers, or saying what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-inline uint32_t pixel_domain() {
-    return bn_domain_child(BN_DOMAIN_ROOT, 0);
+inline uint32_t pixel_domain(const Sampler &sampler) {
+    return sampler.domain(0);
 }
-inline uint32_t light_domain(uint32_t bounce) {
-    return bn_domain_child(BN_DOMAIN_ROOT, 1 + 2 * bounce);
+inline uint32_t light_domain(const Sampler &sampler, uint32_t bounce) {
+    return sampler.domain(1 + 2 * bounce);
 }
-inline uint32_t scatter_domain(uint32_t bounce) {
-    return bn_domain_child(BN_DOMAIN_ROOT, 2 + 2 * bounce);
+inline uint32_t scatter_domain(const Sampler &sampler, uint32_t bounce) {
+    return sampler.domain(2 + 2 * bounce);
 }
 
 // The sampler as one sample of one pixel sees it.
 struct PixelSample {
-    const bn_sampler *sampler;
+    const Sampler *sampler;
     int32_t x, y;
     uint32_t index;
 };
@@ -75,10 +104,22 @@ struct Draw {
 // The first `dimensions` of a domain: 2 or 4.
 inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
     Draw result{};
-    if (dimensions == 2)
-        bn_sample_2d(s.sampler, s.x, s.y, s.index, domain, result.u);
+    const bn_sampler *library = s.sampler->library.get();
+    if (!library)
+        s.sampler->peer->draw(s.x, s.y, s.index, domain, dimensions, result.u);
+    else if (dimensions == 2)
+        bn_sample_2d(library, s.x, s.y, s.index, domain, result.u);
     else
-        bn_sample_4d(s.sampler, s.x, s.y, s.index, domain, result.u);
+        bn_sample_4d(library, s.x, s.y, s.index, domain, result.u);
+    return result;
+}
+
+// The first two dimensions of part k of the `count` that this sample is split into.
+inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, uint32_t k) {
+    if (count == 1 || s.sampler->library)
+        return draw({s.sampler, s.x, s.y, s.index * count + k}, domain, 2);
+    Draw result{};
+    s.sampler->peer->draw_split(s.x, s.y, s.index, domain, count, k, result.u);
     return result;
 }
 

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc)
+// beside those of libbn, in builds with -DBN_OPENQMC=DIR. They are used as its README says: a
+// sampler for each pixel and index is the root, each decision of a path is a child of it by
+// newDomain(), and light samples that belong to one path come from newDomainSplit().
+//
+// OpenQMC takes no seed. What re-randomises its patterns is the frame number: of it and of the keys
+// it derives by how much the tables are moved on the screen, the same for all pixels, so that their
+// blue noise stays whole. A hash of the seed is the frame number here.
+#include "sampler.h"
+
+#ifdef BN_WITH_OPENQMC
+
+#include <oqmc/latticebn.h>
+#include <oqmc/pmjbn.h>
+#include <oqmc/sobolbn.h>
+
+namespace {
+
+// 30 bits: OpenQMC adds the high half of the index to its frame number, an int. The mixing is that
+// of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+int frame_of(uint64_t seed) {
+    seed += 0x9e3779b97f4a7c15u;
+    seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;
+    seed = (seed ^ (seed >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<int>((seed ^ (seed >> 31)) >> 34);
+}
+
+template <typename Native>
+class OpenQmcSampler final : public PeerSampler {
+  public:
+    explicit OpenQmcSampler(uint64_t seed) : frame_(frame_of(seed)), cache_(Native::cacheSize) {
+        Native::initialiseCache(cache_.data());
+    }
+
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        const Native domain = root(x, y, index).newDomain(static_cast<int>(key));
+        if (dimensions == 2)
+            domain.template drawSample<2>(u);
+        else
+            domain.template drawSample<4>(u);
+    }
+
+    void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count, uint32_t k,
+                    float *u) const override {
+        root(x, y, index)
+            .newDomainSplit(static_cast<int>(key), static_cast<int>(count), static_cast<int>(k))
+            .template drawSample<2>(u);
+    }
+
+  private:
+    Native root(int32_t x, int32_t y, uint32_t index) const {
+        return Native(x, y, frame_, static_cast<int>(index), cache_.data());
+    }
+
+    int frame_;
+    std::vector<char> cache_;
+};
+
+template <typename Native>
+PeerPointer create(uint64_t seed) {
+    return std::make_unique<OpenQmcSampler<Native>>(seed);
+}
+
+} // namespace
+
+std::vector<SamplerEntry> openqmc_entries() {
+    return {
+        {"openqmc-pmjbn", "OpenQMC: multi-jittered, blue noise", 0, create<oqmc::PmjBnSampler>},
+        {"openqmc-sobolbn", "OpenQMC: Sobol', blue noise", 0, create<oqmc::SobolBnSampler>},
+        {"openqmc-latticebn", "OpenQMC: rank-1 lattice, blue noise", 0,
+         create<oqmc::LatticeBnSampler>},
+    };
+}
+
+#else
+
+std::vector<SamplerEntry> openqmc_entries() {
+    return {};
+}
+
+#endif
