@@ -168,6 +168,8 @@ ExrHead read_head(const Imf::Header &header) {
     if (a.end_sample < a.first_sample) throw Error("its samples end before they begin");
     a.max_depth = whole("maxDepth");
     a.light_samples = whole("lightSamples");
+    a.single_scatter = whole("singleScatter") != 0;
+    a.photometric = whole("photometric") != 0;
     a.seed = count_attribute(header, "seed", UINT64_MAX);
     a.seconds = static_cast<double>(attribute<Imf::FloatAttribute>(header, "seconds"));
     a.ray_count = count_attribute(header, "rays", UINT64_MAX);
@@ -217,6 +219,8 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     text("seed", std::to_string(attributes.seed));
     count("maxDepth", attributes.max_depth);
     count("lightSamples", attributes.light_samples);
+    count("singleScatter", attributes.single_scatter);
+    count("photometric", attributes.photometric);
     real("seconds", attributes.seconds);
     text("rays", std::to_string(attributes.ray_count));
     count("threads", attributes.threads);

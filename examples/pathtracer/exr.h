@@ -22,6 +22,7 @@ struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
     uint32_t spp; // of the pixel that has most
     uint32_t declared_spp, first_sample, max_depth, light_samples;
+    bool single_scatter, photometric;
     uint64_t end_sample; // no sample has this number or a higher one
     uint64_t seed;
     double seconds; // of rendering

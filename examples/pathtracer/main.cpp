@@ -121,12 +121,19 @@ void listen_to_interrupts() {
         if (std::signal(signal, interrupt) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
+SceneOptions scene_options(const Options &options) {
+    SceneOptions result;
+    result.camera = options.camera;
+    if (!options.environment.empty())
+        result.environment = std::make_shared<Environment>(environment_read(options.environment));
+    result.single_scatter = options.single_scatter;
+    result.photometric = options.photometric;
+    return result;
+}
+
 void run_render(const Options &options) {
     // ---- Everything that may be wrong
-    std::shared_ptr<const Environment> environment;
-    if (!options.environment.empty())
-        environment = std::make_shared<Environment>(environment_read(options.environment));
-    Scene scene = scene_build(options.scene, environment, options.camera);
+    Scene scene = scene_build(options.scene, scene_options(options));
     if (!options.quiet)
         for (const std::string &note : scene.notes)
             std::fprintf(stderr, "pathtracer: %s\n", note.c_str());
@@ -174,6 +181,8 @@ void run_render(const Options &options) {
         a.end_sample = uint64_t{options.first_sample} + a.spp;
         a.max_depth = options.max_depth;
         a.light_samples = scene.light_samples;
+        a.single_scatter = options.single_scatter;
+        a.photometric = options.photometric;
         a.seed = options.sampler.seed;
         a.seconds = totals.seconds;
         a.ray_count = totals.counters.rays;
@@ -245,7 +254,7 @@ int main(int argc, char **argv) {
         } else if (options.list) {
             print_list();
         } else if (options.list_cameras) {
-            const Scene scene = scene_build(options.scene, nullptr, options.camera);
+            const Scene scene = scene_build(options.scene, scene_options(options));
             std::fputs(camera_list(scene).c_str(), stdout);
         } else {
             if (options.merge.empty())

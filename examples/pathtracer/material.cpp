@@ -34,13 +34,14 @@ struct ConductorEnergy {
     float mean_loss;
 };
 
-ConductorEnergy conductor_energy(float roughness) {
+ConductorEnergy conductor_energy(const Material &m) {
     const ConductorTable &table = conductor_table();
-    const float at = std::min(roughness, 1.0f) * (SIZE - 1);
+    const float at = std::min(m.roughness, 1.0f) * (SIZE - 1);
     const auto below = static_cast<size_t>(std::min(static_cast<int>(at), SIZE - 2));
     const float t = at - static_cast<float>(below);
     return {table.energy[below].data(), table.energy[below + 1].data(), t,
-            (1 - t) * table.mean_loss[below] + t * table.mean_loss[below + 1]};
+            m.single_scatter ? 0
+                             : (1 - t) * table.mean_loss[below] + t * table.mean_loss[below + 1]};
 }
 
 float loss(const ConductorEnergy &e, float cosine) {
@@ -80,7 +81,7 @@ Vec3 conductor_eval(const Material &m, Vec3 out, Vec3 in) {
     const float alpha = alpha_of(m);
     const Vec3 h = normalize_or(out + in, {0, 0, 1});
     const float facets = 0.25f * ggx_density(alpha, h) * ggx_shadowing(alpha, out, in) * in.z;
-    const ConductorEnergy e = conductor_energy(m.roughness);
+    const ConductorEnergy e = conductor_energy(m);
     const float wide =
         e.mean_loss >= LEAST_LOSS ? loss(e, out.z) * loss(e, in.z) * in.z / (PI * e.mean_loss) : 0;
     return facets * fresnel_conductor(m, dot(out, h)) + wide * fresnel_multiple(m, e.mean_loss);
@@ -89,7 +90,7 @@ Vec3 conductor_eval(const Material &m, Vec3 out, Vec3 in) {
 float conductor_pdf(const Material &m, Vec3 out, Vec3 in) {
     const float alpha = alpha_of(m);
     const Vec3 h = normalize_or(out + in, {0, 0, 1});
-    const float wide = loss(conductor_energy(m.roughness), out.z);
+    const float wide = loss(conductor_energy(m), out.z);
     return (1 - wide) * 0.25f * ggx_masking(alpha, out) * ggx_density(alpha, h) + wide * in.z / PI;
 }
 
@@ -175,7 +176,7 @@ MaterialSample sample_smooth(const Material &m, bool front, Vec3 out, float lobe
 // A direction of a rough material's mixture.
 bool sample_rough(const Material &m, bool front, Vec3 out, Vec2 u, float lobe, Vec3 &in) {
     const bool metal = m.kind == Material::CONDUCTOR;
-    const float wide = metal ? loss(conductor_energy(m.roughness), out.z) : loss(m, front, out.z);
+    const float wide = metal ? loss(conductor_energy(m), out.z) : loss(m, front, out.z);
     if (u.x < wide) {
         in = square_to_cosine_hemisphere({u.x / wide, u.y});
         if (!metal && lobe < m.energy->passed_loss[front ? 0 : 1]) in.z = -in.z;
@@ -223,7 +224,7 @@ void material_prepare(Material &m) {
         passed[side] = hemispherical_mean(transmitted);
     }
     const float larger = std::max(e.mean_loss[0], e.mean_loss[1]);
-    if (std::min(e.mean_loss[0], e.mean_loss[1]) < LEAST_LOSS) {
+    if (m.single_scatter || std::min(e.mean_loss[0], e.mean_loss[1]) < LEAST_LOSS) {
         for (int side = 0; side < 2; ++side) {
             std::fill(e.kept[side], e.kept[side] + SIZE, 1.0f);
             e.mean_loss[side] = e.passed_loss[side] = 0;

@@ -28,7 +28,9 @@ std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &hea
             {"declared spp", std::to_string(a.declared_spp)},
             {"seed", std::to_string(a.seed)},
             {"max depth", std::to_string(a.max_depth)},
-            {"light samples", std::to_string(a.light_samples)}};
+            {"light samples", std::to_string(a.light_samples)},
+            {"single scatter", a.single_scatter ? "on" : "off"},
+            {"photometric", a.photometric ? "on" : "off"}};
 }
 
 void check_same(const std::string &path, const ExrHead &part, const std::string &first_path,

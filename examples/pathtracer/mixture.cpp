@@ -59,7 +59,7 @@ Mixture mixture(const Material &m) {
     const float root = (m.ior - 1) / (m.ior + 1);
     x.coat = root * root;
     const auto multiple = [&](float reflectance) {
-        if (mean_loss < LEAST_LOSS) return 0.0f;
+        if (m.single_scatter || mean_loss < LEAST_LOSS) return 0.0f;
         const float mean = reflectance + (1 - reflectance) / 21;
         return mean * mean * (1 - mean_loss) / (1 - mean * mean_loss);
     };

@@ -165,6 +165,8 @@ writes what there is.
   --light-samples N      points on lights at the first surface of each path (default: the scene's)
   --env FILE             light from all around in place of the scene's: a latitude-longitude EXR,
                          or "sky", or "none"
+  --photometric          a file's punctual lights are in candela and lux: divide them by 683
+  --single-scatter       rough materials without what their facets scatter more than once
   --threads N            (default: one per core)
   --time SECONDS         stop when the time is up; without --spp there is no other limit
   --write-partial S      write the picture so far every S seconds
@@ -190,6 +192,10 @@ Options parse_options(int argc, const char *const *argv) {
             if (options.merge.empty()) throw Error("--merge needs pictures; see --help");
         } else if (is("--quiet")) {
             options.quiet = true;
+        } else if (is("--single-scatter")) {
+            options.single_scatter = true;
+        } else if (is("--photometric")) {
+            options.photometric = true;
         } else if (is("--list")) {
             options.list = true;
         } else if (is("--list-cameras")) {

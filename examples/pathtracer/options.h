@@ -8,7 +8,7 @@
 
 #include "image.h"
 #include "sampler.h"
-#include "scene_camera.h"
+#include "scene_options.h"
 
 struct Options {
     std::string scene = "cornell";
@@ -20,10 +20,12 @@ struct Options {
     std::optional<Crop> crop; // inside the picture
     uint32_t max_depth = 8;
     uint32_t light_samples = 0; // at the first surface of a path; 0: as the scene has it
-    std::string environment;    // an EXR file, or empty: the scene's own
-    unsigned threads;           // default: one per core
-    double time_limit = 0;      // seconds; 0: none
-    double write_interval = 0;  // seconds between partial pictures; 0: none are written
+    bool single_scatter = false;
+    bool photometric = false;
+    std::string environment;   // an EXR file, or empty: the scene's own
+    unsigned threads;          // default: one per core
+    double time_limit = 0;     // seconds; 0: none
+    double write_interval = 0; // seconds between partial pictures; 0: none are written
     float exposure = 0;
     std::string reference;
     std::string convergence;        // a CSV file, or empty

@@ -6,9 +6,9 @@
 
 #include "distribution.h"
 #include "error.h"
-#include "scene_camera.h"
 #include "scene_file.h"
 #include "scene_groups.h"
+#include "scene_options.h"
 
 namespace {
 
@@ -148,14 +148,22 @@ const std::vector<SceneEntry> &scene_entries() {
     return entries;
 }
 
-Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment,
-                  const CameraChoice &camera) {
+namespace {
+
+void finish_chosen(Scene &scene, const SceneOptions &options) {
+    scene_choose_camera(scene, options.camera);
+    for (Material &material : scene.materials) material.single_scatter = options.single_scatter;
+    scene_finish(scene);
+}
+
+} // namespace
+
+Scene scene_build(const std::string &name, const SceneOptions &options) {
     if (is_scene_file(name)) {
-        Scene scene = scene_file_read(name, std::move(environment));
+        Scene scene = scene_file_read(name, options);
         try {
-            scene_choose_camera(scene, camera);
-            scene_finish(scene);
-            if (scene.cameras.size() > 1 && !camera.number && !camera.eye)
+            finish_chosen(scene, options);
+            if (scene.cameras.size() > 1 && !options.camera.number && !options.camera.eye)
                 scene.notes.push_back(name + ": shows the first of " +
                                       std::to_string(scene.cameras.size()) +
                                       " cameras; see --list-cameras and --camera");
@@ -168,10 +176,9 @@ Scene scene_build(const std::string &name, std::shared_ptr<const Environment> en
     for (const SceneEntry &entry : scene_entries()) {
         if (name == entry.name) {
             Scene scene = entry.build();
-            if (environment) scene.environment = std::move(environment);
+            if (options.environment) scene.environment = options.environment;
             scene.cameras.push_back({scene.camera, ""});
-            scene_choose_camera(scene, camera);
-            scene_finish(scene);
+            finish_chosen(scene, options);
             return scene;
         }
         known += (known.empty() ? "" : ", ") + std::string(entry.name);

@@ -83,6 +83,5 @@ const std::vector<SceneEntry> &scene_entries();
 // Builds a scene by name, or reads one from a file named .gltf, .glb or .obj, and finishes it; an
 // environment given takes the place of the scene's own, a camera chosen that of its first. Throws
 // Error, naming the known ones or what is wrong with the file or the camera.
-struct CameraChoice;
-Scene scene_build(const std::string &name, std::shared_ptr<const Environment> environment,
-                  const CameraChoice &camera);
+struct SceneOptions; // scene_options.h
+Scene scene_build(const std::string &name, const SceneOptions &options);

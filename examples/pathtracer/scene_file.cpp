@@ -12,6 +12,8 @@
 
 namespace {
 
+// Of light of 555 nm, by the definition of the candela; glTF's exporters take it for all light.
+constexpr float LUMENS_PER_WATT = 683;
 constexpr double MAX_COORDINATE = 1e15; // squares of squares of it still are floats
 constexpr uintmax_t MAX_FILE = uintmax_t{1} << 32;
 
@@ -170,7 +172,7 @@ uint32_t draft_add_material(SceneDraft &draft, const Material &material, const E
     return static_cast<uint32_t>(scene.materials.size() - 1);
 }
 
-Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment> environment) {
+Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     try {
         SceneDraft draft = ending(path) == ".obj" ? obj_read(path) : gltf_read(path);
         Scene &scene = draft.scene;
@@ -188,6 +190,8 @@ Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment
         bool lit = make_area_lights(draft);
         for (DraftLight &light : draft.lights) {
             light.light.corner = minus(light.position, middle);
+            if (options.photometric)
+                light.light.radiance = (1 / LUMENS_PER_WATT) * light.light.radiance;
             scene.lights.push_back(light.light);
             lit = true;
         }
@@ -199,8 +203,8 @@ Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment
                 draft.ignored.insert("a camera beyond 1e15");
         }
         scene.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras[0].camera;
-        if (environment)
-            scene.environment = std::move(environment);
+        if (options.environment)
+            scene.environment = options.environment;
         else if (!lit)
             scene.environment = std::make_shared<Environment>(environment_read("sky"));
 

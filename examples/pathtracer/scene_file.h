@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "scene.h"
+#include "scene_options.h"
 
 // Whether a name is that of a file, by its ending: .gltf, .glb or .obj in any case.
 bool is_scene_file(const std::string &name);
 
 // Reads a scene; it still has to be finished. An environment given takes the place of the sky.
 // Throws Error.
-Scene scene_file_read(const std::string &path, std::shared_ptr<const Environment> environment);
+Scene scene_file_read(const std::string &path, const SceneOptions &options);
 
 // At most so many triangles, and so many vertices.
 constexpr size_t MAX_SCENE_ELEMENTS = size_t{1} << 26;

@@ -212,3 +212,14 @@ def test_the_builtin_mask_can_be_given_by_name_or_file(pathtracer):
     assert np.mean(own != default) > 0.5
     # Only the order of the values counts.
     assert np.array_equal(own, pathtracer.image(*common, "--mask", "brighter.png"))
+
+
+def test_single_scattering_is_darker_and_said(pathtracer):
+    common = ["--scene", "glossy", "--size", "24x24", "--spp", 16]
+    whole = pathtracer.render(*common)
+    one = pathtracer.render(*common, "--single-scatter", "--first-sample", 16)
+    assert read_exr(whole)[1]["singleScatter"] == 0 and read_exr(one)[1]["singleScatter"] == 1
+    same = pathtracer.image(*common, "--single-scatter")
+    assert 0.9 < same.mean() / read_exr(whole)[0].mean() < 0.9999
+    done = pathtracer.run("--merge", whole, one, "-o", "out.exr")
+    assert done.returncode == 1 and "single scatter" in done.stderr

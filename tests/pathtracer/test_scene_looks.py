@@ -35,6 +35,22 @@ def test_point_lights(pathtracer):
     np.testing.assert_allclose(image[12, 12], 0.5 / np.pi * 10 / 4 * np.array([1, 0.5, 0.25]), rtol=1e-3)
 
 
+@pytest.mark.parametrize("kind", ["point", "spot", "directional"])
+def test_lights_in_candela_and_lux(pathtracer, kind):
+    """--photometric divides punctual lights by 683, and no others."""
+
+    def image(intensity, *arguments):
+        g = floor()
+        g.light(kind, intensity, translation=[0, 2, 0], rotation=DOWN, light={"spot": {}} if kind == "spot" else None)
+        glow = g.material((0, 0, 0), emissiveFactor=[0.1, 0.2, 0.3], doubleSided=True)
+        g.quads([0.2 * QUAD + np.float32([0.6, 0.5, 0.6])], glow)
+        return picture(pathtracer, over_floor(g, 3), "--spp", 4, *arguments)
+
+    radiometric = image(2)
+    np.testing.assert_allclose(image(2 * 683, "--photometric"), radiometric, rtol=1e-4)
+    assert image(2 * 683).max() > 100 * radiometric.max()
+
+
 def test_directional_lights(pathtracer):
     """Lux times the cosine, wherever the node stands."""
     g = floor()

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be asked of a scene that is built or read.
+#pragma once
+
+#include "scene_camera.h"
+
+struct SceneOptions {
+    CameraChoice camera;
+    std::shared_ptr<const Environment> environment; // in place of the scene's own; may be empty
+    bool single_scatter = false;                    // rough materials without multiple scattering
+    bool photometric = false; // a file's lights without extent are in candela and lux
+};
