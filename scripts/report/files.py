@@ -46,8 +46,17 @@ def read_exr(path):
         return np.array(pixels[..., :3], np.float32), dict(file.header())
 
 
-def write_exr(path, rgb, attributes):
-    """Writes float32 RGB with text and number attributes."""
+def read_first_half(path):
+    """The mean of the first half of a reference's parts, or None if the file has no such layer."""
+    with OpenEXR.File(str(path)) as file:
+        layer = file.channels().get("firstHalf.RGB")
+        return None if layer is None else np.array(layer.pixels, np.float32)
+
+
+def write_exr(path, rgb, attributes, layers=()):
+    """Writes float32 RGB with text and number attributes, and further RGB layers, {name: array}."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
-    with written_beside(path) as beside, OpenEXR.File(header, {"RGB": np.ascontiguousarray(rgb, np.float32)}) as file:
+    channels = {"RGB": rgb, **{f"{name}.RGB": layer for name, layer in dict(layers).items()}}
+    channels = {name: np.ascontiguousarray(pixels, np.float32) for name, pixels in channels.items()}
+    with written_beside(path) as beside, OpenEXR.File(header, channels) as file:
         file.write(str(beside))

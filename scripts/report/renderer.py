@@ -141,7 +141,8 @@ class Renderer:
         """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
 
         Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS: half of what its
-        two halves differ by. meanError is the standard error of its mean luminance, from the parts.
+        two halves differ by; its layer firstHalf is the mean of the first half (read_first_half). meanError is the
+        standard error of its mean luminance, from the parts.
         report(fraction) is called as parts are done.
         """
         if request.spp % part_count or part_count % 2:
@@ -149,9 +150,8 @@ class Renderer:
         path = self.folder / name
         last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
         # The path tracer may be the same and the files of a scene other ones.
-        is_file = Path(request.scene).exists()
         probe_name = f"{path.stem}-probe.exr"
-        if is_file:
+        if Path(request.scene).exists():
             self._records.pop(probe_name, None)
         probe = hashlib.sha256(read_exr(self.render(last_sample, probe_name))[0].tobytes()).hexdigest()
         key = self._key(request, parts=part_count, program=probe)
@@ -162,7 +162,7 @@ class Renderer:
         for i in range(part_count):
             report(i / part_count)
             part = dataclasses.replace(request, spp=part_spp, first_sample=request.first_sample + i * part_spp)
-            parts.append(self.render(part, f"{path.stem}-part-{i:02d}.exr", **({"probe": probe} if is_file else {})))
+            parts.append(self.render(part, f"{path.stem}-part-{i:02d}.exr", program=probe))
         self._merge(parts, path)
         self._record(path, key)
         for part in parts:
@@ -186,4 +186,4 @@ class Renderer:
         write_exr(path, (first + second) / 2, {
             **{name: attributes[0][name] for name in kept if name in attributes[0]}, **own_error,
             "spp": sum(a["spp"] for a in attributes),
-            "seconds": float(sum(a["seconds"] for a in attributes))})
+            "seconds": float(sum(a["seconds"] for a in attributes))}, {"firstHalf": first})

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plots, the sheet of pictures and the page of `scripts/bench renders`, from its report."""
+"""The plots and the sheet of pictures of `scripts/bench renders`, from its report."""
 
 import io
-import math
-import statistics
 
 import matplotlib
 
@@ -12,68 +10,71 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 
-from . import comparison, page
 from .contact_sheet import grey, preview, sheet
 from .files import write_image
-from .image_error import blurred, error_image, luminance_error, radial_spectrum
+from .gains import BEST_PEER, HEADLINE_MEASURES
+from .image_error import blurred, error_image, luminance_error, measure_name, radial_spectrum
+from .judge import SHOWN_COUNTS
 from .palette import plain_numbers, style
-from .renders_report import AIMS, MEASURE_NAMES
+from .views import EXPOSURES
 
-PAGE_COUNTS = (1, 4, 16, 64)
 PICTURE_COUNT = 4
-# Stops by which the pictures, not the figures, are brighter.
-EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 
 
-def draw_all(report, folder):
-    plot_ratios(report, folder / "renders_blurred.png", 2.1)
-    plot_ratios(report, folder / "renders_unblurred.png", 0.0)
+def draw_all(report, folder, large):
+    """Plots go to `folder`, the sheet of pictures to `large`."""
+    plot_gains(report.gains, report.counts, folder / "renders_gain.png")
+    plot_views(report, folder / "renders_views.png")
     plot_spectra(report, folder / "renders_spectra.png")
-    if len(report.direct) > 1:
-        plot_mean(report, folder / "renders_mean.png")
     if report.times and report.times["runs"]:
         plot_times(report, folder / "renders_time.png")
     # 256 colours are enough for a sheet like this, and a third of the bytes.
-    write_image(folder / "renders_pictures.png", picture_sheet(report).quantize(256, dither=0))
+    write_image(large / "renders_pictures.png", picture_sheet(report).quantize(256, dither=0))
 
 
-def line(report, axis, label, points):
-    points = [(spp, value) for spp, value in points if value is not None]
-    if points:
-        axis.plot(*zip(*points), **style(label, report.labels))
-
-
-def plot_ratios(report, path, measure):
-    rows = (len(report.scenes) + 2) // 3
-    figure, axes = plt.subplots(rows, 3, figsize=(12, 3.4 * rows), sharex=True, squeeze=False)
-    for axis, scene in zip(axes.flat, report.scenes):
-        for label in report.labels:
-            found = [(spp, report.ratio(scene, label, spp, measure, "white")) for spp in report.counts]
-            line(report, axis, label, [(spp, 1 / r.value if r else None) for spp, r in found])
-        finish(axis, scene, "samples per pixel")
-    for axis in list(axes.flat)[len(report.scenes):]:
-        axis.set_axis_off()
-    for axis in axes[:, 0]:
-        axis.set_ylabel(f"{MEASURE_NAMES[measure]}, white = 1")
-    axes[0, 0].legend(fontsize="small")
+def plot_gains(gains, counts, path):
+    """Every sampler against white noise, as displayed and raw, with the interval of blue."""
+    figure, axes = plt.subplots(1, len(HEADLINE_MEASURES), figsize=(12, 4.4), sharey=True)
+    for axis, measure in zip(axes, HEADLINE_MEASURES):
+        for label in gains.labels:
+            found = {spp: gains.gain(label, spp, measure, "white") for spp in counts}
+            found = {spp: gain for spp, gain in found.items() if gain}
+            if found:
+                own = style(label, gains.labels)
+                axis.plot(list(found), [gain.value for gain in found.values()], **own)
+                if label == "blue":
+                    axis.fill_between(list(found), [gain.low for gain in found.values()],
+                                      [gain.high for gain in found.values()], color=own["color"], alpha=.15, linewidth=0)
+        finish(axis, measure_name(measure), "samples per pixel")
+    axes[0].set_ylabel("times less error than white")
+    axes[0].legend(fontsize="small")
     save(figure, path)
 
 
-def plot_mean(report, path):
-    figure, axes = plt.subplots(1, 4, figsize=(15, 4))
-    for axis, measure in zip(axes, (0.0, 1.0, 2.1, "flip")):
-        for label in report.labels:
-            found = [(spp, report.mean_ratio(label, spp, measure, "white")) for spp in report.counts]
-            line(report, axis, label, [(spp, r.value if r else None) for spp, r in found])
-        if measure == 2.1:
-            aims = {spp: aim for spp, aim in AIMS["white"].items() if spp in report.counts}
-            axis.plot(list(aims), list(aims.values()), "_", color="black", markersize=14, label="_aim")
-            if aims:
-                axis.text(max(aims), aims[max(aims)], "aim of blue  ", fontsize="small", verticalalignment="center",
-                          horizontalalignment="right")
-        finish(axis, MEASURE_NAMES[measure], "samples per pixel")
-    axes[0].set_ylabel("times less than white")
-    axes[0].legend(fontsize="small")
+def plot_views(report, path):
+    """How blue stands against others in every view of each scene, as displayed."""
+    measure, thans = "displayed_2.1", report.gains.thans()[:3]
+    figure, axes = plt.subplots(len(thans), len(report.scenes), figsize=(2.3 * len(report.scenes) + 1, 2.4 * len(thans)),
+                                sharex=True, sharey="row", squeeze=False)
+    for row, than in zip(axes, thans):
+        for axis, scene in zip(row, report.scenes):
+            curves = {}
+            for spp in report.counts:
+                for view, value in report.spread(scene, "blue", spp, measure, than).items():
+                    curves.setdefault(view, {})[spp] = value
+            for view, curve in curves.items():
+                axis.plot(list(curve), list(curve.values()), marker="o", markersize=2.5, linewidth=.8,
+                          color="0.55" if view.held_out else "#0050b0")
+            axis.axhline(1, color="0.3", linewidth=.8)
+        row[0].set_ylabel(f"{'OpenQMC' if than == BEST_PEER else than} / blue")
+    for axis, scene in zip(axes[0], report.scenes):
+        axis.set_title(scene)
+    for axis in axes.flat:
+        finish(axis, axis.get_title(), "")
+    for axis in axes[-1]:
+        axis.set_xlabel("samples per pixel")
+    figure.suptitle(f"{measure_name(measure)}: a line for each view" + (
+        ", grey: held out" if any(view.held_out for view in report.views) else ""), fontsize=10)
     save(figure, path)
 
 
@@ -88,26 +89,28 @@ def plot_times(report, path):
         axis.set(title=scene, xlabel="seconds, one thread")
         axis.grid(True, which="both", alpha=.25)
         plain_numbers(axis.xaxis, axis.yaxis)
-    axes[0][0].set_ylabel(MEASURE_NAMES[2.1])
+    axes[0][0].set_ylabel(measure_name("rmse_2.1"))
     axes[0][0].legend(fontsize="small")
     save(figure, path)
 
 
 def plot_spectra(report, path):
-    counts = [spp for spp in PAGE_COUNTS if spp in report.counts]
+    """Of each scene's first view."""
+    counts = [spp for spp in SHOWN_COUNTS if spp in report.counts]
     figure, axes = plt.subplots(len(counts), len(report.scenes), figsize=(2.4 * len(report.scenes) + 1, 2.3 * len(counts)),
                                 sharex=True, sharey=True, squeeze=False)
     for axis, scene in zip(axes[0], report.scenes):
-        axis.set_title(scene)
+        axis.set_title(report.first_view(scene).label)
     for row, spp in zip(axes, counts):
         for axis, scene in zip(row, report.scenes):
-            level = np.mean(report.cells.values[scene, "white", spp]["spectrum"])
-            frequency = radial_spectrum(np.eye(*report.options.size[::-1]))[0]
+            view = report.first_view(scene)
+            level = np.mean(report.cells.get(view, "white", spp, "spectrum"))
+            frequency = radial_spectrum(np.eye(*view.size[::-1]))[0]
             for label in report.labels:
-                cell = report.cells.values.get((scene, label, spp))
-                if cell:
-                    power = np.mean(cell["spectrum"], axis=0) / level
-                    axis.semilogy(frequency, power, **{**style(label, report.labels), "marker": None})
+                found = report.cells.get(view, label, spp, "spectrum")
+                if found:
+                    axis.semilogy(frequency, np.mean(found, axis=0) / level,
+                                  **{**style(label, report.labels), "marker": None})
             axis.grid(True, alpha=.25)
         row[0].set_ylabel(f"{spp} spp\npower, white = 1")
     for axis in axes[-1]:
@@ -131,7 +134,8 @@ def finish(axis, title, label):
 
 
 def shown(report, scene, label, spp):
-    picture = report.references[scene][1] if label is None else report.cells.pictures[scene, label, spp]
+    view = report.first_view(scene)
+    picture = report.references[view].picture if label is None else report.cells.pictures[view, label, spp]
     return preview(picture, EXPOSURES.get(scene, 0.0))
 
 
@@ -141,37 +145,23 @@ def picture_sheet(report):
     labels = [label for label in ("white", "sobol", "blue") if label in report.labels]
     rows = []
     for scene in report.scenes:
-        reference = report.references[scene][1]
-        errors = {label: blurred(luminance_error(report.cells.pictures[scene, label, spp], reference), 1.0)
+        view = report.first_view(scene)
+        reference = report.references[view].picture
+        errors = {label: blurred(luminance_error(report.cells.pictures[view, label, spp], reference), 1.0)
                   for label in labels}
         scale = max(float(np.quantile(np.abs(errors["white"]), 0.95)), 1e-12)
-        rows.append([[enlarged(shown(report, scene, label, spp)),
-                      enlarged(grey(error_image(errors[label], scale)))] for label in labels])
+        rows.append([[fitted(shown(report, scene, label, spp)),
+                      fitted(grey(error_image(errors[label], scale)))] for label in labels])
     return sheet(rows, report.scenes, labels, f"{spp} samples per pixel, and the error after sigma 1.0 (grey is none)")
 
 
-def enlarged(image):
-    factor = max(1, 160 // max(image.size))
-    return image.resize((image.width * factor, image.height * factor), 0)
-
-
-def html_page(report):
-    counts = [spp for spp in PAGE_COUNTS if spp in report.counts]
-    scenes = {}
-    for scene in report.scenes:
-        cells = {spp: {label: (comparison.data_uri(shown(report, scene, label, spp)),
-                               math.sqrt(statistics.mean(e * e for e in report.cells.values[scene, label, spp][2.1])))
-                       for label in report.labels if (scene, label, spp) in report.cells.pictures} for spp in counts}
-        scenes[scene] = {"size": report.options.size, "reference": comparison.data_uri(shown(report, scene, None, None)),
-                         "counts": cells}
-    size = "x".join(map(str, report.options.size))
-    parts = [page.paragraph(f"Built-in scenes of libbn's example path tracer, {size} pixels. Drag the divider, or move it with the arrow keys. A blur stands for distance: what blue noise "
-                            "leaves there is what an eye far off still sees."), comparison.widget(scenes)]
-    aims = report.aims()
-    measured = [page.table(("what", "aim", "measured", ""), aims, [i for i, row in enumerate(aims) if row[3] != "met"]),
-                page.paragraph(f"Measured by {report.options.command}; all figures are in renders.md and renders.csv beside "
-                               "this page. Bold: missed.")]
-    return page.page("Samplers in rendered scenes", [("Two samplers side by side", parts), ("Aims", measured)])
+def fitted(image, side=176):
+    """The picture in the middle of a square, no pixel resampled: what is larger is cut."""
+    factor = max(1, side // max(image.size))
+    image = image.resize((image.width * factor, image.height * factor), 0)
+    square = Image.new("RGB", (side, side), "white")
+    square.paste(image, ((side - image.width) // 2, (side - image.height) // 2))
+    return square
 
 
 def save(figure, path):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `scripts/bench renders` measured, as tables: ratios of errors, aims, tests, times."""
+"""What `scripts/bench renders` measured, as tables: gains, spread over views, aims, tests, times."""
 
 import csv
 import io
@@ -9,18 +9,24 @@ import statistics
 import numpy as np
 from scipy import stats
 
-from .files import write_text
-from .image_error import LUMINANCE, SIGMAS
-from .ratios import geometric_mean, ratio, seconds_to_error, worse_cells
+from .gains import BEST_PEER, BEST_PEER_EACH, HEADLINE_MEASURES, REFERENCE_MARGIN, Gains
+from .image_error import LUMINANCE, MEASURES, WHAT_FOR, measure_name
+from .judge import FLIP_COUNTS, FLIP_SEEDS
+from .ratios import ratio, seconds_to_error, worse_cells
+from .variants import SIDE_SEEDS
+from .views import DIRECT, SETS
 
-MEASURES = (2.1, 1.0, 0.0, "flip")
-MEASURE_NAMES = {0.0: "RMSE, unblurred", 1.0: "RMSE after sigma 1.0", 2.1: "RMSE after sigma 2.1", "flip": "mean FLIP"}
 # What the samplers of this library are to reach after sigma 2.1, in the geometric mean over the scenes lit directly.
 AIMS = {"white": {1: 1.7, 4: 2.2, 16: 2.6, 64: 3.0}, "sobol": {n: 1.3 for n in (1, 2, 4, 8, 16)}}
+OWN = ("blue", "blue, declared")
 SECONDS_AIM = 1 / 8
 Z_SPP, Z_SEEDS, FALSE_ALARMS = 16, 16, 0.01
 FURNACE_AIM = 1e-3
 SHARE_AIM, THREADS_AIM, RAYS_AIM = 0.20, 1.9, 0.80
+ALL_MEASURES = (*MEASURES, "flip")
+TABLE_MEASURES = ("displayed_2.1", "displayed_1.0", "displayed", "rmse_2.1", "rmse_1.0", "rmse", "trimmed_2.1", "flip")
+SPREAD_COUNTS = (1, 4, 16, 64)
+MOST_LISTED = 20
 
 TIMED_NOTE = "as the path tracer reports it (attribute `samplingShare`), one thread, 64 samples per pixel, median of three"
 
@@ -30,68 +36,78 @@ def md_table(header, rows):
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
 
 
-def ratio_text(r):
-    """1.83 ± 0.05: half the 95 % interval, which is nearly symmetric where it is narrow; a wide one by its ends."""
-    if math.isnan(r.standard_error):
-        return f"{r.value:.2f}"
-    if r.high > 1.3 * r.low:
-        return f"{r.value:.2f}, {r.low:.2f} to {r.high:.2f}"
-    return f"{r.value:.2f} ± {(r.high - r.low) / 2:.2f}"
+def gain_table(gains, counts, labels, thans, measure):
+    """A row for each count: what each label has less error than each of `thans`, with intervals."""
+    columns = [(label, than) for label in labels if label in gains.labels for than in thans]
+    rows = []
+    for spp in counts:
+        found = [gains.gain(label, spp, measure, than) for label, than in columns]
+        if any(found):
+            rows.append([str(spp), *(gain.text() if gain else "" for gain in found)])
+    several = len({label for label, _ in columns}) > 1
+    return md_table(["spp", *(f"{label}: {than}" if several else than for label, than in columns)], rows)
 
 
-def verdict(r, aim):
-    return "met" if r.value >= aim else "missed" if r.high < aim else "missed, within the noise"
+def samplers_table(gains, counts, measure):
+    """Every sampler against white noise."""
+    rows = []
+    for label in gains.labels:
+        if label != "white":
+            found = [gains.gain(label, spp, measure, "white") for spp in counts]
+            if any(found):
+                rows.append([label, *(f"{gain.value:.2f}" if gain else "" for gain in found)])
+    return md_table(["white / sampler", *map(str, counts)], rows)
+
+
+def verdict(gain, aim):
+    return "met" if gain.value >= aim else "missed" if gain.high < aim else "missed, within the interval"
 
 
 class Report:
-    def __init__(self, options, cells, references, furnaces, times):
-        from .renders import DIRECT
+    """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}."""
 
+    def __init__(self, options, cells, references, furnaces, times):
         self.options, self.cells, self.references = options, cells, references
         self.furnaces, self.times = furnaces, times
-        self.scenes, self.labels, self.counts = options.scenes, options.samplers, tuple(options.seeds)
-        self.direct = tuple(scene for scene in DIRECT if scene in self.scenes)
+        self.views, self.labels, self.counts = tuple(references), options.labels, tuple(options.seeds)
+        self.scenes = tuple(dict.fromkeys(view.scene for view in self.views))
+        self.gains = Gains(cells, references, self.labels)
 
-    # ---- Ratios
+    def views_of(self, scenes):
+        return tuple(view for view in self.views if view.scene in scenes)
 
-    def ratio(self, scene, label, spp, measure, than):
-        """How many times less error than `than`; None when one of them was not measured."""
-        own = self.cells.values.get((scene, label, spp), {}).get(measure)
-        other = self.cells.values.get((scene, than, spp), {}).get(measure)
-        if not own or not other:
-            return None
-        count = min(len(own), len(other))
-        return ratio(other[:count], own[:count])
+    @property
+    def direct(self):
+        return self.views_of(DIRECT)
 
-    def mean_ratio(self, label, spp, measure, than):
-        found = [self.ratio(scene, label, spp, measure, than) for scene in self.direct]
-        return geometric_mean(found) if found and all(found) else None
+    def first_view(self, scene):
+        return self.views_of((scene,))[0]
 
-    def ratio_table(self, label, than, measure):
-        header = [f"{than} / {label}", *map(str, self.counts)]
+    def headline_rows(self):
+        return self.gains.rows(self.counts, ALL_MEASURES)
+
+    # ---- Spread over views
+
+    def spread(self, scene, label, spp, measure, than):
+        """The gains of single views, geometric means over seeds."""
+        found = {}
+        for view in self.views_of((scene,)):
+            logs = self.gains.logs(view, label, spp, measure, than)
+            if logs is not None and self.gains.is_judged(view, label, spp, measure):
+                found[view] = math.exp(np.mean(logs))
+        return found
+
+    def spread_table(self, than, measure):
+        counts = [spp for spp in SPREAD_COUNTS if spp in self.counts]
         rows = []
         for scene in self.scenes:
-            found = [self.ratio(scene, label, spp, measure, than) for spp in self.counts]
-            rows.append([scene, *(ratio_text(r) if r else "" for r in found)])
-        if len(self.direct) > 1:
-            names = [(label, "geometric mean of " + ", ".join(self.direct))]
-            if label == "blue" and "blue, declared" in self.labels:
-                names.append(("blue, declared", "the same, count declared"))
-            for name, text in names:
-                found = [self.mean_ratio(name, spp, measure, than) for spp in self.counts]
-                rows.append([f"**{text}**", *(f"**{ratio_text(r)}**" if r else "" for r in found)])
-        if measure == 2.1 and label == "blue":
-            rows.append(["aim", *(f"{AIMS[than][spp]:.1f}" if spp in AIMS[than] else "" for spp in self.counts)])
-        return md_table(header, rows)
-
-    def samplers_table(self, measure):
-        """Every sampler against white noise, in the mean over the scenes lit directly."""
-        rows = []
-        for label in self.labels:
-            if label != "white":
-                found = [self.mean_ratio(label, spp, measure, "white") for spp in self.counts]
-                rows.append([label, *(ratio_text(r) if r else "" for r in found)])
-        return md_table(["white / sampler", *map(str, self.counts)], rows)
+            cells = []
+            for spp in counts:
+                found = list(self.spread(scene, "blue", spp, measure, than).values())
+                cells.append(f"{math.exp(statistics.mean(map(math.log, found))):.2f} ({min(found):.2f} to {max(found):.2f})"
+                             if found else "")
+            rows.append([scene, *cells])
+        return md_table([f"{than} / blue", *map(str, counts)], rows)
 
     # ---- Aims
 
@@ -99,27 +115,22 @@ class Report:
         """[(what, aim, measured, verdict)] of all that has one."""
         rows = []
         if self.direct and "blue" in self.labels:
-            for than, aims in AIMS.items():
-                for spp, aim in aims.items():
-                    for label in ("blue", "blue, declared"):
-                        r = self.mean_ratio(label, spp, 2.1, than) if label in self.labels else None
-                        if r:
-                            rows.append((f"{than} / {label}, {spp} spp, sigma 2.1", f"at least {aim}", ratio_text(r),
-                                         verdict(r, aim)))
-            for scene in ("glass", "interior"):
-                found = [self.ratio(scene, "blue", spp, 2.1, "white") for spp in self.counts]
-                found = [r for r in found if r]
-                if found:
-                    least = min(found, key=lambda r: r.value)
-                    rows.append((f"white / blue on {scene}, the least over counts", "at least 1.0", ratio_text(least),
-                                 verdict(least, 1.0)))
-            for than in ("white", "sobol"):
-                found = [self.mean_ratio("blue", spp, "flip", than) for spp in self.counts]
-                found = [r for r in found if r]
-                if found:
-                    least = min(found, key=lambda r: r.value)
-                    rows.append((f"FLIP, {than} / blue, the least over counts", "at least 1.0", ratio_text(least),
-                                 verdict(least, 1.0)))
+            for measure in HEADLINE_MEASURES:
+                for than, aims in AIMS.items():
+                    for spp, aim in aims.items():
+                        for label in OWN:
+                            gain = self.gains.gain(label, spp, measure, than, self.direct) if label in self.labels else None
+                            if gain:
+                                rows.append((f"{than} / {label}, {spp} spp, {measure_name(measure)}, lit directly",
+                                             f"at least {aim}", gain.text(), verdict(gain, aim)))
+            for measure in (*HEADLINE_MEASURES, "flip"):
+                for than in ("white", "sobol"):
+                    found = [(self.gains.gain("blue", spp, measure, than), spp) for spp in self.counts]
+                    found = [(gain, spp) for gain, spp in found if gain]
+                    if found:
+                        gain, spp = min(found, key=lambda item: item[0].value)
+                        rows.append((f"{than} / blue, {measure_name(measure)}, all scenes, the least over counts",
+                                     "at least 1.0", f"{gain.text()} at {spp} spp", verdict(gain, 1.0)))
             certain, _ = worse_cells(self.against_sobol(), FALSE_ALARMS)
             if max(self.options.seeds.values()) > 1:
                 rows.append(("cells in which blue is worse than sobol", "none", str(len(certain)),
@@ -138,7 +149,7 @@ class Report:
 
     def time_aims(self):
         rows = []
-        for label in ("blue", "blue, declared"):
+        for label in OWN:
             shares = self.seconds_shares(label)
             if shares:
                 mean = math.exp(statistics.mean(math.log(share) for share in shares))
@@ -158,16 +169,19 @@ class Report:
                          "met" if relative >= RAYS_AIM else "missed"))
         return rows
 
+    # ---- Never worse than sobol
+
     def against_sobol(self):
-        """{(scene, label, spp, measure): Ratio} of every cell in which blue noise could be worse than sobol."""
+        """{(view, label, spp, measure): Ratio} of every cell in which blue noise could be worse than sobol."""
         cells = {}
-        for scene in self.scenes:
-            for label in ("blue", "blue, declared"):
+        for view in self.views:
+            for label in OWN:
                 for spp in self.counts:
-                    for measure in (0.0, 1.0, 2.1):
-                        r = self.ratio(scene, label, spp, measure, "sobol") if label in self.labels else None
-                        if r:
-                            cells[scene, label, spp, measure] = r
+                    for measure in (name for name in MEASURES if name.startswith("rmse")):
+                        own, other = (self.cells.get(view, name, spp, measure) for name in (label, "sobol"))
+                        if own and other and min(*own, *other) > 0:
+                            count = min(len(own), len(other))
+                            cells[view, label, spp, measure] = ratio(other[:count], own[:count])
         return cells
 
     def worse_text(self):
@@ -175,60 +189,59 @@ class Report:
             return "One seed says nothing about noise."
         cells = self.against_sobol()
         certain, suspected = worse_cells(cells, FALSE_ALARMS)
-        lines = [f"Every scene, count and blur is a cell: {len(cells)} of `blue`, declared or not, against `sobol`. A cell "
+        lines = [f"Every view, count and blur is a cell: {len(cells)} of `blue`, declared or not, against `sobol`, RMSE. A cell "
                  "is *worse* when its mean over seeds is below 1 by a one-sided t-test after Holm's correction for their "
                  f"number, so that one would be named without cause with a chance of {100 * FALSE_ALARMS:g} %. It is "
                  f"*suspected* when only its own 95 % interval lies below 1: of {len(cells)} cells "
                  f"{len(cells) * 0.025:.0f} would by chance.", ""]
-        if not certain:
-            lines += ["No cell is worse.", ""]
-        listed = [(name, "worse") for name in certain] + [(name, "suspected") for name in suspected]
+        lines.append(f"{len(certain) or 'No'} cell{'s are' if len(certain) > 1 else ' is'} worse, {len(suspected)} more suspected"
+                     + (f"; {MOST_LISTED} are listed." if len(certain) + len(suspected) > MOST_LISTED else "."))
+        listed = ([(name, "worse") for name in certain] + [(name, "suspected") for name in suspected])[:MOST_LISTED]
         if listed:
-            lines.append(md_table(["scene", "sampler", "spp", "measure", "sobol / blue", "95 % interval", ""], [
-                [scene, label, str(spp), MEASURE_NAMES[measure], f"{cells[scene, label, spp, measure].value:.3f}",
-                 f"{cells[scene, label, spp, measure].low:.3f} to {cells[scene, label, spp, measure].high:.3f}", what]
-                for (scene, label, spp, measure), what in listed]))
-        else:
-            lines.append("None is suspected either.")
+            lines += ["", md_table(["view", "sampler", "spp", "measure", "sobol / blue", "95 % interval", ""], [
+                [view.label, label, str(spp), measure_name(measure), f"{cells[view, label, spp, measure].value:.3f}",
+                 f"{cells[view, label, spp, measure].low:.3f} to {cells[view, label, spp, measure].high:.3f}", what]
+                for (view, label, spp, measure), what in listed])]
         return "\n".join(lines)
 
     # ---- Unbiasedness
 
     def z_rows(self):
-        """([(scene, label, z)], limit of |z|) at the count nearest to Z_SPP that has the most seeds up to Z_SEEDS."""
+        """([(view, label, z)], limit of |z|) at the count nearest to Z_SPP that has the most seeds up to Z_SEEDS."""
         spp = max((n for n in self.counts if n <= Z_SPP), key=lambda n: (min(self.options.seeds[n], Z_SEEDS), n))
-        rows, fewest = [], 10**9
-        for scene in self.scenes:
-            _, reference, attributes = self.references[scene]
-            wanted = float(np.mean(reference.astype(np.float64) @ LUMINANCE))
-            own = float(attributes.get("meanError", 0))
+        rows, chances = [], []
+        for view in self.views:
+            reference = self.references[view]
+            wanted = float(np.mean(reference.picture.astype(np.float64) @ LUMINANCE))
             for label in self.labels:
-                means = self.cells.values.get((scene, label, spp), {}).get("mean", [])[:Z_SEEDS]
+                means = (self.cells.get(view, label, spp, "mean") or [])[:Z_SEEDS]
                 if len(means) > 1:
-                    fewest = min(fewest, len(means))
-                    error = math.hypot(np.std(means, ddof=1) / math.sqrt(len(means)), own)
-                    rows.append((scene, label, (np.mean(means) - wanted) / error if error else 0.0))
-        self.z_spp, self.z_seeds = spp, fewest
-        limit = float(stats.t.ppf(1 - FALSE_ALARMS / (2 * len(rows)), fewest - 1)) if rows else math.inf
+                    error = math.hypot(np.std(means, ddof=1) / math.sqrt(len(means)), reference.mean_error)
+                    rows.append((view, label, (np.mean(means) - wanted) / error if error else 0.0))
+                    chances.append(len(means) - 1)
+        self.z_spp = spp
+        limit = float(stats.t.ppf(1 - FALSE_ALARMS / (2 * len(rows)), min(chances))) if rows else math.inf
         return rows, limit
 
     def z_text(self):
         rows, limit = self.z_rows()
         if not rows:
             return "One seed says nothing about the mean."
-        found = {(scene, label): z for scene, label, z in rows}
-        table = md_table(["z", *self.labels], [[scene, *(f"{found[scene, label]:+.2f}" if (scene, label) in found else ""
+        worst = {}
+        for view, label, z in rows:
+            at = view.scene, label
+            worst[at] = max(worst.get(at, 0.0), z, key=abs)
+        table = md_table(["z", *self.labels], [[scene, *(f"{worst[scene, label]:+.2f}" if (scene, label) in worst else ""
                                                          for label in self.labels)] for scene in self.scenes])
-        return (f"The mean luminance of the picture over {self.z_seeds} seeds of {self.z_spp} samples per pixel, less that of "
-                "the reference, over its standard error and the reference's own. In all of these together one beyond "
-                f"{limit:.2f} would be there without cause with a chance of {100 * FALSE_ALARMS:g} %.\n\n{table}")
+        return (f"The mean luminance of the picture over the seeds of {self.z_spp} samples per pixel, less that of the reference, "
+                "over its standard error and the reference's own; of each scene the view in which it is greatest. Of all "
+                f"{len(rows)} together one beyond {limit:.2f} would be there without cause with a chance of at most "
+                f"{100 * FALSE_ALARMS:g} %.\n\n{table}")
 
     def furnace_text(self):
-        from .renders import FURNACE_SPP
-
         rows = [[row["sampler"], f"{100 * row['mean']:+.4f} %", f"{100 * row['worst']:.2f} %"] for row in self.furnaces]
-        return (f"The closed glowing cube, {FURNACE_SPP} samples per pixel: how far the mean and the worst pixel are from what "
-                "they are known to be.\n\n" + md_table(["sampler", "mean", "worst pixel"], rows))
+        return ("The closed glowing cube, 64 samples per pixel: how far the mean and the worst pixel are from what they are "
+                "known to be.\n\n" + md_table(["sampler", "mean", "worst pixel"], rows))
 
     # ---- Times
 
@@ -299,82 +312,88 @@ class Report:
     # ---- Text
 
     def references_table(self):
-        rows = []
-        for scene in self.scenes:
-            attributes = self.references[scene][2]
-            own = [attributes.get(f"error{i}") for i in range(len(SIGMAS))]
-            last = max(self.counts)
-            least = []
-            for sigma, error in zip(SIGMAS, own):
-                cell = self.cells.values.get((scene, "blue", last), {}).get(sigma)
-                least.append(f"{100 * error / statistics.mean(cell):.0f} %" if cell and error is not None else "")
-            rows.append([scene, *(f"{error:.5f}" if error is not None else "" for error in own), *least])
-        return md_table(["scene", *(f"sigma {sigma}" for sigma in SIGMAS),
-                         *(f"of blue's at {max(self.counts)} spp, sigma {sigma}" for sigma in SIGMAS)], rows)
+        last, rows = max(self.counts), []
+        for view in self.views:
+            own = self.references[view].own
+            shares = []
+            for measure in HEADLINE_MEASURES:
+                errors = self.cells.get(view, "blue", last, measure)
+                shares.append(f"{100 * own[measure] / statistics.mean(errors):.0f} %" if errors and min(errors) > 0 else "")
+            rows.append([view.label, f"{view.width}x{view.height}", *(f"{own[measure]:.5f}" for measure in HEADLINE_MEASURES),
+                         *shares])
+        names = [measure_name(measure) for measure in HEADLINE_MEASURES]
+        return md_table(["view", "pixels", *names, *(f"of blue's at {last} spp, {name}" for name in names)], rows)
+
+    def left_out_text(self):
+        found = [(measure, spp, views) for measure in HEADLINE_MEASURES for spp in self.counts
+                 if (views := self.gains.left_out(spp, measure))]
+        if not found:
+            return "No gain was left out."
+        return "Left out of the gains of blue: " + "; ".join(
+            f"{measure_name(measure)} at {spp} spp: {', '.join(view.label for view in views)}"
+            for measure, spp, views in found) + "."
+
+    def peers_text(self):
+        if not self.gains.peers:
+            return ("OpenQMC's samplers are not in this run: `--openqmc DIR`, a checkout of it, puts them into every table.")
+        best = {measure: ", ".join(f"{self.gains.best_peer(spp, measure)} at {spp}" for spp in self.counts)
+                for measure in HEADLINE_MEASURES}
+        return (f"*{BEST_PEER}* is the one of its three samplers with the least error in the geometric mean over all views at "
+                f"that count: {best['displayed_2.1']} samples per pixel as displayed, {best['rmse_2.1']} by RMSE. *{BEST_PEER_EACH}* "
+                "takes another one for each view, whichever came out best there, which nobody could know before and which "
+                "favours them.")
 
     def text(self):
-        from .renders import FLIP_SEEDS
-
         options = self.options
         seeds = ", ".join(f"{count} at {spp}" for spp, count in options.seeds.items())
-        size = "x".join(map(str, options.size))
+        sizes = sorted({view.size for view in self.views}, key=lambda size: size[0] * size[1])
+        small, large = ("x".join(map(str, size)) for size in (sizes[0], sizes[-1]))
         parts = ["# Rendered scenes", "", f"Printed by `{options.command}`.", "",
-                 f"{len(self.scenes)} built-in scenes of the example path tracer, {size} pixels, against references of "
-                 f"{options.reference_spp} samples per pixel (`sobol`, another seed). Errors are of linear radiance, root "
-                 "mean squares over pixels and channels, as they are and after Gaussians of 1.0 and 2.1 pixels: a near and a "
-                 "far view. FLIP is the mean of HDR-FLIP (`flip-evaluator`, its defaults), on the same linear radiance.", "",
-                 "Ratios say how many times less error the second has than the first: geometric means over seeds "
-                 f"({seeds} samples per pixel; FLIP of at most {FLIP_SEEDS}), ± half their 95 % interval, or its ends where it is wide. "
-                 "`blue`, `sobol`, `white` and `mask` are progressive runs, stopped at each count; `zorder` is told each "
-                 "count, which it needs, and so is `blue, declared` at the counts that libbn has a set for.", "",
-                 "[renders.html](renders.html) compares any two pictures under a slider; download it and open it from disk.", "",
-                 "![Pictures and blurred errors](renders_pictures.png)", "",
-                 "## Aims", "", md_table(["what", "aim", "measured", ""], [list(row) for row in self.aims()]), ""]
-        if len(self.direct) > 1:
-            parts += ["## All samplers", "",
-                      f"White noise's error over each sampler's, geometric mean over {', '.join(self.direct)}.", ""]
-            for measure in MEASURES:
-                parts += [f"### {MEASURE_NAMES[measure]}", "", self.samplers_table(measure), ""]
-            parts += ["![The same as plots](renders_mean.png)", ""]
-        parts += ["## Every scene", "", "![Error after a blur, relative to white noise](renders_blurred.png)", "",
-                  "![Error unblurred, relative to white noise](renders_unblurred.png)", "",
-                  "Spectra of the error:", "", "![Spectra](renders_spectra.png)", ""]
-        for than in ("white", "sobol"):
-            for measure in MEASURES:
-                parts += [f"### {than} / blue, {MEASURE_NAMES[measure]}", "", self.ratio_table("blue", than, measure), ""]
-        parts += ["## Never worse than sobol", "", self.worse_text(), "",
+                 f"{len(self.scenes)} built-in scenes of the example path tracer from {len(self.views)} views ({options.views}: "
+                 f"{SETS[options.views]}), {small} to {large} pixels, against references of {options.reference_spp} samples per "
+                 "pixel (`sobol`, another seed). Sizes have no common factor and every view turns, moves and zooms the camera a "
+                 "little, because what blue noise gains along an edge depends on how the edge lies on the grid.", "",
+                 f"Seeds: {seeds} samples per pixel ({SIDE_SEEDS} at most of `zorder` and `mask`; FLIP of {FLIP_SEEDS} at "
+                 f"{', '.join(map(str, FLIP_COUNTS))}). `blue`, `sobol`, `white`, `mask` and OpenQMC's are progressive runs, stopped at "
+                 "each count; `zorder` is told each count, which it needs, and so is `blue, declared` at the counts that libbn "
+                 "has a set for.", "",
+                 "## Times less error", "",
+                 "Geometric means over scenes, views and seeds, with 95 % intervals of a bootstrap that draws scenes, views and "
+                 f"seeds again. A view is left out where blue's error is less than {REFERENCE_MARGIN:g} times the reference's own.", ""]
+        for measure in HEADLINE_MEASURES:
+            for label in OWN:
+                if label in self.labels:
+                    parts += [f"### {label}, {measure_name(measure)}", "",
+                              gain_table(self.gains, self.counts, (label,), self.gains.thans(), measure), ""]
+        parts += [self.peers_text(), "", "![Times less error than white noise](renders_gain.png)", "",
+                  "## What the measures are for", "", *(f"- {text}" for text in WHAT_FOR.values()), "",
+                  "## Spread over views", "",
+                  "The geometric mean over a scene's views, and the least and the greatest of them.", ""]
+        for measure in HEADLINE_MEASURES:
+            for than in self.gains.thans()[:3]:
+                parts += [f"### {than} / blue, {measure_name(measure)}", "", self.spread_table(than, measure), ""]
+        parts += ["![Every view](renders_views.png)", "",
+                  "## Aims", "", md_table(["what", "aim", "measured", ""], [list(row) for row in self.aims()]), "",
+                  "## All samplers", "", "White noise's error over each sampler's, over all scenes and views.", ""]
+        for measure in TABLE_MEASURES:
+            parts += [f"### {measure_name(measure)}", "", samplers_table(self.gains, self.counts, measure), ""]
+        parts += ["## Spectra of the error", "", "![Spectra](renders_spectra.png)", "",
+                  "## Never worse than sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.z_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",
                   "## The references' own error", "",
-                  "Half of what their two halves differ by, and that as a share of the smallest error they judge. It is part of "
-                  "every figure, and makes ratios at high counts look smaller than they are.", "", self.references_table(), ""]
+                  "Half of what their two halves differ by, and that as a share of blue's error at the last count. It is part of "
+                  "every figure, and makes gains at high counts look smaller than they are.", "", self.references_table(), "",
+                  self.left_out_text(), ""]
         return "\n".join(parts)
-
-    # ---- Files
-
-    def write(self, folder):
-        from . import renders_plots
-
-        write_text(folder / "renders.csv", self.csv_text())
-        renders_plots.draw_all(self, folder)
-        write_text(folder / "renders.html", renders_plots.html_page(self))
-        write_text(folder / "renders.md", self.text())
 
     def csv_text(self):
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(["scene", "sampler", "spp", "seeds", "rmse", "rmse_1.0", "rmse_2.1", "flip",
-                         *(f"{than}_over_{name}" for than in ("white", "sobol")
-                           for name in ("rmse", "rmse_1.0", "rmse_2.1", "flip"))])
-        for scene in self.scenes:
-            for label in self.labels:
-                for spp in self.counts:
-                    cell = self.cells.values.get((scene, label, spp))
-                    if cell:
-                        errors = [f"{math.sqrt(statistics.mean(e * e for e in cell[sigma])):.6g}" for sigma in SIGMAS]
-                        flip = f"{statistics.mean(cell['flip']):.6g}" if cell["flip"] else ""
-                        found = [self.ratio(scene, label, spp, measure, than) for than in ("white", "sobol")
-                                 for measure in (0.0, 1.0, 2.1, "flip")]
-                        writer.writerow([scene, label, spp, len(cell[0.0]), *errors, flip,
-                                         *(f"{r.value:.4f}" if r else "" for r in found)])
+        writer.writerow(["scene", "view", "width", "height", "sampler", "spp", "seeds", *ALL_MEASURES])
+        for (view, label, spp), cell in self.cells.values.items():
+            errors = [math.sqrt(statistics.mean(e * e for e in cell[name])) if name in cell else math.nan
+                      for name in ALL_MEASURES]
+            writer.writerow([view.scene, view.name, *view.size, label, spp, len(cell["rmse"]),
+                             *("" if math.isnan(error) else f"{error:.6g}" for error in errors)])
         return out.getvalue()

@@ -21,6 +21,7 @@ from .embree_scene import CORNELL_VIEW, cornell_xml
 from .files import read_exr
 from .progress import Progress
 from .renderer import Request, run_pathtracer
+from .variants import VARIANTS
 
 TIMED_SAMPLERS = ("white", "sobol", "blue")
 TIMED_SPP = 64
@@ -38,18 +39,17 @@ def timed(program, arguments, threads, folder):
     return read_exr(path)
 
 
-def progressive_runs(program, scene, size, reference, spp, rounds, folder, step):
-    """{sampler: rows of spp, seconds and errors, medians over `rounds` seeds} of one scene."""
+def progressive_runs(program, view, reference, spp, rounds, folder, step):
+    """{sampler: rows of spp, seconds and errors, medians over `rounds` seeds} of one view."""
     found = {}
     for seed in range(FIRST_SEED, FIRST_SEED + rounds):
         for sampler in TIMED_SAMPLERS:
-            step(f"{scene}, {sampler}, in seconds")
-            request = Request(sampler, spp, seed, scene, *size)
-            rows = run_convergence(program, request, reference, folder / "run.exr", 1)
+            step(f"{view.label}, {sampler}, in seconds")
+            rows = run_convergence(program, view.request(sampler, spp, seed), reference, folder / "run.exr", 1)
             found.setdefault(sampler, []).append(rows)
         declared = []
         for n in (n for n in DECLARED_COUNTS if n <= spp):
-            request = Request("blue", n, seed, scene, *size, declared=n)
+            request = view.request("blue", n, seed, declared=n)
             declared.append(run_convergence(program, request, reference, folder / "run.exr", 1)[-1])
         found.setdefault("blue, declared", []).append(declared)
     return {sampler: over_seeds(runs) for sampler, runs in found.items()}
@@ -127,22 +127,23 @@ def machine():
     return f"{model}, {os.cpu_count()} processors"
 
 
-def measure_all(options, store, references):
-    """Everything timed, as one dict; kept like pictures are, until --retime."""
-    from .renders import DIRECT, VARIANTS
+def measure_all(options, store, views):
+    """Everything timed, as one dict; kept like pictures are, until --retime or another build of blue.
 
-    scenes = [scene for scene in DIRECT if scene in references]
-    spp, rounds = (16, 2) if options.quick else (TIMED_SPP, ROUNDS)
+    views: (view, its judge.Reference, build of blue) of each scene that is timed.
+    """
+    trial = options.size is not None
+    spp, rounds = min(TIMED_SPP, max(options.seeds)), 2 if trial else ROUNDS
     embree = find_embree(options.embree)
     if options.embree and not embree:
         print(f"bench: {options.embree} is not the path tracer of Embree's tools; its row is left out", file=sys.stderr)
-    size, big = options.size, ((128, 128) if options.quick else (256, 256))
-    key = {"timed": [scenes, list(options.samplers), size, big, spp, rounds, embree], "machine": machine(),
-           "references": [str(references[scene][0]) for scene in scenes]}
+    size, big = (192, 192), (128, 128) if trial else (256, 256)
+    key = {"timed": [[view.scene, view.size, view.camera, reference.key(), build] for view, reference, build in views],
+           "labels": list(options.labels), "settings": [size, big, spp, rounds, embree], "machine": machine()}
     found = None if options.retime else store.load(key)
     if found:
         return found[0]
-    progress = Progress(len(scenes) * rounds * len(TIMED_SAMPLERS) + 2 * PAIRS + 1, "runs")
+    progress = Progress(len(views) * rounds * len(TIMED_SAMPLERS) + 2 * PAIRS + 1, "runs")
     done = [0]
 
     def step(what):
@@ -153,11 +154,11 @@ def measure_all(options, store, references):
     try:
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             folder = Path(folder)
-            for scene in scenes:
-                result["runs"][scene] = progressive_runs(options.pathtracer, scene, size, references[scene][0], spp,
-                                                         rounds, folder, step)
+            for view, reference, _ in views:
+                result["runs"][view.scene] = progressive_runs(options.pathtracer, view, reference.path, spp, rounds, folder,
+                                                              step)
             step("share of sampling")
-            result["shares"] = sampling_shares(options.pathtracer, {label: VARIANTS[label] for label in options.samplers},
+            result["shares"] = sampling_shares(options.pathtracer, {label: VARIANTS[label] for label in options.labels},
                                                size, folder)
             result["threads"] = thread_pairs(options.pathtracer, big, 16, folder, step)
             result["embree"] = embree_pairs(options.pathtracer, embree, big, 8, folder, step) if embree else None

@@ -2,8 +2,11 @@
 """The judge of the samplers: a tiny run of the whole, interrupted and finished, and its parts on figures made up."""
 
 import csv
+import os
 import re
+import time
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +14,9 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
-from report import comparison, embree_scene, renders, renders_plots, renders_report, speed
+from report import comparison, embree_scene, gains, judge, renders, renders_plots, renders_report, speed, views
 from report.files import read_exr
+from report.image_error import MEASURES, displayed_rmse
 from report.renderer import Request, run_pathtracer
 
 
@@ -22,13 +26,14 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def arguments(pathtracer, out, *more):
-    return ["--size", "16x16", "--scenes", "cornell,lens", "--samplers", "zorder,blue,blue-declared", "--spp", "4",
-            "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pathtracer", str(pathtracer), *more]
+    return ["--size", "17x16", "--scenes", "cornell,lens", "--samplers", "zorder,blue,blue-declared", "--spp", "4",
+            "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pages", str(out / "pages"),
+            "--pathtracer", str(pathtracer), "--no-times", *more]
 
 
 def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_path, monkeypatch, capsys):
     out, made = tmp_path / "report", []
-    real = renders.measure
+    real = judge.measure
 
     def counted(program, task, *more):
         if len(made) == 7:
@@ -36,98 +41,132 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
         made.append(task)
         return real(program, task, *more)
 
-    monkeypatch.setattr(renders, "measure", counted)
+    monkeypatch.setattr(judge, "measure", counted)
     with pytest.raises(SystemExit, match="run it again"):
-        renders.main(arguments(pathtracer, out, "--no-times"))
-    assert not out.exists() and 0 < len(made) < 20
+        renders.main(arguments(pathtracer, out))
+    assert not out.exists() and 0 < len(made) < 40
 
+    # Four views, five samplers, two seeds.
     first, made[:] = list(made), []
-    monkeypatch.setattr(renders, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
-    renders.main(arguments(pathtracer, out, "--no-times"))
-    assert not set(first) & set(made) and len(first) + len(made) == 20
+    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    renders.main(arguments(pathtracer, out))
+    assert not set(first) & set(made) and len(first) + len(made) == 40
     text = (out / "renders.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
-    assert "scripts/bench renders --size 16x16" in text and str(tmp_path) not in text
+    assert "scripts/bench renders --size 17x16" in text and str(tmp_path) not in text
 
-    with open(out / "renders.csv", newline="", encoding="utf-8") as file:
-        rows = {(row["scene"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
+    with open(out / "pages/renders.csv", newline="", encoding="utf-8") as file:
+        rows = {(row["scene"], row["view"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
     # Four samplers at 1, 2 and 4, the declared one at 1 and 4.
-    assert len(rows) == 2 * (4 * 3 + 2)
-    for (scene, sampler, _), row in rows.items():
-        assert row["seeds"] == "2" and 0 < float(row["flip"]) < 1 and 0 < float(row["rmse_2.1"]) < float(row["rmse"])
-        assert sampler != "white" or float(row["white_over_rmse"]) == 1
+    assert len(rows) == 4 * (4 * 3 + 2)
+    for (*_, spp), row in rows.items():
+        assert row["seeds"] == "2" and all(float(row[name]) > 0 for name in MEASURES)
+        assert float(row["rmse_2.1"]) < float(row["rmse"]) and (row["flip"] == "") == (spp == "2")
+    headline = gains.read_rows(out / "renders_headline.csv")
+    gain = headline["displayed_2.1", 4, "blue", "white"]
+    assert gain.low < gain.value < gain.high and gain.views + gain.left_out == 4
+    assert gain.text() in text
     for name in re.findall(r"\((renders[^)]*)\)", text):
         assert (out / name).is_file(), name
-    for name in out.glob("*.png"):
+    for name in (*out.glob("*.png"), *out.glob("pages/*.png")):
         Image.open(name).verify()
-    html = (out / "renders.html").read_text(encoding="utf-8")
-    assert html.count("data:image/jpeg") == 2 * (1 + 4 * 2 + 2)
+    html = (out / "pages/renders.html").read_text(encoding="utf-8")
+    assert html.count("data:image/jpeg") == 2 * (1 + 5 * 2)
 
     # Found again, all of it: only the text is compared.
     made.clear()
-    before = text
-    monkeypatch.setattr(renders_plots, "draw_all", lambda report, folder: None)
-    renders.main(arguments(pathtracer, out, "--no-times"))
-    assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == before
+    monkeypatch.setattr(renders_plots, "draw_all", lambda *_: None)
+    renders.main(arguments(pathtracer, out))
+    assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
     assert sorted(path.name for path in (tmp_path / "cache/libbn").iterdir()) == ["references", "renders"]
 
 
+def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path, monkeypatch):
+    """A path tracer whose blue has another seed stands for one with another table."""
+    program, made, real = tmp_path / "pathtracer", [], judge.measure
+    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    view = views.chosen("core", ("lens",), (16, 17))[0]
+    tasks = judge.plan((view,), ("white", "sobol", "blue", "blue, declared"), {1: 1, 4: 1})
+    for other in ("", "--seed 77"):
+        program.write_text(f"""#!/bin/sh
+case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{pathtracer}' "$@" ;; esac
+""")
+        program.chmod(0o755)
+        reference = judge.render_reference(program, view, 32)
+        judge.Run(program, "renders", 4, 2, flip=False).results({view: reference}, tasks)
+    assert sorted(task.label for task in made[:4]) == ["blue", "blue, declared", "sobol", "white"]
+    assert sorted(task.label for task in made[4:]) == ["blue", "blue, declared"]
+
+
 def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
-    reference, _ = read_exr(render(pathtracer, tmp_path, Request("sobol", 64, 9, width=16, height=16)))
+    view = views.chosen("core", ("cornell",), (16, 17))[0]
+    reference = judge.render_reference(pathtracer, view, 64)
     for label, declared in (("blue", 0), ("zorder", 4)):
-        task = renders.Task("cornell", label, 1, (2, 4))
-        rows, pictures = renders.measure(pathtracer, task, (16, 16), reference, False)
-        whole, _ = read_exr(render(pathtracer, tmp_path, Request(label, 4, 1, width=16, height=16, declared=declared)))
-        assert rows[1]["rmse"][0] == pytest.approx(np.sqrt(np.mean((whole - reference) ** 2)), rel=1e-4)
-        assert rows[1]["flip"] is None and pictures == {}
+        task = judge.Task(view, label, 1, (2, 4))
+        rows, pictures = judge.measure(pathtracer, task, reference, flip=False)
+        whole = render(pathtracer, tmp_path, view.request(label, 4, 1, declared=declared))
+        assert rows[1]["rmse"] == pytest.approx(np.sqrt(np.mean((whole - reference.picture) ** 2)), rel=1e-4)
+        assert rows[1]["displayed_2.1"] == pytest.approx(displayed_rmse(whole, reference.picture, 1.0, 2.1), rel=1e-4)
+        assert "flip" not in rows[1] and pictures == {}
+
+
+def test_a_reference_knows_its_own_error(pathtracer):
+    """The mean of 64 samples of sobol is nearer to that of 2048 than it is to be believed: within a factor of 1.5."""
+    view = views.chosen("core", ("penumbra",), (31, 32))[0]
+    coarse, fine = (judge.render_reference(pathtracer, view, spp) for spp in (64, 2048))
+    assert fine.own["rmse"] < coarse.own["rmse"] / 3
+    error = float(np.sqrt(np.mean((coarse.picture - fine.picture) ** 2)))
+    assert coarse.own["rmse"] / 1.5 < error < 1.5 * coarse.own["rmse"]
 
 
 def render(pathtracer, folder, request):
     run_pathtracer(pathtracer, [*request.arguments(), "--quiet", "-o", folder / "one.exr"])
-    return folder / "one.exr"
+    return read_exr(folder / "one.exr")[0]
 
 
 def test_seeds_and_counts_of_the_plan():
-    tasks = renders.plan(("cornell",), ("white", "zorder", "blue, declared"), {1: 3, 2: 3, 4: 1}, (1, 2, 4))
-    assert {(t.label, t.seed): t.counts for t in tasks} == {
-        ("white", 0): (1, 2, 4), ("white", 1): (1, 2), ("white", 2): (1, 2),
-        ("zorder", 0): (1, 2, 4), ("zorder", 1): (1, 2), ("zorder", 2): (1, 2),
-        ("blue, declared", 0): (1, 4), ("blue, declared", 1): (1,), ("blue, declared", 2): (1,)}
-    assert [t.cost for t in tasks if t.seed == 0] == [4, 7, 5]
+    view = views.chosen("core", ("cornell",), (10, 10))[0]
+    tasks = judge.plan((view,), ("white", "zorder", "blue, declared"), {1: 6, 2: 6, 4: 1})
+    counts = {(t.label, t.seed): t.counts for t in tasks}
+    assert [counts["white", seed] for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 5]
+    assert [counts["blue, declared", seed] for seed in range(6)] == [(1, 4), *[(1,)] * 5]
+    assert [counts.get(("zorder", seed)) for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 3, None, None]
+    assert [t.cost for t in tasks if t.seed == 0] == [400, 700, 500]
 
 
 def made_up(blue, seeds=8, own=0.0):
     """A report on one scene in which white has the error 1, sobol a half, and blue what is given, with 1 % of noise."""
-    rng = np.random.default_rng(11)
-    options = types.SimpleNamespace(scenes=("cornell",), samplers=("white", "sobol", "blue"), seeds={1: seeds, 16: seeds},
-                                    size=(16, 16), quick=False, reference_spp=64, command="scripts/bench renders")
-    reference = np.ones((16, 16, 3), np.float32)
+    rng, (view, _) = np.random.default_rng(11), views.chosen("core", ("cornell",), (16, 16))
+    labels = ("white", "sobol", "blue")
+    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(16, 16), views="core", reference_spp=64,
+                                    command="scripts/bench renders")
+    reference = judge.Reference(Path(), np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 1e-5, 0.0, 64, 1.0)
     results = {}
-    for label, error in (("white", 1.0), ("sobol", 0.5), ("blue", blue)):
+    for label, error in zip(labels, (1.0, 0.5, blue)):
         for seed in range(seeds):
             noise = np.exp(0.01 * rng.standard_normal())
             mean = 1 + 0.001 * rng.standard_normal() + (own if label == "blue" else 0)
-            results[renders.Task("cornell", label, seed, (1, 16))] = [
-                {"spp": spp, "rmse": [error * noise] * 3, "flip": error * noise / 2, "mean": mean, "spectrum": [1.0] * 8}
+            results[judge.Task(view, label, seed, (1, 16))] = [
+                {"spp": spp, **dict.fromkeys(MEASURES, error * noise), "flip": error * noise / 2, "mean": mean}
                 for spp in (1, 16)], {}
-    return renders_report.Report(options, renders.Cells(results), {"cornell": ("", reference, {"meanError": 1e-5})}, [], None)
+    return renders_report.Report(options, judge.Cells(results), {view: reference}, [], None)
 
 
-def test_ratios_and_aims_of_figures_made_up():
+def test_gains_and_aims_of_figures_made_up():
     report = made_up(0.25)
-    assert report.ratio("cornell", "blue", 1, 2.1, "white").value == pytest.approx(4, rel=0.02)
-    assert report.ratio("cornell", "blue", 1, "flip", "sobol").value == pytest.approx(2, rel=0.02)
     aims = {row[0]: row[3] for row in report.aims()}
-    assert aims["white / blue, 1 spp, sigma 2.1"] == aims["sobol / blue, 16 spp, sigma 2.1"] == "met"
+    assert aims["white / blue, 1 spp, RMSE after sigma 2.1, lit directly"] == "met"
+    assert aims["sobol / blue, 16 spp, RMSE as displayed after sigma 2.1, lit directly"] == "met"
     assert aims["cells in which blue is worse than sobol"] == aims["greatest |z| of a mean"] == "met"
     assert "No cell is worse" in report.worse_text()
+    assert "| 4.0" in report.text() and "| 2.0" in report.text()
 
 
 def test_what_misses_its_aim_is_said():
     report = made_up(0.6, own=0.01)
     aims = {row[0]: row[3] for row in report.aims()}
-    assert aims["white / blue, 16 spp, sigma 2.1"] == "missed" and aims["greatest |z| of a mean"] == "missed"
-    assert aims["cells in which blue is worse than sobol"] == "missed"
+    assert aims["white / blue, 16 spp, RMSE after sigma 2.1, lit directly"] == "missed"
+    assert aims["greatest |z| of a mean"] == aims["cells in which blue is worse than sobol"] == "missed"
     assert report.worse_text().count("| worse |") == 2 * 3
 
 
@@ -140,6 +179,7 @@ def test_one_seed_is_no_evidence():
 @pytest.mark.parametrize("words, said", [(["--scenes", "cornell,attic"], "there is no scene 'attic'"),
                                          (["--samplers", "red"], "there is no sampler 'red'"),
                                          (["--reference-spp", "100"], "a multiple of 32"),
+                                         (["--views", "none"], "invalid choice"),
                                          (["--seeds", "0"], "a whole number from 1")])
 def test_bad_options(words, said, capsys):
     with pytest.raises(SystemExit) as stopped:
@@ -153,25 +193,35 @@ def test_missing_program(tmp_path):
 
 
 def test_results_that_are_not_whole_are_measured_again(tmp_path):
-    store = renders.Store(tmp_path, "build")
+    store = judge.Store(tmp_path)
     store.save({"a": 1}, [{"spp": 1}], {"1": np.ones(3)})
     rows, arrays = store.load({"a": 1})
     assert rows == [{"spp": 1}] and arrays["1"].tolist() == [1, 1, 1]
     assert store.load({"a": 2}) is None
-    (path,) = (tmp_path / "build").iterdir()
+    (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:-40])
     assert store.load({"a": 1}) is None
-    renders.Store(tmp_path, "next")
-    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_nothing_asks_for_goes(tmp_path):
+    store = judge.Store(tmp_path)
+    for key in (1, 2):
+        store.save(key, [], {})
+    for path in tmp_path.iterdir():
+        os.utime(path, (0, time.time() - 86400 * (judge.KEPT_DAYS + 1)))
+    assert store.load(2) is not None
+    store = judge.Store(tmp_path)
+    assert store.load(1) is None and store.load(2) is not None
 
 
 def test_times_of_a_small_run(pathtracer, tmp_path):
-    reference = render(pathtracer, tmp_path, Request("sobol", 32, 9, width=16, height=16))
-    runs = speed.progressive_runs(pathtracer, "cornell", (16, 16), reference, 4, 2, tmp_path, lambda what: None)
+    view = views.chosen("core", ("cornell",), (16, 17))[0]
+    reference = judge.render_reference(pathtracer, view, 32).path
+    runs = speed.progressive_runs(pathtracer, view, reference, 4, 2, tmp_path, lambda what: None)
     assert {label: [row["spp"] for row in rows] for label, rows in runs.items()} == {
         "white": [1, 2, 3, 4], "sobol": [1, 2, 3, 4], "blue": [1, 2, 3, 4], "blue, declared": [1, 4]}
     assert all(row["seconds"] > 0 and row["rmse_2.1"] > 0 for rows in runs.values() for row in rows)
-    shares = speed.sampling_shares(pathtracer, {"blue": renders.VARIANTS["blue"]}, (16, 16), tmp_path)
+    shares = speed.sampling_shares(pathtracer, {"blue": judge.VARIANTS["blue"]}, (16, 16), tmp_path)
     assert 0 < shares["blue"] < 1
 
 

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the commands of `scripts/bench` that judge rendered pictures have in common: options, and how they end."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from . import peers, variants
+from .convergence import positive
+from .flip import FlipMissing
+from .renderer import RenderError
+
+# Options that say where, not what.
+PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--embree")
+
+
+def arguments_that_count(arguments):
+    """The options for the command in the report: what is measured, not where."""
+    result, skip = [], False
+    for word in arguments:
+        if skip:
+            skip = False
+        elif word in PLACES:
+            skip = True
+        elif word == "--openqmc":
+            result += ["--openqmc", "DIR"]
+            skip = True
+        elif word.partition("=")[0] not in (*PLACES, "--retime"):
+            result.append("--openqmc=DIR" if word.startswith("--openqmc=") else word)
+    return result
+
+
+def add_common_options(parser, reference_spp, pages):
+    """What `renders` and `models` have in common."""
+    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds of each picture")
+    parser.add_argument("--reference-spp", type=positive, default=reference_spp, metavar="N",
+                        help=f"a multiple of 32 (default {reference_spp})")
+    parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
+                        help="pictures rendered at a time, one thread each (default: one per core)")
+    parser.add_argument("--no-flip", action="store_true", help="leave out HDR-FLIP")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder of the report (default docs/report)")
+    parser.add_argument("--pages", type=Path, default=Path(pages), metavar="FOLDER",
+                        help=f"folder of pages and large tables (default {pages})")
+    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
+                        help=argparse.SUPPRESS)
+    peers.add_option(parser)
+
+
+def finish_options(parser, options, command, arguments):
+    """Checks of add_common_options()."""
+    if options.reference_spp % 32:
+        parser.error(f"--reference-spp is a multiple of 32, not {options.reference_spp}")
+    options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
+    options.command = f"scripts/bench {command}" + "".join(f" {word}" for word in arguments_that_count(arguments))
+
+
+def run_or_say_why(run, arguments=None):
+    """Runs a command; what goes wrong is one line."""
+    try:
+        run(sys.argv[1:] if arguments is None else list(arguments))
+    except (RenderError, FlipMissing) as error:
+        sys.exit(f"bench: {error}")
+    except OSError as error:
+        sys.exit(f"bench: {error}")
+    except KeyboardInterrupt:
+        sys.exit("bench: interrupted; what is rendered is kept, run it again to go on")

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The samplers that are compared, each as it is used."""
+
+import argparse
+import dataclasses
+
+from .peers import PEERS
+
+# Few seeds are enough for what no headline is made of.
+SIDE_SEEDS = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class Variant:
+    """declare: the sampler is told each count, which makes a run of each; counts: those it has, or None for all."""
+
+    sampler: str
+    declare: bool = False
+    mask: str = ""
+    counts: tuple | None = None
+    most_seeds: int | None = None
+
+    def has(self, spp):
+        return self.counts is None or spp in self.counts
+
+
+TO_64 = (1, 2, 4, 8, 16, 32, 64)
+VARIANTS = {
+    "white": Variant("white"),
+    "sobol": Variant("sobol"),
+    "zorder": Variant("zorder", declare=True, most_seeds=SIDE_SEEDS),
+    # A mask makes the first sample; from 4 samples on it is sobol, more or less.
+    "mask": Variant("mask", counts=TO_64, most_seeds=SIDE_SEEDS),
+    "mask, neural": Variant("mask", mask="neural", counts=TO_64, most_seeds=SIDE_SEEDS),
+    **{name: Variant(name) for name in PEERS},
+    "blue": Variant("blue"),
+    # The counts for which libbn holds a set of its own.
+    "blue, declared": Variant("blue", declare=True, counts=(1, 4, 16, 64)),
+}
+ALWAYS = ("white", "sobol")
+DEFAULT = ("white", "sobol", "zorder", "mask", "blue", "blue, declared")
+# Names on the command line have no comma in them.
+OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS if name not in PEERS}
+
+
+def parse_samplers(text):
+    words = [word for word in text.split(",") if word]
+    unknown = [word for word in words if word not in OPTION_NAMES]
+    if unknown or not words:
+        raise argparse.ArgumentTypeError(f"there is no sampler '{', '.join(unknown)}'; known are: {', '.join(OPTION_NAMES)}")
+    return tuple(OPTION_NAMES[word] for word in words)
+
+
+def add_option(parser, default=DEFAULT):
+    """--samplers; chosen(options.samplers, peers) are the labels."""
+    names = {label: name for name, label in OPTION_NAMES.items()}
+    parser.add_argument("--samplers", type=parse_samplers, default=default, metavar="A,B,...",
+                        help=f"of {', '.join(OPTION_NAMES)} (default {','.join(names[label] for label in default)}); "
+                             f"{' and '.join(ALWAYS)} are always there")
+
+
+def chosen(labels, peers=()):
+    """Labels in the order of VARIANTS, with those that ratios need and the peers of the build."""
+    return tuple(label for label in VARIANTS if label in labels or label in ALWAYS or label in peers)
