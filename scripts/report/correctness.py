@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The path tracer against Mitsuba 3: `scripts/bench correctness` writes docs/report/correctness.md
+
+Renders the same small scenes in both, several seeds each, and compares the means: over the picture for each channel, and
+over blocks of pixels by Welch's t-test. Nothing is shared but the geometry and the numbers of the materials.
+Mitsuba is the optional package `mitsuba` (Jakob et al., "Mitsuba 3 renderer", 2022).
+"""
+
+import argparse
+import dataclasses
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from scipy import stats
+
+from .convergence import parse_size, positive
+from .correctness_scenes import SCENES, write_obj
+from .files import read_exr, write_text
+from .progress import Progress
+from .renders_report import md_table
+from .renderer import RenderError, Request, run_pathtracer
+
+BLOCK = 8  # pixels a side
+FALSE_ALARMS = 0.01  # chance that any block of a scene is named without cause
+# Floats and offsets of rays differ between the two: no two renderers agree to more.
+PRECISION = 0.001
+CHANNELS = "red", "green", "blue"
+
+
+class MitsubaMissing(Exception):
+    """The message says what to install."""
+
+
+def load_mitsuba():
+    try:
+        import mitsuba
+    except ImportError:
+        raise MitsubaMissing("the package mitsuba is missing; install it with .venv/bin/python -m pip install mitsuba") from None
+    mitsuba.set_variant("scalar_rgb")
+    return mitsuba
+
+
+# ---- The two renderers
+
+def our_pictures(program, scene, folder, size, spp, sampler, seeds):
+    """Yields float arrays (height, width, 3)."""
+    path = write_obj(scene, folder)
+    eye, target, fov = scene.camera
+    camera = ("--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), "--fov", str(fov))
+    single = ("--single-scatter",) if scene.rough else ()
+    for seed in range(seeds):
+        request = Request(sampler, spp, seed, str(path), *size, more=(*camera, "--max-depth", str(scene.depth), *single))
+        run_pathtracer(program, [*request.arguments(), "--quiet", "-o", folder / "ours.exr"])
+        yield read_exr(folder / "ours.exr")[0]
+
+
+def mitsuba_scene(mitsuba, scene, folder, size):
+    """The same as a dictionary for mitsuba.load_dict(); meshes and textures lie in the folder."""
+    eye, target, fov = scene.camera
+    result = {
+        "type": "scene",
+        # It counts the edges of a path, we count its surfaces.
+        "integrator": {"type": "path", "max_depth": scene.depth + 1},
+        "sensor": {"type": "perspective", "fov": fov, "fov_axis": "y",
+                   "to_world": mitsuba.ScalarTransform4f().look_at(list(eye), list(target), [0, 1, 0]),
+                   "sampler": {"type": "independent"},
+                   "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": "rgb",
+                            "component_format": "float32", "rfilter": {"type": "box"}}},
+    }
+    for i, part in enumerate(scene.parts):
+        write_obj(dataclasses.replace(scene, parts=(part,)), folder, f"part{i}", with_materials=False)
+        shape = {"type": "obj", "filename": str(folder / f"part{i}.obj"), "face_normals": True,
+                 "bsdf": part.material.for_mitsuba(folder)}
+        if part.light:
+            shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": list(part.light)}}
+        result[f"part{i}"] = shape
+    return result
+
+
+def mitsuba_pictures(mitsuba, scene, folder, size, spp, seeds):
+    loaded = mitsuba.load_dict(mitsuba_scene(mitsuba, scene, folder, size))
+    for seed in range(seeds):
+        yield np.array(mitsuba.render(loaded, spp=spp, seed=seed), np.float32)
+
+
+# ---- The comparison
+
+def block_means(picture, block=BLOCK):
+    """Means over whole blocks, (rows, columns, 3); what is left at the right and at the bottom is not in them."""
+    height, width = (n // block * block for n in picture.shape[:2])
+    parts = picture[:height, :width].astype(np.float64).reshape(height // block, block, width // block, block, -1)
+    return parts.mean((1, 3))
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison:
+    """ours over theirs: of the picture's mean, with its standard error, for each channel; and the blocks."""
+
+    ratio: np.ndarray
+    error: np.ndarray
+    block_count: int  # tested, three channels each
+    outside: int  # blocks and channels that differ by more than chance and the tolerance
+    worst: float  # the greatest |z| of a block beyond the tolerance
+    limit: float  # of |z|, for the false alarms
+    scatter: float  # RMS of z without any tolerance: 1 when nothing but chance is in it
+
+    @property
+    def agrees(self):
+        return not self.outside
+
+
+def normal_scores(t, freedom):
+    """Student's t as the z of the same probability, so that blocks of different freedom compare."""
+    return np.sign(t) * stats.norm.isf(np.maximum(stats.t.sf(np.abs(t), freedom), 1e-300))
+
+
+def compare(ours, theirs, tolerance=PRECISION):
+    """Of two lists of pictures, one for each seed. tolerance: a share of a block's mean that is no difference."""
+    ours, theirs = (np.array([block_means(picture) for picture in pictures]) for pictures in (ours, theirs))
+    means, variances = [], []
+    for blocks in (ours, theirs):
+        means.append(blocks.mean(0))
+        variances.append(blocks.var(0, ddof=1) / len(blocks))
+    total = np.maximum(variances[0] + variances[1], 1e-30)
+    freedom = total**2 / np.maximum(
+        variances[0] ** 2 / (len(ours) - 1) + variances[1] ** 2 / (len(theirs) - 1), 1e-60)
+    freedom = np.maximum(freedom, min(len(ours), len(theirs)) - 1)
+    difference = means[0] - means[1]
+    lit = (means[0] > 0) | (means[1] > 0)
+    beyond = np.maximum(np.abs(difference) - tolerance * means[1], 0)
+    z = normal_scores(beyond / np.sqrt(total), freedom)[lit]
+    plain = normal_scores(difference / np.sqrt(total), freedom)[lit]
+    limit = float(stats.norm.isf(FALSE_ALARMS / (2 * max(z.size, 1))))
+
+    whole = [blocks.mean((1, 2)) for blocks in (ours, theirs)]
+    ratio = whole[0].mean(0) / whole[1].mean(0)
+    error = ratio * np.sqrt(sum(w.var(0, ddof=1) / len(w) / w.mean(0) ** 2 for w in whole))
+    return Comparison(ratio, error, lit.size // 3, int(np.sum(z > limit)), float(z.max(initial=0)), limit,
+                      float(np.sqrt(np.mean(plain**2))) if plain.size else 0.0)
+
+
+def shown(ours, theirs):
+    """Ours, Mitsuba's, and what the means of blocks differ by: grey is nothing, white and black 5 % of the light."""
+    from .contact_sheet import preview
+
+    blocks = block_means(ours), block_means(theirs)
+    relative = (blocks[0] - blocks[1]).mean(-1) / (blocks[1].mean(-1) + 0.01 * blocks[1].mean())
+    grey = np.clip(np.floor(128 + 127.5 * relative / 0.05), 0, 255).astype(np.uint8)
+    difference = np.full(ours.shape[:2], 128, np.uint8)
+    whole = np.kron(grey, np.ones((BLOCK, BLOCK), np.uint8))
+    difference[:whole.shape[0], :whole.shape[1]] = whole
+    images = preview(ours), preview(theirs), Image.fromarray(difference).convert("RGB")
+    return [image.resize((2 * image.width, 2 * image.height), Image.Resampling.NEAREST) for image in images]
+
+
+def arguments_that_count(arguments):
+    """The options for the command in the report: what is compared, not where."""
+    result, skip = [], False
+    for word in arguments:
+        if skip or word in ("--out", "--pathtracer"):
+            skip = not skip
+        elif not word.startswith(("--out=", "--pathtracer=")):
+            result.append(shlex.quote(word))
+    return result
+
+
+# ---- The report
+
+def report_text(command, options, results):
+    rows = []
+    for scene, comparison in results:
+        rows.append([scene.name, *(f"{r:.4f} ± {1.96 * e:.4f}" for r, e in zip(comparison.ratio, comparison.error)),
+                     f"{100 * (scene.tolerance or PRECISION):g} %", f"{comparison.worst:.2f}", f"{comparison.limit:.2f}",
+                     f"{comparison.scatter:.2f}", "agrees" if comparison.agrees else f"**{comparison.outside} blocks differ**"])
+    size = "x".join(map(str, options.size))
+    what = [f"- `{scene.name}`: {scene.summary}" for scene, _ in results]
+    return "\n".join([
+        "# The path tracer and Mitsuba 3", "", f"Printed by `{command}` with Mitsuba {options.version}.", "",
+        f"Each scene in both renderers, {size} pixels, {options.seeds} seeds of {options.spp} samples per pixel "
+        f"(`{options.sampler}` here, independent samples there).", "", *what, "",
+        md_table(["scene", *(f"ours / Mitsuba, {c}" for c in CHANNELS), "tolerance", "worst block, z", "limit of z",
+                        "RMS of z", ""], rows), "",
+        "Ratios are of the mean of the picture, ± the 95 % interval. Each block of "
+        f"{BLOCK}x{BLOCK} pixels is compared in each channel: z is what the means differ by beyond the tolerance, over "
+        "the standard error from the seeds (Welch's t, as a normal score). In a scene without a difference any block "
+        f"lies beyond the limit with a chance of at most {100 * FALSE_ALARMS:g} %. The RMS of z has no tolerance in it and is "
+        "near 1 where nothing but chance is.", "",
+        "Mitsuba shadows and masks facets independently (Smith, separable), the path tracer by height: the tolerance of "
+        "rough materials is for this. They are compared with `--single-scatter`, as Mitsuba returns nothing of what facets "
+        "scatter more than once.", "",
+        "![Ours, Mitsuba's, the difference](correctness.png)", "",
+        "The difference is that of the means of blocks: grey is none, white and black are 5 % of the light.", ""])
+
+
+def parse_options(arguments):
+    names = tuple(scene.name for scene in SCENES)
+
+    def scene_names(text):
+        chosen = [name for name in text.split(",") if name]
+        unknown = [name for name in chosen if name not in names]
+        if unknown or not chosen:
+            raise argparse.ArgumentTypeError(f"there is no scene '{', '.join(unknown)}'; known are: {', '.join(names)}")
+        return chosen
+
+    parser = argparse.ArgumentParser(prog="scripts/bench correctness", description=__doc__.splitlines()[0])
+    parser.add_argument("--size", type=parse_size, default=(96, 80), metavar="WxH", help="pixels (default 96x80)")
+    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel of each seed (default 64)")
+    parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="at least 3 (default 16)")
+    parser.add_argument("--sampler", default="sobol", metavar="NAME", help="the path tracer's (default sobol)")
+    parser.add_argument("--scenes", type=scene_names, default=names, metavar="A,B,...",
+                        help=f"of {', '.join(names)} (default all)")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    if options.seeds < 3:
+        parser.error(f"--seeds is at least 3, not {options.seeds}: fewer say nothing about chance")
+    if min(options.size) < BLOCK:
+        parser.error(f"--size is at least {BLOCK}x{BLOCK}")
+    return options
+
+
+def run(arguments):
+    from .contact_sheet import sheet
+    from .files import write_image
+
+    options = parse_options(arguments)
+    mitsuba = load_mitsuba()
+    options.version = mitsuba.__version__
+    scenes = [scene for scene in SCENES if scene.name in options.scenes]
+    progress, done = Progress(2 * len(scenes) * options.seeds, "pictures"), 0
+    results, rows = [], []
+    with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        try:
+            for scene in scenes:
+                pictures = {}
+                for name, source in (
+                        ("the path tracer", our_pictures(options.pathtracer, scene, Path(folder), options.size, options.spp,
+                                                         options.sampler, options.seeds)),
+                        ("Mitsuba", mitsuba_pictures(mitsuba, scene, Path(folder), options.size, options.spp, options.seeds))):
+                    for picture in source:
+                        pictures.setdefault(name, []).append(picture)
+                        done += 1
+                        progress(f"{scene.name}, {name}", done)
+                ours, theirs = pictures.values()
+                results.append((scene, compare(ours, theirs, scene.tolerance or PRECISION)))
+                rows.append([[image] for image in shown(np.mean(ours, 0), np.mean(theirs, 0))])
+        finally:
+            progress.close()
+    command = "scripts/bench correctness" + "".join(f" {word}" for word in arguments_that_count(arguments))
+    text = report_text(command, options, results)
+    write_text(options.out / "correctness.md", text)
+    image = sheet(rows, [scene.name for scene in scenes], ["ours", "Mitsuba", "difference"])
+    write_image(options.out / "correctness.png", image.quantize(128, dither=0))
+    print(text)
+    return all(comparison.agrees for _, comparison in results)
+
+
+def main(arguments=None):
+    try:
+        agrees = run(sys.argv[1:] if arguments is None else list(arguments))
+    except (RenderError, MitsubaMissing, OSError) as error:
+        sys.exit(f"bench: {error}")
+    except KeyboardInterrupt:
+        sys.exit("bench: interrupted")
+    if not agrees:
+        sys.exit("bench: the renderers differ; the table says where")
+
+
+if __name__ == "__main__":
+    main()
