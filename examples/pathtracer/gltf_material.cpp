@@ -166,6 +166,8 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
                  : bare    ? Material::DIFFUSE
                            : Material::METALLIC_ROUGHNESS;
     }
+    // Glass has an inside, and what is inside is seen through its back.
+    m.single_sided = !source.doubleSided && !transmits;
     maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
                           source.normalTexture.extensions, false);
     maps.normal_scale = within(source.normalTexture.scale, -100, 100);

@@ -64,11 +64,12 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
     // How the ray was found: with what density per steradian, against how many light samples. None
     // for rays that no light sample could have found, which are the camera's and those of mirrors.
     float scatter_pdf = 1, light_samples = 0;
+    bool seen = true; // by the camera, straight or through mirrors and smooth glass
 
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
         ++counters.rays;
-        const bool met = intersect(*integrator.geometry, ray, hit);
+        const bool met = intersect(*integrator.geometry, ray, seen, hit);
 
         // ---- Light that the ray ran into
         if (!met) {
@@ -185,6 +186,7 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         }
         ray = {start(scatter.in.z), direction};
         scatter_pdf = scatter.pdf;
+        seen = seen && smooth;
         light_samples = static_cast<float>(count); // 0 after a mirror
     }
     return result;

@@ -35,10 +35,27 @@ void record_error(void *user, RTCError, const char *message) {
     if (first->empty()) *first = message ? message : "unknown error";
 }
 
-// Rays go on where the surface has a hole. One ray at a time is all this program traces.
-void pass_cut_outs(const RTCFilterFunctionNArguments *query) {
+// Marks rays that do not see the backs of single-sided surfaces.
+constexpr unsigned SEES_FRONTS = 1;
+
+// Rays go on where the surface has a hole or no back. One ray at a time is all this program traces.
+void pass_through(const RTCFilterFunctionNArguments *query) {
     const auto &scene = *static_cast<const Scene *>(query->geometryUserPtr);
     const uint32_t triangle = RTCHitN_primID(query->hit, query->N, 0);
+    if (RTCRayN_id(query->ray, query->N, 0) == SEES_FRONTS &&
+        scene.materials[scene.surfaces[triangle].material].single_sided) {
+        const Vec3 normal = {RTCHitN_Ng_x(query->hit, query->N, 0),
+                             RTCHitN_Ng_y(query->hit, query->N, 0),
+                             RTCHitN_Ng_z(query->hit, query->N, 0)};
+        const Vec3 direction = {RTCRayN_dir_x(query->ray, query->N, 0),
+                                RTCRayN_dir_y(query->ray, query->N, 0),
+                                RTCRayN_dir_z(query->ray, query->N, 0)};
+        if (dot(normal, direction) > 0) {
+            query->valid[0] = 0;
+            return;
+        }
+    }
+    if (!scene.has_cut_outs) return;
     const float u = RTCHitN_u(query->hit, query->N, 0), v = RTCHitN_v(query->hit, query->N, 0);
     if (query->valid[0] != 0 && is_cut_out(scene, {triangle, u, v})) query->valid[0] = 0;
 }
@@ -79,10 +96,10 @@ GeometryPointer geometry_build(const Scene &scene) {
                                              sizeof(Vec3), scene.vertices.size());
     void *triangles = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               sizeof(Triangle), scene.triangles.size());
-    if (scene.has_cut_outs) {
+    if (scene.has_cut_outs || scene.has_single_sided) {
         rtcSetGeometryUserData(mesh, const_cast<Scene *>(&scene)); // read only
-        rtcSetGeometryIntersectFilterFunction(mesh, pass_cut_outs);
-        rtcSetGeometryOccludedFilterFunction(mesh, pass_cut_outs);
+        rtcSetGeometryIntersectFilterFunction(mesh, pass_through);
+        if (scene.has_cut_outs) rtcSetGeometryOccludedFilterFunction(mesh, pass_through);
     }
     if (vertices && triangles) {
         std::copy(scene.vertices.begin(), scene.vertices.end(), static_cast<Vec3 *>(vertices));
@@ -106,9 +123,10 @@ void geometry_thread_begin() {
 #endif
 }
 
-bool intersect(const Geometry &geometry, const Ray &ray, Hit &hit) {
+bool intersect(const Geometry &geometry, const Ray &ray, bool seen, Hit &hit) {
     RTCRayHit query;
     query.ray = make_ray(ray.origin, ray.direction, std::numeric_limits<float>::infinity());
+    if (seen) query.ray.id = SEES_FRONTS;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 #if BN_EMBREE_MAJOR == 4

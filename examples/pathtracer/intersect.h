@@ -15,7 +15,8 @@ struct Hit {
     float u, v;        // weights of the second and the third vertex
 };
 
-// The acceleration structure of a scene. It refers to a scene that has cut-outs, and to no other.
+// The acceleration structure of a scene. It refers to a scene with cut-outs or single-sided
+// materials, and to no other.
 struct Geometry;
 struct GeometryDelete {
     void operator()(Geometry *geometry) const;
@@ -28,8 +29,9 @@ GeometryPointer geometry_build(const Scene &scene);
 // To be called once by each thread that traces rays: makes it flush denormal numbers to zero.
 void geometry_thread_begin();
 
-// The nearest hit. False when there is none.
-bool intersect(const Geometry &geometry, const Ray &ray, Hit &hit);
+// The nearest hit, but for the backs of single-sided surfaces where `seen` says that the camera
+// looks along the ray. False when there is none.
+bool intersect(const Geometry &geometry, const Ray &ray, bool seen, Hit &hit);
 
 // Whether anything lies between the two points.
 bool occluded(const Geometry &geometry, Vec3 from, Vec3 to);

@@ -41,6 +41,7 @@ struct Material {
     float metallic = 0;  // METALLIC_ROUGHNESS: the share of metal, in [0, 1]
     float ior = 1.5f;    // index of refraction of the inside over the outside. DIELECTRIC, and the
                          // coat of METALLIC_ROUGHNESS
+    bool single_sided = false;   // the camera does not see its back
     bool single_scatter = false; // what rough facets scatter more than once stays lost
     int32_t maps = -1;           // what differs from place to place: index into Scene::maps, or -1
 

@@ -42,7 +42,8 @@ struct Scene {
     std::vector<Material> materials;
     std::vector<SurfaceMaps> maps; // of materials that have any
     std::vector<Texture> textures;
-    bool has_cut_outs = false; // is_cut_out() is to be asked at each hit
+    bool has_cut_outs = false;     // is_cut_out() is to be asked at each hit
+    bool has_single_sided = false; // any material is
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // empty: rays that leave see black
     uint32_t light_samples = 1; // at the first surface a path meets; one at all others
@@ -68,8 +69,16 @@ void scene_finish(Scene &scene);
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
 // The normal to shade a hit with: `normal`, turned to the side of `out`, or the one interpolated
-// between vertices or bent by a map where there is such and `out` is on its front.
+// between vertices or bent by a map where there is such. Materials that reflect get one that
+// mirrors `out` above the surface, diffuse ones one that has `out` on its front.
 Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 out);
+
+// A normal to shade with, bent as little as it takes that `out` is mirrored above the surface,
+// whose normal is `geometric`: else mirrors under a normal map have black spots where they would
+// show the inside of what they cover (Keller et al., "The Iray Light Transport Simulation and
+// Rendering System", 2017, adapt shading normals in this way). `out` is on the front of the
+// surface.
+Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 out);
 
 struct SceneEntry {
     const char *name;

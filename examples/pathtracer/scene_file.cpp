@@ -159,6 +159,7 @@ uint32_t draft_add_material(SceneDraft &draft, const Material &material, const E
                             const SurfaceMaps &maps) {
     Scene &scene = draft.scene;
     scene.materials.push_back(material);
+    scene.has_single_sided = scene.has_single_sided || material.single_sided;
     draft.emission.push_back(emission);
     const bool any = maps.colour.texture >= 0 || maps.metallic_roughness.texture >= 0 ||
                      maps.roughness.texture >= 0 || maps.metallic.texture >= 0 ||

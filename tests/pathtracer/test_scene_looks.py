@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from pathtracer_driver import read_layers
 from scene_files import (
     CORNERS,
     DOWN,
@@ -331,3 +332,53 @@ def test_polygons_of_an_obj_cover_what_they_should(pathtracer, even_sky):
             share_of_square = share_of_square or dark
             assert dark / share_of_square == pytest.approx(area / 4, rel=0.04), name
     assert 0.1 < share_of_square < 0.9
+
+
+# ---- Backs and bent normals
+
+
+def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
+    """Seen from below, a floor is there only where it has two sides or is glass; a mirror shows no backs either."""
+    sides = {"single": ({}, 0), "double": ({"doubleSided": True}, 1)}
+    sides["glass"] = ({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}, 1)
+    for name, (properties, share) in sides.items():
+        g = Gltf()
+        g.quads([QUAD], g.material((0.5, 0.5, 0.5), **properties))
+        path = g.save(pathtracer.folder / f"{name}.glb")
+        common = ["--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--target", "0,0,0", "--fov", 60]
+        assert (read_layers(pathtracer.render(*common, "--eye", "0,-1,0"))["A"] == share).all(), name
+        assert (read_layers(pathtracer.render(*common, "--eye", "0,1,0"))["A"] == 1).all(), name
+    # The camera looks up, past the back of a black card, into a mirror in which the card's front shows, or its back.
+    for card, shows in ((QUAD, True), (QUAD[::-1], False)):
+        g = Gltf()
+        g.quads([QUAD[::-1] * 4 + np.float32([0, 1, 0])], g.material((1, 1, 1), pbr={"metallicFactor": 1, "roughnessFactor": 0}))
+        g.quads([card * 0.4], g.material((0, 0, 0)))
+        view = ["--eye", "0,0.5,0", "--target", "0,1,0", "--fov", 20, "--env", even_sky, "--max-depth", 2]
+        image = picture(pathtracer, g, "--spp", 1, *view)
+        assert (image < 0.01).all() if shows else (image > 0.99).all()
+
+
+def test_single_sided_surfaces_cast_shadows_either_way(pathtracer):
+    shadows = []
+    for card in (QUAD, QUAD[::-1]):
+        g = floor()
+        g.quads([0.2 * card + np.float32([0, 1, 0])], g.material((0.5, 0.5, 0.5)))
+        g.light("directional", 1, rotation=DOWN)
+        over_floor(g, 0.5, 1.4)  # below the card
+        shadows.append(picture(pathtracer, g, "--spp", 1, "--max-depth", 1))
+    assert (shadows[0] == 0).sum() > 200 and shadows[0].max() > 0.1
+    np.testing.assert_array_equal(shadows[0], shadows[1])
+
+
+def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
+    """In an even sky a white mirror is as bright as the sky: nothing is mirrored from below its surface."""
+    rng = np.random.default_rng(4)
+    pixels = rng.integers(0, 256, (16, 16, 3), dtype=np.uint8)
+    g = Gltf()
+    mirror = {"metallicFactor": 1, "roughnessFactor": 0}
+    bumps = g.texture(pixels, magFilter=9728)
+    number = g.material((1, 1, 1), pbr=mirror, normalTexture={"index": bumps})
+    g.node(mesh=g.mesh(QUAD, SIX, number, TEXCOORD_0=QUAD_COORDINATES))
+    for eye in ("0,1,0.3", "0,0.1,1"):
+        view = ["--eye", eye, "--target", "0,0,0", "--fov", 5, "--env", even_sky]
+        np.testing.assert_allclose(picture(pathtracer, g, "--spp", 8, *view), 1, rtol=1e-4)

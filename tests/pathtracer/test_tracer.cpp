@@ -405,6 +405,43 @@ void test_lens() {
     CHECK(farthest < 0.2001f && farthest > 0.19f, "lens of radius %g", farthest);
 }
 
+// Whatever a normal map says, `out` is mirrored above the surface, and a normal that does so
+// already stays as it is. Near the limit the normal changes as little as what it is made of.
+void test_mirroring_normals() {
+    Random random{5};
+    const auto direction = [&](Vec3 around) {
+        const Vec3 v =
+            normalize_or({2 * random() - 1, 2 * random() - 1, 2 * random() - 1}, {0, 0, 1});
+        return dot(v, around) < 0 ? -v : v;
+    };
+    const auto mirrored = [](Vec3 n, Vec3 out) { return 2 * dot(n, out) * n - out; };
+    int kept = 0, bent = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Vec3 geometric = direction({0, 0, 1});
+        Vec3 out = direction(geometric);
+        if (i % 4 == 0) // grazing
+            out = normalize(out + (0.001f - dot(out, geometric)) * geometric);
+        if (!(dot(out, geometric) > 1e-6f)) continue;
+        const Vec3 normal = direction(i % 3 == 0 ? out : geometric);
+        const Vec3 n = mirroring_normal(normal, geometric, out);
+        CHECK(std::abs(length(n) - 1) < 1e-5f, "length %g", length(n));
+        CHECK(dot(n, out) > 0, "%g", dot(n, out));
+        const float above = dot(mirrored(n, out), geometric);
+        CHECK(above > -1e-6f, "mirrored at a cosine of %g, seen at %g", above, dot(out, geometric));
+        if (dot(normal, out) > 0 && dot(mirrored(normal, out), geometric) > 0.011f) {
+            CHECK(length(n - normal) == 0, "changed by %g", length(n - normal));
+            ++kept;
+        } else if (length(n - normal) > 0.01f) {
+            ++bent;
+        }
+        const Vec3 shifted = normalize(normal + 1e-3f * direction(geometric));
+        const Vec3 beside = mirroring_normal(shifted, geometric, out);
+        if (dot(normal, geometric) > 0.2f)
+            CHECK(length(beside - n) < 0.03f, "%g away", length(beside - n));
+    }
+    CHECK(kept > 3000 && bent > 3000, "%d kept, %d bent", kept, bent);
+}
+
 } // namespace
 
 int main() {
@@ -422,5 +459,6 @@ int main() {
     test_camera_inside_glass();
     test_white_furnace();
     test_scale_and_place_do_not_matter();
+    test_mirroring_normals();
     return 0;
 }
