@@ -33,7 +33,7 @@ def add_option(parser):
 
 
 def chosen(openqmc, program):
-    """The peers to compare with: all of them with --openqmc, none without. Exits with one line if the build lacks them."""
+    """The peers to compare with: all with --openqmc, none without. Exits with one line if the build lacks them."""
     if not openqmc:
         return ()
     if listed(program) != PEERS:

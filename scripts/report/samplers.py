@@ -20,21 +20,30 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-import bluenoise
+from report import peers
 from report.files import write_text, written_beside
 from report.image_error import radial_spectrum
+from report.palette import style
 
 TABLE_SPP = (1, 2, 3, 4, 6, 8, 16, 32, 64, 128, 256, 1000, 1024)
-COLOURS = {"white": "0.6", "sobol": "tab:orange", "zorder": "tab:green", "mask": "tab:purple", "blue": "tab:blue"}
-PEER_COLOURS = ("tab:red", "tab:brown", "tab:pink", "tab:olive", "tab:cyan")
+SAMPLERS = ("blue", "sobol", "zorder", "mask")  # and white, which all are related to
+SIZE = 256  # pixels a side, of bench_samplers
+
+
+def run_program(program, arguments):
+    """What it wrote; progress goes to the terminal."""
+    try:
+        result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, check=False)
+    except OSError as error:
+        sys.exit(f"bench: {program} does not run ({error.strerror}); build it with scripts/setup")
+    if result.returncode != 0:
+        sys.exit(f"bench: {program} failed with status {result.returncode}")
+    return result.stdout
 
 
 def run_bench(program, arguments):
-    """The rows of a program as dicts; progress goes to the terminal."""
-    result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True, check=False)
-    if result.returncode != 0:
-        sys.exit(f"bench: {program} failed with status {result.returncode}")
-    return list(csv.DictReader(io.StringIO(result.stdout)))
+    """The rows of a program as dicts."""
+    return list(csv.DictReader(io.StringIO(run_program(program, arguments).decode())))
 
 
 def ratios(rows, **wanted):
@@ -48,26 +57,22 @@ def ratios(rows, **wanted):
     }
 
 
-def run_all(program, peers):
-    """Every part of the full report, two programs at a time: all have `white` to relate to."""
-    pairs = [["--declared", "--sets", "2", "--families", "half-planes,wide", "--pairs", pair] for pair in ("01", "23")]
-    parts = [[*peers, *part] for part in pairs]
-    parts += [[*peers, "--families", "4-D", "--pairs", ""],
-              [*peers, "--families", "half-planes", "--pairs", "02,03,12,13"],
-              ["--families", "half-planes", "--pairs", "01", "--sets", "2", "--max-spp", "1024"]]
+def run_all(program, samplers, quick=False):
+    """Every part of the report, two programs at a time: all have `white` to relate to."""
+    families = ["--families", "half-planes,wide"]
+    parts = [["--declared", *families, *([] if quick else ["--sets", "2"]), "--pairs", pair] for pair in ("01", "23")]
+    if not quick:
+        parts += [["--families", "4-D", "--pairs", ""],
+                  ["--families", "half-planes", "--pairs", "02,03,12,13"],
+                  ["--families", "half-planes", "--pairs", "01", "--sets", "2", "--max-spp", "1024"]]
     with ThreadPoolExecutor(2) as pool:
-        *results, long = pool.map(lambda part: run_bench(program, part), parts)
-    rows = [row for result in results for row in result]
-    return rows + [row for row in long if int(row["spp"]) > 256]
+        results = list(pool.map(lambda part: run_bench(program, ["--samplers", ",".join(samplers), *part]), parts))
+    rows = [row for result in results[:4] for row in result]
+    return rows + [row for result in results[4:] for row in result if int(row["spp"]) > 256]
 
 
 def names_in(rows):
     return list(dict.fromkeys(row["sampler"] for row in rows))
-
-
-def colour_of(name, names):
-    peers = [other for other in names if other not in COLOURS]
-    return COLOURS.get(name) or PEER_COLOURS[peers.index(name) % len(PEER_COLOURS)]
 
 
 def table(rows, family, pair, sigma):
@@ -85,6 +90,10 @@ def table(rows, family, pair, sigma):
     return "\n".join(lines)
 
 
+def line(name, names):
+    return {**style(name, names), "markersize": 3}
+
+
 def plot_spp(rows, path):
     figure, axes = plt.subplots(2, 3, figsize=(13, 8), sharex=True)
     names = names_in(rows)
@@ -93,8 +102,7 @@ def plot_spp(rows, path):
             for name in names:
                 found = ratios(rows, sampler=name, family=family, pair=pair, sigma=sigma)
                 spp = sorted(found)
-                axis.plot(spp, [found[n] for n in spp], label=name, color=colour_of(name, names),
-                          linewidth=2.2 if name == "blue" else 1.2)
+                axis.plot(spp, [found[n] for n in spp], **line(name, names))
             axis.set(xscale="log", yscale="log", title=f"{family}, dimensions {pair}, sigma {sigma}")
             axis.set_xscale("log", base=2)
             axis.grid(True, which="both", alpha=0.25)
@@ -113,8 +121,7 @@ def plot_sigma(rows, path):
     for axis, spp in zip(axes, (1, 4, 16, 64)):
         for name in names:
             values = [ratios(rows, sampler=name, family="half-planes", pair="01", sigma=s).get(spp) for s in sigmas]
-            axis.plot([float(s) for s in sigmas], values, label=name, color=colour_of(name, names), marker="o",
-                      markersize=3, linewidth=2.2 if name == "blue" else 1.2)
+            axis.plot([float(s) for s in sigmas], values, **line(name, names))
         axis.set(title=f"{spp} samples per pixel", xlabel="sigma of the blur in pixels", yscale="log")
         axis.grid(True, which="both", alpha=0.25)
     axes[0].set_ylabel("RMSE relative to white noise")
@@ -153,8 +160,7 @@ def plot_time(rows, draws, path):
                      == (name, "0", "half-planes", pair, "2.1") and int(row["spp"]) <= 256}
             spp = [n for n in sorted(found) if n & (n - 1) == 0]
             if name in times and spp:
-                axis.plot([n * times[name] for n in spp], [found[n] for n in spp], label=name, marker="o",
-                          markersize=3, color=colour_of(name, names), linewidth=2.2 if name == "blue" else 1.2)
+                axis.plot([n * times[name] for n in spp], [found[n] for n in spp], **line(name, names))
         axis.set(xscale="log", yscale="log", title=f"half-planes, dimensions {pair}, sigma 2.1",
                  xlabel="nanoseconds per pixel spent drawing")
         axis.grid(True, which="both", alpha=0.25)
@@ -163,25 +169,31 @@ def plot_time(rows, draws, path):
     save(figure, path)
 
 
-def plot_spectra(path):
+def draw_samples(program, name, spp):
+    """What a sampler draws in one domain: float32 [SIZE][SIZE][spp][4]."""
+    raw = run_program(program, ["--samples", name, str(spp)])
+    return np.frombuffer(raw, np.float32).reshape(SIZE, SIZE, spp, 4)
+
+
+def plot_spectra(program, names, path):
     """Error images of one disc at 1, 4 and 16 samples and their radial spectra, per sampler."""
-    kinds = ("white", "sobol", "mask", "zorder", "blue")
-    size, counts = 128, (1, 4, 16)
-    figure, axes = plt.subplots(len(counts), len(kinds) + 1, figsize=(14, 8))
-    for row, spp in enumerate(counts):
-        for column, kind in enumerate(kinds):
-            u = bluenoise.Sampler(kind, seed=7).block(0, 0, size, size, 0, spp, domain=3)
-            inside = (u[..., 0] - 0.4) ** 2 + (u[..., 1] - 0.45) ** 2 < 0.35**2
-            error = inside.mean(axis=-1) - np.pi * 0.35**2
-            axes[row, column].imshow(error, cmap="gray", vmin=-0.6 / spp**0.6, vmax=0.6 / spp**0.6,
+    counts = (1, 4, 16)
+    figure, axes = plt.subplots(len(counts), len(names) + 1, figsize=(2.35 * (len(names) + 1), 8))
+    for column, name in enumerate(names):
+        samples = draw_samples(program, name, counts[-1])
+        inside = (samples[..., 0] - 0.4) ** 2 + (samples[..., 1] - 0.45) ** 2 < 0.35**2
+        for row, spp in enumerate(counts):
+            error = inside[..., :spp].mean(axis=-1) - np.pi * 0.35**2
+            axes[row, column].imshow(error[:128, :128], cmap="gray", vmin=-0.6 / spp**0.6, vmax=0.6 / spp**0.6,
                                      interpolation="nearest")
-            axes[row, column].set(xticks=[], yticks=[], title=kind if row == 0 else None,
+            axes[row, column].set(xticks=[], yticks=[], title=name if row == 0 else None,
                                   ylabel=f"{spp} spp" if column == 0 else None)
             frequency, power = radial_spectrum(error)
             white = np.pi * 0.35**2 * (1 - np.pi * 0.35**2) / spp
-            axes[row, -1].plot(frequency, power / white, color=COLOURS[kind], label=kind)
-        axes[row, -1].set(yscale="log", ylim=(1e-3, 8))
-        axes[row, -1].grid(True, which="both", alpha=0.25)
+            axes[row, -1].plot(frequency, power / white, **{**style(name, names), "marker": ""})
+    for axis in axes[:, -1]:
+        axis.set(yscale="log", ylim=(1e-3, 8))
+        axis.grid(True, which="both", alpha=0.25)
     axes[0, -1].set_title("power, white = 1")
     axes[0, -1].legend(fontsize=7)
     axes[-1, -1].set_xlabel("cycles per pixel")
@@ -209,10 +221,14 @@ def report_text(rows, draws, command):
              "![Error images and their spectra](samplers_spectra.png)", ""]
     if draws:
         parts += ["## Time of a draw", "",
-                  "Nanoseconds per 4-D draw on one core (`bench_draws`): the inline form of `bn_draw.h`, a call of",
-                  "`bn_sample_4d()`, and `bn_sample_block()`. The time is the least of many short ones in turn; only",
-                  "ratios travel from machine to machine.", "", draws_table(draws), "",
-                  "![Error against time](samplers_time.png)", ""]
+                  "Nanoseconds per 4-D draw on one core (`bench_draws`), drawn as a path does: six domains for each of",
+                  "16 indices, pixel after pixel. The inline form of `bn_draw.h`, a call of `bn_sample_4d()`, and beside",
+                  "them `bn_sample_block()`, which draws one domain of many pixels at once. The time is the least of",
+                  "many short ones in turn; only ratios travel from machine to machine.", ""]
+        if any(row["form"] == "peer" for row in draws):
+            parts += ["OpenQMC is measured by the same program, inlined too: a sampler for each pixel and index,",
+                      "`newDomain()` for each domain, `drawSample<4>()`.", ""]
+        parts += [draws_table(draws), "", "![Error against time](samplers_time.png)", ""]
     families = list(dict.fromkeys((row["family"], row["pair"]) for row in rows))
     for family, pair in sorted(families, key=lambda item: (item[0] != "half-planes", item[0] == "4-D",
                                                            pairs.index(item[1]) if item[1] in pairs else 9)):
@@ -233,39 +249,30 @@ def write_rows(path, rows):
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
-    parser.add_argument("--peer", action="append", default=[], metavar="NAME=FILE.npy",
-                        help="samples of another library, float32 [256][256][spp][4]")
     parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
-    parser.add_argument("--peer-draws", action="append", default=[], metavar="NAME=COMMAND",
-                        help="a command that prints the nanoseconds of a 4-D draw of another library")
+    parser.add_argument("--pathtracer", default="build/examples/pathtracer/pathtracer", help=argparse.SUPPRESS)
+    peers.add_option(parser)
     parser.add_argument("--quick", action="store_true", help="blue and sobol only, one set of two families")
     parser.add_argument("--rows", type=Path, metavar="CSV", help="take rows measured before instead of measuring")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
     options = parser.parse_args()
 
-    peers = [word for peer in options.peer for word in ("--peer", peer)]
     draws_file = options.out / "samplers_draws.csv"
     if options.rows:
         rows = list(csv.DictReader(io.StringIO(options.rows.read_text(encoding="utf-8"))))
         draws = list(csv.DictReader(io.StringIO(draws_file.read_text(encoding="utf-8"))))
     else:
-        draws = run_bench(options.draws, [word for peer in options.peer_draws for word in ("--peer", peer)])
-        if options.quick:
-            parts = [[*peers, "--declared", "--pairs", pair, "--families", "half-planes,wide", "--samplers", "blue,sobol"]
-                     for pair in ("01", "23")]
-            with ThreadPoolExecutor(2) as pool:
-                rows = [row for part in pool.map(lambda part: run_bench(options.program, part), parts) for row in part]
-        else:
-            rows = run_all(options.program, peers)
+        others = peers.chosen(options.openqmc, options.pathtracer)
+        draws = [row for row in run_bench(options.draws, []) if row["form"] != "peer" or row["sampler"] in others]
+        rows = run_all(options.program, (*(SAMPLERS[:2] if options.quick else SAMPLERS), *others), options.quick)
     write_rows(options.out / "samplers.csv", rows)
     write_rows(draws_file, draws)
     plot_time(rows, draws, options.out / "samplers_time.png")
     plot_spp(rows, options.out / "samplers_spp.png")
     plot_sigma(rows, options.out / "samplers_sigma.png")
-    plot_spectra(options.out / "samplers_spectra.png")
+    plot_spectra(options.program, names_in(rows), options.out / "samplers_spectra.png")
     command = "scripts/bench samplers" + (" --quick" if options.quick else "")
-    command += "".join(f" --peer {name}=FILE.npy" for name in names_in(rows) if name not in COLOURS)
-    command += "".join(f" --peer-draws {row['sampler']}=COMMAND" for row in draws if row["form"] == "peer")
+    command += " --openqmc DIR" if set(peers.PEERS) & set(names_in(rows)) else ""
     text = report_text(rows, draws, command)
     write_text(options.out / "samplers.md", text)
     print(text)

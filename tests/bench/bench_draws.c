@@ -3,15 +3,12 @@
  *
  *     sampler,form,nanoseconds,instances
  *
- * Forms: `single` calls bn_sample_4d() for four domains, each the child of the one before, of every
- * sample, as a path does; `inline` the same with bn_draw_4d(); `domain` calls bn_domain_child()
- * alone; `block` calls bn_sample_block() for 16 indices of 64 x 16 pixels. A time is the shortest
- * of many short ones, taken in turn, so that what else the machine does falls out; `instances` is
- * their number.
- *
- * Another library stands in the same table with --peer NAME=COMMAND: the command prints one number,
- * the nanoseconds of a 4-D draw measured in the same way. It runs several times in between, and the
- * least number counts. */
+ * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
+ * indices, pixel after pixel. Forms: `single` calls bn_sample_4d(); `inline` does the same with
+ * bn_draw_4d(); `peer` is another library in its own way (bench_openqmc.cpp, with
+ * -DBN_OPENQMC=DIR). And without domains: `domain` calls bn_domain_child() alone, `block` calls
+ * bn_sample_block() for 16 indices of 64 x 24 pixels. A time is the shortest of many short ones,
+ * taken in turn, so that what else the machine does falls out; `instances` is their number. */
 #if defined(__SSE2__)
 #include <emmintrin.h> /* before bn_draw.h: its faster form */
 #endif
@@ -21,13 +18,13 @@
 #include <string.h>
 #include <time.h>
 
-enum { WIDTH = 64, HEIGHT = 4, INDICES = 16, DEPTH = 4, MAX_PEERS = 16, KINDS = 5 };
-enum { DRAWS = WIDTH * HEIGHT * INDICES * DEPTH };
+#include "bench_openqmc.h"
+
+enum { WIDTH = 64, HEIGHT = 4, INDICES = 16, DOMAINS = 6, KINDS = 5 };
+enum { DRAWS = WIDTH * HEIGHT * INDICES * DOMAINS };
 
 static const char usage[] =
-    "usage: bench_draws [--rounds N] [--peer NAME=COMMAND] ...\n"
-    "  --rounds N           times each form is measured (400)\n"
-    "  --peer NAME=COMMAND  a command that prints the nanoseconds of another library's 4-D draw\n";
+    "usage: bench_draws [--rounds N]   (times each form is measured: 400)\n";
 
 static const char *const kind_names[KINDS] = {"blue", "sobol", "white", "zorder", "mask"};
 static volatile float sink;
@@ -47,11 +44,9 @@ static float draw_single(const bn_sampler *sampler, int32_t y0, float *block) {
     for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
         for (int32_t x = 0; x < WIDTH; ++x) {
             for (uint32_t index = 0; index < INDICES; ++index) {
-                uint32_t domain = BN_DOMAIN_ROOT;
-                for (uint32_t depth = 0; depth < DEPTH; ++depth) {
+                for (uint32_t key = 0; key < DOMAINS; ++key) {
                     float u[4];
-                    domain = bn_domain_child(domain, depth);
-                    bn_sample_4d(sampler, x, y, index, domain, u);
+                    bn_sample_4d(sampler, x, y, index, bn_domain_child(BN_DOMAIN_ROOT, key), u);
                     sum += u[0] + u[1] + u[2] + u[3];
                 }
             }
@@ -67,11 +62,9 @@ static float draw_inline(const bn_sampler *sampler, int32_t y0, float *block) {
     for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
         for (int32_t x = 0; x < WIDTH; ++x) {
             for (uint32_t index = 0; index < INDICES; ++index) {
-                uint32_t domain = BN_DOMAIN_ROOT;
-                for (uint32_t depth = 0; depth < DEPTH; ++depth) {
+                for (uint32_t key = 0; key < DOMAINS; ++key) {
                     float u[4];
-                    domain = bn_draw_domain_child(domain, depth);
-                    bn_draw_4d(table, x, y, index, domain, u);
+                    bn_draw_4d(table, x, y, index, bn_draw_domain_child(BN_DOMAIN_ROOT, key), u);
                     sum += u[0] + u[1] + u[2] + u[3];
                 }
             }
@@ -89,7 +82,7 @@ static float draw_domain(const bn_sampler *sampler, int32_t y0, float *block) {
 }
 
 static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
-    if (bn_sample_block(sampler, 0, y0, WIDTH, HEIGHT * DEPTH, 0, INDICES, 1, block, 4 * DRAWS) !=
+    if (bn_sample_block(sampler, 0, y0, WIDTH, HEIGHT * DOMAINS, 0, INDICES, 1, block, 4 * DRAWS) !=
         BN_SUCCESS) {
         exit(1);
     }
@@ -98,35 +91,26 @@ static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
 
 typedef struct row {
     const char *sampler, *form_name;
-    form *draw;
+    form *draw; /* or null: */
     const bn_sampler *instance;
-    const char *command; /* of a peer */
+    const bench_peer *peer;
     double best;
 } row;
 
-/* The number that a peer's command prints; negative when it does not. */
-static double ask_peer(const char *command) {
-    char line[256], *end = line;
-    double value = -1.0;
-    FILE *pipe = popen(command, "r");
-    if (pipe == NULL) return -1.0;
-    if (fgets(line, sizeof line, pipe) != NULL) value = strtod(line, &end);
-    while (fgets(line, sizeof line, pipe) != NULL) continue;
-    return pclose(pipe) == 0 && end != line && value > 0.0 ? value : -1.0;
-}
-
 static void measure(row *r, unsigned round, float *block) {
+    int32_t y0 = (int32_t)(round % 16u * HEIGHT);
     double start = now(), elapsed;
-    sink = r->draw(r->instance, (int32_t)(round % 16u * HEIGHT), block);
+    sink = r->draw != NULL ? r->draw(r->instance, y0, block)
+                           : r->peer->draw(y0, WIDTH, HEIGHT, INDICES, DOMAINS);
     elapsed = (now() - start) / DRAWS;
     if (elapsed < r->best) r->best = elapsed;
 }
 
 int main(int argc, char **argv) {
-    static row rows[4 * KINDS + MAX_PEERS];
+    static row rows[4 * KINDS + BENCH_PEERS];
     bn_sampler *samplers[KINDS];
-    unsigned rounds = 400, peer_rounds = 5;
-    int count = 0, peers = 0;
+    unsigned rounds = 400;
+    int count = 0;
     float *block = malloc(4 * DRAWS * sizeof *block);
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         bn_sampler_options options = bn_sampler_options_default();
@@ -144,47 +128,25 @@ int main(int argc, char **argv) {
         rows[count++] = (row){kind_names[kind], "block", draw_block, samplers[kind], NULL, 1e30};
     }
     rows[count++] = (row){"-", "domain", draw_domain, samplers[0], NULL, 1e30};
-    for (int i = 1; i < argc; i += 2) {
-        char *value = i + 1 < argc ? argv[i + 1] : NULL, *end = value;
-        if (value != NULL && strcmp(argv[i], "--rounds") == 0) {
-            rounds = (unsigned)strtoul(value, &end, 10);
-            if (end == value || *end != '\0' || rounds == 0) value = NULL;
-        } else if (value != NULL && strcmp(argv[i], "--peer") == 0 && peers < MAX_PEERS) {
-            end = strchr(value, '=');
-            if (end != NULL) {
-                *end = '\0';
-                rows[count++] = (row){value, "peer", NULL, NULL, end + 1, 1e30};
-                ++peers;
-            } else {
-                value = NULL;
-            }
-        } else {
-            value = NULL;
-        }
-        if (value == NULL) {
+    for (int i = 0; i < bench_peer_count; ++i) {
+        const bench_peer *peer = &bench_peers[i];
+        rows[count++] = (row){peer->name, "peer", NULL, NULL, peer, 1e30};
+        sink = peer->draw(0, 1, 1, 1, 1); /* fills its tables */
+    }
+    if (argc > 1) {
+        char *end = argc == 3 && strcmp(argv[1], "--rounds") == 0 ? argv[2] : NULL;
+        if (end != NULL) rounds = (unsigned)strtoul(argv[2], &end, 10);
+        if (end == NULL || end == argv[2] || *end != '\0' || rounds == 0) {
             fputs(usage, stderr);
             return 2;
         }
     }
     for (unsigned round = 0; round < rounds; ++round) {
-        for (int i = 0; i < count; ++i) {
-            if (rows[i].command == NULL) {
-                measure(&rows[i], round, block);
-            } else if (round % ((rounds + peer_rounds - 1) / peer_rounds) == 0) {
-                double value = ask_peer(rows[i].command);
-                if (value < 0.0) {
-                    fprintf(stderr, "bench_draws: this prints no number of nanoseconds: %s\n",
-                            rows[i].command);
-                    return 1;
-                }
-                if (value < rows[i].best) rows[i].best = value;
-            }
-        }
+        for (int i = 0; i < count; ++i) measure(&rows[i], round, block);
     }
     printf("sampler,form,nanoseconds,instances\n");
     for (int i = 0; i < count; ++i) {
-        printf("%s,%s,%.2f,%u\n", rows[i].sampler, rows[i].form_name, rows[i].best,
-               rows[i].command == NULL ? rounds : peer_rounds);
+        printf("%s,%s,%.2f,%u\n", rows[i].sampler, rows[i].form_name, rows[i].best, rounds);
     }
     for (int kind = 0; kind < KINDS; ++kind) bn_sampler_destroy(samplers[kind]);
     free(block);

@@ -7,13 +7,12 @@
  *
  *     sampler,declared,family,pair,spp,sigma,rmse,ratio
  *
- * with ratio the RMSE over that of `white` in the same run. Samples of other libraries come from
- * files
- * (--peer name=file.npy, float32 [height][width][spp][4]). The protocol is that of Heitz and
- * Belcour, "Distributing Monte Carlo Errors as a Blue Noise in Screen Space by Permuting Pixel
- * Seeds Between Frames", 2019, widened. */
+ * with ratio the RMSE over that of `white` in the same run. The samplers of OpenQMC are measured
+ * too in builds with -DBN_OPENQMC=DIR. --samples NAME SPP writes what a sampler draws instead, as
+ * float32 [256][256][SPP][4] without a header. The protocol is that of Heitz and Belcour,
+ * "Distributing Monte Carlo Errors as a Blue Noise in Screen Space by Permuting Pixel Seeds Between
+ * Frames", 2019, widened. */
 #include <bn/bn_draw.h>
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,7 +20,9 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { SIZE = 256, PIXELS = SIZE * SIZE, MARGIN = 12, SIGMAS = 5, MAX_COUNTS = 32, MAX_PEERS = 16 };
+#include "bench_openqmc.h"
+
+enum { SIZE = 256, PIXELS = SIZE * SIZE, MARGIN = 12, SIGMAS = 5, MAX_COUNTS = 32, KINDS = 5 };
 static const double sigmas[SIGMAS] = {0.0, 0.5, 1.0, 2.1, 3.0};
 
 /* ---- Integrands: a product of two factors, each on two of the four dimensions
@@ -230,47 +231,51 @@ static family four_dimensional(uint32_t set) {
 typedef struct source {
     const char *name;
     int32_t kind;
-    FILE *file; /* a peer's samples, positioned by `data` */
-    long data;
-    uint32_t available;
+    const bench_peer *peer; /* or null: libbn's sampler of this kind */
 } source;
 
-static int open_peer(const char *argument, source *s) {
-    char header[256] = {0}, *shape;
-    unsigned h, w, n;
-    const char *equal = strchr(argument, '=');
-    if (equal == NULL || (s->file = fopen(equal + 1, "rb")) == NULL) return 0;
-    char *name = calloc((size_t)(equal - argument) + 1, 1);
-    memcpy(name, argument, (size_t)(equal - argument));
-    s->name = name;
-    if (fread(header, 1, sizeof header - 1, s->file) < 64 ||
-        memcmp(header, "\x93NUMPY\x01", 7) != 0)
-        return 0;
-    s->data = 10 + ((unsigned char)header[8] | (unsigned char)header[9] << 8);
-    shape = memchr(header + 10, '(', sizeof header - 11);
-    if (shape == NULL || sscanf(shape, "(%u, %u, %u, 4)", &h, &w, &n) != 3) return 0;
-    if (strstr(header + 10, "'<f4'") == NULL || strstr(header + 10, "False") == NULL) return 0;
-    s->available = n;
-    return h == SIZE && w == SIZE;
+static bn_sampler *open_sampler(const source *s, uint32_t declared) {
+    bn_sampler *sampler = NULL;
+    bn_sampler_options o = bn_sampler_options_default();
+    o.kind = s->kind;
+    o.samples_per_pixel = declared;
+    if (s->peer == NULL && bn_sampler_create(&o, &sampler) != BN_SUCCESS) exit(1);
+    return sampler;
 }
 
 /* One row of the picture: [SIZE][count][4]. */
 static void read_row(const source *s, const bn_sampler *sampler, int row, uint32_t count,
                      float *out) {
-    if (s->file == NULL) {
-        bn_result result = bn_sample_block(sampler, 0, row, SIZE, 1, 0, count,
-                                           bn_domain_child(0, 1), out, (size_t)SIZE * count * 4);
-        if (result != BN_SUCCESS) exit(1);
-        return;
+    if (s->peer != NULL) {
+        s->peer->read_row(row, SIZE, count, out);
+    } else if (bn_sample_block(sampler, 0, row, SIZE, 1, 0, count, bn_domain_child(0, 1), out,
+                               (size_t)SIZE * count * 4) != BN_SUCCESS) {
+        exit(1);
     }
-    for (int x = 0; x < SIZE; ++x) {
-        long at = s->data + (long)(((size_t)row * SIZE + (size_t)x) * s->available * 16u);
-        if (fseek(s->file, at, SEEK_SET) != 0 ||
-            fread(out + (size_t)x * count * 4, 16, count, s->file) != count) {
-            fprintf(stderr, "bench_samplers: cannot read the samples of %s\n", s->name);
-            exit(1);
-        }
+}
+
+/* Whether `name` is one of the names in `list`, which have commas between them. */
+static int is_listed(const char *list, const char *name) {
+    size_t length = strlen(name);
+    for (const char *at = list; at != NULL; at = strchr(at, ',')) {
+        at += *at == ',';
+        if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0')) return 1;
     }
+    return 0;
+}
+
+static int write_samples(const source *s, uint32_t count) {
+    bn_sampler *sampler = open_sampler(s, 0);
+    size_t size = (size_t)SIZE * count * 4;
+    float *samples = malloc(size * sizeof *samples);
+    int ok = samples != NULL;
+    for (int row = 0; row < SIZE && ok; ++row) {
+        read_row(s, sampler, row, count, samples);
+        ok = fwrite(samples, sizeof *samples, size, stdout) == size;
+    }
+    free(samples);
+    bn_sampler_destroy(sampler);
+    return ok && fflush(stdout) == 0 ? 0 : 1;
 }
 
 /* ---- Errors
@@ -309,13 +314,7 @@ static double blurred_rmse(const float *errors, double sigma, float *scratch) {
 static void measure(const source *s, uint32_t declared, const family *f, const uint32_t *counts,
                     int n, double rmse[][SIGMAS]) {
     enum { GROUP = 8 };
-    bn_sampler *sampler = NULL;
-    if (s->file == NULL) {
-        bn_sampler_options o = bn_sampler_options_default();
-        o.kind = s->kind;
-        o.samples_per_pixel = declared;
-        if (bn_sampler_create(&o, &sampler) != BN_SUCCESS) exit(1);
-    }
+    bn_sampler *sampler = open_sampler(s, declared);
     uint32_t last = counts[n - 1];
     float *samples = malloc((size_t)SIZE * last * 4 * sizeof *samples);
     float *images = malloc((size_t)GROUP * n * PIXELS * sizeof *images);
@@ -369,18 +368,34 @@ static void measure(const source *s, uint32_t declared, const family *f, const u
     bn_sampler_destroy(sampler);
 }
 
-static const char usage[] = "usage: bench_samplers [--max-spp N] [--samplers NAME,...] [--pairs "
-                            "01,23,02,03,12,13] [--set N] [--sets N]\n"
-                            "                      [--families half-planes,wide,4-D] [--declared] "
-                            "[--peer NAME=FILE.npy]...\n";
+static const char usage[] =
+    "usage: bench_samplers [--max-spp N] [--samplers NAME,...] [--pairs 01,23,02,03,12,13]\n"
+    "                      [--set N] [--sets N] [--families half-planes,wide,4-D] [--declared]\n"
+    "       bench_samplers --samples NAME SPP\n";
 
 int main(int argc, char **argv) {
-    static const char *const kind_names[] = {"blue", "sobol", "white", "zorder", "mask"};
-    source sources[5 + MAX_PEERS] = {{"white", BN_SAMPLER_WHITE, NULL, 0, 0}};
-    int source_count = 1, declared_too = 0, sets = 1;
+    /* White first: the others are related to it. */
+    static const source libbn[KINDS] = {{"white", BN_SAMPLER_WHITE, NULL},
+                                        {"blue", BN_SAMPLER_BLUE, NULL},
+                                        {"sobol", BN_SAMPLER_SOBOL, NULL},
+                                        {"zorder", BN_SAMPLER_ZORDER, NULL},
+                                        {"mask", BN_SAMPLER_MASK, NULL}};
+    source known[KINDS + BENCH_PEERS], sources[KINDS + BENCH_PEERS];
+    int known_count = 0, source_count = 0, declared_too = 0, sets = 1;
     uint32_t max_spp = 256, set = 1;
-    const char *samplers = "blue,sobol,zorder,mask", *pairs = "01,23",
-               *families = "half-planes,wide,4-D";
+    const char *samplers = NULL /* all */, *pairs = "01,23", *families = "half-planes,wide,4-D";
+    while (known_count < KINDS) known[known_count] = libbn[known_count], ++known_count;
+    for (int i = 0; i < bench_peer_count; ++i)
+        known[known_count++] = (source){bench_peers[i].name, 0, &bench_peers[i]};
+    if (argc == 4 && strcmp(argv[1], "--samples") == 0) {
+        char *end;
+        unsigned long count = strtoul(argv[3], &end, 10);
+        for (int i = 0; i < known_count && *end == '\0' && count > 0 && count <= 4096; ++i)
+            if (strcmp(argv[2], known[i].name) == 0)
+                return write_samples(&known[i], (uint32_t)count);
+        fputs(usage, stderr);
+        return 2;
+    }
     for (int a = 1; a < argc; ++a) {
         if (strcmp(argv[a], "--declared") == 0) {
             declared_too = 1;
@@ -403,24 +418,15 @@ int main(int argc, char **argv) {
             pairs = value;
         else if (strcmp(argv[a], "--families") == 0)
             families = value;
-        else if (strcmp(argv[a], "--peer") == 0 && source_count < MAX_PEERS) {
-            if (!open_peer(value, &sources[source_count++])) {
-                fprintf(stderr,
-                        "bench_samplers: %s is not NAME=FILE.npy with float32 [%d][%d][spp][4]\n",
-                        value, SIZE, SIZE);
-                return 1;
-            }
-        } else {
+        else {
             fputs(usage, stderr);
             return 2;
         }
         ++a;
     }
-    for (int kind = 0; kind < 5; ++kind) {
-        if (kind != BN_SAMPLER_WHITE && strstr(samplers, kind_names[kind]) != NULL) {
-            sources[source_count++] = (source){kind_names[kind], kind, NULL, 0, 0};
-        }
-    }
+    for (int i = 0; i < known_count; ++i)
+        if (i == 0 || samplers == NULL || is_listed(samplers, known[i].name))
+            sources[source_count++] = known[i];
     static const uint32_t all_counts[] = {1,   2,   3,   4,   5,    6,    7,   8,   11,
                                           12,  16,  24,  32,  48,   64,   96,  128, 192,
                                           256, 384, 512, 768, 1000, 1024, 4096};
@@ -447,16 +453,11 @@ int main(int argc, char **argv) {
             char pair[8] = "all";
             if (list[f].i >= 0) snprintf(pair, sizeof pair, "%d%d", list[f].i & 3, list[f].j & 3);
             if (isatty(2))
-                fprintf(stderr, "\r%-12s %-12s %s   ", sources[s].name, list[f].name, pair);
-            int usable = n;
+                fprintf(stderr, "\r%-17s %-12s %s   ", sources[s].name, list[f].name, pair);
             double rmse[MAX_COUNTS][SIGMAS];
-            while (sources[s].file != NULL && usable > 0 &&
-                   counts[usable - 1] > sources[s].available)
-                --usable;
-            if (usable == 0) continue;
-            measure(&sources[s], 0, &list[f], counts, usable, rmse);
+            measure(&sources[s], 0, &list[f], counts, n, rmse);
             if (s == 0) memcpy(white[f], rmse, sizeof rmse);
-            for (int c = 0; c < usable; ++c) {
+            for (int c = 0; c < n; ++c) {
                 for (int k = 0; k < SIGMAS; ++k) {
                     printf("%s,0,%s,%s,%u,%.1f,%.6g,%.4f\n", sources[s].name, list[f].name, pair,
                            counts[c], sigmas[k], rmse[c][k], rmse[c][k] / white[f][c][k]);
@@ -464,7 +465,7 @@ int main(int argc, char **argv) {
             }
             /* The others take no notice of it. */
             int declares =
-                declared_too && sources[s].file == NULL &&
+                declared_too && sources[s].peer == NULL &&
                 (sources[s].kind == BN_SAMPLER_BLUE || sources[s].kind == BN_SAMPLER_ZORDER);
             for (int c = 0; declares && c < n; ++c) {
                 double at[1][SIGMAS];

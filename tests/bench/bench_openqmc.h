@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The samplers of OpenQMC for the benchmarks, which are C: in builds with -DBN_OPENQMC=DIR. */
+#ifndef BENCH_OPENQMC_H
+#define BENCH_OPENQMC_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct bench_peer {
+    const char *name; /* as the path tracer has it */
+    /* Draws as a path does: `domains` 4-D draws for each index of each pixel of the rows from y0
+     * on. The sum of all numbers, so that none is left out. */
+    float (*draw)(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t domains);
+    /* The samples of one domain in a row of pixels: out[width][count][4]. */
+    void (*read_row)(int32_t y, int32_t width, uint32_t count, float *out);
+} bench_peer;
+
+enum { BENCH_PEERS = 3 };
+
+#ifdef BN_WITH_OPENQMC
+extern const bench_peer bench_peers[BENCH_PEERS];
+enum { bench_peer_count = BENCH_PEERS };
+#else
+static const bench_peer bench_peers[BENCH_PEERS];
+enum { bench_peer_count = 0 };
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
