@@ -7,8 +7,10 @@ pixels, and for the sampler the pixels of two small probes. So an interrupted ru
 one sampler renders that sampler again and no other.
 """
 
+import csv
 import dataclasses
 import hashlib
+import io
 import json
 import os
 import sys
@@ -24,7 +26,7 @@ import numpy as np
 from .convergence import make_reference, scene_label
 from .files import read_exr, read_first_half, sha256_of, written_beside
 from .flip import mean_flip
-from .image_error import LUMINANCE, all_errors, auto_exposure, luminance_error, own_errors, radial_spectrum
+from .image_error import LUMINANCE, MEASURES, all_errors, auto_exposure, luminance_error, own_errors, radial_spectrum
 from .progress import Progress, duration
 from .renderer import RenderError, Request, cache_folder, progressive, run_pathtracer
 from .variants import VARIANTS
@@ -107,6 +109,15 @@ class Store:
             np.savez(beside, rows=json.dumps(rows), **arrays)
 
 
+def files_beside(scene):
+    """Names, sizes and times of a scene's file and of all that lies beside and below it, which it may name."""
+    folder = Path(scene).parent
+    if not Path(scene).is_file():
+        return []
+    stats = ((path.relative_to(folder).as_posix(), path.stat()) for path in sorted(folder.rglob("*")) if path.is_file())
+    return [[name, stat.st_size, stat.st_mtime_ns] for name, stat in stats]
+
+
 class Builds:
     """What tells one build of a sampler from another: the pixels of small pictures of a scene.
 
@@ -126,9 +137,9 @@ class Builds:
         at = (view.scene, label)
         if at not in self._found:
             variant = VARIANTS[label]
-            key = {"probe": [view.scene, dataclasses.astuple(variant), self.most_spp], "program": self._program_sha256}
-            # A scene's file, or one that it names, may have changed.
-            found = None if Path(view.scene).exists() else self.store.load(key)
+            key = {"probe": [view.scene, dataclasses.astuple(variant), self.most_spp], "program": self._program_sha256,
+                   "files": files_beside(view.scene)}
+            found = self.store.load(key)
             if not found:
                 found = self._probe(view, variant), {}
                 self.store.save(key, *found)
@@ -317,3 +328,14 @@ class Cells:
 
     def get(self, view, label, spp, measure):
         return self.values.get((view, label, spp), {}).get(measure)
+
+    def csv_text(self):
+        """A row for each cell: root mean squares over seeds."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        names = (*MEASURES, "flip")
+        writer.writerow(["scene", "view", "width", "height", "sampler", "spp", "seeds", *names])
+        for (view, label, spp), cell in self.values.items():
+            writer.writerow([Path(view.scene).stem, view.name, *view.size, label, spp, len(cell["rmse"]), *(
+                f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" if name in cell else "" for name in names)])
+        return out.getvalue()

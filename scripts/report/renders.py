@@ -74,7 +74,7 @@ def run(arguments):
     report = Report(options, cells, references, furnaces, times)
     # What the text speaks of is there before the text.
     renders_plots.draw_all(report, options.out, options.pages)
-    write_text(options.pages / "renders.csv", report.csv_text())
+    write_text(options.pages / "renders.csv", cells.csv_text())
     write_text(options.pages / "renders.html", renders_page.html_page(report))
     gains.write_rows(options.out / "renders_headline.csv", report.headline_rows())
     write_text(options.out / "renders.md", report.text())

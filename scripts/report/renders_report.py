@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `scripts/bench renders` measured, as tables: gains, spread over views, aims, tests, times."""
 
-import csv
-import io
 import math
 import statistics
 
@@ -386,14 +384,3 @@ class Report:
                   "every figure, and makes gains at high counts look smaller than they are.", "", self.references_table(), "",
                   self.left_out_text(), ""]
         return "\n".join(parts)
-
-    def csv_text(self):
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(["scene", "view", "width", "height", "sampler", "spp", "seeds", *ALL_MEASURES])
-        for (view, label, spp), cell in self.cells.values.items():
-            errors = [math.sqrt(statistics.mean(e * e for e in cell[name])) if name in cell else math.nan
-                      for name in ALL_MEASURES]
-            writer.writerow([view.scene, view.name, *view.size, label, spp, len(cell["rmse"]),
-                             *("" if math.isnan(error) else f"{error:.6g}" for error in errors)])
-        return out.getvalue()

@@ -9,6 +9,7 @@ of a scene, and each view turns, moves and zooms the scene's camera a little, so
 import argparse
 import dataclasses
 import math
+from pathlib import Path
 
 from .renderer import Request
 
@@ -58,7 +59,7 @@ class View:
 
     @property
     def label(self):
-        return f"{self.scene} {self.name}"
+        return f"{Path(self.scene).stem} {self.name}".strip()
 
     def request(self, sampler, spp, seed=0, **more):
         return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.camera, **more)

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The samplers on other people's models: `scripts/bench models FOLDER...` writes docs/report/models.*
+
+Renders every .gltf, .glb and .obj below the folders with every sampler, several seeds and 1, 4, 16 and 64 samples per
+pixel, through the file's own camera or one that frames it, lit by the file's lights or else by the path tracer's sky,
+and displayed at the exposure that its reference asks for. References and measured rows are kept in ~/.cache/libbn: an
+interrupted run goes on where it was. A folder's SOURCES.csv (file,publisher,source,licence) says where files come from.
+"""
+
+import argparse
+import csv
+import math
+import statistics
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from . import gains, variants
+from .bench_options import add_common_options, finish_options, run_or_say_why
+from .convergence import parse_size
+from .files import write_text
+from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, Gains
+from .image_error import measure_name
+from .judge import Cells, Run, plan, render_reference
+from .renderer import RenderError
+from .renders_plots import finish, save
+from .renders_report import gain_table, md_table, samplers_table
+from .views import View
+
+ENDINGS = (".gltf", ".glb", ".obj")
+COUNTS, SEEDS = (1, 4, 16, 64), 8
+REFERENCE_SPP = 4096
+SIZE = (97, 89)
+SAMPLERS = ("white", "sobol", "blue", "blue, declared")
+SOURCE_FIELDS = ("file", "publisher", "source", "licence")
+
+
+def models_below(folders):
+    """{path: folder it was found below}, in order of their names."""
+    found = {}
+    for folder in folders:
+        for path in sorted(folder.rglob("*")):
+            if path.suffix.lower() in ENDINGS and path.is_file():
+                found.setdefault(path.resolve(), folder.resolve())
+    return found
+
+
+def read_sources(path):
+    """{file: row} of a SOURCES.csv."""
+    with open(path, newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        if not set(SOURCE_FIELDS) <= set(reader.fieldnames or ()):
+            raise OSError(f"{path} needs the columns {','.join(SOURCE_FIELDS)} in its first line")
+        return {row["file"]: {name: (row[name] or "").strip() for name in SOURCE_FIELDS} for row in reader}
+
+
+def source_of(path, root):
+    """The row of the nearest SOURCES.csv that names the file, relative to itself; empty texts if there is none."""
+    for folder in path.parents:
+        sources = folder / "SOURCES.csv"
+        if sources.is_file():
+            row = read_sources(sources).get(path.relative_to(folder).as_posix())
+            if row:
+                return row
+        if folder == root:
+            break
+    return dict.fromkeys(SOURCE_FIELDS, "")
+
+
+def names_of(paths):
+    """{path: a short name}: its stem, with as many folders before it as tell it from others."""
+    names, stems = {}, {}
+    for path in paths:
+        stems.setdefault(path.stem, []).append(path)
+    for stem, same in stems.items():
+        for path in same:
+            depth = 1
+            while len({other.parts[-depth:] for other in same}) < len(same):
+                depth += 1
+            names[path] = stem if len(same) == 1 else "/".join(path.parts[-depth:])
+    return names
+
+
+def run_models(options, paths, seeds):
+    """(results of all tasks, {view: Reference}, {path: the line that says why it failed})."""
+    work = Run(options.pathtracer, "models", max(COUNTS), options.jobs, not options.no_flip)
+    results, references, failures = {}, {}, {}
+    for i, path in enumerate(paths):
+        view = View(str(path), "", *options.size, options.more)
+        if sys.stderr.isatty():
+            print(f"{i + 1} of {len(paths)}: {path}", file=sys.stderr)
+        try:
+            reference = render_reference(options.pathtracer, view, options.reference_spp)
+            if not reference.picture.any():
+                raise RenderError("nothing is visible: the picture is black")
+            results.update(work.results({view: reference}, plan((view,), options.labels, seeds)))
+            references[view] = reference
+        except RenderError as error:
+            failures[path] = str(error).splitlines()[-1]
+    return results, references, failures
+
+
+def cell_text(found, view, measure, spp):
+    """1.83 / 1.20 / 0.98: against white, sobol and OpenQMC."""
+    texts = []
+    for than in found.thans()[:3]:
+        logs = found.logs(view, "blue", spp, measure, than)
+        judged = logs is not None and found.is_judged(view, "blue", spp, measure)
+        texts.append(f"{math.exp(np.mean(logs)):.2f}" if judged else "-")
+    return " / ".join(texts)
+
+
+def models_table(found, names, measure):
+    """A row for each model, and the means."""
+    rows = [[names[view], *(cell_text(found, view, measure, spp) for spp in COUNTS)] for view in found.views]
+    means = []
+    for spp in COUNTS:
+        gained = [found.gain("blue", spp, measure, than) for than in found.thans()[:3]]
+        means.append("**" + " / ".join(f"{gain.value:.2f}" if gain else "-" for gain in gained) + "**")
+    return md_table(["model", *(f"{spp} spp" for spp in COUNTS)], [*rows, ["**geometric mean**", *means]])
+
+
+def sources_table(found, names, sources):
+    rows = []
+    for view in found.views:
+        row, shares = sources[view], []
+        for measure in HEADLINE_MEASURES:
+            own, errors = found.references[view].own[measure], found.cells.get(view, "blue", COUNTS[-1], measure)
+            shares += [f"{own:.2g}", f"{100 * own / statistics.mean(errors):.0f} %" if min(errors) > 0 else ""]
+        rows.append([names[view], row["publisher"], row["licence"], row["source"], *shares])
+    return md_table(["model", "publisher", "licence", "source", "own error as displayed", f"of blue's at {COUNTS[-1]} spp",
+                     "own RMSE", f"of blue's at {COUNTS[-1]} spp"], rows)
+
+
+def report_text(options, found, names, sources, failures):
+    publishers = {row["publisher"] for row in sources.values() if row["publisher"]}
+    count = len(found.views)
+    parts = ["# Other people's models", "", f"Printed by `{options.command}`.", "",
+             f"{count} model{'s' if count != 1 else ''}"
+             + (f" of {len(publishers)} publisher{'s' if len(publishers) != 1 else ''}" if publishers else "")
+             + f", {options.size[0]}x{options.size[1]} pixels, {options.seeds} seeds, against references of "
+             f"{options.reference_spp} samples per pixel (`sobol`, another seed). The camera is the file's own, or one that "
+             "frames the model; light comes from the file, or from the path tracer's sky where the file has none. As displayed "
+             "means at the exposure that brings the reference's mean luminance to middle grey.", "",
+             "## Times less error", "",
+             "Geometric means over models and seeds, with 95 % intervals of a bootstrap that draws both again. A model is left "
+             f"out at a count where blue's error is less than {REFERENCE_MARGIN:g} times the reference's own.", ""]
+    labels = [label for label in ("blue", "blue, declared") if label in found.labels]
+    for measure in HEADLINE_MEASURES:
+        for label in labels:
+            parts += [f"### {label}, {measure_name(measure)}", "", gain_table(found, COUNTS, (label,), found.thans(), measure), ""]
+    parts += ["![Gains on every model](models.png)", "",
+              "## Every sampler", "", "White noise's error over each sampler's.", ""]
+    for measure in (*HEADLINE_MEASURES, "displayed", "rmse", "trimmed_2.1", "flip"):
+        parts += [f"### {measure_name(measure)}", "", samplers_table(found, COUNTS, measure), ""]
+    thans = " / ".join("OpenQMC" if than == BEST_PEER else than for than in found.thans()[:3])
+    parts += ["## Every model", "", f"How many times less error blue has than {thans}; - where the reference is too coarse.", ""]
+    for measure in HEADLINE_MEASURES:
+        parts += [f"### {measure_name(measure)}", "", models_table(found, names, measure), ""]
+    parts += ["## Where they come from, and the references' own error", "", sources_table(found, names, sources), ""]
+    parts += ["## What failed", ""]
+    parts += [f"- {name}: {line}" for name, line in failures.items()] or ["Nothing."]
+    return "\n".join([*parts, ""])
+
+
+def plot(found, path):
+    """A dot for each model, the mean and its interval beside them."""
+    thans = found.thans()[:3]
+    figure, axes = plt.subplots(1, len(thans), figsize=(4 * len(thans), 4.2), squeeze=False)
+    for axis, than in zip(axes[0], thans):
+        for measure, colour, shift in zip(HEADLINE_MEASURES, ("#0050b0", "#d55e00"), (0.9, 1.11)):
+            for spp in COUNTS:
+                logs = [found.logs(view, "blue", spp, measure, than) for view in found.views
+                        if found.is_judged(view, "blue", spp, measure)]
+                values = sorted(math.exp(np.mean(own)) for own in logs if own is not None)
+                # Spread to the sides in order, so that equal ones do not hide each other.
+                places = spp * shift * 1.06 ** np.linspace(-1, 1, len(values)) if values else []
+                axis.plot(places, values, ".", color=colour, markersize=4, alpha=.5)
+                gain = found.gain("blue", spp, measure, than)
+                if gain:
+                    axis.errorbar([spp * shift * 1.12 ** (1 if shift > 1 else -1)], [gain.value], [[gain.value - gain.low],
+                                  [gain.high - gain.value]], fmt="o", color=colour, markersize=6, capsize=3,
+                                  label=measure_name(measure) if spp == COUNTS[0] else None)
+        axis.axhline(1, color="0.3", linewidth=.8)
+        finish(axis, f"{'best of OpenQMC' if than == BEST_PEER else than} / blue", "samples per pixel")
+        axis.set_xticks(COUNTS)
+    axes[0][0].set_ylabel("times less error")
+    axes[0][0].legend(fontsize="small")
+    save(figure, path)
+
+
+def parse_options(arguments):
+    parser = argparse.ArgumentParser(
+        prog="scripts/bench models", description=__doc__.splitlines()[0],
+        epilog="What follows -- goes to the path tracer as it is: scripts/bench models folder -- --env sky")
+    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="where models are looked for, in depth")
+    parser.add_argument("--size", type=parse_size, default=SIZE, metavar="WxH", help=f"default {SIZE[0]}x{SIZE[1]}")
+    variants.add_option(parser, SAMPLERS)
+    add_common_options(parser, REFERENCE_SPP, "out/models")
+    arguments, more = list(arguments), ()
+    if "--" in arguments:
+        more = tuple(arguments[arguments.index("--") + 1:])
+        arguments = arguments[:arguments.index("--")]
+    options = parser.parse_args(arguments)
+    options.more = more
+    finish_options(parser, options, "models", arguments)
+    options.command += "".join(f" {word}" for word in (("--", *more) if more else ()))
+    for folder in options.folders:
+        if not folder.is_dir():
+            parser.error(f"there is no folder {folder}")
+        # The folders' names are of one machine.
+        options.command = options.command.replace(f" {folder}", " FOLDER", 1)
+    options.seeds = options.seeds or SEEDS
+    return options
+
+
+def run(arguments):
+    options = parse_options(arguments)
+    roots = models_below(options.folders)
+    if not roots:
+        raise OSError(f"there is no {', '.join(ENDINGS)} below {', '.join(map(str, options.folders))}")
+    sources = {path: source_of(path, root) for path, root in roots.items()}  # refused before hours are spent
+    names = names_of(list(roots))
+    results, references, failures = run_models(options, list(roots), dict.fromkeys(COUNTS, options.seeds))
+    failures = {names[path]: line.replace(str(path), names[path]) for path, line in failures.items()}
+    if not references:
+        lines = "; ".join(f"{name}: {line}" for name, line in failures.items())
+        raise OSError(f"no model could be rendered: {lines}")
+    cells = Cells(results)
+    found = Gains(cells, references, options.labels)
+    sources = {view: sources[Path(view.scene)] for view in references}
+    plot(found, options.out / "models.png")
+    write_text(options.pages / "models.csv", cells.csv_text())
+    gains.write_rows(options.out / "models_headline.csv", found.rows(COUNTS, HEADLINE_MEASURES))
+    text = report_text(options, found, {view: names[Path(view.scene)] for view in references}, sources, failures)
+    write_text(options.out / "models.md", text)
+    print(text)
+    print(f"Written: {options.out}/models.md, models.png and models_headline.csv; {options.pages}/models.csv.")
+
+
+def main(arguments=None):
+    run_or_say_why(run, arguments)
+
+
+if __name__ == "__main__":
+    main()

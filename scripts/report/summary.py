@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What blue noise buys, in one table: `scripts/bench summary` puts it into README.md
+
+From the gains that `scripts/bench renders` and `scripts/bench models` left in docs/report: times less error than white
+noise, Sobol' and the best of OpenQMC, over scenes and views and over other people's models, as displayed and raw.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from .files import write_text
+from .gains import BEST_PEER, read_rows
+from .renders_report import md_table
+
+COUNTS = (1, 4, 16, 64)
+MEASURES = {"displayed_2.1": "as displayed", "rmse_2.1": "raw"}
+THANS = {"white": "white", "sobol": "Sobol'", BEST_PEER: "best of OpenQMC"}
+BEGIN, END = "<!-- table: scripts/bench summary -->\n", "<!-- end of the summary -->\n"
+
+
+class SummaryError(Exception):
+    """One line that says what to do."""
+
+
+def over(gains):
+    """'6 scenes, 12 views' or '27 models' of what was judged; '12 to 10' where counts leave some out."""
+    def spread(numbers, what):
+        low, high = min(numbers), max(numbers)
+        return f"{high if low == high else f'{low} to {high}'} {what}{'' if high == 1 else 's'}"
+
+    if all(gain.views == gain.scenes for gain in gains):
+        return spread([gain.views for gain in gains], "model")
+    return f"{spread([gain.scenes for gain in gains], 'scene')}, {spread([gain.views for gain in gains], 'view')}"
+
+
+def table(parts):
+    """parts: tables of gains.read_rows(), one after the other."""
+    thans = [than for than in THANS if any(key[3] == than for gains in parts for key in gains)]
+    rows = []
+    for gains in parts:
+        own = [gain for (measure, spp, label, _), gain in gains.items()
+               if label == "blue" and spp in COUNTS and measure in MEASURES]
+        for measure, name in MEASURES.items():
+            for spp in COUNTS:
+                found = [gains.get((measure, spp, "blue", than)) for than in thans]
+                if any(found):
+                    rows.append([over(own), name, str(spp), *(gain.text() if gain else "" for gain in found)])
+    return md_table(["over", "error", "spp", *(THANS[than] for than in thans)], rows)
+
+
+def read_parts(folder):
+    parts = [(folder / f"{name}_headline.csv", f"scripts/bench {name}") for name in ("renders", "models")]
+    found = [read_rows(path) for path, _ in parts if path.is_file()]
+    missing = [f"{path} is missing: {command} writes it" for path, command in parts if not path.is_file()]
+    if not found:
+        raise SummaryError("; ".join(missing))
+    return found, missing
+
+
+def update_readme(readme, text):
+    old = readme.read_text(encoding="utf-8")
+    if old.count(BEGIN) != 1 or old.count(END) != 1 or old.index(BEGIN) > old.index(END):
+        raise SummaryError(f"{readme} has lost the marks of its table: {BEGIN.strip()} and {END.strip()}")
+    before, after = old.split(BEGIN)[0], old.split(END)[1]
+    write_text(readme, f"{before}{BEGIN}\n{text}\n\n{END}{after}")
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="scripts/bench summary", description=__doc__.splitlines()[0])
+    parser.add_argument("--report", type=Path, default=Path("docs/report"), metavar="FOLDER",
+                        help="where the two commands wrote (default docs/report)")
+    parser.add_argument("--readme", type=Path, default=Path("README.md"), help=argparse.SUPPRESS)
+    parser.add_argument("--print", action="store_true", help="print the table and leave README.md alone")
+    options = parser.parse_args(arguments)
+    try:
+        parts, missing = read_parts(options.report)
+        text = table(parts)
+        if not options.print:
+            update_readme(options.readme, text)
+    except (SummaryError, OSError) as error:
+        sys.exit(f"bench: {error}")
+    for line in missing:
+        print(f"bench: {line}", file=sys.stderr)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

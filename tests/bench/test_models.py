@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samplers on models from files: a tiny run of the whole, what fails in it, and the summary that is made of it."""
+
+import csv
+import re
+
+import pytest
+from PIL import Image
+
+pytest.importorskip("flip_evaluator")
+
+from report import gains, judge, models, summary
+
+TENT = """v -1 0 -1
+v 1 0 -1
+v 1 0 1
+v -1 0 1
+v 0 {height} 0
+f 1 2 3 4
+f 1 5 2
+f 2 5 3
+f 3 5 4
+f 4 5 1
+"""
+SOURCES = """file,publisher,source,licence
+a/tent.obj,Someone,https://example.org/tent,CC0-1.0
+b/tent.obj,Another,https://example.org/other,CC-BY-4.0
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    root = tmp_path / "models"
+    for name, height in (("a", 1.5), ("b", 0.7)):
+        (root / name).mkdir(parents=True)
+        (root / name / "tent.obj").write_text(TENT.format(height=height))
+    (root / "broken.gltf").write_text("{")
+    (root / "notes.txt").write_text("no model")
+    (root / "SOURCES.csv").write_text(SOURCES)
+    return root
+
+
+def arguments(pathtracer, folder, out, *more):
+    return [str(folder), "--size", "19x17", "--samplers", "blue", "--seeds", "2", "--reference-spp", "256", "--jobs", "2",
+            "--out", str(out), "--pages", str(out / "pages"), "--pathtracer", str(pathtracer), "--no-flip", *more]
+
+
+def test_every_model_has_a_row_and_what_fails_is_listed(pathtracer, folder, tmp_path, monkeypatch, capsys):
+    out, made, real = tmp_path / "report", [], judge.measure
+    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    models.main(arguments(pathtracer, folder, out))
+    text = (out / "models.md").read_text(encoding="utf-8")
+    assert text.rstrip("\n") in capsys.readouterr().out and str(tmp_path) not in text
+    assert "scripts/bench models FOLDER --size 19x17" in text and "2 models of 2 publishers" in text
+    assert "| a/tent.obj | Someone | CC0-1.0 | https://example.org/tent |" in text
+    for measure in ("RMSE as displayed after sigma 2.1", "RMSE after sigma 2.1"):
+        part = text[text.index("## Every model"):].split(f"### {measure}\n")[1].split("\n### ")[0]
+        assert len(re.findall(r"^\| [ab]/tent.obj \|( (\d+\.\d\d|-) / (\d+\.\d\d|-) \|){4}$", part, re.M)) == 2
+    assert re.search(r"^- broken: .*broken", text, re.M)
+    Image.open(out / "models.png").verify()
+    with open(out / "pages/models.csv", newline="", encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) == 2 * 3 * 4
+    # Two models, three samplers, two seeds; found again the next time, but for the model that changes.
+    assert len(made) == 12
+    models.main(arguments(pathtracer, folder, out))
+    assert len(made) == 12 and (out / "models.md").read_text(encoding="utf-8") == text
+    (folder / "b/tent.obj").write_text(TENT.format(height=2))
+    models.main(arguments(pathtracer, folder, out))
+    assert len(made) == 18
+
+    readme = tmp_path / "README.md"
+    readme.write_text(f"before\n{summary.BEGIN}old\n{summary.END}after\n", encoding="utf-8")
+    summary.main(["--report", str(out), "--readme", str(readme)])
+    captured = capsys.readouterr()
+    assert "renders_headline.csv is missing: scripts/bench renders writes it" in captured.err
+    lines = readme.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "before" and lines[-1] == "after" and "old" not in lines
+    found = gains.read_rows(out / "models_headline.csv")
+    first = found["displayed_2.1", 1, "blue", "white"]
+    assert any(line.startswith("| 2 models | as displayed | 1 | " + first.text()) for line in lines)
+
+
+def gain(value, scenes, views):
+    return gains.Gain(value, value - 0.1, value + 0.1, scenes, views)
+
+
+def test_summary_of_both_with_peers():
+    renders = {(measure, spp, "blue", than): gain(2.0, 6, 12 if spp < 64 else 10) for measure in summary.MEASURES
+               for spp in (1, 2, 4, 16, 64) for than in ("white", "sobol", gains.BEST_PEER, gains.BEST_PEER_EACH)}
+    models_found = {("rmse_2.1", 4, "blue", "white"): gain(1.2, 27, 27)}
+    lines = summary.table([renders, models_found]).splitlines()
+    assert lines[0] == "| over | error | spp | white | Sobol' | best of OpenQMC |" and len(lines) == 2 + 8 + 1
+    assert lines[2] == "| 6 scenes, 10 to 12 views | as displayed | 1 |" + " 2.00 (1.90 to 2.10) |" * 3
+    assert lines[-1] == "| 27 models | raw | 4 | 1.20 (1.10 to 1.30) |  |  |"
+
+
+def test_a_readme_without_marks_is_left_alone(tmp_path):
+    gains.write_rows(tmp_path / "renders_headline.csv", [
+        {"measure": "rmse_2.1", "spp": 1, "sampler": "blue", "than": "white", "gain": 2, "low": 1, "high": 3, "scenes": 1,
+         "views": 2, "left_out": 0}])
+    readme = tmp_path / "README.md"
+    readme.write_text("no marks", encoding="utf-8")
+    with pytest.raises(SystemExit, match="lost the marks"):
+        summary.main(["--report", str(tmp_path), "--readme", str(readme)])
+    assert readme.read_text(encoding="utf-8") == "no marks"
+    with pytest.raises(SystemExit, match="scripts/bench models writes it"):
+        summary.main(["--report", str(tmp_path / "none")])
+
+
+def test_names_tell_files_apart(tmp_path):
+    paths = [tmp_path / "duck/a/duck.gltf", tmp_path / "duck/b/duck.gltf", tmp_path / "box.glb"]
+    assert list(models.names_of(paths).values()) == ["a/duck.gltf", "b/duck.gltf", "box"]
+
+
+def test_sources_without_their_columns_are_refused(tmp_path):
+    (tmp_path / "SOURCES.csv").write_text("name,url\n")
+    (tmp_path / "a.obj").write_text(TENT.format(height=1))
+    with pytest.raises(SystemExit, match="needs the columns file,publisher,source,licence"):
+        models.main([str(tmp_path)])
+
+
+def test_folders_without_models_are_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit, match="there is no .gltf, .glb, .obj below"):
+        models.main([str(tmp_path)])
+    with pytest.raises(SystemExit):
+        models.main([str(tmp_path / "none")])
+    assert "there is no folder" in capsys.readouterr().err
