@@ -2,6 +2,7 @@
 """What the commands of `scripts/bench` that judge rendered pictures have in common: options, and how they end."""
 
 import argparse
+import importlib.util
 import os
 import sys
 from pathlib import Path
@@ -31,6 +32,17 @@ def arguments_that_count(arguments):
     return result
 
 
+def find_onnxruntime():
+    """Tells the path tracer of the installed package onnxruntime, unless BN_ONNXRUNTIME is set. False if there is none."""
+    if os.environ.get("BN_ONNXRUNTIME"):
+        return True
+    spec = importlib.util.find_spec("onnxruntime")
+    found = sorted((Path(spec.origin).parent / "capi").glob("libonnxruntime.so*")) if spec and spec.origin else []
+    if found:
+        os.environ["BN_ONNXRUNTIME"] = str(found[0])
+    return bool(found)
+
+
 def add_common_options(parser, reference_spp, pages):
     """What `renders` and `models` have in common."""
     parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds of each picture")
@@ -52,6 +64,8 @@ def finish_options(parser, options, command, arguments):
     if options.reference_spp % 32:
         parser.error(f"--reference-spp is a multiple of 32, not {options.reference_spp}")
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
+    if "mask, neural" in options.labels and not find_onnxruntime():
+        parser.error("mask-neural needs ONNX Runtime: pip install onnxruntime, or leave it out of --samplers")
     options.command = f"scripts/bench {command}" + "".join(f" {word}" for word in arguments_that_count(arguments))
 
 

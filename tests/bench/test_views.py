@@ -4,6 +4,7 @@
 import argparse
 import itertools
 import math
+import subprocess
 
 import pytest
 from report import views
@@ -34,6 +35,15 @@ def test_cameras_turn_and_move_a_little():
         cosine = sum((b - a) * (d - c) for a, b, c, d in zip(eye, target, own_eye, own_target)) / distance**2
         assert 0.01 < math.degrees(math.acos(min(1, cosine))) < 4
         assert float(options["--fov"]) == pytest.approx(own_fov, rel=0.061)
+
+
+@pytest.mark.parametrize("scene", views.SCENES)
+def test_cameras_are_those_of_the_scenes(pathtracer, scene):
+    listed = subprocess.run([pathtracer, "--scene", scene, "--list-cameras"], check=True, capture_output=True, text=True).stdout
+    words = listed.split()
+    for name, own in zip(("--eye", "--target", "--fov"), views.CAMERAS[scene]):
+        numbers = [float(number) for number in words[words.index(name) + 1].split(",")]
+        assert numbers == pytest.approx(list(own) if isinstance(own, tuple) else [own], abs=2e-5)
 
 
 def test_sets_are_what_they_say():
