@@ -9,7 +9,17 @@ distance: Gaussians of 1.0 and 2.1 picture pixels on linear light, edges mirrore
 import base64
 import html
 import io
+import itertools
 import json
+import math
+import statistics
+
+from .ratios import ratio
+
+# Fewer seeds give intervals that nobody can use.
+SEEDS_FOR_RATIO = 3
+# A measured error contains the reference's own: nearer than this, much of it is not the sampler's.
+TIMES_OWN_ERROR = 2.0
 
 
 def data_uri(image, lossless=False):
@@ -22,23 +32,61 @@ def data_uri(image, lossless=False):
     return f"data:image/{'png' if lossless else 'jpeg'};base64," + base64.b64encode(data.getvalue()).decode()
 
 
+def judged(above, below, own_error=0.0):
+    """(Ratio of two lists of errors, "") or, where they decide nothing, (None, why not).
+
+    own_error: that of the reference.
+    """
+    if min(len(above), len(below)) < SEEDS_FOR_RATIO:
+        return None, f"A ratio takes at least {SEEDS_FOR_RATIO} seeds."
+    if min(rms(above), rms(below)) < TIMES_OWN_ERROR * own_error:
+        return None, f"The reference's own error, {own_error:.2g}, is too near for a ratio."
+    count = min(len(above), len(below))
+    return ratio(above[:count], below[:count]), ""
+
+
+def rms(errors):
+    return math.sqrt(statistics.mean(error * error for error in errors))
+
+
+def verdict(left, right, errors, own_error):
+    """What the line under the pictures says of two samplers."""
+    text = f"Error after a blur of 2.1 pixels: {left} {rms(errors[left]):.3g}, {right} {rms(errors[right]):.3g}. "
+    found, why = judged(errors[left], errors[right], own_error)
+    if found is None:
+        return text + why
+    count = min(len(errors[left]), len(errors[right]))
+    if found.low <= 1 <= found.high:
+        return text + f"Over {count} seeds neither is ahead."
+    better = right if found.value > 1 else left
+    times = sorted(max(value, 1 / value) for value in (found.low, found.value, found.high))
+    return text + f"The error of {better} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} over {count} seeds)."
+
+
 STYLE = """
-.compare { margin: 1.5em 0; }
-.compare .controls { display: flex; flex-wrap: wrap; gap: .6em 1.4em; align-items: end; margin-bottom: .8em; }
-.compare label { display: flex; flex-direction: column; font-size: .85em; gap: .15em; }
-.compare select, .compare button { font: inherit; padding: .25em .5em; min-height: 2.4em; }
+.compare { display: grid; gap: 1.2rem 1.6rem; grid-template-columns: minmax(0, max-content) minmax(15rem, 1fr);
+  align-items: start; }
+.compare .view { min-width: 0; }
+.compare .controls { display: grid; grid-template-columns: 1fr 1fr; gap: .8rem; }
+.compare label { display: flex; flex-direction: column; font-size: .82rem; color: var(--soft, #666); gap: .2rem; }
+.compare select, .compare button { font: inherit; font-size: 1rem; min-height: 2.5rem; padding: .2rem .6rem; width: 100%;
+  border: 1px solid var(--line, #ccc); border-radius: 7px; background: var(--paper, #fff); color: var(--ink, #111); }
+.compare button { cursor: pointer; grid-column: 1 / -1; }
+.compare select:focus-visible, .compare button:focus-visible, .compare input:focus-visible {
+  outline: 2px solid var(--accent, #0050b0); outline-offset: 2px; }
 .compare .stage { position: relative; overflow: hidden; touch-action: pan-y; cursor: ew-resize; user-select: none;
-  background: #000; max-width: 100%; }
+  background: #000; max-width: 100%; border-radius: 6px; }
 .compare .stage canvas { position: absolute; left: 0; top: 0; image-rendering: pixelated; pointer-events: none; }
 .compare .clip { position: absolute; inset: 0; overflow: hidden; }
 .compare .divider { position: absolute; top: 0; bottom: 0; width: 2px; margin-left: -1px; background: #fff;
-  box-shadow: 0 0 3px #000; pointer-events: none; }
-.compare .tag { position: absolute; bottom: .5em; padding: .1em .5em; background: #000b; color: #fff; font-size: .9em;
-  border-radius: .3em; pointer-events: none; }
-.compare .tag.left { left: .5em; }
-.compare .tag.right { right: .5em; }
-.compare input[type=range] { width: 100%; height: 2em; margin: .3em 0; }
-.compare output { display: block; min-height: 3em; font-variant-numeric: tabular-nums; }
+  box-shadow: 0 0 4px #000; pointer-events: none; }
+.compare .tag { position: absolute; top: .6em; padding: .1em .6em; background: #000a; color: #fff; font-size: .9rem;
+  border-radius: 1em; pointer-events: none; }
+.compare .tag.left { left: .6em; }
+.compare .tag.right { right: .6em; }
+.compare input[type=range] { width: 100%; height: 2rem; margin: .3rem 0 0; accent-color: var(--accent, #0050b0); }
+.compare output { display: block; margin-top: 1.1rem; font-variant-numeric: tabular-nums; }
+@media (max-width: 860px) { .compare { grid-template-columns: minmax(0, 1fr); } .compare output { margin-top: .8rem; } }
 """
 
 SCRIPT = """
@@ -106,18 +154,8 @@ SCRIPT = """
     picture.src = uri;
   }
   function say() {
-    var a = cell().samplers[left.value], b = cell().samplers[right.value];
-    function part(name, entry) { return name + " " + Number(entry.error).toPrecision(3); }
-    if (!a && !b) { note.textContent = "The reference, beside itself."; return; }
-    var text = "Error after a blur of 2.1 pixels: " + (a ? part(left.value, a) : part(right.value, b));
-    if (a && b) {
-      text += ", " + part(right.value, b);
-      var less = a.error < b.error ? left.value : right.value, more = less === left.value ? right.value : left.value;
-      if (less !== more)
-        text += " \\u2014 " + less + " has " + (Math.max(a.error, b.error) / Math.min(a.error, b.error)).toFixed(2) +
-                " times less than " + more;
-    }
-    note.textContent = text + ".";
+    var notes = cell().notes, one = left.value, other = right.value;
+    note.textContent = notes[one + "|" + other] || notes[other + "|" + one] || "";
   }
   function place() {
     var width = images.left.clientWidth, x = width * slider.value / 1000;
@@ -128,11 +166,16 @@ SCRIPT = """
   }
   function show() {
     var size = data.scenes[scene.value].size, factor = Number(zoom.value);
-    if (!factor) factor = Math.max(1, Math.floor(Math.min(root.clientWidth / size[0], 640 / size[1])));
+    if (!factor) {
+      // Beside the controls where there is room; whole numbers of the screen's own pixels, which may be small.
+      var room = root.clientWidth - (root.clientWidth > 800 ? 280 : 0), dots = window.devicePixelRatio || 1;
+      factor = Math.max(1, Math.floor(dots * Math.min(room / size[0], 680 / size[1]))) / dots;
+    }
     ["left", "right"].forEach(function (side) {
       var name = side === "left" ? left.value : right.value, image = images[side];
       paint(image, source(name), Number(far.value));
-      image.setAttribute("aria-label", scene.value + ", " + name + ", " + count.value + " samples per pixel");
+      image.setAttribute("aria-label", scene.value + ", " + name + ", " + count.value +
+                         (count.value === "1" ? " sample" : " samples") + " per pixel");
       image.style.width = size[0] * factor + "px";
       image.style.height = size[1] * factor + "px";
       at(side + "-tag").textContent = name;
@@ -152,6 +195,10 @@ SCRIPT = """
   }
 
   fill(scene, Object.keys(data.scenes));
+  if (scene.options.length === 1) {
+    scene.parentNode.style.display = "none";
+    count.parentNode.style.gridColumn = "1 / -1";
+  }
   fill(count, Object.keys(data.scenes[scene.value].counts), data.start.spp);
   fill(left, names(), data.start.left);
   fill(right, names(), data.start.right);
@@ -176,32 +223,43 @@ SCRIPT = """
 def widget(scenes, left="white", right="blue", spp=4):
     """The controls, the pictures and the script.
 
-    scenes: {name: {"size": (width, height), "reference": URI, "counts": {spp: {sampler: (URI, error)}}}}, where
-    error is the RMSE after a blur of 2.1 pixels. left, right, spp: what is shown at first, if it is there.
+    scenes: {name: {"size": (width, height), "reference": URI, "counts": {spp: {sampler: (URI, errors)}}}}, where
+    errors are RMSEs after a blur of 2.1 pixels, one for each seed, or one number; "own_error", if it is there, is
+    that of the reference. left, right, spp: what is shown at first, if it is there.
     """
     data = {"start": {"left": left, "right": right, "spp": str(spp)}, "scenes": {
         name: {"size": list(scene["size"]), "reference": scene["reference"], "counts": {
-            str(count): {"samplers": {sampler: {"picture": uri, "error": error}
-                                      for sampler, (uri, error) in samplers.items()}}
-            for count, samplers in scene["counts"].items()}}
+            str(count): _cell(samplers, scene.get("own_error", 0.0)) for count, samplers in scene["counts"].items()}}
         for name, scene in scenes.items()}}
 
     def select(part, label, options=()):
         inside = "".join(f'<option value="{value}">{html.escape(text)}</option>' for value, text in options)
         return f"<label>{label}<select data-part={part}>{inside}</select></label>"
 
-    zooms = [("0", "fitting")] + [(str(n), f"{n} times") for n in (1, 2, 3, 4, 6, 8)]
-    blurs = [("0", "none: each pixel"), ("1", "sigma 1.0: near"), ("2.1", "sigma 2.1: far")]
+    zooms = [("0", "to fit")] + [(str(n), f"{n} times") for n in (1, 2, 3, 4, 6, 8)]
+    blurs = [("0", "none"), ("1", "1.0 px: close"), ("2.1", "2.1 px: far")]
     # "</" would end the script element wherever it stood.
     text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
-    return (f'<style>{STYLE}</style><div class=compare id=compare><div class=controls>'
-            f'{select("scene", "scene")}{select("spp", "samples per pixel")}{select("left", "left")}'
-            f'<button type=button data-part=swap title="exchange left and right">&#8644; swap</button>'
-            f'{select("right", "right")}{select("zoom", "enlarged", zooms)}{select("blur", "blur", blurs)}</div>'
+    return (f'<style>{STYLE}</style><div class="compare card" id=compare><div class=view>'
             '<div class=stage data-part=stage><canvas data-part=left-image role=img></canvas><div class=clip data-part=clip>'
             '<canvas data-part=right-image role=img></canvas></div><div class=divider data-part=line></div>'
             '<span class="tag left" data-part=left-tag></span><span class="tag right" data-part=right-tag></span></div>'
             '<input type=range data-part=divider min=0 max=1000 value=500 '
-            'aria-label="divider between the left and the right picture">'
-            '<output data-part=note aria-live=polite></output></div>'
+            'aria-label="divider between the left and the right picture"></div>'
+            f'<div><div class=controls>{select("scene", "Scene")}{select("spp", "Samples per pixel")}'
+            f'{select("left", "Left")}{select("right", "Right")}'
+            f'{select("blur", "Blur", blurs)}{select("zoom", "Enlarged", zooms)}'
+            '<button type=button data-part=swap title="exchange left and right">&#8644; swap</button></div>'
+            '<output data-part=note aria-live=polite></output></div></div>'
             f'<script type="application/json" id=compare-data>{text}</script><script>{SCRIPT}</script>')
+
+
+def _cell(samplers, own_error):
+    """The pictures of one scene and count, and what is said of each two."""
+    errors = {name: list(found) if isinstance(found, (list, tuple)) else [found] for name, (_, found) in samplers.items()}
+    notes = {f"{one}|{other}": verdict(one, other, errors, own_error) for one, other in itertools.combinations(errors, 2)}
+    for name in errors:
+        notes[f"{name}|reference"] = f"Error of {name} after a blur of 2.1 pixels: {rms(errors[name]):.3g}."
+        notes[f"{name}|{name}"] = "The same picture on both sides."
+    notes["reference|reference"] = notes[next(iter(errors)) + "|" + next(iter(errors))]
+    return {"samplers": {name: {"picture": uri} for name, (uri, _) in samplers.items()}, "notes": notes}

@@ -17,8 +17,14 @@ def zoomed(image, box, size):
     left, top, width, height = box
     if size % width or size % height:
         raise ValueError(f"a part of {width}x{height} pixels does not enlarge to {size} by whole numbers")
+    return enlarged_part(image, box, size // width)
+
+
+def enlarged_part(image, box, factor):
+    """The part (left, top, width, height) of an image, each pixel of it factor x factor."""
+    left, top, width, height = box
     part = image.crop((left, top, left + width, top + height))
-    return part.resize((size, size), Image.Resampling.NEAREST)
+    return part.resize((width * factor, height * factor), Image.Resampling.NEAREST)
 
 
 def grey(values):

@@ -2,9 +2,9 @@
 """How fast samplers converge on one scene, your own too: `scripts/convergence my.gltf`
 
 Renders a reference (once: it is kept in ~/.cache/libbn), then progressive runs of each sampler that write their
-error as they go, and pictures at a few counts. Makes of them report.html with plots of error against samples and
-against seconds, a slider that compares two pictures, and sheets of crops, error images and their spectra; the figures
-are in convergence.csv.
+error as they go, and pictures at a few counts. Makes of them report.html with a slider that compares two pictures,
+crops, error images and their spectra, and plots of error against samples and against seconds; the figures are in
+convergence.csv.
 """
 
 import argparse
@@ -21,18 +21,20 @@ import numpy as np
 from PIL import Image
 from scipy import ndimage
 
-from . import comparison, page
+from . import comparison, curves, page
 from .contact_sheet import grey, preview, sheet, zoomed
 from .files import read_exr, write_image, write_text
 from .flip import FlipMissing, mean_flip
 from .image_error import LUMINANCE, SIGMAS, error_image, luminance_error, radial_spectrum, spectrum_image
-from .palette import plain_numbers, style
+from .palette import style
 from .progress import Progress
 from .renderer import RenderError, Renderer, Request, cache_folder, progressive, run_pathtracer
 
 RUN_ERRORS = ("rmse", "relative_rmse", "rmse_1.0", "rmse_2.1")
 FIELDS = ("sampler", "spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")
 SHOWN_COUNTS = (1, 4, 16, 64, 256)
+# Seeds of FLIP, which takes longer than these renders do and hardly differs between seeds.
+FLIP_SEEDS = 3
 # No sample in common with the pictures, whatever seed those have.
 REFERENCE_SEED = 1_000_003
 REFERENCE_PARTS = 32
@@ -53,9 +55,14 @@ def run_convergence(program, request, reference_path, output, threads=None):
 
 
 def over_seeds(runs):
-    """One row for each count, of runs of several seeds: medians, which a firefly in one of them does not move."""
-    return [{"spp": same[0]["spp"], **{name: statistics.median(row[name] for row in same)
-                                       for name in ("seconds", *RUN_ERRORS)}} for same in zip(*runs)]
+    """One row for each count, of runs of several seeds: medians, which a firefly in one of them does not move, and
+    under "each" the errors of every seed."""
+    rows = []
+    for same in zip(*runs):
+        each = {name: [row[name] for row in same] for name in RUN_ERRORS}
+        rows.append({"spp": same[0]["spp"], "seconds": statistics.median(row["seconds"] for row in same),
+                     **{name: statistics.median(errors) for name, errors in each.items()}, "each": each})
+    return rows
 
 
 def scene_label(scene):
@@ -108,17 +115,25 @@ def measure(options, reference_path, progress, done):
     for leftover in (final, final.with_suffix(".png"), final.with_suffix(".csv")):
         leftover.unlink(missing_ok=True)
     for sampler, request in requests.items():
-        own = over_seeds(runs[sampler])
-        for row, (spp, picture, _) in zip(own, progressive(options.pathtracer, request, [r["spp"] for r in own],
-                                                           options.threads)):
-            progress(f"{sampler}, FLIP of {spp} spp", done)
-            rows.append({"sampler": sampler, **row, "flip": mean_flip(picture, reference)})
-            done += options.spp / len(own)
+        own, flips = over_seeds(runs[sampler]), {}
+        for seed in range(options.seed, options.seed + flip_seeds(options.seeds)):
+            for spp, picture, _ in progressive(options.pathtracer, dataclasses.replace(request, seed=seed),
+                                               [row["spp"] for row in own], options.threads):
+                progress(f"{sampler}, FLIP of {spp} spp, seed {seed}", done)
+                flips.setdefault(spp, []).append(mean_flip(picture, reference))
+                done += options.spp / len(own)
+        for row in own:
+            each = {**row["each"], "flip": flips[row["spp"]]}
+            rows.append({"sampler": sampler, **row, "flip": statistics.median(each["flip"]), "each": each})
         for spp in shown_counts(options.spp):
             progress(f"{sampler}, {spp} spp", done)
             pictures[sampler, spp] = renderer.render(dataclasses.replace(request, spp=spp), f"{sampler}_{spp}.exr")
             done += spp
     return rows, pictures
+
+
+def flip_seeds(seeds):
+    return min(seeds, FLIP_SEEDS)
 
 
 def shown_counts(spp):
@@ -149,59 +164,50 @@ def part_worth_showing(reference, picture):
     return int(left), int(top), side, side
 
 
-def make_sheet(spp, samplers, errors, previews, part):
-    """Per sampler: the picture, its part enlarged, its error and the spectrum of that."""
+ROWS = ("picture", "enlarged", "error", "spectrum")
+
+
+def picture_rows(samplers, errors, previews, part):
+    """The images of one count, a row of samplers for each of ROWS."""
     white = errors[samplers[0]]
     full_scale = max(float(np.quantile(np.abs(white), 0.95)), 1e-12)
     level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
     size = part[2] * max(1, min(white.shape) // part[2])
-    rows = [[[previews[s]] for s in samplers], [[zoomed(previews[s], part, size)] for s in samplers],
-            [[grey(error_image(errors[s], full_scale))] for s in samplers],
-            [[grey(spectrum_image(errors[s], level))] for s in samplers]]
-    return sheet(rows, ("picture", "enlarged", "error", "spectrum"), samplers, f"{spp} samples per pixel")
+    return [[previews[s] for s in samplers], [zoomed(previews[s], part, size) for s in samplers],
+            [grey(error_image(errors[s], full_scale)) for s in samplers],
+            [grey(spectrum_image(errors[s], level)) for s in samplers]]
+
+
+MEASURES = (("rmse_2.1", "RMSE after a blur of 2.1 pixels"), ("rmse", "RMSE"), ("flip", "mean FLIP"))
 
 
 def charts(rows, samplers, errors):
-    """[(name, SVG, caption)]: error against samples, against seconds, and spectra."""
-    import matplotlib
+    """{what: [(name, SVG)]} of the plots: gains against samples, error against samples and seconds, spectra."""
+    made = {
+        "gain": [(measure, curves.gain_curve(rows, samplers, measure, title)) for measure, title in MEASURES],
+        "spp": [(measure, curves.error_curve(rows, samplers, "spp", measure, title)) for measure, title in MEASURES],
+        "seconds": [(measure, curves.error_curve(rows, samplers, "seconds", measure, title))
+                    for measure, title in MEASURES],
+        "spectra": [(str(spp), curves.spectrum_curve({s: errors[s, spp] for s in samplers}, samplers, page.samples(spp)))
+                    for spp in sorted({spp for _, spp in errors})]}
+    return {what: [(f"{what}_{name}.svg", page.svg(figure, fit=False)) for name, figure in figures]
+            for what, figures in made.items()}
 
-    matplotlib.use("svg")
-    from matplotlib import pyplot
 
-    measures = (("rmse", "RMSE"), ("rmse_2.1", "RMSE after sigma 2.1"), ("flip", "mean FLIP"))
-    result = []
-    for key, label in (("spp", "samples per pixel"), ("seconds", "seconds of rendering")):
-        figure, axes = pyplot.subplots(1, 3, figsize=(11.5, 3.8))
-        for axis, (measure_key, title) in zip(axes, measures):
-            for sampler in samplers:
-                own = [row for row in rows if row["sampler"] == sampler]
-                axis.loglog([row[key] for row in own], [row[measure_key] for row in own], **style(sampler, samplers))
-            axis.set(title=title, xlabel=label)
-            if key == "spp":
-                axis.set_xscale("log", base=2)
-            plain_numbers(axis.xaxis, axis.yaxis)
-            axis.grid(True, which="both", alpha=.25)
-        axes[0].legend()
-        figure.tight_layout()
-        result.append((f"error_{key}.svg", page.svg(figure, fit=False),
-                       f"Error against {label}, progressive runs of each sampler."))
-    counts = sorted({spp for _, spp in errors})
-    figure, axes = pyplot.subplots(1, len(counts), figsize=(11.5, 3.2), sharey=True, squeeze=False)
-    for axis, spp in zip(axes[0], counts):
-        level = max(float(np.mean(radial_spectrum(errors[samplers[0], spp])[1])), 1e-30)
-        for sampler in samplers:
-            frequency, power = radial_spectrum(errors[sampler, spp])
-            axis.semilogy(frequency, power / level, **{**style(sampler, samplers), "marker": None})
-        axis.set(title=f"{spp} spp", xlabel="cycles per pixel")
-        axis.grid(True, alpha=.25)
-    axes[0][0].set_ylabel(f"power, mean of {samplers[0]} = 1")
-    axes[0][0].legend()
-    figure.tight_layout()
-    result.append(("spectra.svg", page.svg(figure, fit=False),
-                   f"Radially averaged power spectra of the luminance error, cut off where {samplers[0]} has its largest "
-                   "hundredth. Blue noise has little power at low frequencies: what is left after blurring."))
-    pyplot.close("all")
-    return result
+def headlines(rows, samplers, counts, own_error):
+    """(what to say in large, of what) of the last sampler against each other one, where seeds and reference allow it."""
+    found, own = [], {(row["sampler"], row["spp"]): row["each"]["rmse_2.1"] for row in rows}
+    for other in samplers[:-1]:
+        for spp in counts:
+            ratio, why = comparison.judged(own[other, spp], own[samplers[-1], spp], own_error)
+            if ratio is None:
+                found.append(("\u2013", f"{other} at {page.samples(spp)}. {why}"))
+            elif ratio.low <= 1 <= ratio.high:
+                found.append(("even", f"with {other} at {page.samples(spp)} ({ratio.low:.2f} to {ratio.high:.2f})"))
+            else:
+                found.append((f"{ratio.value:.2f} \u00d7", f"less error than {other} at {page.samples(spp)} "
+                              f"({ratio.low:.2f} to {ratio.high:.2f})"))
+    return found if any(value != "\u2013" for value, _ in found) else []
 
 
 HEADER = ("sampler", "spp", "seconds", "RMSE", "relative", "sigma 1.0", "sigma 2.1", "FLIP")
@@ -221,7 +227,7 @@ def text_table(header, lines):
 
 
 def write_report(options, reference_path, rows, pictures, notes):
-    reference, _ = read_exr(reference_path)
+    reference, attributes = read_exr(reference_path)
     samplers, counts = options.samplers, shown_counts(options.spp)
     images = {key: read_exr(path)[0] for key, path in pictures.items()}
     errors = {key: luminance_error(image, reference) for key, image in images.items()}
@@ -231,29 +237,54 @@ def write_report(options, reference_path, rows, pictures, notes):
         errors.update({(s, spp): np.clip(errors[s, spp], -most, most) for s in samplers})
     previews = {key: Image.open(path.with_suffix(".png")).convert("RGB") for key, path in pictures.items()}
     part = part_worth_showing(reference, images[samplers[0], counts[min(1, len(counts) - 1)]])
-    sheets = {spp: make_sheet(spp, samplers, {s: errors[s, spp] for s in samplers},
-                              {s: previews[s, spp] for s in samplers}, part) for spp in counts}
-    for spp, image in sheets.items():
-        write_image(options.out / f"sheet_{spp}.png", image)
+    grids = {spp: picture_rows(samplers, {s: errors[s, spp] for s in samplers},
+                               {s: previews[s, spp] for s in samplers}, part) for spp in counts}
+    for spp, cells in grids.items():
+        write_image(options.out / f"sheet_{spp}.png",
+                    sheet([[[cell] for cell in row] for row in cells], ROWS, samplers, page.samples(spp)))
 
-    found = {(row["sampler"], row["spp"]): row["rmse_2.1"] for row in rows}
-    name = scene_label(options.scene)
+    found = {(row["sampler"], row["spp"]): row["each"]["rmse_2.1"] for row in rows}
+    name, own_error = scene_label(options.scene), float(attributes.get("error2", 0.0))
     slider = comparison.widget({name: {
-        "size": options.size, "reference": comparison.data_uri(preview(reference, options.exposure), lossless=True),
+        "size": options.size, "own_error": own_error,
+        "reference": comparison.data_uri(preview(reference, options.exposure), lossless=True),
         "counts": {spp: {s: (comparison.data_uri(previews[s, spp], lossless=True), found[s, spp]) for s in samplers}
                    for spp in counts}}}, left=samplers[0], right=samplers[-1], spp=counts[min(1, len(counts) - 1)])
-    figures = charts(rows, samplers, errors)
-    sections = [("Compare", [slider]),
-                ("Error", [page.table(HEADER, table_texts(rows, counts)), *map(page.paragraph, notes),
-                           *(page.chart(text, caption) for _, text, caption in figures)])]
-    sections += [(f"{spp} samples per pixel", [page.picture(
-        image, "The picture, a noisy part of it enlarged, the signed luminance error (grey is none; one scale for all "
-        f"samplers) and the power spectrum of that (frequency 0 in the middle, black a thousandth of {samplers[0]}'s "
-        "mean).")])
-        for spp, image in sheets.items()]
-    for file_name, text, _ in figures:
+    plots = charts(rows, samplers, errors)
+    for file_name, text in (plot for group in plots.values() for plot in group):
         write_text(options.out / file_name, text)
-    write_text(options.out / "report.html", page.page(f"Convergence of samplers: {name}", sections))
+
+    def shown(what):
+        return page.grid(page.chart(text) for _, text in plots[what])
+
+    facts = headlines(rows, samplers, counts, own_error)
+    said = [page.facts(facts, len(counts)), page.paragraph(
+        f"{samplers[-1]} after a blur of 2.1 pixels, geometric means of {options.seeds} seeds and their 95 % intervals.")]
+    lines = table_texts(rows, counts)
+    sections = [
+        ("Side by side", [slider, *(said if facts else [])]),
+        ("Pictures", [page.folded(page.samples(spp), [page.pictures(cells, ROWS, samplers)], spp == counts[0])
+                      for spp, cells in grids.items()] +
+         [page.paragraph("From top to bottom: the picture; a noisy part of it, enlarged; the signed luminance error, grey "
+                         "where there is none, on one scale for all samplers; and the power spectrum of that error, "
+                         f"frequency 0 in the middle, black at a thousandth of {samplers[0]}'s mean.")]),
+        ("Plots", [page.paragraph(f"How many times less error than {samplers[0]}, medians over seeds:"), shown("gain"),
+                   page.paragraph("Error against samples; the band spans the seeds:"), shown("spp"),
+                   page.paragraph("Error against time:"), shown("seconds"),
+                   page.paragraph("Power of the error by frequency. Blue noise has little at low frequencies, which is what "
+                                  f"a blur leaves. Errors beyond {samplers[0]}'s largest hundredth are clipped."),
+                   shown("spectra")]),
+        ("Figures", [page.table(HEADER, lines, [i for i, row in enumerate(lines) if row[0] == samplers[-1]],
+                                range(len(samplers), len(lines), len(samplers)),
+                                {s: style(s, samplers)["color"] for s in samplers}), *map(page.paragraph, notes)])]
+    lead = (f"The samplers {', '.join(samplers[:-1])} and {samplers[-1]} on one scene, {options.size[0]}x{options.size[1]} pixels, from 1 to "
+            f"{options.spp} samples per pixel. Drag the divider, or move it with the arrow keys; the blur shows what is left "
+            "from a distance.") if len(samplers) > 1 else ""
+    write_text(options.out / "report.html", page.page(f"How samplers converge: {name}", sections, lead))
+
+
+def seeds_text(count):
+    return f"the median of {count} seeds" if count > 1 else "of one seed"
 
 
 def parse_size(text):
@@ -293,7 +324,8 @@ def parse_options(arguments):
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="default 256x256")
     parser.add_argument("--seed", type=seed, default=1, metavar="N", help="first seed of the samplers (default 1)")
     parser.add_argument("--seeds", type=positive, default=5, metavar="N",
-                        help="seeds of which errors are the median (default 5); pictures and FLIP are of the first")
+                        help=f"seeds of which errors are the median (default 5); FLIP is of {FLIP_SEEDS} at most, pictures "
+                        "are of the first")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brightness of the pictures, in stops")
     parser.add_argument("--reference", metavar="FILE", help="an EXR of your own instead of rendering one")
     parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
@@ -331,7 +363,7 @@ def run(arguments):
         (options.out / f".probe{suffix}").unlink(missing_ok=True)
 
     wanted = 0 if options.reference else options.reference_spp
-    each = (options.seeds + 1) * options.spp + sum(shown_counts(options.spp))
+    each = (options.seeds + flip_seeds(options.seeds)) * options.spp + sum(shown_counts(options.spp))
     progress = Progress(wanted + len(options.samplers) * each)
     try:
         if not options.reference:
@@ -342,21 +374,22 @@ def run(arguments):
     finally:
         progress.close()
     attributes = read_exr(reference_path)[1]
-    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels. RMSE is over pixels and channels, "
-             f"the median of {options.seeds} seeds, linear in radiance; relative, each pixel's error is divided by the reference there; "
-             "sigma is a Gaussian blur in pixels before: what is left from a distance. FLIP is the mean of HDR-FLIP, of "
-             "one seed. Seconds are of rendering alone, the median of progressive runs."]
+    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels. RMSE is the root mean square over pixels "
+             f"and channels of linear radiance, {seeds_text(options.seeds)}; for the relative one each pixel's error is "
+             "divided by the reference there. Sigma is the Gaussian blur, in pixels, after which the error is measured: what "
+             f"is left from a distance. FLIP is the mean of HDR-FLIP, {seeds_text(flip_seeds(options.seeds))}. Seconds are "
+             "rendering alone, the median of progressive runs."]
     fireflies = {sampler: int(read_exr(pictures[sampler, options.spp])[1].get("fireflies", 0))
                  for sampler in options.samplers}
     if any(fireflies.values()):
         found = ", ".join(f"{count} with {sampler}" for sampler, count in fireflies.items())
-        notes.append(f"Fireflies at {options.spp} samples per pixel: {found}. These few pixels can make most of the RMSE, "
-                     "which then says little of the rest of the picture; FLIP hardly sees them.")
+        notes.append(f"Fireflies at {page.samples(options.spp)}: {found}. These few pixels can make up most of the RMSE, "
+                     "which then says little about the rest of the picture; FLIP hardly sees them.")
     if "error0" in attributes:
         own = ", ".join(f"{attributes[f'error{i}']:.5f} after sigma {sigma}" for i, sigma in enumerate(SIGMAS) if sigma)
         own = f"{attributes['error0']:.5f}, {own}"
         notes.append(f"Reference: sampler sobol, {attributes['spp']} spp, another seed. Its own error is about {own}; "
-                     "figures near that say little.")
+                     "figures close to that mean little.")
     write_csv(options.out / "convergence.csv", rows)
     write_report(options, reference_path, rows, pictures, notes)
     print(text_table(HEADER, table_texts(rows, shown_counts(options.spp))))

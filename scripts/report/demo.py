@@ -4,17 +4,17 @@
 import argparse
 import csv
 import io
-import shutil
 import sys
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from . import page
-from .contact_sheet import grey, sheet, zoomed
+from . import comparison, curves, page
+from .contact_sheet import enlarged_part, grey, preview, sheet, zoomed
 from .files import read_exr, write_image, write_text, written_beside
-from .image_error import SIGMAS, blurred, error_image, luminance_error, radial_spectrum, rmse
+from .image_error import SIGMAS, blurred, error_image, luminance_error, rmse
+from .palette import style
 from .progress import Progress
 from .renderer import RenderError, Renderer, Request
 
@@ -28,9 +28,13 @@ EXPOSURE = 1.0  # stops, of the previews: the scene is dark but for its lamp
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 4096
 # Where half-shadow, the edge of a box and plain faces meet: left, top, width, height in pixels.
 PART = (64, 166, 64, 64)
-# The same for the README's picture, at the count where it is seen best.
-README_PART, README_COUNT, README_SIZE = (40, 150, 96, 96), 4, 288
 PARTS = 64
+# The README's picture, in which the difference is plain to see: a soft shadow, each of whose points is a matter of one
+# sample. Its size, the part of it, how often a pixel is enlarged, and the blur that stands for a step back.
+PICTURE_SCENE, PICTURE_COUNT, PICTURE_SIZE, PICTURE_SEED = "penumbra", 1, (384, 288), 0
+PICTURE_PART, PICTURE_FACTOR, PICTURE_BLUR = (120, 92, 116, 110), 2, 1.0
+PICTURE_FILE = "noise.png"
+PICTURE_NAMES = {"white": "white noise", "sobol": "Sobol'", "blue": "blue noise"}
 
 
 def render_all(renderer):
@@ -56,14 +60,16 @@ def render_all(renderer):
 
 
 def measure(reference, pictures):
-    """Rows of the table: dicts with sampler, spp, rmse (one per sigma, mean square over seeds), seconds."""
+    """Rows of the table: dicts with sampler, spp, rmse (one per sigma, mean square over seeds), each (of every seed,
+    unblurred and after sigma 2.1), seconds."""
     rows = []
     for (sampler, spp), paths in pictures.items():
         images = [read_exr(path) for path in paths]
-        errors = [float(np.sqrt(np.mean([rmse(image, reference, sigma) ** 2 for image, _ in images])))
-                  for sigma in SIGMAS]
+        each = [[rmse(image, reference, sigma) for image, _ in images] for sigma in SIGMAS]
+        errors = [comparison.rms(found) for found in each]
         seconds = float(np.median([attributes["seconds"] for _, attributes in images]))
-        rows.append({"sampler": sampler, "spp": spp, "rmse": errors, "seconds": seconds})
+        rows.append({"sampler": sampler, "spp": spp, "rmse": errors, "seconds": seconds,
+                     "each": {"plain": each[0], "blurred": each[2]}})
     by_key = {(row["sampler"], row["spp"]): row for row in rows}
     for row in rows:
         for other in ("white", "sobol"):
@@ -96,8 +102,8 @@ def text_table(rows):
 TABLE_BEGIN, TABLE_END = "<!-- table: scripts/demo --readme -->\n", "<!-- end of the table -->\n"
 
 
-def update_readme(root, folder, rows):
-    """Puts the table and the picture of this run into the README of the repository at `root`."""
+def update_readme(root, rows):
+    """Puts the table of this run into the README of the repository at `root`."""
     readme = root / "README.md"
     text = readme.read_text(encoding="utf-8")
     if text.count(TABLE_BEGIN) != 1 or text.count(TABLE_END) != 1:
@@ -105,8 +111,6 @@ def update_readme(root, folder, rows):
     before, rest = text.split(TABLE_BEGIN)
     after = rest.split(TABLE_END)[1]
     write_text(readme, f"{before}{TABLE_BEGIN}```\n{text_table(rows)}```\n{TABLE_END}{after}")
-    with written_beside(root / "docs" / "cornell.png") as beside:
-        shutil.copyfile(folder / "readme.png", beside)
 
 
 def write_csv(path, rows):
@@ -121,14 +125,15 @@ def grey_error(error, full_scale):
     return grey(error_image(error, full_scale))
 
 
-def readme_picture(cells):
-    """A part of the picture, and what a blur leaves of its error; one grey scale for all samplers."""
-    left, top, width, height = README_PART
-    errors = {sampler: blurred(cells[sampler, README_COUNT].error, 1.0) for sampler in SAMPLERS}
-    full_scale = 3 * float(np.std(errors["white"][top:top + height, left:left + width]))
-    rows = [[[zoomed(cells[sampler, README_COUNT].whole, README_PART, README_SIZE)] for sampler in SAMPLERS],
-            [[zoomed(grey_error(errors[sampler], full_scale), README_PART, README_SIZE)] for sampler in SAMPLERS]]
-    return sheet(rows, (f"{README_COUNT} spp", "error,\nblurred"), SAMPLERS)
+def readme_picture(renderer):
+    """A part of a picture, pixel by pixel and as a blur on the displayed light leaves it from further away."""
+    rows = ([], [])
+    for sampler in SAMPLERS:
+        request = Request(sampler, PICTURE_COUNT, PICTURE_SEED, PICTURE_SCENE, *PICTURE_SIZE)
+        light = np.clip(read_exr(renderer.render(request, f"readme/{sampler}.exr"))[0], 0, 1)
+        for row, sigma in zip(rows, (0.0, PICTURE_BLUR)):
+            row.append([enlarged_part(preview(blurred(light, sigma)), PICTURE_PART, PICTURE_FACTOR)])
+    return sheet(rows, ("each pixel", "from\nfurther\naway"), [PICTURE_NAMES[sampler] for sampler in SAMPLERS])
 
 
 class Cells:
@@ -152,83 +157,81 @@ def make_cells(pictures, reference):
     return cells
 
 
+MEASURES = (("blurred", "RMSE after a blur of 2.1 pixels"), ("plain", "RMSE, unblurred"))
+
+
 def charts(rows, cells):
-    import matplotlib
-
-    matplotlib.use("svg")
-    from matplotlib import pyplot
-
-    colours = dict(zip(SAMPLERS, ("#888888", "#d08020", "#2060d0")))
-    error_figure, axes = pyplot.subplots(1, 2, figsize=(11, 4), sharey=True)
-    for axis, key, label in ((axes[0], "spp", "samples per pixel"), (axes[1], "seconds", "seconds")):
-        for sampler in SAMPLERS:
-            own = [row for row in rows if row["sampler"] == sampler]
-            axis.loglog([row[key] for row in own], [row["rmse"][2] for row in own], "o-", label=sampler,
-                        color=colours[sampler])
-        axis.set_xlabel(label)
-        axis.grid(True, which="both", alpha=.3)
-    axes[0].set_ylabel("RMSE after sigma 2.1")
-    axes[0].legend()
-
-    spectrum_figure, axes = pyplot.subplots(1, len(COUNTS), figsize=(11, 3), sharey=True)
-    for axis, spp in zip(axes, COUNTS):
-        level = np.mean(radial_spectrum(cells["white", spp].error)[1])
-        for sampler in SAMPLERS:
-            frequency, power = radial_spectrum(cells[sampler, spp].error)
-            axis.semilogy(frequency, power / level, label=sampler, color=colours[sampler])
-        axis.set_title(f"{spp} spp", fontsize="medium")
-        axis.set_xlabel("cycles per pixel")
-        axis.grid(True, alpha=.3)
-    axes[0].set_ylabel("power, white = 1")
-    axes[0].legend()
-    result = (page.chart(error_figure, "Error after a Gaussian of sigma 2.1, against samples and against seconds."),
-              page.chart(spectrum_figure, "Radially averaged power spectra of the luminance error. Blue noise has "
-                                          "little power at low frequencies: what is left after blurring."))
-    pyplot.close("all")
-    return result
+    """Parts of the page: gains, errors against samples and seconds, spectra."""
+    named = [{**row, "plain": row["rmse"][0], "blurred": row["rmse"][2]} for row in rows]
+    gains = [curves.gain_curve(named, SAMPLERS, measure, title) for measure, title in MEASURES]
+    errors = [curves.error_curve(named, SAMPLERS, key, "blurred", f"{MEASURES[0][1]}, against {word}")
+              for key, word in (("spp", "samples"), ("seconds", "time"))]
+    spectra = [curves.spectrum_curve({s: cells[s, spp].error for s in SAMPLERS}, SAMPLERS, page.samples(spp))
+               for spp in COUNTS]
+    return [page.paragraph("How many times less error than white noise, and the error itself:"),
+            page.grid(page.chart(figure) for figure in gains + errors),
+            page.paragraph("Power of the luminance error by frequency. Blue noise has little at low frequencies, which is "
+                           "what a blur leaves."), page.grid(page.chart(figure) for figure in spectra)]
 
 
-def write_report(folder, rows, cells, notes):
+def write_report(folder, rows, cells, reference, own_error, notes):
     columns = [f"{spp} spp" for spp in COUNTS]
     contact = sheet([[[cells[s, n].whole, cells[s, n].part, cells[s, n].difference] for n in COUNTS]
                      for s in SAMPLERS], SAMPLERS, columns)
     write_image(folder / "contact_sheet.png", contact)
-    write_image(folder / "readme.png", readme_picture(cells))
 
-    best = [i for i, row in enumerate(rows) if row["sampler"] == "blue"]
-    sections = [("Error", [page.table(HEADER, map(texts, rows), best), *map(page.paragraph, notes),
-                           *charts(rows, cells)])]
-    for spp in COUNTS:
-        grid = [[[getattr(cells[sampler, spp], kind)] for sampler in SAMPLERS]
-                for kind in ("whole", "part", "difference")]
-        sections.append((f"{spp} spp", [page.picture(
-            sheet(grid, ("picture", "enlarged", "error"), SAMPLERS),
-            "Picture, a part of it enlarged four times, and the signed luminance error (grey is none; the same scale for all three).")]))
-    write_text(folder / "report.html", page.page("Blue noise in the Cornell box", sections))
+    errors = {(row["sampler"], row["spp"]): row["each"]["blurred"] for row in rows}
+    slider = comparison.widget({SCENE: {
+        "size": (SIZE, SIZE), "own_error": own_error,
+        "reference": comparison.data_uri(preview(reference, EXPOSURE), lossless=True),
+        "counts": {spp: {s: (comparison.data_uri(cells[s, spp].whole, lossless=True), errors[s, spp]) for s in SAMPLERS}
+                   for spp in COUNTS}}}, spp=1)
+    grids = [page.folded(page.samples(spp), [page.pictures(
+        [[getattr(cells[sampler, spp], kind) for sampler in SAMPLERS] for kind in ("whole", "part", "difference")],
+        ("picture", "enlarged", "error"), SAMPLERS)], spp == COUNTS[0]) for spp in COUNTS]
+    blue = [i for i, row in enumerate(rows) if row["sampler"] == "blue"]
+    sections = [
+        ("Side by side", [slider]),
+        ("Pictures", [*grids, page.paragraph("The picture, a part of it four times as large, and the signed luminance error: "
+                                             "grey where there is none, on one scale for all three.")]),
+        ("Plots", charts(rows, cells)),
+        ("Figures", [page.table(HEADER, map(texts, rows), blue, range(len(SAMPLERS), len(rows), len(SAMPLERS)),
+                                {s: style(s, SAMPLERS)["color"] for s in SAMPLERS}), *map(page.paragraph, notes)])]
+    lead = ("White noise, Sobol' and blue noise in the same box, for the same number of samples. Drag the divider, or move it "
+            "with the arrow keys; the blur shows what is left from a distance.")
+    write_text(folder / "report.html", page.page("Blue noise in the Cornell box", sections, lead))
 
 
 def main():
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--pathtracer", type=Path, required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write (default out/demo)")
-    parser.add_argument("--readme", action="store_true", help="also put the table and the picture into the README")
+    parser.add_argument("--readme", action="store_true", help="also put the table into README.md and draw its picture")
+    parser.add_argument("--picture", action="store_true", help=f"draw the README's picture, docs/{PICTURE_FILE}, and no more")
     options = parser.parse_args()
 
-    reference_path, pictures = render_all(Renderer(options.pathtracer, options.out))
+    root, renderer = Path(__file__).resolve().parents[2], Renderer(options.pathtracer, options.out)
+    if options.readme or options.picture:
+        # 256 colours are plenty for pixels this large.
+        write_image(root / "docs" / PICTURE_FILE, readme_picture(renderer).quantize(256, dither=0))
+    if options.picture:
+        print(f"Written: docs/{PICTURE_FILE}")
+        return
+    reference_path, pictures = render_all(renderer)
     reference, attributes = read_exr(reference_path)
     rows = measure(reference, pictures)
     notes = (
         f"Scene {SCENE}, {SIZE}x{SIZE} pixels. Errors are root mean squares over pixels, channels and seeds "
-        f"({', '.join(f'{count} seeds at {spp} spp' for spp, count in SEEDS.items())}), linear in radiance, "
+        f"({', '.join(f'{count} at {spp} spp' for spp, count in SEEDS.items())}), linear in radiance, "
         "as they are and after Gaussians of 1.0 and 2.1 pixels; seconds are the median "
-        "render. 'vs white' and 'vs sobol' say how many times smaller the error after sigma 2.1 is.",
+        "of the renders. 'vs white' and 'vs sobol' say how many times smaller the error after sigma 2.1 is.",
         f"Reference: sampler sobol, {REFERENCE_SPP} spp, another seed. Its own error is about "
         f"{attributes['error0']:.5f}, {attributes['error1']:.5f} after sigma 1.0 and {attributes['error2']:.5f} after 2.1.",
     )
     write_csv(options.out / "table.csv", rows)
-    write_report(options.out, rows, make_cells(pictures, reference), notes)
+    write_report(options.out, rows, make_cells(pictures, reference), reference, attributes["error2"], notes)
     if options.readme:
-        update_readme(Path(__file__).resolve().parents[2], options.out, rows)
+        update_readme(root, rows)
     print(text_table(rows))
     for note in notes:
         print(note)

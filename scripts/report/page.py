@@ -1,65 +1,158 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A report page in one file: pictures are inside it, so it opens from disk, can be mailed, and asks no network."""
+"""A report page in one file: pictures are inside it, so it opens from disk, can be mailed, and asks no network.
+
+The parts below are texts of HTML. A page reads from pictures to plots to tables: what a visitor sees needs no words,
+and who wants figures scrolls down.
+"""
 
 import base64
 import html
 import io
 
 STYLE = """
-:root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 1180px; margin: 2em auto; padding: 0 1em; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .15em .8em; text-align: right; border-bottom: 1px solid #8884; }
-th:first-child, td:first-child { text-align: left; }
-tr.best td { font-weight: 600; }
-.pixels { image-rendering: pixelated; max-width: none; }
+:root { color-scheme: light dark; --paper: #f6f6f3; --card: #fff; --ink: #1b1c1e; --soft: #62656b; --line: #dcdcd6;
+  --accent: #0050b0; --tint: #e9f0f9; }
+@media (prefers-color-scheme: dark) { :root { --paper: #131417; --card: #1d1f23; --ink: #e8e8e6; --soft: #a0a3a9;
+  --line: #34373d; --accent: #7db4f5; --tint: #20304a; } .chart svg { filter: invert(.88) hue-rotate(180deg); } }
+* { box-sizing: border-box; }
+body { font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; margin: 0; background: var(--paper);
+  color: var(--ink); }
+header, main, footer { max-width: 1240px; margin: 0 auto; padding: 0 clamp(.9rem, 3vw, 2rem); }
+header { padding-top: clamp(1.4rem, 4vw, 3rem); }
+h1 { font-size: clamp(1.5rem, 4vw, 2.3rem); line-height: 1.15; letter-spacing: -.02em; margin: 0 0 .4rem; }
+h2 { font-size: 1.35rem; letter-spacing: -.01em; margin: 3rem 0 .9rem; }
+.lead { font-size: 1.06rem; color: var(--soft); max-width: 46rem; margin: 0; }
+nav { display: flex; flex-wrap: wrap; gap: .2rem 1.3rem; margin-top: 1rem; padding-bottom: .8rem;
+  border-bottom: 1px solid var(--line); }
+nav a { color: var(--accent); text-decoration: none; } nav a:hover { text-decoration: underline; }
+main > section:first-child h2 { margin-top: 1.6rem; }
+main p { max-width: 50rem; }
+.card, details { background: var(--card); border: 1px solid var(--line); border-radius: 10px;
+  padding: clamp(.7rem, 2vw, 1.2rem); margin: 0 0 1rem; }
+.grid { display: grid; gap: 1rem; margin-bottom: 1.4rem; grid-template-columns: repeat(var(--columns), minmax(0, 1fr)); }
+.grid > * { margin: 0; min-width: 0; }
+figure { margin: 0; } figcaption { color: var(--soft); font-size: .9rem; max-width: 60rem; margin-top: .5rem; }
+figcaption:empty { display: none; }
+.chart svg { display: block; width: 100%; height: auto; }
 .wide { overflow-x: auto; }
-figure { margin: 1.5em 0; }
-figcaption { max-width: 60em; opacity: .8; }
-code { background: #8882; padding: 0 .25em; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
+th { font-weight: 600; font-size: .82rem; color: var(--soft); vertical-align: bottom; }
+th, td { padding: .3em .8em; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+td.text { white-space: normal; min-width: 12rem; }
+th:first-child, td:first-child { text-align: left; padding-left: .4em; }
+tr.best td { background: var(--tint); font-weight: 600; }
+tr.rule td { border-top: 2px solid var(--line); }
+.dot { display: inline-block; width: .65em; height: .65em; border-radius: 50%; margin-right: .5em; }
+.pixels { image-rendering: pixelated; display: block; max-width: none; border-radius: 3px; }
+.pictures { width: auto; } .pictures th { font-size: .95rem; color: var(--ink); text-align: left; }
+.pictures th, .pictures td { border: 0; padding: .15rem .35rem; } .pictures td { text-align: left; }
+.pictures tbody th { color: var(--soft); font-size: .85rem; font-weight: 400; position: sticky; left: 0;
+  background: var(--card); vertical-align: top; padding-right: .6rem; }
+.facts { display: grid; gap: .7rem; grid-template-columns: repeat(var(--columns), minmax(0, 1fr)); margin: 1rem 0; }
+.fact { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: .7rem 1rem; }
+.fact b { display: block; font-size: 1.55rem; letter-spacing: -.02em; font-variant-numeric: tabular-nums; }
+.fact span { color: var(--soft); font-size: .9rem; }
+details { padding: 0; } summary { cursor: pointer; font-weight: 600; padding: .8rem 1.2rem; }
+details > :not(summary) { padding: 0 1.2rem 1.1rem; }
+code { background: var(--tint); padding: 0 .25em; border-radius: 3px; }
+footer { color: var(--soft); font-size: .9rem; margin-top: 3rem; padding-bottom: 3rem; }
+@media (max-width: 900px) { .grid { grid-template-columns: minmax(0, 1fr); } }
+@media (max-width: 760px) { .facts { grid-template-columns: 1fr 1fr; } .fact { padding: .6rem .7rem; } }
+@media (max-width: 600px) { th, td { padding: .3em .5em; } }
 """
+
+
+def samples(count):
+    return f"{count} sample{'' if count == 1 else 's'} per pixel"
 
 
 def paragraph(text):
     return f"<p>{html.escape(text)}</p>"
 
 
-def table(header, rows, highlighted=()):
-    """Rows of texts; highlighted: the indices of rows to set in bold."""
-    def line(cells, tag):
-        return "".join(f"<{tag}>{html.escape(str(cell))}</{tag}>" for cell in cells)
+def table(header, rows, highlighted=(), rules=(), colours=None):
+    """Rows of texts. highlighted: indices of rows to tint; rules: of rows with a line above them.
 
-    body = "".join(f"<tr{' class=best' if i in highlighted else ''}>{line(row, 'td')}</tr>\n"
-                   for i, row in enumerate(rows))
-    return f"<div class=wide><table><thead><tr>{line(header, 'th')}</tr></thead>\n<tbody>{body}</tbody></table></div>"
+    colours: {text of a first cell: colour of a dot before it}.
+    """
+    highlighted, rules, rows = set(highlighted), set(rules), [list(map(str, row)) for row in rows]
+    # Sentences wrap, figures do not.
+    wraps = [max((len(row[i]) for row in rows), default=0) > 40 for i in range(len(header))]
+
+    def cell(i, text):
+        dot = f'<span class=dot style="background:{colours[text]}"></span>' if not i and text in (colours or {}) else ""
+        return f"<td{' class=text' if wraps[i] else ''}>{dot}{html.escape(text)}</td>"
+
+    body = []
+    for i, row in enumerate(rows):
+        kinds = " ".join(name for name, those in (("best", highlighted), ("rule", rules)) if i in those)
+        opening = f'<tr class="{kinds}">' if kinds else "<tr>"
+        body.append(opening + "".join(cell(*pair) for pair in enumerate(row)) + "</tr>\n")
+    head = "".join(f"<th>{html.escape(str(text))}</th>" for text in header)
+    return (f"<div class=card><div class=wide><table><thead><tr>{head}</tr></thead>\n<tbody>{''.join(body)}</tbody></table>"
+            "</div></div>")
 
 
-def picture(image, caption):
-    """A figure of a Pillow image, one image pixel per page pixel."""
+def image(picture, alt, factor=1):
+    """A Pillow image, factor x factor page pixels for each of its own."""
     data = io.BytesIO()
-    image.save(data, "PNG", optimize=True)
+    picture.save(data, "PNG", optimize=True)
     source = base64.b64encode(data.getvalue()).decode()
-    caption = html.escape(caption)
-    return (f'<figure><div class=wide><img class=pixels width={image.width} height={image.height} '
-            f'alt="{caption}" src="data:image/png;base64,{source}"></div><figcaption>{caption}</figcaption></figure>')
+    return (f'<img class=pixels width={factor * picture.width} height={factor * picture.height} alt="{html.escape(alt)}" '
+            f'src="data:image/png;base64,{source}">')
+
+
+def pictures(cells, row_names, column_names, caption=""):
+    """A grid of Pillow images, cells[row][column]. A narrow window scrolls it: pixels are not resampled."""
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in column_names)
+    room = 1080 // max(1, len(column_names))
+    body = "".join(f"<tr><th>{html.escape(name)}</th>" + "".join(
+        f"<td>{image(cell, f'{name}, {column}', max(1, room // max(c.width for c in row)))}</td>"
+        for cell, column in zip(row, column_names)) + "</tr>\n" for name, row in zip(row_names, cells))
+    return (f"<figure><div class=wide><table class=pictures><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody>"
+            f"</table></div><figcaption>{html.escape(caption)}</figcaption></figure>")
 
 
 def svg(figure, fit=True):
     """A Matplotlib figure as the text of an SVG file; fit: cut to what is drawn, which takes as long as drawing."""
     data = io.StringIO()
-    figure.savefig(data, format="svg", bbox_inches="tight" if fit else None)
+    figure.savefig(data, format="svg", bbox_inches="tight" if fit else None, transparent=True)
     return data.getvalue()
 
 
-def chart(figure, caption):
-    """A figure of a Matplotlib figure or of the text of an SVG file."""
+def chart(figure, caption=""):
+    """A figure of a Matplotlib figure or of the text of an SVG file, as wide as its place."""
     text = figure if isinstance(figure, str) else svg(figure)
-    return f"<figure><div class=wide>{text[text.index('<svg'):]}</div><figcaption>{html.escape(caption)}</figcaption></figure>"
+    return (f'<figure class="card chart">{text[text.index("<svg"):]}'
+            f"<figcaption>{html.escape(caption)}</figcaption></figure>")
 
 
-def page(title, sections):
-    """The whole page; sections are (heading, list of parts made by the functions above)."""
-    body = "\n".join(f"<h2>{html.escape(heading)}</h2>\n" + "\n".join(parts) for heading, parts in sections)
+def grid(parts):
+    """Parts side by side where there is room, in rows that are full; one under the other where there is none."""
+    parts = list(parts)
+    columns = 3 if len(parts) % 3 == 0 else min(2, len(parts))
+    return f'<div class=grid style="--columns:{columns}">{"".join(parts)}</div>'
+
+
+def facts(pairs, columns=4):
+    """A strip of headlines: (a few characters, what they are)."""
+    inside = "".join(f"<div class=fact><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>"
+                     for value, what in pairs)
+    return f'<div class=facts style="--columns:{columns}">{inside}</div>'
+
+
+def folded(summary, parts, shown=False):
+    """Parts under a line that opens and closes them."""
+    return (f"<details{' open' if shown else ''}><summary>{html.escape(summary)}</summary><div>{''.join(parts)}</div>"
+            "</details>")
+
+
+def page(title, sections, lead="", footer=""):
+    """The whole page; sections are (heading, list of parts made by the functions above), the lead a sentence or two."""
+    links = "".join(f'<a href="#part-{i}">{html.escape(heading)}</a>' for i, (heading, _) in enumerate(sections))
+    body = "\n".join(f'<section id="part-{i}"><h2>{html.escape(heading)}</h2>\n' + "\n".join(parts) + "</section>"
+                     for i, (heading, parts) in enumerate(sections))
     return (f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>\n'
-            f"<body><h1>{html.escape(title)}</h1>\n{body}\n</body></html>\n")
+            f"<body><header><h1>{html.escape(title)}</h1>{f'<p class=lead>{html.escape(lead)}</p>' if lead else ''}"
+            f"<nav>{links}</nav></header>\n<main>{body}</main>\n<footer>{html.escape(footer)}</footer></body></html>\n")

@@ -53,9 +53,13 @@ def test_tiny_run_to_the_page(pathtracer, tmp_path, capsys):
             assert float(row["rmse_2.1"]) == pytest.approx(rmse(image, reference, 2.1), rel=1e-4)
     text = (out / "report.html").read_text(encoding="utf-8")
     assert re.findall(r'(?:src|href)="(?!data:|#)[^"]+"', text) == [] and "@import" not in text
+    assert "1 samples" not in text and "1 sample per pixel" in text
+    order = [text.index(mark) for mark in ("id=compare>", "<table class=pictures>", "<svg", "<table><thead>")]
+    assert order == sorted(order)
+    assert "times smaller" not in text.split("id=compare-data")[1].split("</script>")[0]
     for control in ("scene", "spp", "left", "right", "zoom", "blur", "swap", "divider"):
         assert f"data-part={control}" in text
-    for name in ("error_spp.svg", "error_seconds.svg", "spectra.svg"):
+    for name in ("gain_rmse_2.1.svg", "spp_rmse.svg", "seconds_flip.svg", "spectra_1.svg"):
         assert "<svg" in (out / name).read_text(encoding="utf-8")
     for name in ("sheet_1.png", "sheet_4.png"):
         Image.open(out / name).verify()
@@ -128,7 +132,26 @@ def test_missing_program_says_how_to_build_it(tmp_path):
 def test_errors_over_seeds_are_medians():
     row = {"spp": 2, "seconds": 1.0, "rmse": 3.0, "relative_rmse": 1.0, "rmse_1.0": 0.0, "rmse_2.1": 2.0}
     (mean,) = convergence.over_seeds([[row], [{**row, "seconds": 2.0, "rmse": 4.0}], [{**row, "seconds": 9.0, "rmse": 0.0}]])
-    assert mean == {**row, "seconds": 2.0, "rmse": 3.0}
+    assert {name: mean[name] for name in row} == {**row, "seconds": 2.0, "rmse": 3.0}
+    assert mean["each"]["rmse"] == [3.0, 4.0, 0.0]
+
+
+def test_headlines_say_only_what_seeds_and_reference_allow():
+    def rows(white, blue):
+        return [{"sampler": name, "spp": 1, "each": {"rmse_2.1": errors}}
+                for name, errors in (("white", white), ("blue", blue))]
+
+    samplers = ("white", "blue")
+    (fact,) = convergence.headlines(rows([2.0, 2.1, 1.9], [1.0, 1.0, 1.0]), samplers, (1,), 0.0)
+    assert fact[0].startswith("2.00") and "white at 1 sample per pixel" in fact[1]
+    (even,) = convergence.headlines(rows([1.0, 1.1, 0.9], [1.0, 1.0, 1.0]), samplers, (1,), 0.0)
+    assert even[0] == "even"
+    assert convergence.headlines(rows([2.0], [1.0]), samplers, (1,), 0.0) == []
+    assert convergence.headlines(rows([2.0, 2.1, 1.9], [1.0, 1.0, 1.0]), samplers, (1,), 0.9) == []
+
+
+def test_several_seeds_are_the_default():
+    assert convergence.parse_options(["cornell"]).seeds >= 3
 
 
 def test_progressive_parts_are_the_picture_at_each_count(pathtracer, tmp_path):

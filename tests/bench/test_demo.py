@@ -36,6 +36,7 @@ def test_sheet_shows_every_picture_as_it_is():
 def rows():
     errors = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
     return [{"sampler": sampler, "spp": spp, "rmse": [error / spp] * 3, "seconds": 0.5,
+             "each": {"plain": [error / spp] * 3, "blurred": [error / spp * (1 + seed / 100) for seed in range(3)]},
              "than_white": [0.4 / error] * 3, "than_sobol": [0.2 / error] * 3}
             for spp in demo.COUNTS for sampler, error in errors.items()]
 
@@ -46,19 +47,42 @@ def test_table_has_a_line_for_every_sampler_and_count():
     assert lines[2][2:] == ["0.10000", "0.10000", "0.10000", "0.50", "4.00", "x", "2.00", "x", "2.00", "x"]
 
 
-def test_readme_gets_the_table_and_the_picture(tmp_path):
+def test_readme_gets_the_table(tmp_path):
     readme = tmp_path / "README.md"
     readme.write_text(f"before\n{demo.TABLE_BEGIN}old\n{demo.TABLE_END}after\n")
-    (tmp_path / "readme.png").write_bytes(b"picture")
     for _ in range(2):
-        demo.update_readme(tmp_path, tmp_path, rows())
+        demo.update_readme(tmp_path, rows())
         assert readme.read_text() == (f"before\n{demo.TABLE_BEGIN}```\n{demo.text_table(rows())}```\n"
                                       f"{demo.TABLE_END}after\n")
-    assert (tmp_path / "docs" / "cornell.png").read_bytes() == b"picture"
     readme.write_text("no marks\n")
     with pytest.raises(ValueError, match="table"):
-        demo.update_readme(tmp_path, tmp_path, rows())
+        demo.update_readme(tmp_path, rows())
     assert readme.read_text() == "no marks\n"
+
+
+def test_readme_picture_shows_a_difference_that_a_step_back_keeps(pathtracer, tmp_path):
+    """White noise and blue noise are both there, and after the blur blue noise is nearer to the truth by far."""
+    renderer = demo.Renderer(pathtracer, tmp_path)
+    assert demo.readme_picture(renderer).width <= 840  # what a README's column shows without resampling
+    left, top, width, height = demo.PICTURE_PART
+    assert left + width <= demo.PICTURE_SIZE[0] and top + height <= demo.PICTURE_SIZE[1]
+    truth = renderer.render(demo.Request("sobol", 64, 9, demo.PICTURE_SCENE, *demo.PICTURE_SIZE), "truth.exr")
+
+    def seen(path):
+        part = np.clip(demo.read_exr(path)[0], 0, 1)[top:top + height, left:left + width]
+        return demo.blurred(part, demo.PICTURE_BLUR)
+
+    errors = {sampler: np.sqrt(np.mean((seen(tmp_path / f"readme/{sampler}.exr") - seen(truth)) ** 2))
+              for sampler in demo.SAMPLERS}
+    assert errors["blue"] < 0.75 * errors["white"] and errors["blue"] < 0.75 * errors["sobol"]
+
+
+def test_the_readme_shows_its_picture():
+    root = demo.Path(demo.__file__).resolve().parents[2]
+    assert f"docs/{demo.PICTURE_FILE}" in (root / "README.md").read_text(encoding="utf-8")
+    picture = root / "docs" / demo.PICTURE_FILE
+    Image.open(picture).verify()
+    assert picture.stat().st_size < 250_000
 
 
 def test_the_readme_has_a_table():
@@ -69,11 +93,34 @@ def test_the_readme_has_a_table():
 
 
 def test_page_asks_nothing_of_the_network():
+    black = Image.new("RGB", (3, 2))
     text = page.page("a < b", [("one", [page.table(("x", "y"), [("<1>", 2)]), page.paragraph("p & q"),
-                                        page.picture(Image.new("RGB", (3, 2)), "black")])])
+                                        page.pictures([[black]], ("row",), ("column",))])], "so < what")
     assert "a &lt; b" in text and "&lt;1&gt;" in text and "p &amp; q" in text
-    assert re.findall(r'(?:src|href)="(?!data:)[^"]*"', text) == []
+    assert "so &lt; what" in text
+    assert re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', text) == []
     assert "http" not in text
+
+
+def test_pages_go_from_pictures_to_plots_to_tables(tmp_path):
+    rng = np.random.default_rng(4)
+
+    class Cell:
+        error = rng.standard_normal((64, 64))
+        whole = part = difference = Image.new("RGB", (64, 64))
+
+    cells = {(sampler, spp): Cell for sampler in demo.SAMPLERS for spp in demo.COUNTS}
+    demo.write_report(tmp_path, rows(), cells, np.full((64, 64, 3), 0.5, np.float32), 0.0, ("a note",))
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    order = [text.index(mark) for mark in ("id=compare>", "<table class=pictures>", "<svg", "<table><thead>")]
+    assert order == sorted(order)
+    assert "The error of blue is 4.00 times smaller" in text
+    assert "1 sample per pixel" in text and "1 samples" not in text and "4 samples per pixel" in text
+
+
+def test_grids_have_full_rows():
+    for count, columns in ((1, 1), (2, 2), (3, 3), (4, 2), (6, 3)):
+        assert f"--columns:{columns}" in page.grid(["x"] * count)
 
 
 def test_reference_shares_no_sample_with_the_pictures():

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page says of two samplers: no ratio that rests on too few seeds or on the reference's own error."""
+
+import json
+import re
+
+import pytest
+from report import comparison
+
+
+def test_a_ratio_takes_seeds():
+    for count in (1, comparison.SEEDS_FOR_RATIO - 1):
+        found, why = comparison.judged([2.0] * count, [1.0] * count)
+        assert found is None and "seeds" in why
+    found, why = comparison.judged([2.0, 2.1, 1.9], [1.0, 1.0, 1.0])
+    assert found.value == pytest.approx(2.0, rel=0.01) and why == ""
+
+
+def test_a_ratio_is_above_the_references_own_error():
+    above, below = [2.0, 2.1, 1.9], [1.0, 1.0, 1.0]
+    assert comparison.judged(above, below, 0.49)[0] is not None
+    found, why = comparison.judged(above, below, 0.51)
+    assert found is None and "0.51" in why
+
+
+def test_verdict_names_the_better_one_and_how_sure_that_is():
+    errors = {"white": [2.0, 2.1, 1.9], "blue": [1.0, 1.0, 1.0], "sobol": [1.0, 0.9, 1.1]}
+    for left, right in (("white", "blue"), ("blue", "white")):
+        text = comparison.verdict(left, right, errors, 0.0)
+        low, high = map(float, re.search(r"of blue is 2.00 times smaller \((.*) to (.*) over 3 seeds\)", text).groups())
+        assert low < 2 < high
+    assert comparison.verdict("blue", "sobol", errors, 0.0).endswith("Over 3 seeds neither is ahead.")
+    assert "smaller" not in comparison.verdict("white", "blue", {"white": [2.0], "blue": [1.0]}, 0.0)
+
+
+def test_widget_has_a_text_for_every_two():
+    samplers = {"white": ("data:,w", [2.0, 2.1, 1.9]), "blue": ("data:,b", 1.0)}
+    text = comparison.widget({"box": {"size": (4, 3), "reference": "data:,r", "counts": {1: samplers}}})
+    data = json.loads(re.search(r"<script type=.application/json. id=compare-data>(.*?)</script>", text)[1])
+    notes = data["scenes"]["box"]["counts"]["1"]["notes"]
+    names = ("white", "blue", "reference")
+    for left in names:
+        for right in names:
+            assert notes.get(f"{left}|{right}") or notes[f"{right}|{left}"]
+    assert "</script>" not in comparison.widget({"</script>": {"size": (1, 1), "reference": "", "counts": {1: samplers}}}
+                                                ).split("id=compare-data>")[1].split("</script>")[0]
