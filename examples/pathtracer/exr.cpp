@@ -10,6 +10,7 @@
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
+#include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -161,6 +162,13 @@ ExrHead read_head(const Imf::Header &header) {
     a.environment = text("environment");
     a.sampler = text("sampler");
     a.mask = text("mask");
+    const auto matrix = [&](const char *name) {
+        const auto m = attribute<Imf::M44fAttribute>(header, name);
+        std::array<float, 16> rows;
+        std::copy(&m[0][0], &m[0][0] + 16, rows.begin());
+        return rows;
+    };
+    a.matrices = {matrix("worldToCamera"), matrix("worldToNDC")};
     a.spp = whole("spp");
     a.declared_spp = static_cast<uint32_t>(count_attribute(header, "declaredSpp", UINT32_MAX));
     a.first_sample = static_cast<uint32_t>(count_attribute(header, "firstSample", UINT32_MAX));
@@ -171,6 +179,7 @@ ExrHead read_head(const Imf::Header &header) {
     a.single_scatter = whole("singleScatter") != 0;
     a.photometric = whole("photometric") != 0;
     a.seed = count_attribute(header, "seed", UINT64_MAX);
+    a.exposure = attribute<Imf::FloatAttribute>(header, "exposure");
     a.seconds = static_cast<double>(attribute<Imf::FloatAttribute>(header, "seconds"));
     a.ray_count = count_attribute(header, "rays", UINT64_MAX);
     a.threads = whole("threads");
@@ -212,6 +221,13 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     text("environment", attributes.environment);
     text("sampler", attributes.sampler);
     text("mask", attributes.mask);
+    const auto matrix = [&](const char *name, const std::array<float, 16> &rows) {
+        Imath::M44f m;
+        std::copy(rows.begin(), rows.end(), &m[0][0]);
+        header.insert(name, Imf::M44fAttribute(m));
+    };
+    matrix("worldToCamera", attributes.matrices.world_to_camera);
+    matrix("worldToNDC", attributes.matrices.world_to_ndc);
     count("spp", attributes.spp);
     text("declaredSpp", std::to_string(attributes.declared_spp));
     text("firstSample", std::to_string(attributes.first_sample));
@@ -221,6 +237,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     count("lightSamples", attributes.light_samples);
     count("singleScatter", attributes.single_scatter);
     count("photometric", attributes.photometric);
+    real("exposure", static_cast<double>(attributes.exposure));
     real("seconds", attributes.seconds);
     text("rays", std::to_string(attributes.ray_count));
     count("threads", attributes.threads);

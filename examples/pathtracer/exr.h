@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "film.h"
+#include "scene_camera.h"
 
 // Films larger than this are not held at once: 7 GiB.
 constexpr uint64_t MAX_PIXELS = 1u << 26;
@@ -20,11 +21,13 @@ constexpr uint64_t MAX_PIXELS = 1u << 26;
 // What is written into the header beside the picture.
 struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
+    CameraMatrices matrices;
     uint32_t spp; // of the pixel that has most
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     bool single_scatter, photometric;
     uint64_t end_sample; // no sample has this number or a higher one
     uint64_t seed;
+    float exposure; // of the preview, in stops
     double seconds; // of rendering
     uint64_t ray_count;
     unsigned threads;

@@ -18,10 +18,12 @@ uint32_t next_count(uint32_t count) {
     return count + std::min(step, LONGEST_PASS);
 }
 
-// The end of the next pass such that it should fit into the time left; `count` when none does.
-uint32_t count_in_time(uint32_t count, uint32_t next, double seconds, double time_limit) {
-    if (count == 0) return 1;
-    const double per_sample = seconds / count;
+// The end of the next pass such that it should fit into the time left; `count` when none does. The
+// passes from `start` to `count` took `seconds`.
+uint32_t count_in_time(uint32_t start, uint32_t count, uint32_t next, double seconds,
+                       double time_limit) {
+    if (count == start) return count + 1;
+    const double per_sample = seconds / (count - start);
     const double fitting = (time_limit - seconds) / per_sample;
     return fitting >= next - count ? next : count + static_cast<uint32_t>(std::max(fitting, 0.0));
 }
@@ -32,15 +34,18 @@ FrameEnd render_frame(const Integrator &integrator, const FrameSettings &setting
                       RenderTotals &totals, const FrameEvents &events,
                       const volatile std::sig_atomic_t &interrupted) {
     double last_write = totals.seconds;
-    for (uint32_t count = 0; count < settings.spp;) {
+    const SampleCounts counts = film_counts(film);
+    const uint32_t start = counts.least;
+    for (uint32_t count = start; count < settings.spp;) {
         uint32_t next = std::min(next_count(count), settings.spp);
         if (settings.time_limit > 0) {
-            next = count_in_time(count, next, totals.seconds, settings.time_limit);
+            next = count_in_time(start, count, next, totals.seconds, settings.time_limit);
             if (next == count) return FrameEnd::TIME_IS_UP;
         }
+        next = std::max(next, counts.most); // even from here on
         const auto go_on = [&](double fraction, const RenderTotals &so_far) {
             const double samples = count + fraction * (next - count);
-            double done = samples / settings.spp;
+            double done = (samples - start) / (settings.spp - start);
             if (settings.time_limit > 0)
                 done = std::max(done, std::min(so_far.seconds / settings.time_limit, 1.0));
             events.progress(done, so_far);

@@ -26,8 +26,9 @@ struct FrameEvents {
 
 enum class FrameEnd { COMPLETE, TIME_IS_UP, INTERRUPTED };
 
-// Fills the film. It takes whole passes: within a time limit the last one is cut to as many samples
-// as should fit, and there is always a first. Ends soon after `interrupted` becomes non-zero.
+// Fills the film, which may hold samples already, at most `spp` in each pixel. It takes whole
+// passes: within a time limit the last one is cut to as many samples as should fit, and there is
+// always a first. Ends soon after `interrupted` becomes non-zero.
 FrameEnd render_frame(const Integrator &integrator, const FrameSettings &settings, Film &film,
                       RenderTotals &totals, const FrameEvents &events,
                       const volatile std::sig_atomic_t &interrupted);

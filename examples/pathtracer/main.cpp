@@ -14,6 +14,7 @@
 #include "convergence.h"
 #include "difference.h"
 #include "error.h"
+#include "exposure.h"
 #include "exr.h"
 #include "film.h"
 #include "frame.h"
@@ -23,8 +24,10 @@
 #include "options.h"
 #include "output_file.h"
 #include "png_image.h"
+#include "resume.h"
 #include "sampler.h"
 #include "scene.h"
+#include "scene_file.h"
 
 namespace {
 
@@ -72,25 +75,39 @@ void print_error(const Image &image, const Image &reference) {
 // Where the results go. Made before the first ray, so that a wrong name costs nothing.
 struct Outputs {
     std::filesystem::path exr, png, csv; // csv may be empty
-    float exposure;
+    std::optional<float> exposure;       // else automatic
 
-    explicit Outputs(const Options &options)
+    Outputs(const Options &options, const std::string &scene)
         : exr(options.output), png(std::filesystem::path(exr).replace_extension(".png")),
           csv(options.convergence), exposure(options.exposure) {
+        if (!exposure && !options.auto_exposure && !is_scene_file(scene)) exposure = 0.0f;
         check_writable(exr);
         check_writable(png);
         if (!csv.empty()) check_writable(csv);
     }
 
-    void write(const Film &film, const ExrAttributes &attributes,
-               const std::vector<ConvergenceRow> &rows) const {
+    // Returns the exposure of the preview.
+    float write(const Film &film, ExrAttributes attributes,
+                const std::vector<ConvergenceRow> &rows) const {
+        attributes.exposure = exposure.value_or(0);
+        if (!exposure) attributes.exposure = auto_exposure(film);
         std::vector<std::pair<std::filesystem::path, std::vector<char>>> files = {
             {exr, exr_encode(film, attributes)},
-            {png, png_encode_preview(film_image(film), exposure)}};
+            {png, png_encode_preview(film_image(film), attributes.exposure)}};
         if (!csv.empty()) files.push_back({csv, convergence_csv(rows)});
         write_files(files);
+        return attributes.exposure;
     }
 };
+
+// Loud enough for --quiet. Parts of a picture may well be empty.
+void warn(const Film &film, float exposure, const std::string &extent) {
+    if (pixel_count(film.crop) <
+        static_cast<uint64_t>(film.full_width) * static_cast<uint64_t>(film.full_height))
+        return;
+    const std::string warning = film_warning(film, exposure, extent);
+    if (!warning.empty()) std::fprintf(stderr, "pathtracer: %s\n", warning.c_str());
+}
 
 void run_merge(const Options &options) {
     const MergedPicture merged = merge_pictures(options.merge);
@@ -98,7 +115,9 @@ void run_merge(const Options &options) {
     std::optional<Image> reference;
     if (!options.reference.empty())
         reference = load_reference(options.reference, film.full_width, film.full_height, film.crop);
-    Outputs(options).write(film, merged.attributes, {});
+    const float exposure =
+        Outputs(options, merged.attributes.scene).write(film, merged.attributes, {});
+    warn(film, exposure, "lies elsewhere");
     const SampleCounts counts = film_counts(film);
     if (!options.quiet)
         std::printf("%s: %zu pictures merged, %u to %u spp, %" PRIu64 " fireflies\n",
@@ -131,8 +150,40 @@ SceneOptions scene_options(const Options &options) {
     return result;
 }
 
-void run_render(const Options &options) {
+// What the picture's header says of it before it is rendered. The camera is fitted to it.
+ExrHead picture_settings(const Options &options, const Scene &scene, const Crop &crop) {
+    ExrHead head{options.width, options.height, crop, {}};
+    ExrAttributes &a = head.attributes;
+    a.scene = options.scene;
+    a.camera = camera_text(scene, scene.camera);
+    a.matrices = camera_matrices(scene, options.width, options.height);
+    a.environment = options.environment;
+    a.sampler = options.sampler.name;
+    a.mask = options.sampler.mask;
+    a.declared_spp = options.sampler.declared_spp;
+    a.first_sample = options.first_sample;
+    a.max_depth = options.max_depth;
+    a.light_samples = scene.light_samples;
+    a.single_scatter = options.single_scatter;
+    a.photometric = options.photometric;
+    a.seed = options.sampler.seed;
+    a.threads = options.threads;
+    return head;
+}
+
+double sample_count(const Film &film) {
+    double samples = 0;
+    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+    return samples;
+}
+
+void run_render(Options options) {
     // ---- Everything that may be wrong
+    std::optional<ExrHead> resumed;
+    if (!options.resume.empty()) {
+        resumed = resume_settings(options);
+        check_options(options);
+    }
     Scene scene = scene_build(options.scene, scene_options(options));
     if (!options.quiet)
         for (const std::string &note : scene.notes)
@@ -156,7 +207,17 @@ void run_render(const Options &options) {
     std::optional<Image> reference;
     if (!options.reference.empty())
         reference = load_reference(options.reference, options.width, options.height, crop);
-    const Outputs outputs(options);
+    const Outputs outputs(options, options.scene);
+    const ExrHead wanted = picture_settings(options, scene, crop);
+    Film film;
+    if (resumed) {
+        resume_check(options.resume, *resumed, wanted);
+        film = resume_film(options.resume, spp);
+    } else {
+        film = film_create(options.width, options.height, crop);
+    }
+
+    const double samples_before = sample_count(film);
 
     // ---- Rendering
     const GeometryPointer geometry = geometry_build(scene);
@@ -164,31 +225,18 @@ void run_render(const Options &options) {
         integrator_create(scene, *geometry, sampler.get(), options.max_depth);
     const FrameSettings settings = {
         {options.first_sample, options.threads}, spp, options.time_limit, options.write_interval};
-    Film film = film_create(options.width, options.height, crop);
     RenderTotals totals;
     std::vector<ConvergenceRow> rows;
 
     const auto attributes = [&] {
-        ExrAttributes a{};
-        a.scene = options.scene;
-        a.camera = camera_text(scene, scene.camera);
-        a.environment = options.environment;
-        a.sampler = options.sampler.name;
-        a.mask = options.sampler.mask;
+        ExrAttributes a = wanted.attributes;
         a.spp = film_counts(film).most;
-        a.declared_spp = options.sampler.declared_spp;
-        a.first_sample = options.first_sample;
         a.end_sample = uint64_t{options.first_sample} + a.spp;
-        a.max_depth = options.max_depth;
-        a.light_samples = scene.light_samples;
-        a.single_scatter = options.single_scatter;
-        a.photometric = options.photometric;
-        a.seed = options.sampler.seed;
         a.seconds = totals.seconds;
         a.ray_count = totals.counters.rays;
-        a.threads = options.threads;
         a.sampling_share = sampling_share(integrator, settings.render, film, totals);
         a.fireflies = film_fireflies(film);
+        if (resumed) add_cost(a, resumed->attributes);
         return a;
     };
 
@@ -216,15 +264,14 @@ void run_render(const Options &options) {
 
     // ---- Output
     const ExrAttributes a = attributes();
-    outputs.write(film, a, rows);
+    const float exposure = outputs.write(film, a, rows);
     const PathCounters &counters = totals.counters;
     const SampleCounts counts = film_counts(film);
     if (end == FrameEnd::INTERRUPTED)
         std::fprintf(stderr, "pathtracer: interrupted; %s holds what there is, %u to %u spp\n",
                      options.output.c_str(), counts.least, counts.most);
     if (!options.quiet) {
-        double samples = 0;
-        for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+        const double samples = sample_count(film) - samples_before;
         std::printf(
             "%s: %s, %s, %u spp, %.2f s, %" PRIu64 " rays, %.2f M rays/s, %.1f %% sampling, "
             "%.2f %% cut off at depth %u, %" PRIu64 " fireflies\n",
@@ -233,6 +280,7 @@ void run_render(const Options &options) {
             1e-6 * static_cast<double>(counters.rays) / totals.seconds, 100 * a.sampling_share,
             100 * counters.cut_off / std::max(samples, 1.0), options.max_depth, a.fireflies);
     }
+    warn(film, exposure, scene_extent_text(scene));
     if (counters.lost > 0)
         std::fprintf(stderr,
                      "pathtracer: %" PRIu64 " samples were no finite numbers and count as black\n",

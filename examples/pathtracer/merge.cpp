@@ -3,6 +3,7 @@
 #include "merge.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "error.h"
 
@@ -33,22 +34,53 @@ std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &hea
             {"photometric", a.photometric ? "on" : "off"}};
 }
 
-void check_same(const std::string &path, const ExrHead &part, const std::string &first_path,
-                const ExrHead &first) {
-    const auto have = settings_of(part), wanted = settings_of(first);
-    for (size_t i = 0; i < have.size(); ++i)
-        if (have[i].second != wanted[i].second)
-            throw Error(path + " and " + first_path + " are not parts of one picture: " +
-                        have[i].first + " '" + have[i].second + "' and '" + wanted[i].second + "'");
+// Adds the samples of a part to a pixel of the picture, which begins at sample `first`.
+void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first,
+              const ExrHead &part, const std::string &path) {
+    if (from.count == 0) return;
+    const uint64_t next = first + to.count, begin = part.attributes.first_sample;
+    if (begin > next)
+        throw Error("samples " + std::to_string(next) + " to " + std::to_string(begin - 1) +
+                    " of pixel " + std::to_string(x) + "," + std::to_string(y) +
+                    " are in no part, and " + path + " begins after them; render them with " +
+                    "--first-sample " + std::to_string(next) + " --spp " +
+                    std::to_string(begin - next) + ", or --resume what was stopped");
+    film_merge(to, from);
 }
 
 } // namespace
+
+std::string settings_difference(const ExrHead &one, const ExrHead &other) {
+    const auto a = settings_of(one), b = settings_of(other);
+    for (size_t i = 0; i < a.size(); ++i)
+        if (a[i].second != b[i].second)
+            return std::string(a[i].first) + " '" + a[i].second + "' and '" + b[i].second + "'";
+    const CameraMatrices &m = one.attributes.matrices, &n = other.attributes.matrices;
+    if (m.world_to_camera != n.world_to_camera || m.world_to_ndc != n.world_to_ndc)
+        return "camera, which is turned";
+    return "";
+}
+
+void add_cost(ExrAttributes &to, const ExrAttributes &part) {
+    // Of all threads' time, as if one machine had done it all.
+    if (to.seconds + part.seconds > 0)
+        to.sampling_share = (to.sampling_share * to.seconds + part.sampling_share * part.seconds) /
+                            (to.seconds + part.seconds);
+    to.seconds += part.seconds;
+    to.ray_count += part.ray_count;
+    to.threads = std::max(to.threads, part.threads);
+}
 
 MergedPicture merge_pictures(const std::vector<std::string> &paths) {
     std::vector<ExrHead> heads;
     for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
-        if (!heads.empty()) check_same(path, head, paths[0], heads[0]);
+        if (!heads.empty()) {
+            const std::string difference = settings_difference(head, heads[0]);
+            if (!difference.empty())
+                throw Error(path + " and " + paths[0] +
+                            " are not parts of one picture: " + difference);
+        }
         for (size_t i = 0; i < heads.size(); ++i) {
             const ExrAttributes &a = heads[i].attributes, &b = head.attributes;
             const bool share_samples =
@@ -68,21 +100,21 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
         crop = around(crop, heads[i].crop);
         all.first_sample = std::min(all.first_sample, a.first_sample);
         all.end_sample = std::max(all.end_sample, a.end_sample);
-        // Of all threads' time, as if one machine had done it all.
-        if (all.seconds + a.seconds > 0)
-            all.sampling_share = (all.sampling_share * all.seconds + a.sampling_share * a.seconds) /
-                                 (all.seconds + a.seconds);
-        all.seconds += a.seconds;
-        all.ray_count += a.ray_count;
-        all.threads = std::max(all.threads, a.threads);
+        add_cost(all, a);
     }
     if (pixel_count(crop) > MAX_PIXELS)
         throw Error("the parts lie in a picture of more than " + std::to_string(MAX_PIXELS) +
                     " pixels; merge fewer of them");
 
     merged.film = film_create(heads[0].full_width, heads[0].full_height, crop);
-    for (const std::string &path : paths) {
-        const Film part = exr_read_film(path);
+    // In the order of their samples, so that each pixel is filled without gaps.
+    std::vector<size_t> order(paths.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+        return heads[a].attributes.first_sample < heads[b].attributes.first_sample;
+    });
+    for (const size_t i : order) {
+        const Film part = exr_read_film(paths[i]);
         const auto row_length = static_cast<size_t>(width(part.crop));
         for (int y = part.crop.y0; y < part.crop.y1; ++y) {
             FilmPixel *to =
@@ -91,7 +123,9 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
                              static_cast<size_t>(part.crop.x0 - crop.x0)];
             const FilmPixel *from =
                 &part.pixels[static_cast<size_t>(y - part.crop.y0) * row_length];
-            for (size_t i = 0; i < row_length; ++i) film_merge(to[i], from[i]);
+            for (size_t x = 0; x < row_length; ++x)
+                add_part(to[x], from[x], part.crop.x0 + static_cast<int>(x), y, all.first_sample,
+                         heads[i], paths[i]);
         }
     }
     all.spp = film_counts(merged.film).most;

@@ -26,7 +26,7 @@ const char *const WITH_VALUE[] = {
     "--seed",    "--first-sample",  "--size",     "--crop",    "--max-depth",
     "--threads", "--reference",     "--exposure", "--env",     "--light-samples",
     "--time",    "--write-partial", "--camera",   "--eye",     "--target",
-    "--fov",     "--convergence",   "-o"};
+    "--fov",     "--convergence",   "--resume",   "-o"};
 
 // The whole text as a number in [low, high].
 template <typename Number>
@@ -99,10 +99,13 @@ double parse_fov(const std::string &text) {
 }
 
 void parse_exposure(Options &options, const std::string &text) {
-    const char *end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, options.exposure);
-    if (error != std::errc() || stop != end || !(std::abs(options.exposure) <= 64))
-        throw Error("--exposure takes stops from -64 to 64, not '" + text + "'");
+    options.auto_exposure = text == "auto";
+    options.exposure.reset();
+    if (options.auto_exposure) return;
+    float stops = 0;
+    if (!parse_number(text, -64.0f, 64.0f, stops))
+        throw Error("--exposure takes stops from -64 to 64, or auto, not '" + text + "'");
+    options.exposure = stops;
 }
 
 double parse_seconds(const std::string &option, const std::string &text) {
@@ -115,13 +118,16 @@ double parse_seconds(const std::string &option, const std::string &text) {
     return value;
 }
 
-void check(const Options &o) {
+} // namespace
+
+void check_options(const Options &o) {
     if (o.output.empty()) throw Error("give the output with -o out.exr (see --help)");
     if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
         throw Error("the output must be named something.exr, not '" + o.output + "'");
     if (!o.convergence.empty() && o.reference.empty())
         throw Error("--convergence needs a picture to compare with: give it with --reference");
     if (!o.merge.empty()) {
+        if (!o.resume.empty()) throw Error("--merge renders nothing: --resume has no use");
         if (!o.convergence.empty())
             throw Error("--merge renders nothing: --convergence has no use");
         return;
@@ -138,11 +144,10 @@ void check(const Options &o) {
                     std::to_string(UINT32_MAX));
 }
 
-} // namespace
-
 const char *options_help() {
     return R"(Usage: pathtracer [options] -o out.exr
        pathtracer --merge a.exr b.exr ... -o out.exr
+       pathtracer --resume a.exr --spp N -o out.exr
 
 Renders a scene with a sampler of libbn into out.exr and a preview out.png beside it,
 or merges pictures of other regions (--crop) or other samples (--first-sample). Interrupted, it
@@ -168,11 +173,13 @@ writes what there is.
   --photometric          a file's punctual lights are in candela and lux: divide them by 683
   --single-scatter       rough materials without what their facets scatter more than once
   --threads N            (default: one per core)
+  --resume a.exr         go on with this picture to --spp N samples in each pixel, with its settings
   --time SECONDS         stop when the time is up; without --spp there is no other limit
   --write-partial S      write the picture so far every S seconds
   --reference ref.exr    print the error against this picture: RMSE, and RMSE after Gaussian filters
   --convergence out.csv  write that error at 1, 2, 3, 4, 6, 8, 12 ... samples and the seconds up to there
-  --exposure EV          brightness of the preview, in stops (default 0)
+  --exposure EV|auto     brightness of the preview, in stops; auto makes it a middle grey on average
+                         (default: auto for files, 0 for built-in scenes)
   --quiet                print errors and the error against the reference only
   --list                 list scenes and samplers
   --list-cameras         list the cameras of --scene as --eye, --target and --fov
@@ -183,7 +190,6 @@ writes what there is.
 Options parse_options(int argc, const char *const *argv) {
     Options options;
     options.threads = std::max(1u, std::thread::hardware_concurrency());
-    bool spp_given = false;
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
         const auto is = [&](const char *other) { return name == other; };
@@ -209,6 +215,8 @@ Options parse_options(int argc, const char *const *argv) {
             if (i + 1 == argc) throw Error(name + " needs a value; see --help");
             const std::string value = argv[++i];
 
+            options.given.insert(name);
+            if (is("--resume")) options.resume = value;
             if (is("--scene")) options.scene = value;
             if (is("--camera")) options.camera.number = number(name, value, 0u, UINT32_MAX);
             if (is("--eye")) options.camera.eye = parse_point(name, value);
@@ -217,7 +225,6 @@ Options parse_options(int argc, const char *const *argv) {
             if (is("--sampler")) options.sampler.name = value;
             if (is("--spp")) {
                 options.spp = number(name, value, 1u, MAX_SPP);
-                spp_given = true;
             }
             if (is("--declare")) options.sampler.declared_spp = number(name, value, 0u, UINT32_MAX);
             if (is("--mask")) options.sampler.mask = value;
@@ -238,8 +245,10 @@ Options parse_options(int argc, const char *const *argv) {
             if (is("-o")) options.output = value;
         }
     }
-    if (options.time_limit > 0 && !spp_given)
+    if (options.time_limit > 0 && options.given.count("--spp") == 0)
         options.spp = std::min(MAX_SPP, UINT32_MAX - options.first_sample);
-    if (!options.help && !options.list && !options.list_cameras) check(options);
+    if (!options.help && !options.list && !options.list_cameras &&
+        (options.resume.empty() || !options.merge.empty()))
+        check_options(options);
     return options;
 }

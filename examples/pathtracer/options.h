@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,13 +23,16 @@ struct Options {
     uint32_t light_samples = 0; // at the first surface of a path; 0: as the scene has it
     bool single_scatter = false;
     bool photometric = false;
-    std::string environment;   // an EXR file, or empty: the scene's own
-    unsigned threads;          // default: one per core
-    double time_limit = 0;     // seconds; 0: none
-    double write_interval = 0; // seconds between partial pictures; 0: none are written
-    float exposure = 0;
+    std::string environment;       // an EXR file, or empty: the scene's own
+    unsigned threads;              // default: one per core
+    double time_limit = 0;         // seconds; 0: none
+    double write_interval = 0;     // seconds between partial pictures; 0: none are written
+    std::optional<float> exposure; // given in stops
+    bool auto_exposure = false;    // asked for; without either, files get it, built-in scenes 0
     std::string reference;
     std::string convergence;        // a CSV file, or empty
+    std::string resume;             // a picture to go on with, or empty
+    std::set<std::string> given;    // the options that take a value
     std::vector<std::string> merge; // parts to put together: then nothing is rendered
     std::string output;
     bool quiet = false;
@@ -39,6 +43,10 @@ struct Options {
 
 // Throws Error. With --help, --list or --list-cameras nothing else is checked.
 Options parse_options(int argc, const char *const *argv);
+
+// What options have to do with each other, once those of a picture to go on with are known. Throws
+// Error.
+void check_options(const Options &options);
 
 // The text of --help.
 const char *options_help();

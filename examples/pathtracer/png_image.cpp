@@ -23,6 +23,10 @@ float srgb_encode(float v) {
 
 } // namespace
 
+float preview_level(float linear) {
+    return 255 * srgb_encode(tone_curve(linear));
+}
+
 std::vector<char> png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
     constexpr int MASK = 64; // texels
@@ -34,7 +38,7 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
     for (int y = image.crop.y0; y < image.crop.y1; ++y)
         for (int x = image.crop.x0; x < image.crop.x1; ++x)
             for (int c = 0; c < 3; ++c) {
-                const float level = 255 * srgb_encode(tone_curve(gain * image.rgb[pixels.size()]));
+                const float level = preview_level(gain * image.rgb[pixels.size()]);
                 const int texel = (y + SHIFT_Y[c]) % MASK * MASK + (x + SHIFT_X[c]) % MASK;
                 const float threshold = bn_rank_to_float(ranks[texel], MASK * MASK);
                 pixels.push_back(static_cast<uint8_t>(level + threshold));

@@ -13,6 +13,9 @@
 // libbn, so that smooth gradients show no bands. Throws Error.
 std::vector<char> png_encode_preview(const Image &image, float exposure);
 
+// The level, from 0 to 255, that a preview shows a linear value with, before it is rounded.
+float preview_level(float linear);
+
 struct GreyImage {
     uint32_t width, height;
     std::vector<uint16_t> values;

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// How bright a preview has to be.
+#include "exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "png_image.h"
+
+namespace {
+
+constexpr int BLOCK = 16; // pixels
+constexpr double MIDDLE_GREY = 0.18;
+constexpr double LARGEST = 64; // stops, as the command line has it
+
+double luminance_of(const FilmPixel &p) {
+    return static_cast<double>(
+        luminance({static_cast<float>(p.radiance[0]), static_cast<float>(p.radiance[1]),
+                   static_cast<float>(p.radiance[2])}));
+}
+
+bool shows_surface(const FilmPixel &p) {
+    return p.hits > 0 && 2 * uint64_t{p.hits} >= p.count;
+}
+
+// Whether to judge a picture by the pixels that show a surface: unless they are very few.
+bool has_surfaces(const Film &film) {
+    const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
+    return static_cast<size_t>(hits) * 1000 > film.pixels.size();
+}
+
+std::string stops(float exposure) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(exposure));
+    return text;
+}
+
+} // namespace
+
+float auto_exposure(const Film &film) {
+    const bool surfaces_only = has_surfaces(film);
+    const int columns = width(film.crop), rows = height(film.crop);
+    double sum = 0, weight = 0; // of logarithms
+    for (int top = 0; top < rows; top += BLOCK)
+        for (int left = 0; left < columns; left += BLOCK) {
+            double light = 0, count = 0;
+            for (int y = top; y < std::min(top + BLOCK, rows); ++y)
+                for (int x = left; x < std::min(left + BLOCK, columns); ++x) {
+                    const FilmPixel &p =
+                        film.pixels[static_cast<size_t>(y) * static_cast<size_t>(columns) +
+                                    static_cast<size_t>(x)];
+                    if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
+                    light += luminance_of(p);
+                    ++count;
+                }
+            if (!(light > 0)) continue;
+            sum += count * std::log2(light / count);
+            weight += count;
+        }
+    if (!(weight > 0)) return 0;
+    const double exposure = std::log2(MIDDLE_GREY) - sum / weight;
+    return static_cast<float>(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
+}
+
+std::string film_warning(const Film &film, float exposure, const std::string &extent) {
+    uint64_t hits = 0, counted = 0, white = 0;
+    float brightest = 0;
+    const bool surfaces_only = has_surfaces(film);
+    const float gain = std::exp2(exposure);
+    for (const FilmPixel &p : film.pixels) {
+        hits += p.hits;
+        float least = INFINITY;
+        for (const double v : p.radiance) {
+            brightest = std::max(brightest, static_cast<float>(v));
+            least = std::min(least, static_cast<float>(v));
+        }
+        if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
+        ++counted;
+        if (preview_level(gain * least) > 254) ++white;
+    }
+    if (counted == 0) return "";
+    if (hits == 0)
+        return "NOTHING IS VISIBLE: no camera ray meets a surface; look at the scene, which " +
+               extent + ", with --eye and --target, or leave them out";
+    if (!(brightest > 0))
+        return "THE PICTURE IS BLACK: no light reaches what is seen; add some with --env sky, or "
+               "raise --max-depth";
+    const std::string better = stops(auto_exposure(film));
+    if (preview_level(gain * brightest) < 1)
+        return "the preview is black, as the picture is dark for --exposure " + stops(exposure) +
+               "; --exposure auto would take " + better;
+    if (2 * white > counted)
+        return "most of the preview, " + std::to_string(100 * white / counted) +
+               " % of it, is clipped to white at --exposure " + stops(exposure) +
+               "; --exposure auto would take " + better;
+    return "";
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Going on with a picture that was stopped: its pixels hold the first samples of each, some more of
+// them than others. Sample numbers tell what is missing, so that nothing else has to be kept.
+#include "resume.h"
+
+#include "error.h"
+#include "merge.h"
+
+ExrHead resume_settings(Options &options) {
+    const ExrHead head = exr_read_head(options.resume);
+    const ExrAttributes &a = head.attributes;
+    const auto unless_given = [&](const char *name, auto &option, const auto &value) {
+        if (options.given.count(name) == 0) option = value;
+    };
+    if (options.given.count("--size") == 0) {
+        options.width = head.full_width;
+        options.height = head.full_height;
+    }
+    unless_given("--crop", options.crop, std::optional<Crop>(head.crop));
+    unless_given("--scene", options.scene, a.scene);
+    bool camera_given = false;
+    for (const char *name : {"--camera", "--eye", "--target", "--fov"})
+        camera_given = camera_given || options.given.count(name) > 0;
+    if (!camera_given) options.camera.listed = a.camera;
+    unless_given("--env", options.environment, a.environment);
+    unless_given("--sampler", options.sampler.name, a.sampler);
+    unless_given("--mask", options.sampler.mask, a.mask);
+    unless_given("--declare", options.sampler.declared_spp, a.declared_spp);
+    unless_given("--seed", options.sampler.seed, a.seed);
+    unless_given("--first-sample", options.first_sample, a.first_sample);
+    unless_given("--max-depth", options.max_depth, a.max_depth);
+    unless_given("--light-samples", options.light_samples, a.light_samples);
+    options.single_scatter = options.single_scatter || a.single_scatter;
+    options.photometric = options.photometric || a.photometric;
+    if (!(options.time_limit > 0)) unless_given("--spp", options.spp, std::max(a.spp, 1u));
+    return head;
+}
+
+void resume_check(const std::string &path, const ExrHead &picture, const ExrHead &wanted) {
+    std::string difference = settings_difference(picture, wanted);
+    const uint32_t first = picture.attributes.first_sample;
+    const Crop &a = picture.crop, &b = wanted.crop;
+    if (difference.empty() && first != wanted.attributes.first_sample)
+        difference = "first sample '" + std::to_string(first) + "' and '" +
+                     std::to_string(wanted.attributes.first_sample) + "'";
+    if (difference.empty() && (a.x0 != b.x0 || a.y0 != b.y0 || a.x1 != b.x1 || a.y1 != b.y1))
+        difference = "crop, which is of other pixels";
+    if (!difference.empty())
+        throw Error(path + " is no beginning of this picture: they differ in " + difference +
+                    "; options that are left out are taken from it");
+}
+
+Film resume_film(const std::string &path, uint32_t spp) {
+    Film film = exr_read_film(path);
+    const SampleCounts counts = film_counts(film);
+    if (counts.most > spp)
+        throw Error(path + " has up to " + std::to_string(counts.most) +
+                    " samples a pixel already; --spp must be at least that");
+    if (counts.least >= spp)
+        throw Error(path + " has " + std::to_string(spp) +
+                    " samples in each pixel already; go on with a larger --spp");
+    return film;
+}

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures that were stopped and gone on with, and parts that leave out samples."""
+
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from pathtracer_driver import read_exr, read_layers
+from scene_files import DOWN, SMALL, floor
+from test_command_line import failure
+
+SIZE = ["--size", "45x37"]
+
+
+def assert_same(path, other):
+    """Within the rounding of means that went through single precision."""
+    layers, wanted = read_layers(path), read_layers(other)
+    assert np.array_equal(layers["count"], wanted["count"])
+    for name, values in wanted.items():
+        scale = max(1.0, float(np.abs(values.astype(np.float64)).max()))
+        tolerance = 1e-5 if name.startswith("variance") else 1e-6
+        np.testing.assert_allclose(layers[name], values, rtol=tolerance, atol=1e-6 * scale, err_msg=name)
+
+
+def stopped(pathtracer, *arguments):
+    """A picture that was interrupted on the way, with uneven counts if it can be had."""
+    path = pathtracer.folder / "stopped.exr"
+    for attempt in range(20):
+        program = subprocess.Popen(
+            [pathtracer.binary, *map(str, arguments), "--spp", "100000", "--quiet", "-o", str(path)],
+            cwd=pathtracer.folder,
+            stderr=subprocess.DEVNULL,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
+        time.sleep(0.3 + 0.05 * attempt)
+        program.send_signal(signal.SIGINT)
+        assert program.wait(timeout=60) == 128 + signal.SIGINT
+        count = read_layers(path)["count"]
+        if count.min() < count.max():
+            break
+    return path, count
+
+
+@pytest.mark.parametrize("scene", ["cornell", "lens"])
+def test_a_resumed_picture_equals_a_whole_one(pathtracer, scene):
+    common = ["--scene", scene, *SIZE, "--seed", 5, "--sampler", "sobol", "--max-depth", 3]
+    begun = pathtracer.render(*common, "--spp", 3)
+    resumed = pathtracer.render("--resume", begun, "--spp", 11)
+    whole = pathtracer.render(*common, "--spp", 11)
+    assert_same(resumed, whole)
+    header, wanted = read_exr(resumed)[1], read_exr(whole)[1]
+    for name, value in wanted.items():
+        if name not in ("seconds", "samplingShare", "channels"):
+            assert np.array_equal(header[name], value), name
+
+
+def test_a_stopped_picture_becomes_even(pathtracer):
+    common = ["--size", "96x64", "--crop", "3,5,90,60", "--fov", 30, "--max-depth", 2]
+    begun, count = stopped(pathtracer, *common)
+    assert count.min() < count.max()
+    most = int(count.max())
+    even = pathtracer.render("--resume", begun)
+    assert (read_layers(even)["count"] == most).all()
+    assert_same(even, pathtracer.render(*common, "--spp", most))
+    # In place, and with a limit of time.
+    done = pathtracer.run("--resume", begun, "--time", 0.001, "-o", begun)
+    assert done.returncode == 0, done.stderr
+    later = read_layers(begun)["count"]
+    assert later.min() == later.max() and later.max() >= most
+
+
+def test_what_is_not_the_same_picture_is_refused(pathtracer):
+    common = [*SIZE, "--spp", 2]
+    begun = pathtracer.render(*common, "--crop", "0,0,20,20", "--first-sample", 4)
+    out = ["-o", "out.exr"]
+    for name, changed in [
+        ("seed", ["--seed", 1]),
+        ("sampler", ["--sampler", "sobol"]),
+        ("scene", ["--scene", "furnace"]),
+        ("camera", ["--fov", 20]),
+        ("max depth", ["--max-depth", 3]),
+        ("light samples", ["--light-samples", 2]),
+        ("declared", ["--declare", 4]),
+        ("size", ["--size", "40x40"]),
+        ("single scatter", ["--single-scatter"]),
+        ("environment", ["--env", "sky"]),
+        ("first sample", ["--first-sample", 0]),
+        ("crop", ["--crop", "0,0,20,19"]),
+    ]:
+        message = failure(pathtracer, "--resume", begun, "--spp", 8, *changed, *out)
+        assert name in message and begun.name in message, name
+    assert "already" in failure(pathtracer, "--resume", begun, "--spp", 2, *out)
+    assert "already" in failure(pathtracer, "--resume", begun, "--spp", 1, *out)
+    assert "already" in failure(pathtracer, "--resume", begun, *out)
+    assert "absent.exr" in failure(pathtracer, "--resume", "absent.exr", *out)
+    assert "--merge" in failure(pathtracer, "--resume", begun, "--merge", begun, *out)
+
+
+def test_a_camera_of_a_file_is_kept(pathtracer):
+    """Also one by number that stands on its head, which --eye, --target and --fov do not say."""
+    g = floor()
+    g.camera(0.5, translation=[0, 1, 0], rotation=DOWN)
+    half = np.sqrt(0.5)
+    g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, half, half], name="on its side")
+    path = g.save(pathtracer.folder / "two.glb")
+    common = ["--scene", path, *SMALL, "--camera", 1]
+    begun = pathtracer.render(*common, "--spp", 1)
+    assert_same(pathtracer.render("--resume", begun, "--spp", 3), pathtracer.render(*common, "--spp", 3))
+    moved = [*common, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"]
+    begun = pathtracer.render(*moved, "--spp", 1)
+    assert_same(pathtracer.render("--resume", begun, "--spp", 3), pathtracer.render(*moved, "--spp", 3))
+
+
+def test_merge_refuses_gaps(pathtracer):
+    common = [*SIZE, "--sampler", "white"]
+    part = lambda first, count, *more: pathtracer.render(*common, "--first-sample", first, "--spp", count, *more)
+    a, c = part(0, 2), part(5, 1)
+    message = failure(pathtracer, "--merge", c, a, "-o", "out.exr")
+    assert "samples 2 to 4 " in message and c.name in message and "--first-sample 2 --spp 3" in message
+    assert (read_layers(pathtracer.render("--merge", c, a, part(2, 3)))["count"] == 6).all()
+    # A gap in some pixels is one.
+    left = part(2, 3, "--crop", "0,0,20,37")
+    message = failure(pathtracer, "--merge", a, left, c, "-o", "out.exr")
+    assert "samples 2 to 4 of pixel 20,0" in message
+    # So are regions that begin at other samples.
+    right = part(1, 2, "--crop", "20,0,45,37")
+    message = failure(pathtracer, "--merge", part(0, 2, "--crop", "0,0,20,37"), right, "-o", "out.exr")
+    assert "samples 0 to 0 of pixel 20,0" in message
+
+
+def test_merge_refuses_what_an_interruption_left_out(pathtracer):
+    common = ["--size", "96x64", "--max-depth", 1]
+    begun, count = stopped(pathtracer, *common)
+    assert count.min() < count.max()
+    most = int(count.max())
+    rest = pathtracer.render(*common, "--first-sample", most, "--spp", 2)
+    message = failure(pathtracer, "--merge", begun, rest, "-o", "out.exr")
+    assert f"samples {int(count.min())} to {most - 1}" in message and "--resume" in message
+    merged = pathtracer.render("--merge", pathtracer.render("--resume", begun), rest)
+    assert (read_layers(merged)["count"] == most + 2).all()
