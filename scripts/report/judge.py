@@ -34,7 +34,7 @@ from .views import View
 
 REFERENCE_SEED = 1_000_003
 # Seeds of each count: pictures of few samples differ more, and cost less.
-SEEDS = {1: 16, 2: 16, 4: 16, 8: 8, 16: 8, 32: 4, 64: 4, 128: 2, 256: 2}
+SEEDS = {1: 16, 2: 16, 4: 16, 8: 8, 16: 6, 32: 4, 64: 3, 128: 2, 256: 2}
 FLIP_SEEDS, FLIP_COUNTS = 2, (1, 4, 16, 64)
 SHOWN_COUNTS = (1, 4, 16, 64)  # of which pictures and spectra are kept
 KEPT_DAYS = 60

@@ -132,8 +132,9 @@ def sources_table(found, names, sources):
         for measure in HEADLINE_MEASURES:
             own, errors = found.references[view].own[measure], found.cells.get(view, "blue", COUNTS[-1], measure)
             shares += [f"{own:.2g}", f"{100 * own / statistics.mean(errors):.0f} %" if min(errors) > 0 else ""]
-        rows.append([names[view], row["publisher"], row["licence"], row["source"], *shares])
-    return md_table(["model", "publisher", "licence", "source", "own error as displayed", f"of blue's at {COUNTS[-1]} spp",
+        linked = f"[{names[view]}]({row['source']})" if row["source"] else names[view]
+        rows.append([linked, row["publisher"], row["licence"], *shares])
+    return md_table(["model", "publisher", "licence", "own error as displayed", f"of blue's at {COUNTS[-1]} spp",
                      "own RMSE", f"of blue's at {COUNTS[-1]} spp"], rows)
 
 

@@ -7,7 +7,7 @@ import dataclasses
 from .peers import PEERS
 
 # Few seeds are enough for what no headline is made of.
-SIDE_SEEDS = 4
+SIDE_SEEDS = 3
 
 
 @dataclasses.dataclass(frozen=True)

@@ -57,7 +57,7 @@ def test_every_model_has_a_row_and_what_fails_is_listed(pathtracer, folder, tmp_
     text = (out / "models.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out and str(tmp_path) not in text
     assert "scripts/bench models FOLDER --size 19x17" in text and "2 models of 2 publishers" in text
-    assert "| a/tent.obj | Someone | CC0-1.0 | https://example.org/tent |" in text
+    assert "| [a/tent.obj](https://example.org/tent) | Someone | CC0-1.0 |" in text
     for measure in ("RMSE as displayed after sigma 2.1", "RMSE after sigma 2.1"):
         part = text[text.index("## Every model"):].split(f"### {measure}\n")[1].split("\n### ")[0]
         assert len(re.findall(r"^\| [ab]/tent.obj \|( (\d+\.\d\d|-) / (\d+\.\d\d|-) \|){4}$", part, re.M)) == 2
