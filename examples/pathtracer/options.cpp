@@ -132,6 +132,11 @@ void check_options(const Options &o) {
             throw Error("--merge renders nothing: --convergence has no use");
         return;
     }
+    // Of a picture to go on with; those of the command line are in range.
+    if (o.max_depth > MAX_DEPTH || o.light_samples > MAX_LIGHT_SAMPLES)
+        throw Error(o.resume + " has settings that no picture has: --max-depth " +
+                    std::to_string(o.max_depth) + ", --light-samples " +
+                    std::to_string(o.light_samples));
     const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
     if (crop.x1 > o.width || crop.y1 > o.height)
         throw Error("--crop goes beyond the picture of " + std::to_string(o.width) + "x" +

@@ -9,6 +9,8 @@
 ExrHead resume_settings(Options &options) {
     const ExrHead head = exr_read_head(options.resume);
     const ExrAttributes &a = head.attributes;
+    if (head.crop.x0 < 0 || head.crop.y0 < 0)
+        throw Error(options.resume + " has pixels outside of its picture");
     const auto unless_given = [&](const char *name, auto &option, const auto &value) {
         if (options.given.count(name) == 0) option = value;
     };

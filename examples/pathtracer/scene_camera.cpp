@@ -107,7 +107,8 @@ CameraChoice parse_camera(const std::string &text) {
     Point3d eye, target;
     double fov = 0;
     if (std::sscanf(text.c_str(), "--eye %lf,%lf,%lf --target %lf,%lf,%lf --fov %lf", &eye.x,
-                    &eye.y, &eye.z, &target.x, &target.y, &target.z, &fov) != 7)
+                    &eye.y, &eye.z, &target.x, &target.y, &target.z, &fov) != 7 ||
+        !(fov > 0 && fov < 180))
         throw Error("the picture's camera is '" + text +
                     "', which cannot be read; give the camera");
     CameraChoice choice;

@@ -140,3 +140,23 @@ def test_merge_refuses_what_an_interruption_left_out(pathtracer):
     assert f"samples {int(count.min())} to {most - 1}" in message and "--resume" in message
     merged = pathtracer.render("--merge", pathtracer.render("--resume", begun), rest)
     assert (read_layers(merged)["count"] == most + 2).all()
+
+
+def test_a_damaged_picture_is_refused_or_gone_on_with(pathtracer):
+    """Whatever bit of its header has turned over: one line, or a picture."""
+    begun = pathtracer.render("--size", "8x8", "--spp", 1)
+    whole = begun.read_bytes()
+    rng = np.random.default_rng(2)
+    refused = 0
+    for _ in range(60):
+        damaged = bytearray(whole)
+        damaged[rng.integers(8, 1800)] ^= 1 << rng.integers(8)
+        begun.write_bytes(damaged)
+        done = pathtracer.run("--resume", begun, "--spp", 2, "-o", "out.exr")
+        assert done.returncode in (0, 1), done.stderr
+        if done.returncode == 1:
+            refused += 1
+            assert done.stderr.startswith("pathtracer: ") and done.stderr.count("\n") == 1
+            assert not (pathtracer.folder / "out.exr").exists()
+        (pathtracer.folder / "out.exr").unlink(missing_ok=True)
+    assert refused > 20
