@@ -84,13 +84,6 @@ def displayed_rmse(image, reference, exposure=0.0, sigma=0.0):
     return rmse(displayed(image, exposure), displayed(reference, exposure), sigma)
 
 
-def auto_exposure(reference):
-    """Stops that bring a picture's luminance, the geometric mean of what is not black, to 0.18."""
-    luminance = np.asarray(reference, np.float64) @ LUMINANCE
-    lit = luminance[luminance > 1e-4 * max(float(luminance.mean()), 1e-30)]
-    return float(np.log2(0.18) - np.mean(np.log2(lit))) if lit.size else 0.0
-
-
 def _trimmed_relative_error(image, reference):
     """Error over luminance of the reference, 0 in the pixels that are brightest beside the reference."""
     error = _difference(image, reference)

@@ -26,7 +26,7 @@ import numpy as np
 from .convergence import make_reference, scene_label
 from .files import read_exr, read_first_half, sha256_of, written_beside
 from .flip import mean_flip
-from .image_error import LUMINANCE, MEASURES, all_errors, auto_exposure, luminance_error, own_errors, radial_spectrum
+from .image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from .progress import Progress, duration
 from .renderer import RenderError, Request, cache_folder, progressive, run_pathtracer
 from .variants import VARIANTS
@@ -190,7 +190,7 @@ def plan(views, labels, seeds, kept=()):
 
 def load_reference(path, view):
     picture, attributes = read_exr(path)
-    exposure = auto_exposure(picture) if view.exposure is None else view.exposure
+    exposure = float(attributes["exposure"]) if view.exposure is None else view.exposure
     return Reference(Path(path), picture, own_errors(picture, read_first_half(path), exposure),
                      float(attributes["meanError"]), exposure, int(attributes["spp"]), float(attributes["seconds"]))
 
@@ -202,8 +202,8 @@ def reference_folder(view):
 
 def render_reference(program, view, spp, report=lambda share: None):
     """The Reference of a view, rendered unless it is kept; spp is a multiple of 32."""
-    return load_reference(make_reference(program, view.request("sobol", spp, REFERENCE_SEED), reference_folder(view), report),
-                          view)
+    request = view.request("sobol", spp, REFERENCE_SEED, exposure="auto" if view.exposure is None else 0.0)
+    return load_reference(make_reference(program, request, reference_folder(view), report), view)
 
 
 def render_references(program, views, spp):

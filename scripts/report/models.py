@@ -3,7 +3,7 @@
 
 Renders every .gltf, .glb and .obj below the folders with every sampler, several seeds and 1, 4, 16 and 64 samples per
 pixel, through the file's own camera or one that frames it, lit by the file's lights or else by the path tracer's sky,
-and displayed at the exposure that its reference asks for. References and measured rows are kept in ~/.cache/libbn: an
+and displayed at the exposure that the path tracer finds for its reference. References and measured rows are kept in ~/.cache/libbn: an
 interrupted run goes on where it was. A folder's SOURCES.csv (file,publisher,source,licence) says where files come from.
 """
 
@@ -147,7 +147,7 @@ def report_text(options, found, names, sources, failures):
              + f", {options.size[0]}x{options.size[1]} pixels, {options.seeds} seeds, against references of "
              f"{options.reference_spp} samples per pixel (`sobol`, another seed). The camera is the file's own, or one that "
              "frames the model; light comes from the file, or from the path tracer's sky where the file has none. As displayed "
-             "means at the exposure that brings the reference's mean luminance to middle grey.", "",
+             "means at the exposure that the path tracer finds for the reference (`--exposure auto`).", "",
              "## Times less error", "",
              "Geometric means over models and seeds, with 95 % intervals of a bootstrap that draws both again. A model is left "
              f"out at a count where blue's error is less than {REFERENCE_MARGIN:g} times the reference's own.", ""]

@@ -56,7 +56,7 @@ class Request:
     width: int = 256
     height: int = 256
     first_sample: int = 0
-    exposure: float = 0.0  # stops, of the preview only
+    exposure: float | str = 0.0  # stops, or auto; of the preview only
     declared: int = 0  # samples the sampler is told of; 0: none
     mask: str = ""  # of the sampler "mask"; empty: the path tracer's default
     more: tuple = ()  # further options, as they are
@@ -182,6 +182,8 @@ class Renderer:
         own_error = {f"error{i}": rmse(first, second, sigma) / 2 for i, sigma in enumerate(SIGMAS)}
         means = [float(np.mean(picture @ LUMINANCE)) for picture in pictures]
         own_error["meanError"] = float(np.std(means, ddof=1) / np.sqrt(len(means)))
+        if all("exposure" in a for a in attributes):
+            own_error["exposure"] = float(np.mean([a["exposure"] for a in attributes]))
         kept = ("scene", "sampler", "seed", "firstSample", "maxDepth", "software", "version")
         write_exr(path, (first + second) / 2, {
             **{name: attributes[0][name] for name in kept if name in attributes[0]}, **own_error,

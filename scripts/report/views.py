@@ -45,7 +45,7 @@ class View:
     width: int
     height: int
     camera: tuple = ()  # options of the path tracer
-    exposure: float | None = None  # stops of the picture as displayed; None: found from the reference
+    exposure: float | None = None  # stops of the picture as displayed; None: the path tracer's for the reference
     core: bool = False
     held_out: bool = False  # never used to choose or tune anything
 

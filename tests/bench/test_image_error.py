@@ -8,7 +8,6 @@ import pytest
 from report.image_error import (
     MEASURES,
     all_errors,
-    auto_exposure,
     blurred,
     displayed_rmse,
     error_image,
@@ -166,7 +165,7 @@ def test_trimmed_errors_are_relative_and_know_no_firefly():
 
 def test_black_pictures_have_no_relative_error():
     black = np.zeros((8, 8, 3))
-    assert trimmed_relative_rmse(black, black) == 0 and auto_exposure(black) == 0
+    assert trimmed_relative_rmse(black, black) == 0
 
 
 def test_all_errors_are_those_of_the_single_measures():
@@ -187,9 +186,3 @@ def test_a_reference_tells_its_own_error_by_its_halves():
     found = own_errors((halves[0] + halves[1]) / 2, halves[0])
     # 49152 numbers: five relative standard errors are 1.6 %.
     assert found["rmse"] == pytest.approx(math.sqrt(0.5), rel=0.016)
-
-
-def test_auto_exposure_brings_light_to_middle_grey():
-    picture = np.full((10, 10, 3), 0.36)
-    picture[:5] = 0
-    assert auto_exposure(picture) == pytest.approx(-1)

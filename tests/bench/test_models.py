@@ -2,6 +2,7 @@
 """Samplers on models from files: a tiny run of the whole, what fails in it, and the summary that is made of it."""
 
 import csv
+import dataclasses
 import re
 
 import pytest
@@ -83,6 +84,15 @@ def test_every_model_has_a_row_and_what_fails_is_listed(pathtracer, folder, tmp_
     found = gains.read_rows(out / "models_headline.csv")
     first = found["displayed_2.1", 1, "blue", "white"]
     assert any(line.startswith("| 2 models | as displayed | 1 | " + first.text()) for line in lines)
+
+
+def test_models_are_displayed_at_the_exposure_of_the_path_tracer(pathtracer, folder):
+    path = str(folder / "a/tent.obj")
+    view = judge.View(path, "", 40, 36)
+    found = judge.render_reference(pathtracer, view, 32)
+    darker = judge.load_reference(found.path, dataclasses.replace(view, exposure=found.exposure - 3))
+    assert -10 < found.exposure < 10 and darker.exposure == found.exposure - 3
+    assert darker.own["displayed"] < found.own["displayed"] / 4 and darker.own["rmse"] == found.own["rmse"]
 
 
 def gain(value, scenes, views):
