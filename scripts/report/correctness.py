@@ -8,7 +8,6 @@ Mitsuba is the optional package `mitsuba` (Jakob et al., "Mitsuba 3 renderer", 2
 
 import argparse
 import dataclasses
-import shlex
 import sys
 import tempfile
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from PIL import Image
 from scipy import stats
 
+from .bench_options import arguments_that_count
 from .convergence import parse_size, positive
 from .correctness_scenes import SCENES, write_obj
 from .files import read_exr, write_text
@@ -155,17 +155,6 @@ def shown(ours, theirs):
     difference[:whole.shape[0], :whole.shape[1]] = whole
     images = preview(ours), preview(theirs), Image.fromarray(difference).convert("RGB")
     return [image.resize((2 * image.width, 2 * image.height), Image.Resampling.NEAREST) for image in images]
-
-
-def arguments_that_count(arguments):
-    """The options for the command in the report: what is compared, not where."""
-    result, skip = [], False
-    for word in arguments:
-        if skip or word in ("--out", "--pathtracer"):
-            skip = not skip
-        elif not word.startswith(("--out=", "--pathtracer=")):
-            result.append(shlex.quote(word))
-    return result
 
 
 # ---- The report

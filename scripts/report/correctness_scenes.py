@@ -129,7 +129,7 @@ SCENES = (
         Part(box((-0.5, 0.45, -0.3), (0.3, 0.45, 0.3), 25), Material("metal", (0.95, 0.64, 0.54), 0.3)),
         Part(box((0.5, 0.3, -0.2), (0.3, 0.3, 0.3), -20), Material("metal", (0.9, 0.9, 0.9), 0.5)),
         Part(ball((0, 0.28, 0.5), 0.27), Material("metal", (1.0, 0.78, 0.34), 0.4))), rough=True, tolerance=0.003),
-    Scene("rough glass", "a ball and a block of GGX glass, roughness 0.3 and 0.5", (
+    Scene("rough-glass", "a ball and a block of GGX glass, roughness 0.3 and 0.5", (
         *room(), lamp(0.8, (3, 3, 3)), Part(ball((-0.4, 0.5, 0.1), 0.4), Material("glass", roughness=0.3)),
         Part(box((0.45, 0.35, 0), (0.25, 0.34, 0.25), 30), Material("glass", roughness=0.5))),
         depth=12, rough=True, tolerance=0.005),

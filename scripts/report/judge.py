@@ -268,6 +268,10 @@ class Run:
                 "exposure": reference.exposure, "pictures": task.keep_pictures,
                 "flip": any(wants_flip(task, spp, self.flip) for spp in task.counts)}
 
+    def measure(self, task, reference):
+        """(rows, pictures) of a task; other judgements replace it, and add to the key what theirs depend on."""
+        return measure(self.program, task, reference, self.flip)
+
     def results(self, references, tasks):
         """{task: (rows, pictures)}."""
         sums = {view: reference.key() for view, reference in references.items()}
@@ -291,7 +295,7 @@ class Run:
         progress("pictures", done, found=True)
 
         def make(task):
-            found = measure(self.program, task, references[task.view], self.flip)
+            found = self.measure(task, references[task.view])
             self.store.save(keys[task], *found)
             return found
 

@@ -74,11 +74,11 @@ class Request:
         return {name: value for name, value in key.items() if value or name not in ("declared", "mask", "more")}
 
 
-def progressive(program, request, counts, threads=None):
+def progressive(program, request, counts, threads=None, read=read_exr):
     """Yields (spp, picture, attributes) for each of the ascending counts, as one run that goes on shows them.
 
     Each sample is rendered once: pictures are means of the parts so far, in double. Of the attributes, seconds
-    and rays are sums over the parts.
+    and rays are sums over the parts. read(path) gives (array, attributes) of a part: the picture, or more of its layers.
     """
     total, first, sums = 0.0, 0, {"seconds": 0.0, "rays": 0}
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
@@ -87,7 +87,7 @@ def progressive(program, request, counts, threads=None):
             path = Path(folder) / "part.exr"
             run_pathtracer(program, [*part.arguments(), *(["--threads", threads] if threads else []), "--quiet",
                                      "-o", path])
-            picture, attributes = read_exr(path)
+            picture, attributes = read(path)
             total = total + picture.astype(np.float64) * (spp - first)
             first = spp
             sums = {"seconds": sums["seconds"] + float(attributes["seconds"]),

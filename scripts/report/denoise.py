@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samplers after a denoiser, as most people see them: `scripts/bench denoise` writes docs/report/denoise.*
+
+Renders the views with white, sobol, blue and the peers of the build at 1 to 16 samples per pixel, denoises each picture in
+three ways with Open Image Denoise (the optional package pyoidn), and measures what is left against the references of
+`scripts/bench renders`. What is done is kept in ~/.cache/libbn: an interrupted run goes on where it was.
+"""
+
+import argparse
+import dataclasses
+import sys
+
+from . import denoise_report, denoiser, gains, views
+from .bench_options import add_common_options, finish_options, run_or_say_why
+from .convergence import parse_size, positive
+from .denoiser import DenoisedRun, DenoiserMissing
+from .files import read_first_half, write_text
+from .judge import Cells, plan, render_references
+from .progress import Progress
+from .renders import REFERENCE_SPP
+
+COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
+LABELS = ("white", "sobol", "blue")
+TRIAL_SCENE = "cornell"
+
+
+def parse_options(arguments):
+    parser = argparse.ArgumentParser(prog="scripts/bench denoise", description=__doc__.splitlines()[0])
+    views.add_options(parser)
+    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="counts up to N, at most 16 (default 16)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="this size for every view, for a trial")
+    parser.add_argument("--no-trials", action="store_true", help=f"leave out what is tried on {TRIAL_SCENE} to find out why")
+    add_common_options(parser, REFERENCE_SPP, "out/denoise")
+    options = parser.parse_args(arguments)
+    options.samplers = LABELS
+    finish_options(parser, options, "denoise", arguments)
+    options.seeds = options.seeds or SEEDS
+    options.counts = tuple(spp for spp in COUNTS if spp <= options.spp)
+    return options
+
+
+def with_own_errors(reference):
+    """A judge.Reference whose own errors are named like the measures after the denoiser."""
+    own = denoiser.own_errors(reference.picture, read_first_half(reference.path), reference.exposure)
+    return dataclasses.replace(reference, own={f"{way}:{name}": error for way in denoiser.WAYS for name, error in own.items()})
+
+
+def run_trials(work, references, options):
+    """[{(trial, count): {measure: errors}}], one for each view of the scene."""
+    chosen = [view for view in references if view.scene == TRIAL_SCENE]
+    seeds = max(2, min(denoiser.TRIAL_SEEDS, 2 * options.seeds))
+    progress, found = Progress(max(1, len(chosen)), "views"), []
+    try:
+        for i, view in enumerate(chosen):
+            progress(f"trials on {view.label}", i)
+            found.append(work.trials(view, references[view], seeds))
+    finally:
+        progress.close()
+    return found
+
+
+def run(arguments):
+    options = parse_options(arguments)
+    work = DenoisedRun(options.pathtracer, max(options.counts), options.jobs, not options.no_flip, denoiser.load())
+    chosen = views.chosen(options.views, options.scenes, options.size)
+    first_views = [next(view for view in chosen if view.scene == scene) for scene in options.scenes]
+    references = render_references(options.pathtracer, chosen, options.reference_spp)
+    tasks = plan(chosen, options.labels, {spp: options.seeds for spp in options.counts}, first_views)
+    results = work.results(references, tasks)
+    cells = Cells({task: (rows, {}) for task, (rows, _) in results.items()})
+    pictures = {(task.view, task.label, name): array.astype("float32")
+                for task, (_, kept) in results.items() for name, array in kept.items()}
+    trials = [] if options.no_trials else run_trials(work, references, options)
+    report = denoise_report.Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, pictures,
+                                   trials, work.version)
+    report.draw(options.out)
+    gains.write_rows(options.out / "denoise.csv", report.rows())
+    text = report.text()
+    write_text(options.out / "denoise.md", text)
+    print(text)
+
+
+def main(arguments=None):
+    try:
+        run_or_say_why(run, arguments)
+    except DenoiserMissing as error:
+        sys.exit(f"bench: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `scripts/bench denoise` measured: tables, what they say, a plot and a sheet of pictures."""
+
+import math
+import statistics
+
+import numpy as np
+
+from .denoiser import FLIP_SEEDS, LAMP_MARGIN, MEASURES, PRIMARY_RAYS, TRIALS, TRIAL_COUNTS, WAYS, WORST_SHARE
+from .gains import BEST_PEER, Gain, Gains, bootstrap
+from .renders_report import md_table
+from .views import EXPOSURES, SETS
+
+MEASURE_NAMES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed",
+                 "displayed_2.1": "RMSE as displayed, after sigma 2.1", "flip": "mean FLIP"}
+SHEET_SCENES, SHEET_SIDE = ("cornell", "lens", "glossy"), 120  # pixels
+
+
+class Report:
+    """cells: judge.Cells with measures WAY:MEASURE; trials: one dictionary for each view that was tried."""
+
+    def __init__(self, options, cells, references, pictures, trials, version):
+        self.options, self.cells, self.references, self.pictures = options, cells, references, pictures
+        self.trials, self.version = trials, version
+        self.counts, self.labels = options.counts, options.labels
+        self.scenes = tuple(dict.fromkeys(view.scene for view in references))
+        self.gains = Gains(cells, references, options.labels)
+        self._found = {}
+
+    # ---- Gains
+
+    def gain(self, way, spp, measure, than="sobol", scene=None, label="blue"):
+        """A Gain, over all scenes or in one; None where nothing was measured."""
+        at = (way, spp, measure, than, scene, label)
+        if at not in self._found:
+            own = tuple(view for view in self.references if scene in (None, view.scene))
+            self._found[at] = self.gains.gain(label, spp, f"{way}:{measure}", than, own)
+        return self._found[at]
+
+    def of_way(self, way, spp, measure, label="blue"):
+        """How many times less error a way leaves than `plain`, with the same sampler."""
+        scenes = {}
+        for view in self.references:
+            plain, own = (self.cells.get(view, label, spp, f"{name}:{measure}") for name in ("plain", way))
+            if plain and own and min(*plain, *own) > 0:
+                scenes.setdefault(view.scene, []).append(np.log(plain) - np.log(own))
+        return Gain(*map(math.exp, bootstrap(list(scenes.values())))) if scenes else None
+
+    def measures(self, way):
+        """Those there is something of."""
+        return [name for name in (*MEASURES, "flip") if self.gain(way, self.counts[0], name)]
+
+    def rows(self):
+        return self.gains.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in (*MEASURES, "flip")], ("blue",))
+
+    # ---- Tables
+
+    def scene_table(self, way, measure, than="sobol"):
+        rows = []
+        for scene in (*self.scenes, None):
+            found = [self.gain(way, spp, measure, than, scene) for spp in self.counts]
+            texts = [gain.text() if gain else "" for gain in found]
+            rows.append([scene, *texts] if scene else ["**all**", *(f"**{text}**" if text else "" for text in texts)])
+        return md_table([f"{than} / blue", *map(str, self.counts)], rows)
+
+    def samplers_table(self, way, measure):
+        rows = []
+        for label in self.labels:
+            if label != "white":
+                found = [self.gain(way, spp, measure, "white", None, label) for spp in self.counts]
+                rows.append([label, *(gain.text() if gain else "" for gain in found)])
+        if self.gains.peers:
+            found = [self.gain(way, spp, measure, BEST_PEER) for spp in self.counts]
+            rows.append([f"{BEST_PEER} / blue", *(gain.text() if gain else "" for gain in found)])
+        return md_table(["white / sampler", *map(str, self.counts)], rows)
+
+    def ways_table(self, measure):
+        rows = []
+        for label in ("sobol", "blue"):
+            for way in list(WAYS)[1:]:
+                found = [self.of_way(way, spp, measure, label) for spp in self.counts]
+                if any(found):
+                    rows.append([f"{label}, `plain` / `{way}`", *(gain.text() if gain else "" for gain in found)])
+        return md_table([MEASURE_NAMES[measure], *map(str, self.counts)], rows)
+
+    def worst_table(self):
+        rows = []
+        for scene in self.scenes:
+            row = [scene]
+            for label in ("sobol", "blue"):
+                for spp in self.counts[:2]:
+                    shares = [share for view in self.references if view.scene == scene
+                              for share in self.cells.get(view, label, spp, "plain:worst") or ()]
+                    row.append(f"{100 * statistics.mean(shares):.0f} %" if shares else "")
+            rows.append(row)
+        return md_table(["scene", *(f"{label}, {spp} spp" for label in ("sobol", "blue") for spp in self.counts[:2])], rows)
+
+    def trial(self, name, spp, measure):
+        """Gain of a trial over all of sobol; None where a view lacks what is measured."""
+        logs = []
+        for found in self.trials:
+            own, sobol = found[name, spp][measure], found["sobol", spp][measure]
+            if min(*own, *sobol) <= 0:
+                return None
+            logs.append(np.log(sobol) - np.log(own))
+        return Gain(*map(math.exp, bootstrap([logs]))) if logs else None
+
+    def trials_table(self, spp):
+        columns = {"relative": "relative RMSE", "near": "at lamps", "elsewhere": "elsewhere", "trimmed": "trimmed",
+                   "displayed": "as displayed"}
+        rows = []
+        for name, what in TRIALS.items():
+            if name != "sobol":
+                found = [self.trial(name, spp, measure) for measure in columns]
+                rows.append([f"`{name}`: {what}", *(gain.text() if gain else "" for gain in found)])
+        return md_table([f"sobol / trial, {spp} spp", *columns.values()], rows)
+
+    # ---- What it says
+
+    def cells_apart_from_one(self, way, measure):
+        """(better, worse): [(scene, spp, Gain)] whose whole interval lies on one side of 1."""
+        better, worse = [], []
+        for scene in self.scenes:
+            for spp in self.counts:
+                gain = self.gain(way, spp, measure, "sobol", scene)
+                if gain and gain.low > 1:
+                    better.append((scene, spp, gain))
+                elif gain and gain.high < 1:
+                    worse.append((scene, spp, gain))
+        return better, worse
+
+    def verdicts(self):
+        lines = []
+        for way in WAYS:
+            for measure in ("relative", "displayed", "flip"):
+                if measure not in self.measures(way):
+                    continue
+                better, worse = self.cells_apart_from_one(way, measure)
+                cell_count = sum(1 for scene in self.scenes for spp in self.counts if self.gain(way, spp, measure, "sobol", scene))
+                mean = ", ".join(f"{gain.value:.2f}" for spp in self.counts if (gain := self.gain(way, spp, measure)))
+                where = ": " + ", ".join(f"{scene} at {spp} ({gain.text()})" for scene, spp, gain in worse) if worse else ""
+                lines.append(f"- `{way}`, {MEASURE_NAMES[measure]}: sobol / blue {mean} at {', '.join(map(str, self.counts))} samples. "
+                             f"Blue helps in {len(better)} of {cell_count} cells of a scene and a count, hurts in {len(worse)}{where}.")
+        return "\n".join(lines)
+
+    def why(self):
+        """Which part of the picture the loss of blue comes from, as far as the trials tell."""
+        lines = []
+        for spp in TRIAL_COUNTS:
+            gains = {name: self.trial(name, spp, "relative") for name in TRIALS}
+            blue, near, elsewhere = gains["blue"], self.trial("blue", spp, "near"), self.trial("blue", spp, "elsewhere")
+            if not blue or not near:
+                continue
+            if blue.value >= 1:
+                lines.append(f"- {spp} spp: the denoiser is not misled: sobol / blue is {blue.text()}.")
+                continue
+            # What undoes at least half of the loss is its cause.
+            causes = [name for name in ("pixels", "guides", "lamps", "apart")
+                      if gains[name] and math.log(gains[name].value) > 0.5 * math.log(blue.value)]
+            undone = ("Taking it away undoes at least half of the loss: " + ", ".join(
+                f"`{name}` {gains[name].text()}" for name in causes) + ".") if causes else "No trial undoes half of it."
+            lines.append(f"- {spp} spp: sobol / blue is {blue.text()}: {near.text()} at the lamps, {elsewhere.text()} in the rest of "
+                         f"the picture. {undone}")
+        return "\n".join(lines)
+
+    # ---- Text
+
+    def text(self):
+        options = self.options
+        seeds = f"{options.seeds} seed{'s' if options.seeds > 1 else ''}"
+        per_path = {scene: statistics.mean(value for view in self.references if view.scene == scene
+                                           for value in self.cells.get(view, "sobol", self.counts[-1], "rays"))
+                    for scene in self.scenes}
+        cost = ", ".join(f"{scene} {PRIMARY_RAYS / rays:.1f}" for scene, rays in per_path.items())
+        parts = [
+            "# After a denoiser", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
+            f"{len(self.references)} views of {len(self.scenes)} built-in scenes ({SETS[options.views]}), {seeds} of each picture, against "
+            f"references of {options.reference_spp} samples per pixel. Ratios say how many times less error is left: geometric means "
+            "over scenes, views and seeds, with the 95 % interval of a bootstrap over all three. Relative RMSE is of the difference over the "
+            "reference plus a tenth of its mean. FLIP is of "
+            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view whose reference is too coarse for a ratio is left out of it.", "",
+            "Three ways to use the denoiser:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
+            "## Where blue noise helps, and where it hurts", "", self.verdicts(), "",
+            *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []), "![sobol / blue after the denoiser](denoise.png)", ""]
+        if self.trials:
+            parts += [
+                "## Why", "",
+                f"Tried on {len(self.trials)} view{'s' if len(self.trials) > 1 else ''} of `cornell`, which shows its lamp: the denoiser gets "
+                "parts of pictures of either sampler. Albedo and normal tell nothing of the edge of a lamp, so the denoiser must guess from "
+                "colour what is edge and what is noise. White and Sobol' noise flickers along the edge at random, as in the "
+                "pictures that it learnt from; blue noise alternates from pixel to pixel, and regular dashes at the brightest edge of "
+                "the picture look like something that is there. Read so: where `lamps` takes the loss away and `rest` keeps it, it is the edge of the lamp; where `pixels` "
+                "takes it away, it is what ties neighbours together, not the single samples; where `guides` does not, it is not "
+                f"that albedo and normal are of the same samples. *At lamps* is within {LAMP_MARGIN} pixels of light seen directly.", "",
+                self.why(), ""]
+            for spp in TRIAL_COUNTS:
+                parts += [self.trials_table(spp), ""]
+        parts += [
+            f"Few pixels decide the relative RMSE: this share of its square lies in the worst {100 * WORST_SHARE:g} % of the pixels.", "",
+            self.worst_table(), "",
+            "## What to do", "",
+            "Keep light that is seen directly (lamps, the sky) out of the denoiser: denoise the rest, and add it afterwards, from a few further primary "
+            "rays. Give the denoiser albedo and normal of the same rays, and declare them free of noise. Where that cannot be "
+            "done and lamps are in the picture, take `sobol` at 1 and 2 samples per pixel if the tables say that blue hurts there.", "",
+            f"The {PRIMARY_RAYS} primary rays end at the first surface and are traced once, not for each sample. They are as many rays as this many "
+            f"samples of whole paths: {cost}.", ""]
+        for measure in ("relative", "displayed", "flip"):
+            if measure in self.measures("plain"):
+                parts += [self.ways_table(measure), ""]
+        parts += ["## Every scene", ""]
+        for way in WAYS:
+            for measure in ("relative", "displayed", "flip"):
+                if measure in self.measures(way):
+                    parts += [f"### `{way}`, {MEASURE_NAMES[measure]}", "", self.scene_table(way, measure), ""]
+        parts += ["## All samplers", ""]
+        for way in WAYS:
+            for measure in self.measures(way):
+                parts += [f"### `{way}`, {MEASURE_NAMES[measure]}", "", self.samplers_table(way, measure), ""]
+        return "\n".join(parts)
+
+    # ---- Pictures
+
+    def draw(self, folder):
+        from .renders_plots import finish, plt, save
+
+        figure, axes = plt.subplots(1, len(WAYS), figsize=(4 * len(WAYS), 3.6), sharey=True)
+        for axis, way in zip(axes, WAYS):
+            for scene in (*self.scenes, None):
+                found = {spp: gain for spp in self.counts if (gain := self.gain(way, spp, "relative", "sobol", scene))}
+                if found:
+                    axis.plot(list(found), [gain.value for gain in found.values()], marker="o", markersize=4, label=scene or "all",
+                              **({"color": "black", "linewidth": 2.2} if scene is None else {"linewidth": 1.2}))
+            axis.axhline(1, color="0.5", linewidth=.8)
+            finish(axis, way, "samples per pixel")
+        axes[0].set_ylabel("relative RMSE, sobol / blue")
+        axes[0].legend(fontsize="small")
+        save(figure, folder / "denoise.png")
+        self.draw_sheet(folder / "denoise_pictures.png")
+
+    def draw_sheet(self, path):
+        """The first view of some scenes at one sample: before, after, and with lamps apart."""
+        from .contact_sheet import preview, sheet
+        from .files import write_image
+
+        columns = (("blue", "1 noisy"), ("sobol", "1 plain"), ("blue", "1 plain"), ("sobol", "1 apart"), ("blue", "1 apart"), None)
+        rows, names = [], []
+        for scene in SHEET_SCENES:
+            view = next((view for view in self.references if view.scene == scene), None)
+            if view is None:
+                continue
+            row = []
+            for column in columns:
+                picture = self.references[view].picture if column is None else self.pictures[view, *column]
+                row.append([part(preview(picture, EXPOSURES.get(scene, 0.0)))])
+            rows.append(row)
+            names.append(scene)
+        if rows:
+            heads = ["blue, 1 spp", "sobol, plain", "blue, plain", "sobol, apart", "blue, apart", "reference"]
+            write_image(path, sheet(rows, names, heads).quantize(192, dither=0))
+
+
+def part(image, side=SHEET_SIDE):
+    """The upper middle of a picture, where the lamp of the box is, enlarged by whole pixels to one size."""
+    side_x, side_y = min(side, image.width), min(side, image.height)
+    left, top = (image.width - side_x) // 2, (image.height - side_y) // 4
+    image = image.crop((left, top, left + side_x, top + side_y))
+    return image.resize((side, side), 0) if image.size != (side, side) else image

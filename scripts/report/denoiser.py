@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of few samples through Open Image Denoise, in three ways, and what misleads it.
+
+The denoiser sees colour, albedo and normal, as most renderers hand them over. Beside that there are two ways that a
+renderer can choose: albedo and normal from further primary rays, which cost little; and the light that is seen
+directly, whose edges nothing in albedo and normal tells of, kept out of the denoiser and added afterwards from the same
+rays. The package `pyoidn` is optional.
+"""
+
+import dataclasses
+import importlib.metadata
+import threading
+
+import numpy as np
+import OpenEXR
+from scipy import ndimage
+
+from .flip import mean_flip
+from .image_error import _difference, displayed_rmse, trimmed_relative_rmse
+from .judge import Run
+from .renderer import progressive
+
+# What a renderer hands to the denoiser.
+WAYS = {
+    "plain": "colour, albedo and normal of the same samples",
+    "primary": "albedo and normal of further primary rays, declared free of noise (`cleanAux`)",
+    "apart": "the same, and light seen directly added after the denoiser, from the same rays",
+}
+MEASURES = ("relative", "trimmed", "displayed", "displayed_2.1")
+FLIP_WAYS, FLIP_SEEDS = ("plain", "apart"), 2
+PRIMARY_RAYS, PRIMARY_SAMPLER, PRIMARY_SEED = 16, "blue", 500_000
+LAMP_MARGIN = 2  # pixels
+WORST_SHARE = 0.001
+
+# What is tried to find out why: the samplers of the parts that the denoiser sees together.
+TRIALS = {
+    "sobol": "all of `sobol`",
+    "blue": "all of `blue`",
+    "pixels": "`blue`, each pixel from another seed: the same samples, without what ties neighbours together",
+    "guides": "colour of `blue`, albedo and normal of `sobol`",
+    "lamps": "light seen directly of `sobol`, all the rest of `blue`",
+    "rest": "light seen directly of `blue`, all the rest of `sobol`",
+    "primary": "all of `blue`; albedo and normal from further primary rays",
+    "apart": "all of `blue`; light seen directly added after the denoiser",
+}
+TRIAL_COUNTS, TRIAL_SEEDS = (1, 2), 8
+
+# Its filter and its threads are shared by all calls.
+_LOCK = threading.Lock()
+
+
+class DenoiserMissing(Exception):
+    """The message says what to install."""
+
+
+def load():
+    """(denoise(colour, albedo, normal, clean), version)."""
+    try:
+        import pyoidn
+    except ImportError:
+        raise DenoiserMissing("the package pyoidn is missing; install it with .venv/bin/python -m pip install pyoidn") from None
+
+    def denoise(colour, albedo, normal, clean):
+        arrays = [np.ascontiguousarray(array, np.float32) for array in (np.maximum(colour, 0), np.clip(albedo, 0, 1), normal)]
+        with _LOCK:
+            return pyoidn.denoise(arrays[0], albedo=arrays[1], normal=arrays[2], hdr=True, clean_aux=clean)
+
+    return denoise, importlib.metadata.version("pyoidn")
+
+
+# ---- Pictures with their layers
+
+def read_layers(path):
+    """(float32 array (height, width, 9), attributes): colour, albedo and normal of a picture of the path tracer."""
+    names = [*"RGB", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        channels = file.channels()
+        return np.stack([channels[name].pixels.astype(np.float32) for name in names], -1), dict(file.header())
+
+
+@dataclasses.dataclass(frozen=True)
+class Layers:
+    """A picture as the denoiser sees it; lamps is the part of its colour that is light seen directly."""
+
+    colour: np.ndarray
+    albedo: np.ndarray
+    normal: np.ndarray
+    lamps: np.ndarray
+    rays: float = 0.0  # per pixel, of the colour
+
+
+def layers_of(program, view, sampler, seed, counts):
+    """{count: Layers}."""
+    request = view.request(sampler, 1, seed)
+    seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
+    lamps = {spp: picture[..., :3] for spp, picture, _ in progressive(program, seen, counts, 1, read_layers)}
+    return {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp], attributes["rays"] / view.pixels)
+            for spp, whole, attributes in progressive(program, request, counts, 1, read_layers)}
+
+
+def primary_rays(program, view, seed):
+    """Layers of further primary rays: light seen directly, albedo and normal."""
+    request = view.request(PRIMARY_SAMPLER, 1, PRIMARY_SEED + seed)
+    seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
+    (_, picture, _), = progressive(program, seen, [PRIMARY_RAYS], 1, read_layers)
+    return Layers(picture[..., :3], picture[..., 3:6], picture[..., 6:], picture[..., :3])
+
+
+def denoised(denoise, way, picture, rays):
+    if way == "plain":
+        return denoise(picture.colour, picture.albedo, picture.normal, False)
+    if way == "primary":
+        return denoise(picture.colour, rays.albedo, rays.normal, True)
+    return denoise(picture.colour - picture.lamps, rays.albedo, rays.normal, True) + rays.lamps
+
+
+# ---- Measures
+
+def relative_error(image, reference):
+    """Over the reference plus a tenth of its mean, as the path tracer's relative_rmse."""
+    return _difference(image, reference) / (np.asarray(reference, np.float64) + 0.1 * np.mean(reference, dtype=np.float64))
+
+
+def relative_rmse(image, reference):
+    return float(np.sqrt(np.mean(relative_error(image, reference) ** 2)))
+
+
+def errors(image, reference, exposure):
+    """{measure: error} for MEASURES."""
+    return {"relative": relative_rmse(image, reference), "trimmed": trimmed_relative_rmse(image, reference),
+            **{f"displayed_{sigma}" if sigma else "displayed": displayed_rmse(image, reference, exposure, sigma)
+               for sigma in (0.0, 2.1)}}
+
+
+def worst_share(image, reference):
+    """Of the squared relative error, the share that lies in the worst thousandth of the pixels."""
+    squares = np.sort(np.mean(relative_error(image, reference) ** 2, -1).ravel())
+    return float(squares[-max(1, int(WORST_SHARE * squares.size)):].sum() / max(squares.sum(), 1e-300))
+
+
+def own_errors(reference, first_half, exposure):
+    """{measure: error} of the reference itself: half of what the means of its two halves differ by."""
+    second_half = 2 * np.asarray(reference, np.float64) - first_half
+    return {name: error / 2 for name, error in errors(first_half, np.maximum(second_half, 0), exposure).items()}
+
+
+class DenoisedRun(Run):
+    """A judge.Run whose pictures are measured after the denoiser, in all ways."""
+
+    def __init__(self, program, most_spp, jobs, flip, denoiser):
+        super().__init__(program, "denoised", most_spp, jobs, flip)
+        self.denoise, self.version = denoiser
+
+    def key(self, task, reference):
+        return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER],
+                "flip": self.flip and task.seed < FLIP_SEEDS,
+                "primary": self.builds.key(task.view, PRIMARY_SAMPLER)}
+
+    def measure(self, task, reference):
+        """(rows, pictures): a row for each count, measures named WAY:MEASURE; pictures of the task that keeps them."""
+        pictures = layers_of(self.program, task.view, task.variant.sampler, task.seed, task.counts)
+        rays = primary_rays(self.program, task.view, task.seed)
+        rows, kept = [], {}
+        for spp, picture in pictures.items():
+            row = {"spp": spp, "rays": picture.rays / spp}
+            for way in WAYS:
+                image = denoised(self.denoise, way, picture, rays)
+                row.update({f"{way}:{name}": error
+                            for name, error in errors(image, reference.picture, reference.exposure).items()})
+                row[f"{way}:worst"] = worst_share(image, reference.picture)
+                if self.flip and task.seed < FLIP_SEEDS and way in FLIP_WAYS:
+                    row[f"{way}:flip"] = mean_flip(image, reference.picture)
+                if task.keep_pictures and spp <= 2 and way in FLIP_WAYS:
+                    kept[f"{spp} {way}"] = np.minimum(image, 65000).astype(np.float16)
+            if task.keep_pictures and spp <= 2:
+                kept[f"{spp} noisy"] = np.minimum(picture.colour, 65000).astype(np.float16)
+            rows.append(row)
+        return rows, kept
+
+    # ---- Why
+
+    def trials(self, view, reference, seeds):
+        """{(trial, count): {measure: [error of each seed]}}; kept like all results."""
+        key = {"trials": list(TRIALS), "view": [view.scene, view.size, view.camera], "seeds": seeds,
+               "reference": reference.key(), "exposure": reference.exposure, "denoiser": self.version,
+               "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "builds": [self.builds.key(view, name) for name in ("sobol", "blue")]}
+        found = self.store.load(key)
+        if not found:
+            found = self._trials(view, reference, seeds), {}
+            self.store.save(key, *found)
+        return {(row["trial"], row["spp"]): row["errors"] for row in found[0]}
+
+    def _trials(self, view, reference, seeds):
+        pictures = {name: [layers_of(self.program, view, name, seed, TRIAL_COUNTS) for seed in range(seeds)]
+                    for name in ("sobol", "blue")}
+        rays = [primary_rays(self.program, view, seed) for seed in range(seeds)]
+        near = near_lamps(rays[0].lamps)
+        rows = []
+        for spp in TRIAL_COUNTS:
+            sobol, blue = ([own[spp] for own in pictures[name]] for name in ("sobol", "blue"))
+            for trial in TRIALS:
+                found = {}
+                for seed in range(seeds):
+                    picture = combined(trial, sobol, blue, seed)
+                    way = trial if trial in WAYS else "plain"
+                    image = denoised(self.denoise, way, picture, rays[seed])
+                    squares = np.mean(relative_error(image, reference.picture) ** 2, -1)
+                    for name, error in {**errors(image, reference.picture, reference.exposure),
+                                        "near": float(np.sqrt(squares[near].mean())) if near.any() else 0.0,
+                                        "elsewhere": float(np.sqrt(squares[~near].mean()))}.items():
+                        found.setdefault(name, []).append(error)
+                rows.append({"trial": trial, "spp": spp, "errors": found})
+        return rows
+
+
+def near_lamps(lamps):
+    """A mask of the pixels that light seen directly is in, and of those around."""
+    side = 2 * LAMP_MARGIN + 1
+    return ndimage.binary_dilation(lamps.max(-1) > 0, np.ones((side, side), bool))
+
+
+def combined(trial, sobol, blue, seed):
+    """What the denoiser is shown in a trial, from Layers of each seed."""
+    if trial == "sobol":
+        return sobol[seed]
+    if trial == "guides":
+        return dataclasses.replace(blue[seed], albedo=sobol[seed].albedo, normal=sobol[seed].normal)
+    if trial in ("lamps", "rest"):
+        body, light = (blue[seed], sobol[seed]) if trial == "lamps" else (sobol[seed], blue[seed])
+        return dataclasses.replace(body, colour=body.colour - body.lamps + light.lamps, lamps=light.lamps)
+    if trial == "pixels":
+        chosen = np.random.default_rng(seed).integers(len(blue), size=blue[0].colour.shape[:2])
+        return Layers(*(np.take_along_axis(np.stack([getattr(own, name) for own in blue]), chosen[None, ..., None], 0)[0]
+                        for name in ("colour", "albedo", "normal", "lamps")))
+    return blue[seed]

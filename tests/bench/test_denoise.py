@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samplers after a denoiser: the logic around it with a blur in its place, and one run of it where it is installed."""
+
+import re
+import sys
+import types
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+pytest.importorskip("flip_evaluator")
+
+from report import denoise, denoise_report, denoiser, judge, views
+from report.image_error import trimmed_relative_rmse
+
+SIZE = 17, 16
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def blur(colour, albedo, normal, clean):
+    """A denoiser of a sort: what it is given decides what comes out, clean or not."""
+    assert colour.shape == albedo.shape == normal.shape and np.all(np.abs(normal) < 1.001) and albedo.max() <= 1
+    return ndimage.gaussian_filter(colour, (0.5 if clean else 1, 0.5 if clean else 1, 0)).astype(np.float32)
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    monkeypatch.setattr(denoiser, "load", lambda: (blur, "a blur"))
+
+
+def arguments(pathtracer, out, *more):
+    return ["--size", "x".join(map(str, SIZE)), "--scenes", "cornell", "--spp", "2", "--seeds", "2",
+            "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pathtracer", str(pathtracer), *more]
+
+
+def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_path, monkeypatch, fake, capsys):
+    out, made = tmp_path / "report", []
+    real = denoiser.DenoisedRun.measure
+
+    def counted(self, task, reference):
+        if len(made) == 5:
+            raise KeyboardInterrupt
+        made.append(task)
+        return real(self, task, reference)
+
+    monkeypatch.setattr(denoiser.DenoisedRun, "measure", counted)
+    with pytest.raises(SystemExit, match="run it again"):
+        denoise.main(arguments(pathtracer, out))
+    assert not out.exists()
+
+    first, made[:] = list(made), []
+    monkeypatch.setattr(denoiser.DenoisedRun, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    denoise.main(arguments(pathtracer, out))
+    # Two views, three samplers, two seeds.
+    assert not set(first) & set(made) and len(first) + len(made) == 12
+    text = (out / "denoise.md").read_text(encoding="utf-8")
+    assert text.rstrip("\n") in capsys.readouterr().out
+    assert "`scripts/bench denoise --size 17x16" in text and str(tmp_path) not in text and "a blur" in text
+    for name in re.findall(r"\((denoise[^)]*)\)", text):
+        assert (out / name).is_file(), name
+    for trial in denoiser.TRIALS:
+        assert trial == "sobol" or text.count(f"| `{trial}`: ") == 2
+
+    made.clear()
+    monkeypatch.setattr(denoiser.DenoisedRun, "_trials", None)
+    denoise.main(arguments(pathtracer, out))
+    assert made == [] and (out / "denoise.md").read_text(encoding="utf-8") == text
+
+
+def layers(pathtracer, scene, sampler, seed=0, spp=2):
+    view = views.chosen("core", (scene,), (40, 36))[0]
+    return view, denoiser.layers_of(pathtracer, view, sampler, seed, (1, spp))[spp]
+
+
+def test_layers_and_lamps(pathtracer):
+    view, picture = layers(pathtracer, "cornell", "blue")
+    assert picture.colour.shape == picture.normal.shape == (36, 40, 3) and 0 <= picture.albedo.min() <= picture.albedo.max() <= 1
+    # Light seen directly is a part of the colour to the bit, as both take the same samples, and most of it is dark.
+    assert np.all(picture.colour >= picture.lamps * (1 - 1e-6)) and 0 < (picture.lamps > 0).mean() < 0.1
+    assert picture.lamps.max() > 5 and picture.rays > 2
+    near = denoiser.near_lamps(picture.lamps)
+    assert near[picture.lamps.max(-1) > 0].all() and (picture.lamps > 0).any(-1).mean() < near.mean() < 0.5
+
+
+def test_without_a_denoiser_every_way_is_the_picture(pathtracer):
+    def nothing(colour, albedo, normal, clean):
+        return colour
+
+    view, picture = layers(pathtracer, "cornell", "sobol")
+    rays = denoiser.primary_rays(pathtracer, view, 0)
+    for way in ("plain", "primary"):
+        assert np.array_equal(denoiser.denoised(nothing, way, picture, rays), picture.colour)
+    apart = denoiser.denoised(nothing, "apart", picture, rays)
+    np.testing.assert_allclose(apart - rays.lamps, picture.colour - picture.lamps, atol=1e-5)
+
+
+def test_trials_put_together_what_they_say(pathtracer):
+    sobol, blue = ([layers(pathtracer, "cornell", name, seed)[1] for seed in range(3)] for name in ("sobol", "blue"))
+
+    def made(trial):
+        return denoiser.combined(trial, sobol, blue, 1)
+
+    assert made("sobol") is sobol[1] and made("blue") is made("apart") is blue[1]
+    assert np.array_equal(made("guides").albedo, sobol[1].albedo) and np.array_equal(made("guides").colour, blue[1].colour)
+    np.testing.assert_allclose(made("lamps").colour - sobol[1].lamps, blue[1].colour - blue[1].lamps, atol=1e-5)
+    np.testing.assert_allclose(made("rest").colour - blue[1].lamps, sobol[1].colour - sobol[1].lamps, atol=1e-5)
+    mixed = made("pixels").colour
+    same = [np.all(mixed == own.colour, -1) for own in blue]
+    assert np.any(same, 0).all() and all(0.1 < share.mean() < 0.7 for share in same)
+
+
+def test_measures_of_pictures_made_up():
+    reference = np.full((40, 50, 3), 2.0)
+    image = reference.copy()
+    image[3, 4] += 11
+    # An error of 11 over 2 + 0.2, in one of 2000 pixels.
+    assert denoiser.relative_rmse(image, reference) == pytest.approx(5 / np.sqrt(2000))
+    assert denoiser.worst_share(image, reference) == pytest.approx(1)
+    found = denoiser.errors(image, reference, 0.0)
+    assert found["trimmed"] == trimmed_relative_rmse(image, reference) == 0 and found["displayed"] == 0
+    assert set(found) == set(denoiser.MEASURES)
+
+
+def report_of(blue, trial_values=None):
+    """Sobol has the error 1, blue what is given, apart half of that, with 1 % of noise."""
+    rng, view = np.random.default_rng(2), views.chosen("core", ("cornell",))
+    results = {}
+    for label, error in (("white", 1.2), ("sobol", 1.0), ("blue", blue)):
+        for own in view:
+            for seed in range(6):
+                results[judge.Task(own, label, seed, (1, 2))] = [
+                    {"spp": spp, "rays": 6.0, **{f"{way}:{name}": error * share * np.exp(0.01 * rng.standard_normal())
+                                                 for way, share in (("plain", 1), ("primary", 0.8), ("apart", 0.5))
+                                                 for name in (*denoiser.MEASURES, "worst")}} for spp in (1, 2)], {}
+    options = types.SimpleNamespace(labels=denoise.LABELS, counts=(1, 2), seeds=6, views="core", reference_spp=64,
+                                    command="scripts/bench denoise")
+    references = {own: judge.Reference("", np.ones((2, 2, 3)), {}, 0.0, 0.0, 64, 1.0) for own in view}
+    trials = [{(name, spp): {measure: [(trial_values or {}).get((name, measure), 1.0)] * 4 for measure in (*denoiser.MEASURES, "near", "elsewhere")}
+               for name in denoiser.TRIALS for spp in (1, 2)}] * 2
+    return denoise_report.Report(options, judge.Cells(results), references, {}, trials, "0")
+
+
+def test_what_hurts_is_said_and_why():
+    report = report_of(1.25, {("blue", "relative"): 1.25, ("rest", "relative"): 1.25, ("guides", "relative"): 1.25,
+                              ("blue", "near"): 1.4, ("blue", "elsewhere"): 0.95})
+    assert report.gain("plain", 1, "relative").value == pytest.approx(0.8, rel=0.02)
+    assert report.of_way("apart", 2, "relative").value == pytest.approx(2, rel=0.02)
+    better, worse = report.cells_apart_from_one("plain", "relative")
+    assert better == [] and [(scene, spp) for scene, spp, _ in worse] == [("cornell", 1), ("cornell", 2)]
+    assert "hurts in 2: cornell at 1 (0.8" in report.verdicts()
+    causes = report.why().split("\n")[0]
+    assert "`lamps` 1.00" in causes and "`pixels` 1.00" in causes and "`guides`" not in causes
+    assert "0.71 (0.71 to 0.71) at the lamps, 1.05 (1.05 to 1.05) in the rest" in causes
+    assert "2.7" in report.text()  # 16 primary rays over 6 of a path
+
+
+def test_what_helps_is_not_called_misled():
+    report = report_of(0.8)
+    assert "Blue helps in 2 of 2" in report.verdicts() and "hurts in 0." in report.verdicts()
+    assert report.why().count("is not misled") == 2
+
+
+def test_missing_package(monkeypatch, pathtracer):
+    monkeypatch.setitem(sys.modules, "pyoidn", None)
+    with pytest.raises(SystemExit, match="pip install pyoidn"):
+        denoise.main(["--pathtracer", str(pathtracer)])
+
+
+def test_the_denoiser_itself():
+    pytest.importorskip("pyoidn")
+    run, version = denoiser.load()
+    rng = np.random.default_rng(1)
+    guide = np.full((64, 64, 3), 0.5, np.float32)
+    noisy = (0.5 * rng.exponential(size=(64, 64, 3))).astype(np.float32)
+    before = noisy.copy()
+    found = run(noisy, guide, np.broadcast_to(np.float32([0, 0, 1]), noisy.shape), False)
+    assert version and np.array_equal(noisy, before) and found.std() < 0.3 * noisy.std()
+    assert found.mean() == pytest.approx(0.5, rel=0.15)
