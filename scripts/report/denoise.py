@@ -22,6 +22,8 @@ from .renders import REFERENCE_SPP
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
 LABELS = ("white", "sobol", "blue")
 TRIAL_SCENE = "cornell"
+# Its own camera sees the lamp's edges along rows of pixels, which is where it was first seen that blue noise loses.
+OWN_CAMERA = views.View(TRIAL_SCENE, "own-camera", 192, 192, (), views.EXPOSURES[TRIAL_SCENE])
 
 
 def parse_options(arguments):
@@ -46,14 +48,18 @@ def with_own_errors(reference):
 
 
 def run_trials(work, references, options):
-    """[{(trial, count): {measure: errors}}], one for each view of the scene."""
-    chosen = [view for view in references if view.scene == TRIAL_SCENE]
+    """{view: {(trial, count): {measure: errors}}}, of the scene's views and its own camera."""
+    if TRIAL_SCENE not in options.scenes:
+        return {}
+    own = dataclasses.replace(OWN_CAMERA, **dict(zip(("width", "height"), options.size or OWN_CAMERA.size)))
+    chosen = {**render_references(options.pathtracer, (own,), options.reference_spp),
+              **{view: reference for view, reference in references.items() if view.scene == TRIAL_SCENE}}
     seeds = max(2, min(denoiser.TRIAL_SEEDS, 2 * options.seeds))
-    progress, found = Progress(max(1, len(chosen)), "views"), []
+    progress, found = Progress(len(chosen), "views"), {}
     try:
-        for i, view in enumerate(chosen):
+        for i, (view, reference) in enumerate(chosen.items()):
             progress(f"trials on {view.label}", i)
-            found.append(work.trials(view, references[view], seeds))
+            found[view] = work.trials(view, reference, seeds)
     finally:
         progress.close()
     return found
@@ -70,7 +76,7 @@ def run(arguments):
     cells = Cells({task: (rows, {}) for task, (rows, _) in results.items()})
     pictures = {(task.view, task.label, name): array.astype("float32")
                 for task, (_, kept) in results.items() for name, array in kept.items()}
-    trials = [] if options.no_trials else run_trials(work, references, options)
+    trials = {} if options.no_trials else run_trials(work, references, options)
     report = denoise_report.Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, pictures,
                                    trials, work.version)
     report.draw(options.out)

@@ -17,7 +17,7 @@ SHEET_SCENES, SHEET_SIDE = ("cornell", "lens", "glossy"), 120  # pixels
 
 
 class Report:
-    """cells: judge.Cells with measures WAY:MEASURE; trials: one dictionary for each view that was tried."""
+    """cells: judge.Cells with measures WAY:MEASURE; trials: {view: {(trial, count): {measure: errors}}}."""
 
     def __init__(self, options, cells, references, pictures, trials, version):
         self.options, self.cells, self.references, self.pictures = options, cells, references, pictures
@@ -95,10 +95,12 @@ class Report:
             rows.append(row)
         return md_table(["scene", *(f"{label}, {spp} spp" for label in ("sobol", "blue") for spp in self.counts[:2])], rows)
 
-    def trial(self, name, spp, measure):
-        """Gain of a trial over all of sobol; None where a view lacks what is measured."""
+    def trial(self, name, spp, measure, views=()):
+        """Gain of a trial over all of sobol, in some views or all; None where one lacks what is measured."""
         logs = []
-        for found in self.trials:
+        for view, found in self.trials.items():
+            if views and view not in views:
+                continue
             own, sobol = found[name, spp][measure], found["sobol", spp][measure]
             if min(*own, *sobol) <= 0:
                 return None
@@ -114,6 +116,15 @@ class Report:
                 found = [self.trial(name, spp, measure) for measure in columns]
                 rows.append([f"`{name}`: {what}", *(gain.text() if gain else "" for gain in found)])
         return md_table([f"sobol / trial, {spp} spp", *columns.values()], rows)
+
+    def trial_views_table(self):
+        """What blue loses at the lamps and gains elsewhere, view by view."""
+        rows = []
+        for view in self.trials:
+            found = [self.trial("blue", spp, measure, (view,)) for spp in TRIAL_COUNTS for measure in ("relative", "near", "elsewhere")]
+            rows.append([f"{view.name}, {view.width}x{view.height}", *(gain.text() if gain else "" for gain in found)])
+        return md_table(["sobol / blue", *(f"{spp} spp{where}" for spp in TRIAL_COUNTS
+                                           for where in ("", ", at lamps", ", elsewhere"))], rows)
 
     # ---- What it says
 
@@ -185,14 +196,15 @@ class Report:
         if self.trials:
             parts += [
                 "## Why", "",
-                f"Tried on {len(self.trials)} view{'s' if len(self.trials) > 1 else ''} of `cornell`, which shows its lamp: the denoiser gets "
-                "parts of pictures of either sampler. Albedo and normal tell nothing of the edge of a lamp, so the denoiser must guess from "
-                "colour what is edge and what is noise. White and Sobol' noise flickers along the edge at random, as in the "
-                "pictures that it learnt from; blue noise alternates from pixel to pixel, and regular dashes at the brightest edge of "
-                "the picture look like something that is there. Read so: where `lamps` takes the loss away and `rest` keeps it, it is the edge of the lamp; where `pixels` "
-                "takes it away, it is what ties neighbours together, not the single samples; where `guides` does not, it is not "
-                f"that albedo and normal are of the same samples. *At lamps* is within {LAMP_MARGIN} pixels of light seen directly.", "",
-                self.why(), ""]
+                f"Tried on {len(self.trials)} views of `cornell`, which shows its lamp: the denoiser is given parts of pictures of "
+                "either sampler.", "", self.why(), "",
+                "How to read the trials. Where `pixels` undoes a loss, it is what ties neighbouring pixels together that misleads "
+                "the denoiser, not the single samples. Where `lamps` undoes it and `rest` keeps it, it happens at the edge of "
+                "the lamp; where each keeps a part, at the edge and in the light around it. Where `guides` changes "
+                "nothing, albedo and normal have no part in it: they tell nothing of where a lamp ends, so the denoiser "
+                "must guess from colour what is edge and what is noise, and the more regular a pattern is, the less it "
+                f"looks like noise. *At lamps* is within {LAMP_MARGIN} pixels of light seen directly.", "",
+                self.trial_views_table(), ""]
             for spp in TRIAL_COUNTS:
                 parts += [self.trials_table(spp), ""]
         parts += [

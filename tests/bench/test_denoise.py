@@ -140,8 +140,8 @@ def report_of(blue, trial_values=None):
     options = types.SimpleNamespace(labels=denoise.LABELS, counts=(1, 2), seeds=6, views="core", reference_spp=64,
                                     command="scripts/bench denoise")
     references = {own: judge.Reference("", np.ones((2, 2, 3)), {}, 0.0, 0.0, 64, 1.0) for own in view}
-    trials = [{(name, spp): {measure: [(trial_values or {}).get((name, measure), 1.0)] * 4 for measure in (*denoiser.MEASURES, "near", "elsewhere")}
-               for name in denoiser.TRIALS for spp in (1, 2)}] * 2
+    trials = {own: {(name, spp): {measure: [(trial_values or {}).get((name, measure), 1.0)] * 4 for measure in (*denoiser.MEASURES, "near", "elsewhere")}
+               for name in denoiser.TRIALS for spp in (1, 2)} for own in view}
     return denoise_report.Report(options, judge.Cells(results), references, {}, trials, "0")
 
 
@@ -156,6 +156,7 @@ def test_what_hurts_is_said_and_why():
     causes = report.why().split("\n")[0]
     assert "`lamps` 1.00" in causes and "`pixels` 1.00" in causes and "`guides`" not in causes
     assert "0.71 (0.71 to 0.71) at the lamps, 1.05 (1.05 to 1.05) in the rest" in causes
+    assert report.trial_views_table().count("0.80 (0.80 to 0.80)") == 4
     assert "2.7" in report.text()  # 16 primary rays over 6 of a path
 
 
