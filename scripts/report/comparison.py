@@ -14,12 +14,11 @@ import json
 import math
 import statistics
 
+from .gains import REFERENCE_MARGIN
 from .ratios import ratio
 
 # Fewer seeds give intervals that nobody can use.
 SEEDS_FOR_RATIO = 3
-# A measured error contains the reference's own: nearer than this, much of it is not the sampler's.
-TIMES_OWN_ERROR = 2.0
 
 
 def data_uri(image, lossless=False):
@@ -39,7 +38,7 @@ def judged(above, below, own_error=0.0):
     """
     if min(len(above), len(below)) < SEEDS_FOR_RATIO:
         return None, f"A ratio takes at least {SEEDS_FOR_RATIO} seeds."
-    if min(rms(above), rms(below)) < TIMES_OWN_ERROR * own_error:
+    if min(rms(above), rms(below)) < REFERENCE_MARGIN * own_error:
         return None, f"The reference's own error, {own_error:.2g}, is too near for a ratio."
     count = min(len(above), len(below))
     return ratio(above[:count], below[:count]), ""
@@ -60,11 +59,12 @@ def verdict(left, right, errors, own_error):
         return text + f"Over {count} seeds neither is ahead."
     better = right if found.value > 1 else left
     times = sorted(max(value, 1 / value) for value in (found.low, found.value, found.high))
-    return text + f"The error of {better} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} over {count} seeds)."
+    return (text + f"The error of {better} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} over "
+            f"{count} seeds).")
 
 
 STYLE = """
-.compare { display: grid; gap: 1.2rem 1.6rem; grid-template-columns: minmax(0, max-content) minmax(15rem, 1fr);
+.compare { display: grid; gap: 1.2rem 1.6rem; grid-template-columns: minmax(0, max-content) minmax(19rem, 1fr);
   align-items: start; }
 .compare .view { min-width: 0; }
 .compare .controls { display: grid; grid-template-columns: 1fr 1fr; gap: .8rem; }
@@ -168,7 +168,7 @@ SCRIPT = """
     var size = data.scenes[scene.value].size, factor = Number(zoom.value);
     if (!factor) {
       // Beside the controls where there is room; whole numbers of the screen's own pixels, which may be small.
-      var room = root.clientWidth - (root.clientWidth > 800 ? 280 : 0), dots = window.devicePixelRatio || 1;
+      var room = root.clientWidth - (root.clientWidth > 800 ? 370 : 40), dots = window.devicePixelRatio || 1;
       factor = Math.max(1, Math.floor(dots * Math.min(room / size[0], 680 / size[1]))) / dots;
     }
     ["left", "right"].forEach(function (side) {

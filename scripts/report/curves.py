@@ -7,29 +7,32 @@ from .image_error import radial_spectrum
 from .palette import plain_numbers, style
 
 SIZE = (4.7, 3.4)  # inches of a figure, of which a page makes what fits
+TICKS = (.25, .5, .7, .8, .9, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 12, 16)
+LOOK = {"axes.spines.top": False, "axes.spines.right": False, "axes.titlelocation": "left", "axes.titlesize": "medium",
+        "axes.titleweight": "bold", "legend.frameon": False}
 
 
 def _figure():
     import matplotlib
+    from matplotlib.figure import Figure
 
-    matplotlib.use("svg")
-    matplotlib.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "axes.titlelocation": "left",
-                                "axes.titlesize": "medium", "axes.titleweight": "bold", "legend.frameon": False,
-                                "svg.hashsalt": "libbn"})
-    from matplotlib import pyplot
-
-    return pyplot.subplots(figsize=SIZE)
+    # Without pyplot: other plots of the same program keep their backend and their look.
+    with matplotlib.rc_context(LOOK):
+        figure = Figure(figsize=SIZE)
+        return figure, figure.subplots()
 
 
 def _finish(figure, axis, title, label, ylabel=""):
-    from matplotlib import pyplot
+    import matplotlib
 
-    axis.set(title=title, xlabel=label, ylabel=ylabel)
-    axis.grid(True, which="both", alpha=.22)
-    axis.legend(fontsize="small")
-    figure.tight_layout()
-    # Off pyplot's list: the figure lives as long as somebody holds it.
-    pyplot.close(figure)
+    with matplotlib.rc_context(LOOK):
+        axis.set_title(title)
+        axis.set(xlabel=label, ylabel=ylabel)
+        axis.grid(True, which="both", alpha=.22)
+        # Ten samplers take two columns, or the box covers the lines.
+        many = len(axis.lines) > 5
+        axis.legend(fontsize="xx-small" if many else "small", ncols=2 if many else 1)
+        figure.tight_layout()
     return figure
 
 
@@ -53,18 +56,31 @@ def error_curve(rows, samplers, key, measure, title, band=True):
 
 def gain_curve(rows, samplers, measure, title):
     """Times less error than the first sampler, against samples: the differences that error_curve squeezes together."""
-    figure, axis = _figure()
     beaten = {row["spp"]: row[measure] for row in rows if row["sampler"] == samplers[0]}
+    found = {sampler: {} for sampler in samplers}
+    for row in sorted(rows, key=lambda row: row["spp"]):
+        if row["spp"] in beaten:
+            value = beaten[row["spp"]] / row[measure]
+            found[row["sampler"]][row["spp"]] = (value, value, value)
+    return gain_lines(found, samplers, title, samplers[0])
+
+
+def gain_lines(found, samplers, title, than, banded=()):
+    """found: {sampler: {spp: (gain over `than`, low, high)}}; the intervals of `banded` are drawn as bands."""
+    figure, axis = _figure()
     for sampler in samplers:
-        own = sorted((row for row in rows if row["sampler"] == sampler and row["spp"] in beaten), key=lambda row: row["spp"])
-        axis.loglog([row["spp"] for row in own], [beaten[row["spp"]] / row[measure] for row in own],
-                    **style(sampler, samplers))
+        points = found.get(sampler, {})
+        if points:
+            values, lows, highs = zip(*points.values())
+            look = style(sampler, samplers)
+            axis.loglog(list(points), values, **look)
+            if sampler in banded:
+                axis.fill_between(list(points), lows, highs, color=look["color"], alpha=.14, linewidth=0)
     axis.set_xscale("log", base=2)
     plain_numbers(axis.xaxis, axis.yaxis)
     low, high = axis.get_ylim()
-    ticks = [tick for tick in (.25, .5, .7, .8, .9, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 12, 16) if low <= tick <= high]
-    axis.set_yticks(ticks)
-    return _finish(figure, axis, title, "samples per pixel", f"times less than {samplers[0]}")
+    axis.set_yticks([tick for tick in TICKS if low <= tick <= high])
+    return _finish(figure, axis, title, "samples per pixel", f"times less than {than}")
 
 
 def spectrum_curve(errors, samplers, title):
