@@ -121,7 +121,8 @@ class Report:
         """What blue loses at the lamps and gains elsewhere, view by view."""
         rows = []
         for view in self.trials:
-            found = [self.trial("blue", spp, measure, (view,)) for spp in TRIAL_COUNTS for measure in ("relative", "near", "elsewhere")]
+            found = [self.trial("blue", spp, measure, (view,))
+                     for spp in TRIAL_COUNTS for measure in ("relative", "near", "elsewhere")]
             rows.append([f"{view.name}, {view.width}x{view.height}", *(gain.text() if gain else "" for gain in found)])
         return md_table(["sobol / blue", *(f"{spp} spp{where}" for spp in TRIAL_COUNTS
                                            for where in ("", ", at lamps", ", elsewhere"))], rows)
@@ -150,8 +151,9 @@ class Report:
                 cell_count = sum(1 for scene in self.scenes for spp in self.counts if self.gain(way, spp, measure, "sobol", scene))
                 mean = ", ".join(f"{gain.value:.2f}" for spp in self.counts if (gain := self.gain(way, spp, measure)))
                 where = ": " + ", ".join(f"{scene} at {spp} ({gain.text()})" for scene, spp, gain in worse) if worse else ""
-                lines.append(f"- `{way}`, {MEASURE_NAMES[measure]}: sobol / blue {mean} at {', '.join(map(str, self.counts))} samples. "
-                             f"Blue helps in {len(better)} of {cell_count} cells of a scene and a count, hurts in {len(worse)}{where}.")
+                lines.append(f"- `{way}`, {MEASURE_NAMES[measure]}: sobol / blue {mean} at {', '.join(map(str, self.counts))} "
+                             f"samples. Blue helps in {len(better)} of {cell_count} cells of a scene and a count, hurts in "
+                             f"{len(worse)}{where}.")
         return "\n".join(lines)
 
     def why(self):
@@ -162,16 +164,17 @@ class Report:
             blue, near, elsewhere = gains["blue"], self.trial("blue", spp, "near"), self.trial("blue", spp, "elsewhere")
             if not blue or not near:
                 continue
-            if blue.value >= 1:
-                lines.append(f"- {spp} spp: the denoiser is not misled: sobol / blue is {blue.text()}.")
+            if blue.high >= 1:
+                lines.append(f"- {spp} spp: no loss of blue beyond chance: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
+                             f"{elsewhere.text()} in the rest of the picture.")
                 continue
             # What undoes at least half of the loss is its cause.
             causes = [name for name in ("pixels", "guides", "lamps", "apart")
                       if gains[name] and math.log(gains[name].value) > 0.5 * math.log(blue.value)]
             undone = ("Taking it away undoes at least half of the loss: " + ", ".join(
                 f"`{name}` {gains[name].text()}" for name in causes) + ".") if causes else "No trial undoes half of it."
-            lines.append(f"- {spp} spp: sobol / blue is {blue.text()}: {near.text()} at the lamps, {elsewhere.text()} in the rest of "
-                         f"the picture. {undone}")
+            lines.append(f"- {spp} spp: blue misleads the denoiser: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
+                         f"{elsewhere.text()} in the rest of the picture. {undone}")
         return "\n".join(lines)
 
     # ---- Text
@@ -185,14 +188,15 @@ class Report:
         cost = ", ".join(f"{scene} {PRIMARY_RAYS / rays:.1f}" for scene, rays in per_path.items())
         parts = [
             "# After a denoiser", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
-            f"{len(self.references)} views of {len(self.scenes)} built-in scenes ({SETS[options.views]}), {seeds} of each picture, against "
-            f"references of {options.reference_spp} samples per pixel. Ratios say how many times less error is left: geometric means "
-            "over scenes, views and seeds, with the 95 % interval of a bootstrap over all three. Relative RMSE is of the difference over the "
-            "reference plus a tenth of its mean. FLIP is of "
+            f"{len(self.references)} views of {len(self.scenes)} built-in scenes ({SETS[options.views]}), {seeds} of each "
+            f"picture, against references of {options.reference_spp} samples per pixel. Ratios say how many times less error is "
+            "left: geometric means over scenes, views and seeds, with the 95 % interval of a bootstrap over all three. Relative "
+            "RMSE is of the difference over the reference plus a tenth of its mean. FLIP is of "
             f"{min(options.seeds, FLIP_SEEDS)} seeds. A view whose reference is too coarse for a ratio is left out of it.", "",
             "Three ways to use the denoiser:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
             "## Where blue noise helps, and where it hurts", "", self.verdicts(), "",
-            *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []), "![sobol / blue after the denoiser](denoise.png)", ""]
+            *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []),
+            "![sobol / blue after the denoiser](denoise.png)", ""]
         if self.trials:
             parts += [
                 "## Why", "",
@@ -208,14 +212,17 @@ class Report:
             for spp in TRIAL_COUNTS:
                 parts += [self.trials_table(spp), ""]
         parts += [
-            f"Few pixels decide the relative RMSE: this share of its square lies in the worst {100 * WORST_SHARE:g} % of the pixels.", "",
+            "Few pixels decide the relative RMSE: this share of its square lies in the worst "
+            f"{100 * WORST_SHARE:g} % of the pixels.", "",
             self.worst_table(), "",
             "## What to do", "",
-            "Keep light that is seen directly (lamps, the sky) out of the denoiser: denoise the rest, and add it afterwards, from a few further primary "
-            "rays. Give the denoiser albedo and normal of the same rays, and declare them free of noise. Where that cannot be "
-            "done and lamps are in the picture, take `sobol` at 1 and 2 samples per pixel if the tables say that blue hurts there.", "",
-            f"The {PRIMARY_RAYS} primary rays end at the first surface and are traced once, not for each sample. They are as many rays as this many "
-            f"samples of whole paths: {cost}.", ""]
+            "Keep light that is seen directly (lamps, the sky) out of the denoiser: denoise the rest, and add it afterwards, from "
+            "a few further primary rays. Give the denoiser albedo and normal of the same rays, and declare them free of noise. "
+            "Where lamps are in the picture and cannot be kept apart, trust the tables: where blue hurts at 1 and 2 samples "
+            "per pixel, `sobol` is the better choice there.", "",
+            f"The {PRIMARY_RAYS} primary rays end at the first surface and are traced once, not for each sample. They are as many "
+            f"rays as this many samples of whole paths: {cost}. So at few samples compare `apart` with `plain` at the next "
+            "counts, too.", ""]
         for measure in ("relative", "displayed", "flip"):
             if measure in self.measures("plain"):
                 parts += [self.ways_table(measure), ""]
