@@ -285,7 +285,7 @@ class Run:
                 left.append(task)
         total = sum(task.cost for task in tasks)
         done = sum(task.cost for task in results)
-        if sys.stderr.isatty():
+        if left:
             samples = {}
             for task in left:
                 samples[task.view.scene] = samples.get(task.view.scene, 0) + task.cost

@@ -29,7 +29,7 @@ from .image_error import measure_name
 from .judge import Cells, Run, plan, render_reference
 from .renderer import RenderError
 from .renders_plots import finish, save
-from .renders_report import gain_table, md_table, samplers_table
+from .renders_report import gain_table, md_table, samplers_tables
 from .views import View
 
 ENDINGS = (".gltf", ".glb", ".obj")
@@ -92,8 +92,7 @@ def run_models(options, paths, seeds):
     results, references, failures = {}, {}, {}
     for i, path in enumerate(paths):
         view = View(str(path), "", *options.size, options.more)
-        if sys.stderr.isatty():
-            print(f"{i + 1} of {len(paths)}: {path}", file=sys.stderr)
+        print(f"{i + 1} of {len(paths)}: {path}", file=sys.stderr)
         try:
             reference = render_reference(options.pathtracer, view, options.reference_spp)
             if not reference.picture.any():
@@ -157,8 +156,7 @@ def report_text(options, found, names, sources, failures):
             parts += [f"### {label}, {measure_name(measure)}", "", gain_table(found, COUNTS, (label,), found.thans(), measure), ""]
     parts += ["![Gains on every model](models.png)", "",
               "## Every sampler", "", "White noise's error over each sampler's.", ""]
-    for measure in (*HEADLINE_MEASURES, "displayed", "rmse", "trimmed_2.1", "flip"):
-        parts += [f"### {measure_name(measure)}", "", samplers_table(found, COUNTS, measure), ""]
+    parts += samplers_tables(found, COUNTS, (*HEADLINE_MEASURES, "displayed", "rmse", "trimmed_2.1", "flip"))
     thans = " / ".join("OpenQMC" if than == BEST_PEER else than for than in found.thans()[:3])
     parts += ["## Every model", "", f"How many times less error blue has than {thans}; - where the reference is too coarse.", ""]
     for measure in HEADLINE_MEASURES:
@@ -198,7 +196,8 @@ def plot(found, path):
 def parse_options(arguments):
     parser = argparse.ArgumentParser(
         prog="scripts/bench models", description=__doc__.splitlines()[0],
-        epilog="What follows -- goes to the path tracer as it is: scripts/bench models folder -- --env sky")
+        epilog="A SOURCES.csv with the columns file,publisher,source,licence, in the folder of a file or above, says where it "
+               "comes from. What follows -- goes to the path tracer as it is: scripts/bench models folder -- --env sky")
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="where models are looked for, in depth")
     parser.add_argument("--size", type=parse_size, default=SIZE, metavar="WxH", help=f"default {SIZE[0]}x{SIZE[1]}")
     variants.add_option(parser, SAMPLERS)

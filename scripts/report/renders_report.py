@@ -57,6 +57,15 @@ def samplers_table(gains, counts, measure):
     return md_table(["white / sampler", *map(str, counts)], rows)
 
 
+def samplers_tables(gains, counts, measures):
+    """Headings and tables of the measures that were taken: FLIP may be left out."""
+    parts = []
+    for measure in measures:
+        if any(gains.gain("sobol", spp, measure, "white") for spp in counts):
+            parts += [f"### {measure_name(measure)}", "", samplers_table(gains, counts, measure), ""]
+    return parts
+
+
 def verdict(gain, aim):
     return "met" if gain.value >= aim else "missed" if gain.high < aim else "missed, within the interval"
 
@@ -373,8 +382,7 @@ class Report:
         parts += ["![Every view](renders_views.png)", "",
                   "## Aims", "", md_table(["what", "aim", "measured", ""], [list(row) for row in self.aims()]), "",
                   "## All samplers", "", "White noise's error over each sampler's, over all scenes and views.", ""]
-        for measure in TABLE_MEASURES:
-            parts += [f"### {measure_name(measure)}", "", samplers_table(self.gains, self.counts, measure), ""]
+        parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
         parts += ["## Spectra of the error", "", "![Spectra](renders_spectra.png)", "",
                   "## Never worse than sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.z_text(), "", self.furnace_text(), "",
