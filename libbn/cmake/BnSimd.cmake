@@ -6,13 +6,11 @@ if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     string(TOLOWER "${CMAKE_SYSTEM_PROCESSOR}" bn_processor)
     if(bn_processor MATCHES "^(x86_64|amd64)$" AND CMAKE_SIZEOF_VOID_P EQUAL 8)
         set(bn_simd_definition BN_SIMD_X86)
-        list(APPEND bn_sources src/simd/sse41.c src/simd/avx2.c src/simd/avx512.c
-            src/simd/sampler_block_avx2.c src/simd/sampler_block_avx512.c)
+        list(APPEND bn_sources src/simd/sse41.c src/simd/avx2.c src/simd/avx512.c)
         set_source_files_properties(src/simd/sse41.c PROPERTIES COMPILE_OPTIONS "-msse4.1")
-        set_source_files_properties(src/simd/avx2.c src/simd/sampler_block_avx2.c PROPERTIES
-            COMPILE_OPTIONS "-mavx2")
-        set_source_files_properties(src/simd/avx512.c src/simd/sampler_block_avx512.c PROPERTIES
-            COMPILE_OPTIONS "-mavx512f;-mavx512bw;-mavx512dq;-mavx512vl")
+        set_source_files_properties(src/simd/avx2.c PROPERTIES COMPILE_OPTIONS "-mavx2")
+        set_source_files_properties(src/simd/avx512.c PROPERTIES COMPILE_OPTIONS
+             "-mavx512f;-mavx512bw;-mavx512dq;-mavx512vl")
     elseif(bn_processor MATCHES "^(aarch64|arm64)$")
         set(bn_simd_definition BN_SIMD_ARM)
         list(APPEND bn_sources src/simd/neon.c)

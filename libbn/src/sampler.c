@@ -1,114 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler object and its draws. BLUE, SOBOL and WHITE are the inline functions of bn_draw.h;
- * this file adds ZORDER and MASK, which need 64-bit arithmetic or memory of their own. */
+ * The sampler object and its draws. BLUE, SOBOL and WHITE are the inline functions of bn_draw.h,
+ * ZORDER is in zorder.c; this file adds MASK, which needs memory of its own. */
 #include "sampler.h"
 #include "hash.h"
 #include "options.h"
 #include <stdlib.h>
-
-/* The baked table of pixels, 32 bits each; see data/README.md. */
-extern const uint32_t bn_data_blue_table[];
-extern const size_t bn_data_blue_table_count;
-#ifndef BN_SMALL_DATA
-extern const uint32_t bn_data_blue_1[], bn_data_blue_4[], bn_data_blue_16[], bn_data_blue_64[];
-#endif
-
-enum { BN_MORTON_BITS = 12, BN_ZORDER_MAX_LOG2 = 16 };
-
-/* ---- ZORDER
- * --------------------------------------------------------------------------------------- The
- * pixels of a 4096 x 4096 tile along a Morton curve with its digits scrambled own consecutive
- * blocks of 2^k points of one Owen-scrambled Sobol' sequence; indices from 2^k on continue the
- * block of a pixel with a scrambling of the pixel's own, as BLUE does. The curve is one for all
- * domains of a family, and both pairs and the members have the orders of BLUE: over neighbouring
- * pixels, too, they are stratified together. */
-
-static uint64_t reverse_bits64(uint64_t v) {
-    return (uint64_t)bn_reverse_bits((uint32_t)v) << 32 | bn_reverse_bits((uint32_t)(v >> 32));
-}
-
-static uint64_t sobol_second64(uint64_t digits) {
-    digits ^= (digits << 1) & 0xaaaaaaaaaaaaaaaau;
-    digits ^= (digits << 2) & 0xccccccccccccccccu;
-    digits ^= (digits << 4) & 0xf0f0f0f0f0f0f0f0u;
-    digits ^= (digits << 8) & 0xff00ff00ff00ff00u;
-    digits ^= (digits << 16) & 0xffff0000ffff0000u;
-    return digits ^ ((digits << 32) & 0xffffffff00000000u);
-}
-
-/* bn_draw_times_x(), bn_draw_second_pair() and bn_draw_member() for 64 digits. */
-static uint64_t times_x64(uint64_t digits) {
-    uint64_t upper = digits >> 1 & 0x5555555555555555u, lower = digits & 0x5555555555555555u;
-    return lower << 1 | (upper ^ lower);
-}
-
-static uint64_t second_pair64(uint64_t digits, uint32_t form) {
-    digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
-    digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;
-    digits ^= (times_x64(digits) << 8) & 0xff00ff00ff00ff00u;
-    digits ^= (times_x64(times_x64(digits)) << 16) & 0xffff0000ffff0000u;
-    digits ^= times_x64(digits) << 32;
-    return digits ^ ((digits << 1) & (form & 1u ? 0xaaaaaaaaaaaaaaaau : 0u));
-}
-
-static uint64_t member64(uint64_t digits, uint32_t member) {
-    return (uint64_t)bn_draw_member((uint32_t)(digits >> 32), member) << 32 | (uint32_t)digits;
-}
-
-/* Spreads the low 16 bits to the even positions. */
-static uint32_t morton_spread(uint32_t v) {
-    v &= 0xffffu;
-    v = (v | v << 8) & 0x00ff00ffu;
-    v = (v | v << 4) & 0x0f0f0f0fu;
-    v = (v | v << 2) & 0x33333333u;
-    return (v | v << 1) & 0x55555555u;
-}
-
-/* One dimension: the Owen scrambling of the whole picture, left for the pixel's own where the
- * digits that come from indices beyond the block begin. */
-static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t picture_key,
-                                uint32_t pixel_key) {
-    uint32_t first = bn_owen((uint32_t)(block_digits >> 32), picture_key);
-    uint32_t shifted = (uint32_t)((block_digits ^ later) >> 32);
-    return bn_draw_continue(first, shifted, (uint32_t)(later >> 32), pixel_key);
-}
-
-static void draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                        uint32_t domain, uint32_t out[4]) {
-    const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
-    const uint32_t block_mask = (1u << k) - 1u;
-    /* Tiles of 4096 x 4096 pixels are pictures of their own. */
-    uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
-                              bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
-    uint32_t keys[2] = {domain, domain << 2}; /* of the domain, and of its family */
-    for (int i = 0; i < 2; ++i) {
-        keys[i] = bn_hash32(tile ^ bn_hash32(keys[i] + sampler->table.seed[0]));
-        keys[i] = bn_hash32(keys[i] ^ sampler->table.seed[1]);
-    }
-    uint32_t key = keys[0], family = keys[1];
-    uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
-                      morton_spread((uint32_t)y & coordinate_mask) << 1;
-    uint32_t pixel =
-        bn_owen(morton << (32 - 2 * BN_MORTON_BITS), family) >> (32 - 2 * BN_MORTON_BITS);
-    /* The order inside the block, and of the later blocks, is the pixel's own. */
-    uint32_t order_key =
-        bn_hash32(bn_hash32(pixel ^ bn_hash32(family ^ 0x5bd1e995u)) ^ (index >> k));
-    uint32_t low = k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
-    uint64_t block = member64(reverse_bits64((uint64_t)pixel << k | low), domain >> 30);
-    uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
-    uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
-    for (uint32_t pair = 0; pair < 2u; ++pair) {
-        key = bn_hash32(key + 0x9e3779b9u);
-        uint32_t pixel_key = bn_hash32(pixel ^ bn_hash32(key ^ 0x5bd1e995u));
-        if (pair == 1) block = second_pair64(block, domain >> 29);
-        uint64_t later_second = sobol_second64(later), block_second = sobol_second64(block);
-        block_second ^= later_second & top;
-        out[2 * pair] =
-            zorder_scramble(block, later, bn_hash32(key ^ 1u), bn_hash32(pixel_key ^ 1u));
-        out[2 * pair + 1] = zorder_scramble(block_second, later_second & ~top, bn_hash32(key ^ 2u),
-                                            bn_hash32(pixel_key ^ 2u));
-    }
-}
+#include <string.h>
 
 /* ---- MASK ----------------------------------------------------------------------------------
  * A mask makes the first sample of every pixel: one look for each dimension, at a shift of its own.
@@ -134,7 +31,7 @@ static size_t mask_look(const bn_sampler *sampler, int32_t x, int32_t y, uint32_
 
 static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
-    uint32_t key = bn_hash32(bn_hash32(domain + sampler->table.seed[0]) ^ sampler->table.seed[1]);
+    uint32_t key = bn_hash32(bn_hash32(domain + sampler->words[BN_SEED_AT]) ^ sampler->words[BN_SEED_AT + 1u]);
     uint32_t pixel = bn_hash32((uint32_t)x ^ bn_hash32((uint32_t)y ^ key));
     uint32_t reversed = bn_reverse_bits(index), low = sampler->mask_low_digits;
     for (uint32_t pair = 0; pair < 2u; ++pair) {
@@ -158,22 +55,12 @@ static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
 void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
     const bn_draw_table *table = &sampler->table;
-    switch (table->kind) {
-    case BN_SAMPLER_BLUE:
-        bn_draw_blue(table, x, y, index, domain, out);
-        break;
-    case BN_SAMPLER_SOBOL:
-        bn_draw_sobol(table, x, y, index, domain, out);
-        break;
-    case BN_SAMPLER_WHITE:
-        bn_draw_white(table, x, y, index, domain, out);
-        break;
-    case BN_SAMPLER_ZORDER:
-        draw_zorder(sampler, x, y, index, domain, out);
-        break;
-    default:
+    if (table->kind == BN_SAMPLER_ZORDER) {
+        bn_draw_zorder(sampler, x, y, index, domain, out);
+    } else if (table->kind == BN_SAMPLER_MASK) {
         draw_mask(sampler, x, y, index, domain, out);
-        break;
+    } else {
+        bn_draw_4d_u32(table, x, y, index, domain, out);
     }
 }
 
@@ -254,28 +141,6 @@ static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sample
     return result;
 }
 
-/* The table of pixels: one made for the count declared, else the progressive one. */
-static void choose_table(bn_draw_table *table, uint32_t samples_per_pixel) {
-#ifndef BN_SMALL_DATA
-    static const struct {
-        uint32_t count;
-        const uint32_t *pixels; /* 64 x 64 */
-    } declared[] = {
-        {1, bn_data_blue_1}, {4, bn_data_blue_4}, {16, bn_data_blue_16}, {64, bn_data_blue_64}};
-    for (size_t i = 0; i < sizeof declared / sizeof *declared; ++i) {
-        if (declared[i].count == samples_per_pixel) {
-            table->pixels = declared[i].pixels;
-            table->size_log2 = 6;
-            return;
-        }
-    }
-#else
-    (void)samples_per_pixel;
-#endif
-    table->pixels = bn_data_blue_table;
-    while ((size_t)1 << (2 * table->size_log2) < bn_data_blue_table_count) ++table->size_log2;
-}
-
 static bn_result check_options(const bn_sampler_options *options) {
     if (options->kind < BN_SAMPLER_BLUE || options->kind > BN_SAMPLER_MASK) {
         return BN_ERROR_INVALID_ARGUMENT;
@@ -291,6 +156,8 @@ static bn_result check_options(const bn_sampler_options *options) {
     return BN_SUCCESS;
 }
 
+enum { ZORDER_MAX_LOG2 = 16 };
+
 bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **sampler) {
     bn_sampler_options o = bn_sampler_options_default();
     if (sampler == NULL) return BN_ERROR_INVALID_ARGUMENT;
@@ -302,16 +169,10 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     bn_sampler *s = calloc(1, sizeof *s);
     if (s == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint64_t key = bn_mix64(o.seed + 0x9e3779b97f4a7c15u);
-    s->table.kind = o.kind;
-    s->table.seed[0] = (uint32_t)key;
-    s->table.seed[1] = (uint32_t)(key >> 32);
-    choose_table(&s->table, o.kind == BN_SAMPLER_BLUE ? o.samples_per_pixel : 0);
-    s->table.sampler = s;
-    bn_draw_table_fill(&s->table);
-    bn_block_prepare(&s->block, &s->table);
+    bn_blue_tables_fill(s, o.kind, key);
     if (o.kind == BN_SAMPLER_ZORDER) {
         uint32_t spp = o.samples_per_pixel == 0 ? 256 : o.samples_per_pixel;
-        while (s->zorder_log2 < BN_ZORDER_MAX_LOG2 && 1u << s->zorder_log2 < spp) ++s->zorder_log2;
+        while (s->zorder_log2 < ZORDER_MAX_LOG2 && 1u << s->zorder_log2 < spp) ++s->zorder_log2;
     } else if (o.kind == BN_SAMPLER_MASK) {
         result = copy_mask(&o, s);
         if (result != BN_SUCCESS) {
@@ -331,4 +192,14 @@ void bn_sampler_destroy(bn_sampler *sampler) {
 
 const bn_draw_table *bn_sampler_table(const bn_sampler *sampler) {
     return &sampler->table;
+}
+
+bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
+                                 size_t *needed) {
+    if (sampler == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    if (needed != NULL) *needed = BN_WORD_COUNT;
+    if (words == NULL) return needed != NULL ? BN_SUCCESS : BN_ERROR_INVALID_ARGUMENT;
+    if (count != BN_WORD_COUNT) return BN_ERROR_SIZE_MISMATCH;
+    memcpy(words, sampler->words, sizeof sampler->words);
+    return BN_SUCCESS;
 }

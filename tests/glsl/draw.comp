@@ -9,12 +9,7 @@ layout(std430, binding = 0) readonly buffer bn_table {
 layout(std430, binding = 1) writeonly buffer bn_samples {
     vec4 samples[];
 };
-layout(location = 0) uniform uvec2 seed;
-#define BN_PIXEL(i) bn_words[i]
-#define BN_DIGIT_X(i) bn_words[16384u + (i)]
-#define BN_DIGIT_Y(i) bn_words[16640u + (i)]
-#define BN_SEED_LOW seed.x
-#define BN_SEED_HIGH seed.y
+#define BN_WORD(i) bn_words[i]
 #include "bn_draw.glsl"
 
 void main() {

@@ -1,48 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_draw.glsl, compiled as C, gives the bits of bn_draw.h. That it is GLSL as well is checked by
- * glslangValidator where that is installed. */
+ * The draws of a shader, made of bn_draw.glsl and the words of bn_sampler_table_words() alone, give
+ * the bits of the library. That the text is GLSL is checked by glslangValidator where that is
+ * installed. */
 #include "../c/check.h"
 #include "glsl_in_c.h"
+#include <stdlib.h>
 #include <string.h>
 
-static const bn_draw_table *table;
-
-#define BN_PIXEL(i) table->pixels[i]
-#define BN_DIGIT_X(i) table->digits.x[i]
-#define BN_DIGIT_Y(i) table->digits.y[i]
-#define BN_SEED_LOW table->seed[0]
-#define BN_SEED_HIGH table->seed[1]
-#define BN_SIZE_LOG2 table->size_log2
-
-/* In C a literal like 1.0 is of double precision, as scale is not. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wmissing-prototypes"
-#endif
-#include <bn/bn_draw.glsl>
-
-#undef float
-#undef uint
-
-static void compare(int32_t kind, int32_t x, int32_t y, uint32_t index, uint32_t domain) {
-    uint32_t bits[4];
-    float floats[4];
-    uvec4 u;
-    vec4 f;
-    bn_draw_4d_u32(table, x, y, index, domain, bits);
-    bn_draw_4d(table, x, y, index, domain, floats);
-    if (kind == BN_SAMPLER_BLUE) {
-        u = bn_draw_blue_u32((uint32_t)x, (uint32_t)y, index, domain);
-        f = bn_draw_blue_glsl((uint32_t)x, (uint32_t)y, index, domain);
-    } else if (kind == BN_SAMPLER_SOBOL) {
-        u = bn_draw_sobol_u32((uint32_t)x, (uint32_t)y, index, domain);
-        f = bn_draw_sobol_glsl((uint32_t)x, (uint32_t)y, index, domain);
-    } else {
-        u = bn_draw_white_u32((uint32_t)x, (uint32_t)y, index, domain);
-        f = bn_draw_white_glsl((uint32_t)x, (uint32_t)y, index, domain);
-    }
-    CHECK(memcmp(&u, bits, sizeof bits) == 0);
-    CHECK(memcmp(&f, floats, sizeof floats) == 0);
+static void test_words(const bn_sampler *s) {
+    size_t needed = 0;
+    uint32_t word = 7;
+    CHECK(bn_sampler_table_words(s, NULL, 0, &needed) == BN_SUCCESS);
+    CHECK(needed == glsl_word_count());
+    CHECK(bn_sampler_table_words(s, NULL, 0, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sampler_table_words(NULL, &word, 1, &needed) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sampler_table_words(s, &word, 1, NULL) == BN_ERROR_SIZE_MISMATCH && word == 7);
 }
 
 int main(void) {
@@ -50,24 +22,30 @@ int main(void) {
     static const uint32_t indices[] = {0,   1,   2,   3,    30,       64,         200,
                                        255, 256, 257, 1000, 1u << 20, UINT32_MAX, 0x80000001u};
     enum { NC = sizeof coordinates / sizeof *coordinates, NI = sizeof indices / sizeof *indices };
+    uint32_t *words = malloc(glsl_word_count() * sizeof *words);
     for (int32_t kind = BN_SAMPLER_BLUE; kind <= BN_SAMPLER_WHITE; ++kind) {
         for (uint64_t seed = 0; seed < 8; ++seed) {
             bn_sampler_options options = bn_sampler_options_default();
-            bn_sampler *sampler = NULL;
+            bn_sampler *s = NULL;
             options.kind = kind;
             options.seed = seed;
-            CHECK(bn_sampler_create(&options, &sampler) == BN_SUCCESS);
-            table = bn_sampler_table(sampler);
+            CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+            test_words(s);
+            CHECK(bn_sampler_table_words(s, words, glsl_word_count(), NULL) == BN_SUCCESS);
             uint32_t domain = (uint32_t)seed;
             for (int i = 0; i < NC * NC * NI; ++i) {
-                uint32_t child = bn_draw_domain_child(domain, (uint32_t)i);
-                CHECK(bn_domain_child_glsl(domain, (uint32_t)i) == child);
+                uint32_t bits[4], shader[4];
+                int32_t x = coordinates[i % NC], y = coordinates[i / NC % NC];
+                uint32_t child = bn_domain_child(domain, (uint32_t)i);
+                CHECK(glsl_domain_child(domain, (uint32_t)i) == child);
                 domain = child;
-                compare(kind, coordinates[i % NC], coordinates[i / NC % NC], indices[i / NC / NC],
-                        domain);
+                bn_sample_4d_u32(s, x, y, indices[i / NC / NC], domain, bits);
+                glsl_draw(words, kind, x, y, indices[i / NC / NC], domain, shader);
+                CHECK(memcmp(bits, shader, sizeof bits) == 0);
             }
-            bn_sampler_destroy(sampler);
+            bn_sampler_destroy(s);
         }
     }
+    free(words);
     return check_result();
 }

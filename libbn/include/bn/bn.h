@@ -174,6 +174,13 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
+/* The tables of a sampler as one flat buffer, for the draws of a shader: bn_draw.glsl says what is
+ * in it. With words NULL only *needed is set, to the number of words (34 KiB in all). needed may be
+ * NULL otherwise. Errors: INVALID_ARGUMENT (sampler NULL, both words and needed NULL),
+ * SIZE_MISMATCH (count is not the number of words). */
+BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
+                                        size_t *needed);
+
 /* ---- Making masks
  * ---------------------------------------------------------------------------------
  * Void-and-cluster makes good masks in milliseconds, on one core. Relaxation is nearly as good and

@@ -1,46 +1,77 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of bn_draw.h for shaders: kinds BLUE, SOBOL and WHITE, bit-equal to bn_sample_4d().
- * GLSL 4.30 or GLSL ES 3.10, no extensions. Include this text after defining how the table that
- * bn_sampler_table() hands out is reached:
+ * The draws of kinds BLUE, SOBOL and WHITE, written once: in the common subset of GLSL and C, which
+ * bn_draw.h compiles as C. Bit-equal to bn_sample_4d().
+ *
+ * In a shader (GLSL 4.30 or GLSL ES 3.10, no extensions) include this text after the buffer that
+ * holds the tables, as bn_sampler_table_words() writes them:
  *
  *     #version 430
  *     layout(std430, binding = 0) readonly buffer bn_table { uint bn_words[]; };
- *     #define BN_PIXEL(i) bn_words[i]              // table->pixels, 4^size_log2 words
- *     #define BN_DIGIT_X(i) bn_words[16384u + (i)] // table->digits.x, 256 words
- *     #define BN_DIGIT_Y(i) bn_words[16640u + (i)] // table->digits.y, 256 words
- *     #define BN_SEED_LOW ...                      // table->seed[0], as a uniform for example
- *     #define BN_SEED_HIGH ...                     // table->seed[1]
- *     #define BN_SIZE_LOG2 7u                      // table->size_log2; 7 when it is not defined
+ *     #define BN_WORD(i) bn_words[i]
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
  *
- * Coordinates are the bits of signed integers: uint(-1) is the column left of zero. The table may
- * lie in a texture as well. How BLUE works stands in bn_draw.h, whose functions these follow one by
- * one; products of 64 bits are made of 32-bit words here. Names that begin with bn_ are taken. */
+ * Coordinates are the bits of signed integers: uint(-1) is the column left of zero. The words may
+ * lie in a texture as well. Names that begin with bn_ are taken. All arithmetic is on unsigned
+ * integers of 32 bits. bn_draw.h says how BLUE works. */
 #ifndef BN_DRAW_GLSL
 #define BN_DRAW_GLSL
 
+#ifndef BN_UINT
 #ifdef GL_ES
 precision highp float;
 precision highp int;
 #endif
-
-#ifndef BN_SIZE_LOG2
-#define BN_SIZE_LOG2 7u
+#define BN_UINT uint
+#define BN_FUNCTION
+#define BN_TABLE
+#define BN_PASS_TABLE
+#define BN_REVERSE_BITS(v) bitfieldReverse(v)
+#define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
+#define bn_draw_domain_child bn_domain_child
+uint bn_multiply_high(uint a, uint b) {
+    uint high, low;
+    umulExtended(a, b, high, low);
+    return high;
+}
 #endif
 
-uint bn_hash32(uint v) {
+/* Where the parts of the tables begin, in words. Entries of two words hold the first 16 digits of
+ * four coordinates, a half-word each from the lowest up. */
+#define BN_SEED_AT 0u      /* the hashed seed, its low word first */
+#define BN_PIXELS_AT 2u    /* 64 x 64, row-major: eight bits for each member of a family from the
+                              lowest up, eight times the place of the pixel in its block of 4 x 4 */
+#define BN_BLOCKS_AT 4098u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
+#define BN_PLACES_AT 6146u /* [16][member][2]: digits of a place in a block */
+#define BN_POINTS_AT 6274u /* [256][member][2]: digits of the first 256 points, by reversed index */
+#define BN_LATER_AT 8322u  /* [24][member][4]: digits of bits 8 to 31 of an index, 32 bits each */
+#define BN_WORD_COUNT 8706u
+
+struct bn_uint4 {
+    BN_UINT x, y, z, w;
+};
+
+/* ---- Bits ---- */
+
+/* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
+ * "Prospecting for Hash Functions", 2018). */
+BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
     v = (v ^ (v >> 16u)) * 0x21f0aaadu;
     v = (v ^ (v >> 15u)) * 0xd35a2d97u;
     return v ^ (v >> 15u);
 }
 
-uint bn_domain_child(uint domain, uint key) {
-    uint v = (domain + (key >> 2u) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
+/* bn_domain_child(): a hash of the parent and of the four that the key is in, and in the upper two
+ * bits the place among the four. The draws hash what it gives once more. */
+BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
+    BN_UINT v = (domain + (key >> 2u) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
     return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
 }
 
-uint bn_owen_reversed(uint v, uint seed) {
+/* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
+ * flipped by a hash of the bits below it (Laine and Karras, "Stratified Sampling for Stochastic
+ * Transparency", 2011; mixing constants of Vegdahl, "Building a Better LK Hash", 2021). */
+BN_FUNCTION BN_UINT bn_owen_reversed(BN_UINT v, BN_UINT seed) {
     v ^= v * 0x3d20adeau;
     v += seed;
     v *= (seed >> 16u) | 1u;
@@ -49,11 +80,16 @@ uint bn_owen_reversed(uint v, uint seed) {
     return v;
 }
 
-uint bn_owen(uint digits, uint seed) {
-    return bitfieldReverse(bn_owen_reversed(bitfieldReverse(digits), seed));
+BN_FUNCTION BN_UINT bn_owen(BN_UINT digits, BN_UINT seed) {
+    return BN_REVERSE_BITS(bn_owen_reversed(BN_REVERSE_BITS(digits), seed));
 }
 
-uint bn_sobol_second(uint digits) {
+/* The second coordinate of the Sobol' (0,2)-sequence from the first: with digits d_0 (the most
+ * significant bit) to d_31 of the radical inverse, digit k becomes the sum over j of binomial(j, k)
+ * d_j mod 2, which is odd exactly when k is a bitwise subset of j; so the sum factors into five
+ * steps, one for each bit of j (Ahmed, "An Implementation Algorithm of 2D Sobol Sequence Fast,
+ * Elegant, and Compact", 2024). */
+BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
     digits ^= (digits << 1u) & 0xaaaaaaaau;
     digits ^= (digits << 2u) & 0xccccccccu;
     digits ^= (digits << 4u) & 0xf0f0f0f0u;
@@ -62,190 +98,150 @@ uint bn_sobol_second(uint digits) {
     return digits;
 }
 
-vec4 bn_floats(uvec4 v) {
-    float scale = 1.0 / 16777216.0;
-    return vec4(float(v.x >> 8u) * scale, float(v.y >> 8u) * scale, float(v.z >> 8u) * scale,
-                float(v.w >> 8u) * scale);
-}
-
-/* ---- BLUE ---- */
+/* ---- BLUE: a pixel in a domain, then its samples ---- */
 
 struct bn_blue_pixel {
-    uint shifts;
-    uint fine;
-    uint key_low;
-    uint key_high;
-    uint shuffle;
-    uint order;
-    uint symmetry;
+    BN_UINT place, block; /* the words that hold the pixel's digits */
+    BN_UINT low01, low23; /* the lower 16 digits, the pixel's own: a half-word each */
+    BN_UINT shuffle;      /* of the index: the same for all members of a family */
+    BN_UINT member;       /* of the family, times two */
+    BN_UINT reflect;      /* four bits: which coordinates are reflected */
 };
 
-bn_blue_pixel bn_draw_blue_pixel(uint x, uint y, uint domain) {
+BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
     bn_blue_pixel pixel;
-    uint low, high, lower, upper;
-    umulExtended(domain, 0x7f4a7c15u, high, low);
-    high += domain * 0x9e3779b9u + BN_SEED_HIGH;
-    low += BN_SEED_LOW;
-    if (low < BN_SEED_LOW) high += 1u;
-    pixel.symmetry = low >> 27u;
-    uint exchange = pixel.symmetry & 16u;
-    uint place = (x & 127u) * 0x01000001u | (y & 127u) * 0x00010100u;
-    place = (place << exchange) | (place >> ((32u - exchange) & 31u));
-    uint reflect = high & 0x80808080u;
-    place = (place + (high & 0x7f7f7f7fu)) ^ (reflect - (reflect >> 7u));
-    uint bytes = ((1u << BN_SIZE_LOG2) - 1u) * 0x01010101u;
-    place = (place & bytes & 0x00ff00ffu) |
-            ((place & bytes & 0xff00ff00u) >> (8u - BN_SIZE_LOG2));
-    uint entry0 = BN_PIXEL(place & 0xffffu);
-    uint entry1 = BN_PIXEL(place >> 16u);
-    pixel.shifts = (entry0 & 0xffffu) | (entry1 << 16u);
-    pixel.fine = (entry0 >> 16u) | (entry1 & 0xffff0000u);
-    uint position = x + y * 0x9e3779b1u;
-    umulExtended(position, 0xde82ef95u, upper, lower);
-    upper += position * 0xd1342543u;
-    lower ^= upper;
-    pixel.shuffle = (low << 1u) + lower;
-    pixel.order = domain >> 29u;
-    lower ^= low;
-    upper ^= high;
-    umulExtended(lower, 0x7f4a7c15u, pixel.key_high, pixel.key_low);
-    pixel.key_high += upper * 0x7f4a7c15u + lower * 0x9e3779b9u;
+    BN_UINT member = (domain >> 29u) & 6u;
+    /* The family, whose four members differ in the upper bits of the domain alone: the upper half of
+     * a product of 64 bits depends on all of it. */
+    BN_UINT family = (domain << 2u) + BN_WORD(BN_SEED_AT);
+    family = BN_MULTIPLY_HIGH(family, 0x7f4a7c15u) + family * 0x9e3779b9u + BN_WORD(BN_SEED_AT + 1u);
+    /* The tile, reflected and shifted. */
+    BN_UINT column = ((x ^ (0u - (family >> 16u & 1u))) + (family >> 26u)) & 63u;
+    BN_UINT row = ((y ^ (0u - (family >> 17u & 1u))) + (family >> 20u)) & 63u;
+    BN_UINT places = BN_WORD(BN_PIXELS_AT + row * 64u + column);
+    pixel.place = BN_PLACES_AT + (places >> (4u * member) & 255u) + member;
+    pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
+    BN_UINT position = bn_hash32(x + y * 0x9e3779b1u);
+    BN_UINT low = (position ^ family) * 0x21f0aaadu + member * 0x85ebca6bu;
+    pixel.low01 = low ^ (low >> 15u);
+    pixel.low23 = pixel.low01 * 0xd35a2d97u;
+    pixel.shuffle = position + family;
+    pixel.member = member;
+    pixel.reflect = family >> (2u * member) & 15u;
     return pixel;
 }
 
-uint bn_draw_flip(uint index) {
-    uint t = (index >> 1u) - 1u;
-    uint flip = 2u << (t & 15u);
-    flip |= ((index >> 5u) & 1u) << (((t + 5u) & 15u) + 1u);
-    flip |= ((index >> 6u) & 1u) << (((t + 11u) & 15u) + 1u);
-    flip |= ((index >> 7u) & 1u) << (((t + 2u) & 15u) + 1u);
+/* What the shuffle is multiplied with so that bit 31 of the product is the flip of the first digit
+ * of this index and its neighbour: one of its lower bits, or the sum of several. */
+BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
+    BN_UINT t = (index >> 1u) - 1u;
+    BN_UINT flip = 2u << (t & 15u);
+    flip |= (index >> 5u & 1u) << (((t + 5u) & 15u) + 1u);
+    flip |= (index >> 6u & 1u) << (((t + 11u) & 15u) + 1u);
+    flip |= (index >> 7u & 1u) << (((t + 2u) & 15u) + 1u);
     return index < 2u ? 0u : flip;
 }
 
-uint bn_draw_continue(uint first, uint shifted, uint later, uint key) {
-    uint below = later | (later >> 1u);
-    below |= below >> 2u;
-    below |= below >> 4u;
-    below |= below >> 8u;
-    below |= below >> 16u;
-    uint leading = below ^ (below >> 1u);
-    below >>= 1u;
-    return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
+/* The digits of an index, reversed and shuffled. Each digit is flipped by its later ones: by a
+ * product, nested in the index from its top bit down, and the first digit also by random bits of its
+ * own, which the product alone would leave equal in one of eight pairs of families over the first 16
+ * samples of a pixel. Zero stays where it is, so that every power-of-two prefix is mapped to
+ * itself. */
+BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UINT flip) {
+    return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }
 
-uint bn_draw_times_x(uint digits) {
-    uint upper = (digits >> 1u) & 0x55555555u, lower = digits & 0x55555555u;
-    return (lower << 1u) | (upper ^ lower);
+BN_FUNCTION BN_UINT bn_draw_reflected(BN_UINT v, BN_UINT reflect, BN_UINT dimension) {
+    return v ^ (0u - (reflect >> dimension & 1u));
 }
 
-uint bn_draw_times_x_plus_1(uint digits) {
-    uint upper = (digits >> 1u) & 0x55555555u, lower = digits & 0x55555555u;
-    return ((upper ^ lower) << 1u) | upper;
-}
-
-uint bn_draw_second_pair(uint digits, uint form) {
-    digits ^= (bn_draw_times_x(digits) << 2u) & 0xccccccccu;
-    digits ^= (bn_draw_times_x_plus_1(digits) << 4u) & 0xf0f0f0f0u;
-    digits ^= (bn_draw_times_x(digits) << 8u) & 0xff00ff00u;
-    digits ^= (bn_draw_times_x_plus_1(digits) << 16u) & 0xffff0000u;
-    return digits ^ ((digits << 1u) & 0xaaaaaaaau & (0u - (form & 1u)));
-}
-
-uint bn_draw_member(uint digits, uint member) {
-    uint low = 0x10204080u, high = 0x01020408u, mapped = 0u;
-    if (member == 1u) { low = 0x90a04080u; high = 0x7b125cf8u; }
-    if (member == 2u) { low = 0x90204080u; high = 0xdd1e2c68u; }
-    if (member == 3u) { low = 0x10a04080u; high = 0x755eac18u; }
-    for (uint k = 0u; k < 4u; ++k) {
-        mapped ^= (low >> (8u * k)) & 255u & (0u - ((digits >> (31u - k)) & 1u));
-        mapped ^= (high >> (8u * k)) & 255u & (0u - ((digits >> (27u - k)) & 1u));
+BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index) {
+    bn_uint4 v;
+    BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
+    BN_UINT point = BN_POINTS_AT + (digits >> 24u) * 8u + pixel.member;
+    BN_UINT high01 = BN_WORD(point) ^ BN_WORD(pixel.place) ^ BN_WORD(pixel.block);
+    BN_UINT high23 = BN_WORD(point + 1u) ^ BN_WORD(pixel.place + 1u) ^ BN_WORD(pixel.block + 1u);
+    v.x = high01 << 16u | (pixel.low01 & 0xffffu);
+    v.y = (high01 & 0xffff0000u) | pixel.low01 >> 16u;
+    v.z = high23 << 16u | (pixel.low23 & 0xffffu);
+    v.w = (high23 & 0xffff0000u) | pixel.low23 >> 16u;
+    BN_UINT later = BN_LATER_AT + pixel.member * 2u;
+    for (digits <<= 8u; digits != 0u; digits <<= 1u) {
+        BN_UINT set = 0u - (digits >> 31u);
+        v.x ^= BN_WORD(later) & set;
+        v.y ^= BN_WORD(later + 1u) & set;
+        v.z ^= BN_WORD(later + 2u) & set;
+        v.w ^= BN_WORD(later + 3u) & set;
+        later += 16u;
     }
-    return (mapped << 24u) | (digits & 0x00ffffffu);
+    v.x = bn_draw_reflected(v.x, pixel.reflect, 0u);
+    v.y = bn_draw_reflected(v.y, pixel.reflect, 1u);
+    v.z = bn_draw_reflected(v.z, pixel.reflect, 2u);
+    v.w = bn_draw_reflected(v.w, pixel.reflect, 3u);
+    return v;
 }
 
-/* The digits of an index in the order of the first pair. */
-uint bn_draw_blue_digits(bn_blue_pixel pixel, uint index) {
-    uint digits = bitfieldReverse(index);
-    digits ^= digits * (pixel.shuffle << 1u);
-    digits ^= (pixel.shuffle * bn_draw_flip(index)) & 0x80000000u;
-    digits = bn_draw_member(digits, pixel.order >> 1u);
-    return digits ^ (((digits & 0x00ffffffu) * (pixel.key_high | 1u)) & 0xff000000u);
-}
-
-/* One pair of dimensions, before reflections: x and y of what comes back. shifts, fine: the pair's
- * in the lower two bytes; random: its digits 16 to 31; key: the pair's from sample 256 on. */
-uvec2 bn_draw_blue_pair(uint index, uint digits, uint shifts, uint fine, uint random, uint key) {
-    uint x = BN_DIGIT_X((digits >> 24u) ^ (shifts & 255u));
-    uint shift = ((shifts >> 8u) & 255u) << 24u;
-    x ^= (random & 0xffffu) | ((fine & 255u) << 16u);
-    random = (random >> 16u) | ((fine << 8u) & 0x00ff0000u);
-    if (index < 256u) return uvec2(x, BN_DIGIT_Y((digits ^ shift) >> 24u) ^ random);
-    uint second = bn_sobol_second(digits);
-    uint shifted = bn_sobol_second(shift) ^ second;
-    uint y = BN_DIGIT_Y(bn_sobol_second(shifted & 0xff000000u) >> 24u) ^ random;
-    return uvec2(bn_draw_continue(x, digits ^ (shifts << 24u), digits & 0x00ffffffu,
-                                  bn_hash32(key)),
-                 bn_draw_continue(y, shifted, second & 0x00ffffffu, bn_hash32(~key)));
-}
-
-uvec2 bn_draw_blue_reflect(uvec2 v, uint reflections, uint exchange) {
-    uint x = v.x ^ (0u - (reflections & 1u));
-    uint y = v.y ^ (0u - ((reflections >> 1u) & 1u));
-    if ((exchange & 1u) != 0u) return uvec2(y, x);
-    return uvec2(x, y);
-}
-
-uvec4 bn_draw_blue_u32(uint x, uint y, uint index, uint domain) {
-    bn_blue_pixel p = bn_draw_blue_pixel(x, y, domain);
-    uint digits = bn_draw_blue_digits(p, index);
-    uvec2 first = bn_draw_blue_pair(index, digits, p.shifts, p.fine, p.key_low, p.key_high);
-    uvec2 second =
-        bn_draw_blue_pair(index, bn_draw_second_pair(digits, p.order), p.shifts >> 16u, p.fine >> 16u,
-                          p.key_high, (p.key_high >> 16u) | (p.key_high << 16u));
-    first = bn_draw_blue_reflect(first, p.symmetry, p.symmetry >> 4u);
-    second = bn_draw_blue_reflect(second, p.symmetry >> 2u, ~p.symmetry >> 4u);
-    return uvec4(first.x, first.y, second.x, second.y);
-}
-
-vec4 bn_draw_blue(uint x, uint y, uint index, uint domain) {
-    return bn_floats(bn_draw_blue_u32(x, y, index, domain));
+BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                       BN_UINT domain) {
+    return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE x, y, domain), index);
 }
 
 /* ---- SOBOL and WHITE ---- */
 
-uvec4 bn_draw_sobol_u32(uint x, uint y, uint index, uint domain) {
-    uint key0 = bn_hash32(y ^ bn_hash32(domain + BN_SEED_LOW));
-    key0 = bn_hash32(x ^ bn_hash32(key0 + BN_SEED_HIGH));
-    uint key1 = bn_hash32(key0 + 0x9e3779b9u);
-    uint key2 = bn_hash32(key1 + 0x9e3779b9u);
-    uint key3 = bn_hash32(key2 + 0x9e3779b9u);
-    uint key4 = bn_hash32(key3 + 0x9e3779b9u);
-    uint key5 = bn_hash32(key4 + 0x9e3779b9u);
-    uint first = bn_owen_reversed(bitfieldReverse(index), key0);
-    uint second = bn_owen_reversed(bitfieldReverse(index), key3);
-    return uvec4(bn_owen(first, key1), bn_owen(bn_sobol_second(first), key2),
-                 bn_owen(second, key4), bn_owen(bn_sobol_second(second), key5));
+BN_FUNCTION bn_uint4 bn_draw_sobol_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                        BN_UINT domain) {
+    bn_uint4 v;
+    BN_UINT key = bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT)));
+    key = bn_hash32(x ^ bn_hash32(key + BN_WORD(BN_SEED_AT + 1u)));
+    BN_UINT reversed = BN_REVERSE_BITS(index);
+    BN_UINT digits = bn_owen_reversed(reversed, key);
+    key = bn_hash32(key + 0x9e3779b9u);
+    v.x = bn_owen(digits, key);
+    key = bn_hash32(key + 0x9e3779b9u);
+    v.y = bn_owen(bn_sobol_second(digits), key);
+    key = bn_hash32(key + 0x9e3779b9u);
+    digits = bn_owen_reversed(reversed, key);
+    key = bn_hash32(key + 0x9e3779b9u);
+    v.z = bn_owen(digits, key);
+    key = bn_hash32(key + 0x9e3779b9u);
+    v.w = bn_owen(bn_sobol_second(digits), key);
+    return v;
 }
 
-vec4 bn_draw_sobol(uint x, uint y, uint index, uint domain) {
-    return bn_floats(bn_draw_sobol_u32(x, y, index, domain));
-}
-
-uint bn_draw_white_one(uint a, uint b, uint index) {
+BN_FUNCTION BN_UINT bn_draw_white_one(BN_UINT a, BN_UINT b, BN_UINT index) {
     return bn_hash32(a ^ bn_hash32(index ^ bn_hash32(b)));
 }
 
-uvec4 bn_draw_white_u32(uint x, uint y, uint index, uint domain) {
-    uint a = bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + BN_SEED_LOW)));
-    uint b = bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ BN_SEED_HIGH)));
-    return uvec4(bn_draw_white_one(a, b + 0x9e3779b9u, index),
-                 bn_draw_white_one(a, b + 0x3c6ef372u, index),
-                 bn_draw_white_one(a, b + 0xdaa66d2bu, index),
-                 bn_draw_white_one(a, b + 0x78dde6e4u, index));
+BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                        BN_UINT domain) {
+    bn_uint4 v;
+    /* Two chains of 32 bits: pixels that meet in one differ in the other. */
+    BN_UINT a = bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT))));
+    BN_UINT b = bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ BN_WORD(BN_SEED_AT + 1u))));
+    v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
+    v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
+    v.z = bn_draw_white_one(a, b + 0xdaa66d2bu, index);
+    v.w = bn_draw_white_one(a, b + 0x78dde6e4u, index);
+    return v;
+}
+
+#ifndef BN_DRAW_IN_C
+vec4 bn_draw_floats(bn_uint4 v) {
+    float scale = 1.0 / 16777216.0;
+    return vec4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) * scale;
+}
+
+vec4 bn_draw_blue(uint x, uint y, uint index, uint domain) {
+    return bn_draw_floats(bn_draw_blue_bits(x, y, index, domain));
+}
+
+vec4 bn_draw_sobol(uint x, uint y, uint index, uint domain) {
+    return bn_draw_floats(bn_draw_sobol_bits(x, y, index, domain));
 }
 
 vec4 bn_draw_white(uint x, uint y, uint index, uint domain) {
-    return bn_floats(bn_draw_white_u32(x, y, index, domain));
+    return bn_draw_floats(bn_draw_white_bits(x, y, index, domain));
 }
+#endif
 
 #endif

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The tables of the draws from the data of BLUE, data/blue.u32: a tile of labels, and for each
+ * member of a family the vectors of digits that the bits of an index and of a label contribute.
+ * Microseconds. */
+#include "sampler.h"
+#include <stddef.h>
+
+extern const uint32_t bn_data_blue[];
+
+/* Symmetries are loaded as aligned registers; see bn_draw.h. */
+_Static_assert(offsetof(bn_sampler, table) % 16 == 0, "alignment");
+_Static_assert(offsetof(bn_draw_table, reflections) % 16 == 0, "alignment");
+
+enum {
+    PIXELS = 64 * 64,
+    BLOCKS = 16 * 16,
+    INDEX_BITS = 32,
+    PLACE_BITS = 4,
+    LABEL_BITS = 12,
+    MEMBERS = 4,
+    /* The parts of the data, in words. */
+    TILE_AT = 0,                         /* 16 bits a pixel: four for each member */
+    BLOCKS_AT = TILE_AT + PIXELS / 2,    /* 8 bits a block: the upper bits of its labels */
+    VECTORS_AT = BLOCKS_AT + BLOCKS / 4, /* [member][INDEX_BITS + LABEL_BITS][4] */
+    VECTORS = INDEX_BITS + LABEL_BITS
+};
+
+/* The sum of the vectors first, first + 1 ... of a member that the bits of `bits` choose, as the
+ * upper halves of four coordinates. */
+static void add_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t out[2]) {
+    uint32_t v[4] = {0, 0, 0, 0};
+    const uint32_t *vector = bn_data_blue + VECTORS_AT + (member * VECTORS + first) * 4u;
+    for (; bits != 0; bits >>= 1, vector += 4) {
+        for (int d = 0; d < 4 && (bits & 1u); ++d) v[d] ^= vector[d];
+    }
+    out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
+    out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
+}
+
+static void fill_words(uint32_t *words) {
+    for (uint32_t i = 0; i < PIXELS; ++i) {
+        uint32_t places = bn_data_blue[TILE_AT + i / 2u] >> (i % 2u * 16u);
+        for (uint32_t member = 0; member < MEMBERS; ++member) {
+            words[BN_PIXELS_AT + i] |= (places >> 4u * member & 15u) << 3 << 8u * member;
+        }
+    }
+    for (uint32_t member = 0; member < MEMBERS; ++member) {
+        for (uint32_t i = 0; i < BLOCKS; ++i) {
+            uint32_t label = bn_data_blue[BLOCKS_AT + i / 4u] >> (i % 4u * 8u) & 255u;
+            add_vectors(member, INDEX_BITS + PLACE_BITS, label,
+                        words + BN_BLOCKS_AT + (i * MEMBERS + member) * 2u);
+        }
+        for (uint32_t i = 0; i < 1u << PLACE_BITS; ++i) {
+            add_vectors(member, INDEX_BITS, i, words + BN_PLACES_AT + (i * MEMBERS + member) * 2u);
+        }
+        for (uint32_t i = 0; i < 256u; ++i) {
+            add_vectors(member, 0, i,
+                        words + BN_POINTS_AT + ((bn_reverse_bits(i) >> 24) * MEMBERS + member) * 2u);
+        }
+        for (uint32_t i = 0; i < 24u * 4u; ++i) {
+            words[BN_LATER_AT + (i / 4u * MEMBERS + member) * 4u + i % 4u] =
+                bn_data_blue[VECTORS_AT + (member * VECTORS + 8u) * 4u + i];
+        }
+    }
+}
+
+void bn_blue_tables_fill(bn_sampler *sampler, int32_t kind, uint64_t seed_key) {
+    bn_draw_table *table = &sampler->table;
+    table->version = BN_DRAW_TABLE_VERSION;
+    table->kind = kind;
+    table->blue_indices = kind == BN_SAMPLER_BLUE ? 256u : 0u;
+    table->sampler = sampler;
+    table->words = sampler->words;
+    sampler->words[BN_SEED_AT] = (uint32_t)seed_key;
+    sampler->words[BN_SEED_AT + 1u] = (uint32_t)(seed_key >> 32);
+    fill_words(sampler->words);
+    for (uint32_t i = 0; i < 256u; ++i) {
+        table->index[i].reversed = bn_reverse_bits(i);
+        table->index[i].flip = bn_draw_flip(i);
+    }
+    for (uint32_t i = 0; i < 16u; ++i) {
+        for (uint32_t d = 0; d < 4u; ++d) table->reflections[i][d] = 0u - (i >> d & 1u);
+    }
+}

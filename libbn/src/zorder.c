@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The kind ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
+ * via Hierarchical Ordering of Pixels", 2020. The pixels of a 4096 x 4096 tile along a Morton curve
+ * with its digits scrambled own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
+ * sequence; indices from 2^k on continue the block of a pixel with a scrambling of the pixel's own.
+ * The curve is one for all domains of a family. The second pair is the first with the index mapped
+ * by the matrix of an SZ sequence (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences",
+ * 2025), and each member of a family has an order of its own, so that pairs and members are
+ * stratified together. A few hundred instructions a draw. */
+#include "sampler.h"
+
+enum { BN_MORTON_BITS = 12 };
+
+static uint64_t reverse_bits64(uint64_t v) {
+    return (uint64_t)bn_reverse_bits((uint32_t)v) << 32 | bn_reverse_bits((uint32_t)(v >> 32));
+}
+
+static uint64_t sobol_second64(uint64_t digits) {
+    digits ^= (digits << 1) & 0xaaaaaaaaaaaaaaaau;
+    digits ^= (digits << 2) & 0xccccccccccccccccu;
+    digits ^= (digits << 4) & 0xf0f0f0f0f0f0f0f0u;
+    digits ^= (digits << 8) & 0xff00ff00ff00ff00u;
+    digits ^= (digits << 16) & 0xffff0000ffff0000u;
+    return digits ^ ((digits << 32) & 0xffffffff00000000u);
+}
+
+/* The product of each digit to base 4 with the element x of the field of four, two bits a digit. */
+static uint64_t times_x64(uint64_t digits) {
+    uint64_t upper = digits >> 1 & 0x5555555555555555u, lower = digits & 0x5555555555555555u;
+    return lower << 1 | (upper ^ lower);
+}
+
+/* From the digits of the first pair those of the second: the upper triangular matrix of entries
+ * binomial(j, i) x^(j - i) over the field of four, which like bn_sobol_second() factors into a step
+ * for each bit of j. An odd `form` adds the second digit of each two to the first, which only
+ * renames the digits to base 4: over both forms the four cross pairs of dimensions are alike. */
+static uint64_t second_pair64(uint64_t digits, uint32_t form) {
+    digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
+    digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;
+    digits ^= (times_x64(digits) << 8) & 0xff00ff00ff00ff00u;
+    digits ^= (times_x64(times_x64(digits)) << 16) & 0xffff0000ffff0000u;
+    digits ^= times_x64(digits) << 32;
+    return digits ^ ((digits << 1) & (form & 1u ? 0xaaaaaaaaaaaaaaaau : 0u));
+}
+
+/* The order of a member of a family: a linear map of the first eight digits, of which no digit
+ * reaches a later one; what digit k becomes is byte 7 - k. Found by a search for little error of
+ * products over two members. */
+static uint64_t member64(uint64_t digits, uint32_t member) {
+    static const uint64_t images[4] = {0x8040201008040201u, 0x8040a090f85c127bu,
+                                       0x80402090682c1eddu, 0x8040a01018ac5e75u};
+    uint64_t mapped = 0;
+    for (uint32_t k = 0; k < 8u; ++k) {
+        mapped ^= (images[member & 3u] >> (56u - 8u * k) & 255u) & (0u - (digits >> (63u - k) & 1u));
+    }
+    return mapped << 56 | (digits & 0x00ffffffffffffffu);
+}
+
+/* A coordinate from sample 2^k on: `first` is the coordinate of the block, `shifted` the digits with
+ * the pixel's block, `later` those of them that come from indices beyond it: where they begin, the
+ * path leaves that of the block and goes on in an Owen scrambling of the pixel's own. */
+static uint32_t continued(uint32_t first, uint32_t shifted, uint32_t later, uint32_t key) {
+    uint32_t below = later | (later >> 1), leading;
+    below |= below >> 2;
+    below |= below >> 4;
+    below |= below >> 8;
+    below |= below >> 16;
+    leading = below ^ (below >> 1);
+    below >>= 1;
+    return ((first ^ leading) & ~below) | (bn_owen(shifted, key) & below);
+}
+
+/* Spreads the low 16 bits to the even positions. */
+static uint32_t morton_spread(uint32_t v) {
+    v &= 0xffffu;
+    v = (v | v << 8) & 0x00ff00ffu;
+    v = (v | v << 4) & 0x0f0f0f0fu;
+    v = (v | v << 2) & 0x33333333u;
+    return (v | v << 1) & 0x55555555u;
+}
+
+/* One dimension: the Owen scrambling of the whole picture, left for the pixel's own where the
+ * digits that come from indices beyond the block begin. */
+static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t picture_key,
+                                uint32_t pixel_key) {
+    uint32_t first = bn_owen((uint32_t)(block_digits >> 32), picture_key);
+    uint32_t shifted = (uint32_t)((block_digits ^ later) >> 32);
+    return continued(first, shifted, (uint32_t)(later >> 32), pixel_key);
+}
+
+void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                        uint32_t domain, uint32_t out[4]) {
+    const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
+    const uint32_t block_mask = (1u << k) - 1u;
+    /* Tiles of 4096 x 4096 pixels are pictures of their own. */
+    uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
+                              bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
+    uint32_t keys[2] = {domain, domain << 2}; /* of the domain, and of its family */
+    for (int i = 0; i < 2; ++i) {
+        keys[i] = bn_hash32(tile ^ bn_hash32(keys[i] + sampler->words[BN_SEED_AT]));
+        keys[i] = bn_hash32(keys[i] ^ sampler->words[BN_SEED_AT + 1u]);
+    }
+    uint32_t key = keys[0], family = keys[1];
+    uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
+                      morton_spread((uint32_t)y & coordinate_mask) << 1;
+    uint32_t pixel =
+        bn_owen(morton << (32 - 2 * BN_MORTON_BITS), family) >> (32 - 2 * BN_MORTON_BITS);
+    /* The order inside the block, and of the later blocks, is the pixel's own. */
+    uint32_t order_key =
+        bn_hash32(bn_hash32(pixel ^ bn_hash32(family ^ 0x5bd1e995u)) ^ (index >> k));
+    uint32_t low = k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
+    uint64_t block = member64(reverse_bits64((uint64_t)pixel << k | low), domain >> 30);
+    uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
+    uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
+    for (uint32_t pair = 0; pair < 2u; ++pair) {
+        key = bn_hash32(key + 0x9e3779b9u);
+        uint32_t pixel_key = bn_hash32(pixel ^ bn_hash32(key ^ 0x5bd1e995u));
+        if (pair == 1) block = second_pair64(block, domain >> 29);
+        uint64_t later_second = sobol_second64(later), block_second = sobol_second64(block);
+        block_second ^= later_second & top;
+        out[2 * pair] =
+            zorder_scramble(block, later, bn_hash32(key ^ 1u), bn_hash32(pixel_key ^ 1u));
+        out[2 * pair + 1] = zorder_scramble(block_second, later_second & ~top, bn_hash32(key ^ 2u),
+                                            bn_hash32(pixel_key ^ 2u));
+    }
+}

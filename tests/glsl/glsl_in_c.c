@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * bn_draw.glsl as a shader sees it, without bn_draw.h: the words of GLSL that it uses are defined
+ * for a C compiler, and the tables are the flat buffer of bn_sampler_table_words(). */
+#include "glsl_in_c.h"
+
+typedef struct bn_uint4 bn_uint4;
+typedef struct bn_blue_pixel bn_blue_pixel;
+
+static const uint32_t *glsl_words;
+
+static uint32_t glsl_reverse(uint32_t v) {
+    uint32_t r = 0;
+    for (int i = 0; i < 32; ++i) r |= (v >> i & 1u) << (31 - i);
+    return r;
+}
+
+#define BN_WORD(i) glsl_words[i]
+#define BN_DRAW_IN_C /* without the functions that return vectors of floats */
+#define uint uint32_t
+#define bitfieldReverse glsl_reverse
+#define umulExtended(a, b, high, low)                                                              \
+    do {                                                                                           \
+        (high) = (uint32_t)((uint64_t)(a) * (b) >> 32);                                            \
+        (low) = (a) * (b);                                                                         \
+        (void)(low);                                                                               \
+    } while (0)
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wmissing-prototypes"
+#endif
+#include <bn/bn_draw.glsl>
+#undef uint
+
+uint32_t glsl_word_count(void) {
+    return BN_WORD_COUNT;
+}
+
+uint32_t glsl_domain_child(uint32_t domain, uint32_t key) {
+    return bn_draw_domain_child(domain, key);
+}
+
+void glsl_draw(const uint32_t *words, int32_t kind, int32_t x, int32_t y, uint32_t index,
+               uint32_t domain, uint32_t out[4]) {
+    bn_uint4 v;
+    glsl_words = words;
+    if (kind == BN_SAMPLER_BLUE)
+        v = bn_draw_blue_bits((uint32_t)x, (uint32_t)y, index, domain);
+    else if (kind == BN_SAMPLER_SOBOL)
+        v = bn_draw_sobol_bits((uint32_t)x, (uint32_t)y, index, domain);
+    else
+        v = bn_draw_white_bits((uint32_t)x, (uint32_t)y, index, domain);
+    out[0] = v.x;
+    out[1] = v.y;
+    out[2] = v.z;
+    out[3] = v.w;
+}
