@@ -25,16 +25,21 @@ enum {
     VECTORS = INDEX_BITS + LABEL_BITS
 };
 
-/* The sum of the vectors first, first + 1 ... of a member that the bits of `bits` choose, as the
- * upper halves of four coordinates. */
-static void add_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t out[2]) {
-    uint32_t v[4] = {0, 0, 0, 0};
+/* The sum of the vectors first, first + 1 ... of a member that the bits of `bits` choose. */
+static void add_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t sum[4]) {
     const uint32_t *vector = bn_data_blue + VECTORS_AT + (member * VECTORS + first) * 4u;
+    for (int d = 0; d < 4; ++d) sum[d] = 0;
     for (; bits != 0; bits >>= 1, vector += 4) {
-        for (int d = 0; d < 4 && (bits & 1u); ++d) v[d] ^= vector[d];
+        for (int d = 0; d < 4 && (bits & 1u); ++d) sum[d] ^= vector[d];
     }
-    out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
-    out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
+}
+
+/* The same as the upper halves of four coordinates. */
+static void add_label_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t out[2]) {
+    uint32_t sum[4];
+    add_vectors(member, first, bits, sum);
+    out[0] = sum[0] >> 16 | (sum[1] & 0xffff0000u);
+    out[1] = sum[2] >> 16 | (sum[3] & 0xffff0000u);
 }
 
 static void fill_words(uint32_t *words) {
@@ -47,15 +52,16 @@ static void fill_words(uint32_t *words) {
     for (uint32_t member = 0; member < MEMBERS; ++member) {
         for (uint32_t i = 0; i < BLOCKS; ++i) {
             uint32_t label = bn_data_blue[BLOCKS_AT + i / 4u] >> (i % 4u * 8u) & 255u;
-            add_vectors(member, INDEX_BITS + PLACE_BITS, label,
-                        words + BN_BLOCKS_AT + (i * MEMBERS + member) * 2u);
+            add_label_vectors(member, INDEX_BITS + PLACE_BITS, label,
+                              words + BN_BLOCKS_AT + (i * MEMBERS + member) * 2u);
         }
         for (uint32_t i = 0; i < 1u << PLACE_BITS; ++i) {
-            add_vectors(member, INDEX_BITS, i, words + BN_PLACES_AT + (i * MEMBERS + member) * 2u);
+            add_label_vectors(member, INDEX_BITS, i,
+                              words + BN_PLACES_AT + (i * MEMBERS + member) * 2u);
         }
         for (uint32_t i = 0; i < 256u; ++i) {
             add_vectors(member, 0, i,
-                        words + BN_POINTS_AT + ((bn_reverse_bits(i) >> 24) * MEMBERS + member) * 2u);
+                        words + BN_POINTS_AT + ((bn_reverse_bits(i) >> 24) * MEMBERS + member) * 4u);
         }
         for (uint32_t i = 0; i < 24u * 4u; ++i) {
             words[BN_LATER_AT + (i / 4u * MEMBERS + member) * 4u + i % 4u] =

@@ -175,7 +175,7 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
                                  uint32_t domain, float *out, size_t out_count);
 
 /* The tables of a sampler as one flat buffer, for the draws of a shader: bn_draw.glsl says what is
- * in it. With words NULL only *needed is set, to the number of words (34 KiB in all). needed may be
+ * in it. With words NULL only *needed is set, to the number of words (42 KiB in all). needed may be
  * NULL otherwise. Errors: INVALID_ARGUMENT (sampler NULL, both words and needed NULL),
  * SIZE_MISMATCH (count is not the number of words). */
 BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,

@@ -37,15 +37,15 @@ uint bn_multiply_high(uint a, uint b) {
 #endif
 
 /* Where the parts of the tables begin, in words. Entries of two words hold the first 16 digits of
- * four coordinates, a half-word each from the lowest up. */
+ * four coordinates, a half-word each from the lowest up; entries of four, all 32 digits of each. */
 #define BN_SEED_AT 0u      /* the hashed seed, its low word first */
 #define BN_PIXELS_AT 2u    /* 64 x 64, row-major: eight bits for each member of a family from the
                               lowest up, eight times the place of the pixel in its block of 4 x 4 */
 #define BN_BLOCKS_AT 4098u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 #define BN_PLACES_AT 6146u /* [16][member][2]: digits of a place in a block */
-#define BN_POINTS_AT 6274u /* [256][member][2]: digits of the first 256 points, by reversed index */
-#define BN_LATER_AT 8322u  /* [24][member][4]: digits of bits 8 to 31 of an index, 32 bits each */
-#define BN_WORD_COUNT 8706u
+#define BN_POINTS_AT 6274u /* [256][member][4]: the first 256 points, by reversed index */
+#define BN_LATER_AT 10370u /* [24][member][4]: digits of bits 8 to 31 of an index */
+#define BN_WORD_COUNT 10754u
 
 struct bn_uint4 {
     BN_UINT x, y, z, w;
@@ -158,13 +158,13 @@ BN_FUNCTION BN_UINT bn_draw_reflected(BN_UINT v, BN_UINT reflect, BN_UINT dimens
 BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index) {
     bn_uint4 v;
     BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
-    BN_UINT point = BN_POINTS_AT + (digits >> 24u) * 8u + pixel.member;
-    BN_UINT high01 = BN_WORD(point) ^ BN_WORD(pixel.place) ^ BN_WORD(pixel.block);
-    BN_UINT high23 = BN_WORD(point + 1u) ^ BN_WORD(pixel.place + 1u) ^ BN_WORD(pixel.block + 1u);
-    v.x = high01 << 16u | (pixel.low01 & 0xffffu);
-    v.y = (high01 & 0xffff0000u) | pixel.low01 >> 16u;
-    v.z = high23 << 16u | (pixel.low23 & 0xffffu);
-    v.w = (high23 & 0xffff0000u) | pixel.low23 >> 16u;
+    BN_UINT point = BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u;
+    BN_UINT high01 = BN_WORD(pixel.place) ^ BN_WORD(pixel.block);
+    BN_UINT high23 = BN_WORD(pixel.place + 1u) ^ BN_WORD(pixel.block + 1u);
+    v.x = BN_WORD(point) ^ (high01 << 16u | (pixel.low01 & 0xffffu));
+    v.y = BN_WORD(point + 1u) ^ ((high01 & 0xffff0000u) | pixel.low01 >> 16u);
+    v.z = BN_WORD(point + 2u) ^ (high23 << 16u | (pixel.low23 & 0xffffu));
+    v.w = BN_WORD(point + 3u) ^ ((high23 & 0xffff0000u) | pixel.low23 >> 16u);
     BN_UINT later = BN_LATER_AT + pixel.member * 2u;
     for (digits <<= 8u; digits != 0u; digits <<= 1u) {
         BN_UINT set = 0u - (digits >> 31u);
