@@ -85,11 +85,13 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *
  * A domain has four dimensions: (0, 1) and (2, 3) are the pairs to spend on two-dimensional
  * decisions. With BLUE both pairs of a domain are stratified together as well, in all four
- * dimensions, and so are any two of the four children that a domain has by the keys 4 k to 4 k + 3:
- * a family. So give decisions whose effects multiply, like the position in the pixel and the point
- * on a light, the two pairs of one domain, or neighbouring keys of one parent. From 8 samples on
- * that lowers the error of their product (by a quarter at 16, a third at 64, against domains that
- * are merely independent); it costs nothing. */
+ * dimensions and over neighbouring pixels, and so, nearly, are any two of the four children that a
+ * domain has by the keys 4 k to 4 k + 3: a family. So give decisions whose effects multiply, like the
+ * position in the pixel and the point on a light, the two pairs of one domain, or keys of one family.
+ *
+ * Draw the position in the pixel from dimensions (0, 1), as (x, y), of a domain whose key is a
+ * multiple of four: these are also even along rows and columns of the picture, where edges that
+ * are parallel to its sides add up errors over a line one pixel wide. */
 #define BN_DOMAIN_ROOT 0u
 
 /* The child of a domain by a key: a hash of the domain and of key / 4, with key % 4 as the place in
@@ -104,7 +106,9 @@ typedef struct bn_sampler bn_sampler;
 enum {
     /* The sampler to use: progressive, blue on screen in both pairs of every domain. In each pixel
      * every power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3), and every prefix
-     * of 4^m samples a (0,m,4)-net to base 4 in all four. */
+     * of 4^m samples a (0,m,4)-net to base 4 in all four; taken over the pixels of an aligned block
+     * of 16^s, the same prefix is a (0, m + 2 s, 4)-net. Needs no sample count. docs/blue.md has the
+     * construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0,2)-sequences, padded, independent in each pixel: what to compare
        with. */
@@ -125,12 +129,10 @@ enum {
 typedef struct bn_sampler_options {
     size_t struct_size; /* sizeof(bn_sampler_options) */
     int32_t kind;       /* BN_SAMPLER_..., default BN_SAMPLER_BLUE */
-    uint32_t
-        samples_per_pixel; /* 0 (default): unknown. Else a hint; indices beyond it go on as ever.
-                              BLUE has tables for 1, 4, 16 and 64: better at exactly that count, as
-                              good as ever before it, less blue beyond it; any other count is as 0.
-                              ZORDER is good at that count only: it rounds it up to a power of two
-                              (at most 2^16) and takes 0 as 256. The others need no hint. */
+    /* Only ZORDER reads it: the count it is good at, rounded up to a power of two (at most 2^16); 0
+     * (default) is taken as 256. The other kinds are good at every count. Later indices remain valid
+     * in all of them. */
+    uint32_t samples_per_pixel;
     uint64_t seed;         /* default 0; different seeds give independent pictures */
     const uint32_t
         *mask_ranks;     /* kind MASK: a permutation, copied. NULL (default): the built-in 64x64 */
