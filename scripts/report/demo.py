@@ -99,20 +99,6 @@ def text_table(rows):
     return out.getvalue()
 
 
-TABLE_BEGIN, TABLE_END = "<!-- table: scripts/demo --readme -->\n", "<!-- end of the table -->\n"
-
-
-def update_readme(root, rows):
-    """Puts the table of this run into the README of the repository at `root`."""
-    readme = root / "README.md"
-    text = readme.read_text(encoding="utf-8")
-    if text.count(TABLE_BEGIN) != 1 or text.count(TABLE_END) != 1:
-        raise ValueError(f"{readme} has lost the marks of its table: {TABLE_BEGIN.strip()} and {TABLE_END.strip()}")
-    before, rest = text.split(TABLE_BEGIN)
-    after = rest.split(TABLE_END)[1]
-    write_text(readme, f"{before}{TABLE_BEGIN}```\n{text_table(rows)}```\n{TABLE_END}{after}")
-
-
 def write_csv(path, rows):
     with written_beside(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -206,15 +192,13 @@ def main():
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--pathtracer", type=Path, required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write (default out/demo)")
-    parser.add_argument("--readme", action="store_true", help="also put the table into README.md and draw its picture")
     parser.add_argument("--picture", action="store_true", help=f"draw the README's picture, docs/{PICTURE_FILE}, and no more")
     options = parser.parse_args()
 
     root, renderer = Path(__file__).resolve().parents[2], Renderer(options.pathtracer, options.out)
-    if options.readme or options.picture:
+    if options.picture:
         # 256 colours are plenty for pixels this large.
         write_image(root / "docs" / PICTURE_FILE, readme_picture(renderer).quantize(256, dither=0))
-    if options.picture:
         print(f"Written: docs/{PICTURE_FILE}")
         return
     reference_path, pictures = render_all(renderer)
@@ -230,8 +214,6 @@ def main():
     )
     write_csv(options.out / "table.csv", rows)
     write_report(options.out, rows, make_cells(pictures, reference), reference, attributes["error2"], notes)
-    if options.readme:
-        update_readme(root, rows)
     print(text_table(rows))
     for note in notes:
         print(note)

@@ -47,19 +47,6 @@ def test_table_has_a_line_for_every_sampler_and_count():
     assert lines[2][2:] == ["0.10000", "0.10000", "0.10000", "0.50", "4.00", "x", "2.00", "x", "2.00", "x"]
 
 
-def test_readme_gets_the_table(tmp_path):
-    readme = tmp_path / "README.md"
-    readme.write_text(f"before\n{demo.TABLE_BEGIN}old\n{demo.TABLE_END}after\n")
-    for _ in range(2):
-        demo.update_readme(tmp_path, rows())
-        assert readme.read_text() == (f"before\n{demo.TABLE_BEGIN}```\n{demo.text_table(rows())}```\n"
-                                      f"{demo.TABLE_END}after\n")
-    readme.write_text("no marks\n")
-    with pytest.raises(ValueError, match="table"):
-        demo.update_readme(tmp_path, rows())
-    assert readme.read_text() == "no marks\n"
-
-
 def test_readme_picture_shows_a_difference_that_a_step_back_keeps(pathtracer, tmp_path):
     """White noise and blue noise are both there, and after the blur blue noise is nearer to the truth by far."""
     renderer = demo.Renderer(pathtracer, tmp_path)
@@ -83,13 +70,6 @@ def test_the_readme_shows_its_picture():
     picture = root / "docs" / demo.PICTURE_FILE
     Image.open(picture).verify()
     assert picture.stat().st_size < 250_000
-
-
-def test_the_readme_has_a_table():
-    text = (demo.Path(demo.__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-    table = text.split(demo.TABLE_BEGIN)[1].split(demo.TABLE_END)[0].splitlines()
-    lines = [line.split() for line in table[2:-1] if line]
-    assert [(line[0], int(line[1])) for line in lines] == [(s, n) for n in demo.COUNTS for s in demo.SAMPLERS]
 
 
 def test_page_asks_nothing_of_the_network():
