@@ -61,7 +61,8 @@ static void fill_words(uint32_t *words) {
         }
         for (uint32_t i = 0; i < 256u; ++i) {
             add_vectors(member, 0, i,
-                        words + BN_POINTS_AT + ((bn_reverse_bits(i) >> 24) * MEMBERS + member) * 4u);
+                        words + BN_POINTS_AT +
+                            ((bn_reverse_bits(i) >> 24) * MEMBERS + member) * 4u);
         }
         for (uint32_t i = 0; i < 24u * 4u; ++i) {
             words[BN_LATER_AT + (i / 4u * MEMBERS + member) * 4u + i % 4u] =

@@ -39,8 +39,7 @@ struct bn_neural {
     uint32_t prepared; /* extent of square tiles that run faster; 0 for none */
 };
 
-/* ---- Noise
- * ---------------------------------------------------------------------------------------- */
+/* ---- Noise */
 
 static uint64_t noise_row(uint64_t seed, int64_t y) {
     return bn_mix64(bn_mix64(seed + 0x9e3779b97f4a7c15u) ^ (uint64_t)y);
@@ -88,8 +87,7 @@ bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t heigh
     return BN_SUCCESS;
 }
 
-/* ---- Opening
- * -------------------------------------------------------------------------------------- */
+/* ---- Opening */
 
 static int all_finite(const float *values, size_t count) {
     uint32_t bad = 0;
@@ -186,8 +184,7 @@ uint32_t bn_neural_channels(const bn_neural *n) {
     return n != NULL ? n->model.channels : 0;
 }
 
-/* ---- Images in tiles
- * ------------------------------------------------------------------------------ */
+/* ---- Images in tiles */
 
 enum { BN_NEURAL_MOST_THREADS = 64 };
 

@@ -20,8 +20,7 @@
 #define BN_HAVE_DLFCN
 #endif
 
-/* ---- Libraries
- * ------------------------------------------------------------------------------------ */
+/* ---- Libraries */
 
 typedef struct library {
     void *handle;
@@ -134,8 +133,7 @@ static void library_unload(void *handle) {
 
 #endif
 
-/* ---- Sessions
- * ------------------------------------------------------------------------------------- */
+/* ---- Sessions */
 
 struct bn_runtime {
     const bn_ort_api *api;

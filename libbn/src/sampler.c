@@ -7,8 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- MASK ----------------------------------------------------------------------------------
- * A mask makes the first sample of every pixel: one look for each dimension, at a shift of its own.
+/* ---- MASK */
+
+/* * A mask makes the first sample of every pixel: one look for each dimension, at a shift of its own.
  * The others follow by exchanging digits, not by adding values: in the digits of a scrambled Sobol'
  * (0,2)-sequence every pixel has the digital shift that makes its sample 0 the value of the mask.
  * So each pixel keeps its nets; a rotation on the torus (Cranley and Patterson, 1976), the usual
@@ -31,7 +32,8 @@ static size_t mask_look(const bn_sampler *sampler, int32_t x, int32_t y, uint32_
 
 static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
-    uint32_t key = bn_hash32(bn_hash32(domain + sampler->words[BN_SEED_AT]) ^ sampler->words[BN_SEED_AT + 1u]);
+    uint32_t key =
+        bn_hash32(bn_hash32(domain + sampler->words[BN_SEED_AT]) ^ sampler->words[BN_SEED_AT + 1u]);
     uint32_t pixel = bn_hash32((uint32_t)x ^ bn_hash32((uint32_t)y ^ key));
     uint32_t reversed = bn_reverse_bits(index), low = sampler->mask_low_digits;
     for (uint32_t pair = 0; pair < 2u; ++pair) {
@@ -49,8 +51,7 @@ static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
     }
 }
 
-/* ---- Draws
- * ---------------------------------------------------------------------------------------- */
+/* ---- Draws */
 
 void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
@@ -83,8 +84,7 @@ float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t ind
     return bn_draw_float(bits[0]);
 }
 
-/* ---- Life of a sampler
- * ---------------------------------------------------------------------------- */
+/* ---- Life of a sampler */
 
 /* The digits that bn_owen() scrambles to `value`. Digit by digit from the first: each is flipped or
  * not whatever the later ones are. */

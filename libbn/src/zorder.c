@@ -51,7 +51,8 @@ static uint64_t member64(uint64_t digits, uint32_t member) {
                                        0x80402090682c1eddu, 0x8040a01018ac5e75u};
     uint64_t mapped = 0;
     for (uint32_t k = 0; k < 8u; ++k) {
-        mapped ^= (images[member & 3u] >> (56u - 8u * k) & 255u) & (0u - (digits >> (63u - k) & 1u));
+        mapped ^=
+            (images[member & 3u] >> (56u - 8u * k) & 255u) & (0u - (digits >> (63u - k) & 1u));
     }
     return mapped << 56 | (digits & 0x00ffffffffffffffu);
 }
@@ -89,7 +90,7 @@ static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t 
 }
 
 void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                        uint32_t domain, uint32_t out[4]) {
+                    uint32_t domain, uint32_t out[4]) {
     const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
     const uint32_t block_mask = (1u << k) - 1u;
     /* Tiles of 4096 x 4096 pixels are pictures of their own. */

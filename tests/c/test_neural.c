@@ -13,8 +13,7 @@
 
 static const int64_t FARTHEST = (int64_t)1 << 40;
 
-/* ---- Noise
- * ---------------------------------------------------------------------------------------- */
+/* ---- Noise */
 
 static float noise_of(int64_t x, int64_t y, uint64_t seed) {
     float noise = -1;
@@ -62,8 +61,7 @@ static void test_noise(void) {
     free(other);
 }
 
-/* ---- Tiles
- * ---------------------------------------------------------------------------------------- */
+/* ---- Tiles */
 
 static int64_t wrapped(int64_t v, uint32_t period) {
     const int64_t remainder = v % (int64_t)period;
@@ -256,8 +254,7 @@ static void test_many_callers(void) {
     bn_neural_close(neural);
 }
 
-/* ---- Failures
- * ------------------------------------------------------------------------------------- */
+/* ---- Failures */
 
 static void test_arguments(void) {
     model_parts parts = model_parts_default();
@@ -411,8 +408,7 @@ static void test_libraries_that_will_not_do(void) {
     dlclose(handle);
 }
 
-/* ---- The real one
- * --------------------------------------------------------------------------------- */
+/* ---- The real one */
 
 /* A path to ONNX Runtime: BN_TEST_ONNXRUNTIME, or that of the repository's Python environment. */
 static const char *real_runtime(glob_t *found) {

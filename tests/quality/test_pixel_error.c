@@ -24,8 +24,9 @@ static const uint32_t counts[] = {1,  2,  3,  4,  5,  6,  7,   8,   11,  12,  16
 enum { COUNTS = sizeof counts / sizeof *counts };
 static const int pairs[FAMILIES - 1][2] = {{0, 1}, {2, 3}, {0, 2}, {0, 3}, {1, 2}, {1, 3}};
 
-/* ---- The reference ----------------------------------------------------------------------------
- */
+/* ---- The reference */
+
+/* */
 
 /* Direction numbers of dimensions 0 to 3: dimension 0 is the radical inverse; the others follow
  * from a primitive polynomial (degree, inner coefficients) and first numbers m. */
@@ -61,8 +62,9 @@ static void joe_kuo(uint32_t index, uint32_t key, float u[4]) {
     }
 }
 
-/* ---- Integrands: a product of two factors, each of two dimensions ------------------------------
- */
+/* ---- Integrands: a product of two factors, each of two dimensions */
+
+/* */
 
 enum { ONE, PLANE, DISC, BUMP, PRODUCT };
 
@@ -169,8 +171,9 @@ static integrand make_integrand(int family, int k) {
     return v;
 }
 
-/* ---- The ratios --------------------------------------------------------------------------------
- */
+/* ---- The ratios */
+
+/* */
 
 /* Adds the squared errors of one pixel at every count, in units of white noise at one sample. */
 static void add_errors(const integrand *members, const float (*u)[4], double squares[COUNTS]) {

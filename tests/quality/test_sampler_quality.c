@@ -32,7 +32,15 @@ enum { SIZE = 64, PIXELS = SIZE * SIZE, PLANES = 24, RADIUS = 11, DOMAINS = 4, M
 static const uint32_t counts[] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 128, 256};
 enum { COUNTS = sizeof counts / sizeof *counts, MOST = 256 };
 
-typedef enum figure { HALF_PLANES_01, HALF_PLANES_23, PRODUCTS, SIBLINGS, STEPS, AXES, FIGURES } figure;
+typedef enum figure {
+    HALF_PLANES_01,
+    HALF_PLANES_23,
+    PRODUCTS,
+    SIBLINGS,
+    STEPS,
+    AXES,
+    FIGURES
+} figure;
 static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
                                                   "siblings",       "steps",          "axes"};
 
@@ -66,7 +74,8 @@ static half_plane plane(int index, int set) {
     int point = index + 100 * set;
     h.c = h.a * fraction(0.5 + 0.7548776662466927 * point) +
           h.b * fraction(0.5 + 0.5698402909980532 * point);
-    for (int i = 0; i < COLUMNS; ++i) h.mean += column(h.c - h.a * (i + 0.5) / COLUMNS, h.b) / COLUMNS;
+    for (int i = 0; i < COLUMNS; ++i)
+        h.mean += column(h.c - h.a * (i + 0.5) / COLUMNS, h.b) / COLUMNS;
     return h;
 }
 
@@ -201,8 +210,8 @@ static void measure(const bn_sampler *sampler, figure what, figures result) {
                         error[s][c] += axes_ratio(k, c, sigmas[s]);
                         white[s][c] += 1.0;
                     } else {
-                        error[s][c] += sqrt(
-                            blurred_square(errors[k][c], sigmas[s], f[k].directions, &gain));
+                        error[s][c] +=
+                            sqrt(blurred_square(errors[k][c], sigmas[s], f[k].directions, &gain));
                         white[s][c] += sqrt(gain * variance);
                     }
                 }

@@ -4,18 +4,25 @@
  * CONVENTIONS
  *
  * Results. Every function that can fail returns a bn_result; it prints nothing and never aborts.
- * Unless a function says otherwise, outputs are untouched when it fails. Options. A function that
- * takes an options structure accepts NULL for the defaults. Start from the matching
- * bn_*_options_default(), which fills struct_size, and change what you need. A structure of an
- * older, shorter version of this header is taken with defaults for what it lacks; one of a newer
- * version is taken when the part this library does not know is all zero bytes, else
- * BN_ERROR_UNSUPPORTED. Arrays. Masks and images are row-major, x fastest: element (x, y, z) of a
- * mask is at ranks[(z * height + y) * width + x]. Every array comes with its element count; a count
- * that is not the product of the extents is BN_ERROR_SIZE_MISMATCH. Ranks. A mask holds every rank
- * 0 .. count - 1 exactly once and tiles the plane (it is toroidal). Threads. Every function may be
- * called from any number of threads. Objects are immutable once created. Reproducibility. The
- * samplers and the classical mask generators give the same bits for the same seed on every machine,
- * compiler and thread count.
+ * Unless a function says otherwise, outputs are untouched when it fails.
+ *
+ * Options. A function that takes an options structure accepts NULL for the defaults. Start from the
+ * matching bn_*_options_default(), which fills struct_size, and change what you need. A structure
+ * from an older, shorter version of this header gets defaults for what it lacks; one from a newer
+ * version is accepted when the part this library does not know is all zero bytes, otherwise the
+ * result is BN_ERROR_UNSUPPORTED.
+ *
+ * Arrays. Masks and images are row-major, x fastest: element (x, y, z) of a mask is at
+ * ranks[(z * height + y) * width + x]. Every array comes with its element count; a count that is not
+ * the product of the extents is BN_ERROR_SIZE_MISMATCH.
+ *
+ * Ranks. A mask holds every rank 0 .. count - 1 exactly once and tiles the plane (it is toroidal).
+ *
+ * Threads. Every function may be called from any number of threads. Objects are immutable once
+ * created.
+ *
+ * Reproducibility. The samplers and the classical mask generators give the same bits for the same
+ * seed on every machine, with every compiler and number of threads.
  */
 #ifndef BN_BN_H
 #define BN_BN_H
@@ -44,8 +51,7 @@ extern "C" {
 #define BN_API
 #endif
 
-/* ---- Results
- * -------------------------------------------------------------------------------------- */
+/* ---- Results */
 
 typedef int32_t bn_result;
 
@@ -71,10 +77,10 @@ BN_API const char *bn_version_string(void);
  * Return non-zero to cancel: the work returns BN_ERROR_CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
-/* ---- Domains
- * -------------------------------------------------------------------------------------- A domain
- * names one decision of a path: "the lens", "the light sample of bounce 3". Samples of one domain
- * are well distributed over a pixel's indices and blue over the screen; samples of different
+/* ---- Domains */
+
+/* A domain names one decision of a path: "the lens", "the light sample of bounce 3". Samples of one
+ * domain are well distributed over a pixel's indices and blue over the screen; samples of different
  * domains are independent. Derive domains along the call tree, so that adding a decision somewhere
  * does not change the samples of another:
  *
@@ -98,8 +104,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * the family. Any values are good. Cost: about a nanosecond. */
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
-/* ---- Samplers
- * ------------------------------------------------------------------------------------- */
+/* ---- Samplers */
 
 typedef struct bn_sampler bn_sampler;
 
@@ -133,11 +138,12 @@ typedef struct bn_sampler_options {
      * (default) is taken as 256. The other kinds are good at every count. Later indices remain valid
      * in all of them. */
     uint32_t samples_per_pixel;
-    uint64_t seed;         /* default 0; different seeds give independent pictures */
-    const uint32_t
-        *mask_ranks;     /* kind MASK: a permutation, copied. NULL (default): the built-in 64x64 */
-    uint32_t mask_width; /* extents of mask_ranks, in texels; 0 when mask_ranks is NULL */
-    uint32_t mask_height;
+    /* Different seeds give independent pictures; default 0. */
+    uint64_t seed;
+    /* Kind MASK: a permutation, copied. NULL (default): the built-in 64x64. */
+    const uint32_t *mask_ranks;
+    /* Extents of mask_ranks, in texels; 0 when mask_ranks is NULL. */
+    uint32_t mask_width, mask_height;
 } bn_sampler_options;
 
 static inline bn_sampler_options bn_sampler_options_default(void) {
@@ -183,9 +189,9 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
 BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
                                         size_t *needed);
 
-/* ---- Making masks
- * ---------------------------------------------------------------------------------
- * Void-and-cluster makes good masks in milliseconds, on one core. Relaxation is nearly as good and
+/* ---- Making masks */
+
+/* Void-and-cluster makes good masks in milliseconds, on one core. Relaxation is nearly as good and
  * uses all cores: for large masks. Annealing is slow and the best. All three give the same bits for
  * the same options on every machine and leave ranks as they were when they fail. */
 
@@ -296,9 +302,9 @@ BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_
  * rank that is not below count counts as count - 1; 0 for a count of 0. */
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
-/* ---- Masks that ship
- * ------------------------------------------------------------------------------ Annealed at
- * length, better than what can be made on the spot. CC0-1.0. */
+/* ---- Built-in masks */
+
+/* Annealed for minutes: better than masks made on the spot. CC0-1.0. */
 
 /* The built-in mask of size x size texels, its ranks 0 .. size * size - 1, in static storage. There
  * are 16, 32, 64, 128 and, unless the library was built with BN_SMALL_DATA, 256; NULL for other
@@ -308,19 +314,18 @@ BN_API const uint16_t *bn_builtin_mask(uint32_t size);
 /* The same as 32-bit ranks. Errors: INVALID_ARGUMENT (ranks NULL, no such size), SIZE_MISMATCH. */
 BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count);
 
-/* ---- Masks by a network
- * --------------------------------------------------------------------------- A convolutional
- * network that turns white noise into blue noise, in one pass, at any size; and, what no other
- * method here can, on any window of an endless plane that never repeats. After Giunchi, Sztrajman
+/* ---- Masks by a network */
+
+/* A convolutional network that turns white noise into blue noise, in one pass, at any size; and, what
+ * no other method here can, on any window of an endless plane that never repeats. After Giunchi, Sztrajman
  * and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
  *
  * The network runs in ONNX Runtime 1.17 or later, which is loaded when a network is opened and
  * never needed to build or to link. It is looked for at runtime_path; else at the path in the
  * environment variable BN_ONNXRUNTIME, when that is set; else in the process, and then under the
  * names by which the system knows it (libonnxruntime.so.1, libonnxruntime.so; .dylib, .dll). It
- * prints nothing. Some versions report their use to their makers: unless somebody else has loaded
- * it before, that is switched off, for which the environment variable ORT_DISABLE_TELEMETRY is set
- * to 1 where it is not set.
+ * prints nothing. Some versions send telemetry: unless the runtime is already loaded, libbn turns
+ * that off by setting the environment variable ORT_DISABLE_TELEMETRY to 1 where it is not set.
  *
  * Results are as good for every seed and on every machine, but not the same bits: ONNX Runtime does
  * not promise that from one version or processor to the next. In one process they are: the number
@@ -332,7 +337,7 @@ typedef struct bn_neural_options {
     size_t struct_size;       /* sizeof(bn_neural_options) */
     const char *model_path;   /* a model file; NULL (default) */
     const void *model;        /* or its bytes, which are not kept; NULL (default). With neither, the
-                                 network that ships; a library built with BN_SMALL_DATA has none */
+                                 built-in network; a library built with BN_SMALL_DATA has none */
     size_t model_size;        /* bytes of model; 0 when it is NULL */
     const char *runtime_path; /* the ONNX Runtime library; NULL (default): look for it */
     uint32_t threads;         /* of every mask and window; 0 (default): one per processor */
@@ -387,8 +392,7 @@ BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y
 BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                                  uint64_t seed, float *noise, size_t count);
 
-/* ---- Measuring masks
- * ------------------------------------------------------------------------------ */
+/* ---- Measuring masks */
 
 /* The dithering error E_sigma of a 2-D mask, lower is better: the root mean square, over texels and
  * the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t, where m = (rank + 0.5) / count
@@ -406,8 +410,7 @@ BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t h
 BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height,
                                    size_t count, float *power);
 
-/* ---- Dithering
- * ------------------------------------------------------------------------------------ */
+/* ---- Dithering */
 
 typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */

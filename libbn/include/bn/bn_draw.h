@@ -110,8 +110,8 @@ static inline __m128i bn_draw_load_pair(const uint32_t *words) {
 /* The four dimensions in one register. */
 static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                          uint32_t index) {
-    uint32_t digits = bn_draw_blue_digits(pixel->shuffle, table->index[index].reversed,
-                                          table->index[index].flip);
+    uint32_t digits =
+        bn_draw_blue_digits(pixel->shuffle, table->index[index].reversed, table->index[index].flip);
     const uint32_t *point =
         table->words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
     __m128i high = _mm_xor_si128(bn_draw_load_pair(table->words + pixel->place),
@@ -120,8 +120,8 @@ static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_bl
                                      _mm_cvtsi32_si128((int)pixel->low23));
     __m128i v = _mm_xor_si128(_mm_unpacklo_epi16(low, high),
                               _mm_loadu_si128((const __m128i *)(const void *)point));
-    return _mm_xor_si128(v, _mm_load_si128((const __m128i *)(const void *)
-                                               table->reflections[pixel->reflect]));
+    return _mm_xor_si128(
+        v, _mm_load_si128((const __m128i *)(const void *)table->reflections[pixel->reflect]));
 }
 
 #endif
