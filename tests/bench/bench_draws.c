@@ -5,10 +5,11 @@
  *
  * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
  * indices, pixel after pixel. Forms: `single` calls bn_sample_4d(); `inline` does the same with
- * bn_draw_4d(); `peer` is another library in its own way (bench_openqmc.cpp, with
- * -DBN_OPENQMC=DIR). And without domains: `domain` calls bn_domain_child() alone, `block` calls
- * bn_sample_block() for 16 indices of 64 x 24 pixels. A time is the shortest of many short ones,
- * taken in turn, so that what else the machine does falls out; `instances` is their number. */
+ * bn_draw_4d(); `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
+ * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `domain`
+ * calls bn_domain_child() alone, `block` calls bn_sample_block() for 16 indices of 64 x 24 pixels.
+ * A time is the shortest of many short ones, taken in turn, so that what else the machine does
+ * falls out; `instances` is their number. */
 #if defined(__SSE2__)
 #include <emmintrin.h> /* before bn_draw.h: its faster form */
 #endif
@@ -73,6 +74,27 @@ static float draw_inline(const bn_sampler *sampler, int32_t y0, float *block) {
     return sum;
 }
 
+/* The same from the first index on that the tables of BLUE do not hold. */
+static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
+    enum { FIRST = 256, STEP = 240 };
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    float sum = 0.0f;
+    (void)block;
+    for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
+        for (int32_t x = 0; x < WIDTH; ++x) {
+            for (uint32_t i = 0; i < INDICES; ++i) {
+                for (uint32_t key = 0; key < DOMAINS; ++key) {
+                    float u[4];
+                    bn_draw_4d(table, x, y, FIRST + STEP * i,
+                               bn_draw_domain_child(BN_DOMAIN_ROOT, key), u);
+                    sum += u[0] + u[1] + u[2] + u[3];
+                }
+            }
+        }
+    }
+    return sum;
+}
+
 static float draw_domain(const bn_sampler *sampler, int32_t y0, float *block) {
     uint32_t domain = (uint32_t)y0;
     (void)sampler;
@@ -107,7 +129,7 @@ static void measure(row *r, unsigned round, float *block) {
 }
 
 int main(int argc, char **argv) {
-    static row rows[4 * KINDS + BENCH_PEERS];
+    static row rows[5 * KINDS + BENCH_PEERS];
     bn_sampler *samplers[KINDS];
     unsigned rounds = 400;
     int count = 0;
@@ -124,6 +146,8 @@ int main(int argc, char **argv) {
         if (kind <= BN_SAMPLER_WHITE) {
             rows[count++] =
                 (row){kind_names[kind], "inline", draw_inline, samplers[kind], NULL, 1e30};
+            rows[count++] =
+                (row){kind_names[kind], "later", draw_later, samplers[kind], NULL, 1e30};
         }
         rows[count++] = (row){kind_names[kind], "block", draw_block, samplers[kind], NULL, 1e30};
     }

@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What makes the pixels and families of BLUE differ: neighbours share neither the order of their
+ * samples nor their low digits, every order is as likely as every other, and families see the tile
+ * in all its shifts and reflections. The false-alarm rates are those of fresh seeds. */
+#include "check.h"
+#include <bn/bn_draw.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MEMBERS = 4, TILE = 64, ORDERED = 64 };
+
+static bn_sampler *make(uint64_t seed) {
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *sampler = NULL;
+    options.seed = seed;
+    bn_result result = bn_sampler_create(&options, &sampler);
+    if (result != BN_SUCCESS) {
+        printf("cannot create a sampler: %s\n", bn_result_string(result));
+        exit(1);
+    }
+    return sampler;
+}
+
+/* ---- Neighbours ---- */
+
+enum { SIDE = 192 };
+
+typedef struct pixel_look {
+    uint64_t first_16, first_64; /* hashes of the order of these samples */
+    uint32_t low[4];             /* the lower 16 digits of sample 0 */
+} pixel_look;
+
+static pixel_look look_at(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain) {
+    pixel_look look = {0, 0, {0}};
+    uint32_t u[4], v[4];
+    uint64_t hash = 0;
+    bn_sample_4d_u32(s, x, y, 0, domain, u);
+    for (int d = 0; d < 4; ++d) look.low[d] = u[d] & 0xffffu;
+    for (uint32_t i = 1; i < ORDERED; ++i) {
+        bn_sample_4d_u32(s, x, y, i, domain, v);
+        /* Relative to sample 0 the pixel's own digits cancel, and what remains is the point. */
+        hash = (hash ^ (v[0] ^ u[0])) * 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 32;
+        if (i == 15) look.first_16 = hash;
+    }
+    look.first_64 = hash;
+    return look;
+}
+
+/* Six deviations above what is expected, and six more: below 1e-7 by chance. */
+static int is_chance(int equal, double expected) {
+    return equal <= expected + 6.0 * sqrt(expected) + 6.0;
+}
+
+/* One domain at a time: the shuffles of two pixels differ by the same number in all families, so
+ * that pixels which share an order in one share it in many. */
+static void test_neighbours(const bn_sampler *s, uint32_t domain) {
+    static const int steps[][2] = {{1, 0},  {0, 1}, {1, 1},  {1, -1}, {2, 1},
+                                   {2, -1}, {1, 2}, {1, -2}, {2, 0},  {0, 2}};
+    enum { STEPS = sizeof steps / sizeof *steps };
+    static pixel_look looks[SIDE][SIDE];
+    for (int32_t i = 0; i < SIDE * SIDE; ++i) {
+        looks[i / SIDE][i % SIDE] = look_at(s, i % SIDE - SIDE / 2, i / SIDE - SIDE / 2, domain);
+    }
+    for (int step = 0; step < STEPS; ++step) {
+        int orders_16 = 0, orders_64 = 0, low = 0, pairs = 0, bits[4][16] = {{0}};
+        for (int i = 0; i < SIDE * SIDE; ++i) {
+            int x = i % SIDE, y = i / SIDE, x2 = x + steps[step][0], y2 = y + steps[step][1];
+            if (x2 >= SIDE || y2 < 0 || y2 >= SIDE) continue;
+            const pixel_look *a = &looks[y][x], *b = &looks[y2][x2];
+            ++pairs;
+            orders_16 += a->first_16 == b->first_16;
+            orders_64 += a->first_64 == b->first_64;
+            for (int d = 0; d < 4; ++d) {
+                low += a->low[d] == b->low[d];
+                for (int bit = 0; bit < 16; ++bit) {
+                    bits[d][bit] += 1 & (int)((a->low[d] ^ b->low[d]) >> bit);
+                }
+            }
+        }
+        /* The order of 16 samples is one of 2^9, that of 64 one of 2^20. */
+        CHECK(is_chance(orders_16, pairs / 512.0));
+        CHECK(is_chance(orders_64, pairs / 1048576.0));
+        CHECK(is_chance(low, 4.0 * pairs / 65536.0));
+        for (int i = 0; i < 4 * 16; ++i) {
+            CHECK(fabs(bits[i / 16][i % 16] - 0.5 * pairs) < 6.0 * 0.5 * sqrt(pairs));
+        }
+        printf("pixels (%d, %d) apart: of %d, %d share the order of 16 samples, %d of 64; %d share "
+               "low digits\n",
+               steps[step][0], steps[step][1], pairs, orders_16, orders_64, low);
+    }
+}
+
+/* The low digits of the dimensions of a family in one pixel are no copies of each other. */
+static void test_low_digits(void) {
+    enum { PIXELS = 1 << 14, ALL = 4 * MEMBERS };
+    bn_sampler *s = make(22);
+    int equal = 0;
+    for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
+        uint32_t u[ALL];
+        for (uint32_t member = 0; member < MEMBERS; ++member) {
+            bn_sample_4d_u32(s, pixel % 128, pixel / 128, 0, bn_domain_child(5, member),
+                             u + 4u * member);
+        }
+        for (int i = 0; i < ALL * ALL; ++i) {
+            equal += i / ALL < i % ALL && (u[i / ALL] & 0xffffu) == (u[i % ALL] & 0xffffu);
+        }
+    }
+    CHECK(is_chance(equal, PIXELS * (ALL * (ALL - 1) / 2) / 65536.0));
+    bn_sampler_destroy(s);
+}
+
+/* Sample 2^m + i of a pixel is each of the points 2^m ... 2^(m+1) - 1 equally often: over pixels,
+ * and over families in one pixel. Chi-square beyond the limit has probability below 1e-7 in each of
+ * 124 tests. */
+static void test_orders(void) {
+    enum { RUNS = 8192 };
+    static int counts[ORDERED][ORDERED];
+    bn_sampler *s = make(23);
+    const uint32_t *words = bn_sampler_table(s)->words;
+    for (int over_families = 0; over_families < 2; ++over_families) {
+        memset(counts, 0, sizeof counts);
+        for (uint32_t run = 0; run < RUNS; ++run) {
+            int32_t x = over_families ? 3 : (int32_t)run % 128,
+                    y = over_families ? 4 : (int32_t)run / 128;
+            uint32_t domain = bn_domain_child(6, over_families ? 4u * run : 0u), u[4], v[4];
+            bn_sample_4d_u32(s, x, y, 0, domain, u);
+            for (uint32_t i = 1; i < ORDERED; ++i) {
+                bn_sample_4d_u32(s, x, y, i, domain, v);
+                for (uint32_t point = 0; point < ORDERED; ++point) {
+                    uint32_t reversed = bn_reverse_bits(point) >> 24;
+                    counts[i][point] += (v[0] ^ u[0]) == words[BN_POINTS_AT + reversed * 16u];
+                }
+            }
+        }
+        for (int i = 1, first = 1; i < ORDERED; ++i) {
+            if (i == 2 * first) first = i;
+            double expected = (double)RUNS / first, chi = 0.0;
+            int all = 0;
+            for (int point = first; point < 2 * first; ++point) {
+                all += counts[i][point];
+                chi += pow(counts[i][point] - expected, 2.0) / expected;
+            }
+            CHECK(all == RUNS);
+            CHECK(chi < first - 1 + 8.0 * sqrt(2.0 * (first - 1)) + 16.0);
+        }
+    }
+    bn_sampler_destroy(s);
+}
+
+/* ---- The tile ---- */
+
+/* The upper 16 digits of the four coordinates of a place of the tile, from the lowest bits up. */
+static uint64_t tile[MEMBERS][TILE * TILE];
+
+static void read_tile(const uint32_t *words) {
+    for (uint32_t i = 0; i < MEMBERS * TILE * TILE; ++i) {
+        uint32_t member = i / (TILE * TILE), row = i / TILE % TILE, column = i % TILE;
+        uint32_t place = words[BN_PIXELS_AT + row * TILE + column] >> 8 * member & 255u;
+        const uint32_t *places = words + BN_PLACES_AT + place + 2u * member;
+        const uint32_t *blocks =
+            words + BN_BLOCKS_AT + ((row / 4u * 16u + column / 4u) * MEMBERS + member) * 2u;
+        tile[member][row * TILE + column] =
+            (places[0] ^ blocks[0]) | (uint64_t)(places[1] ^ blocks[1]) << 32;
+    }
+}
+
+static uint64_t first_digits(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain) {
+    uint32_t u[4];
+    bn_sample_4d_u32(s, x, y, 0, domain, u);
+    return u[0] >> 16 | (u[1] & 0xffff0000u) | (uint64_t)(u[2] >> 16) << 32 |
+           (uint64_t)(u[3] >> 16) << 48;
+}
+
+/* Which coordinates are reflected, when a and b are equal up to reflections; else -1. */
+static int reflections(uint64_t a, uint64_t b) {
+    uint64_t lowest = (a ^ b) & 0x0001000100010001u;
+    if (lowest * 0xffffu != (a ^ b)) return -1;
+    return (int)((lowest | lowest >> 15 | lowest >> 30 | lowest >> 45) & 15u);
+}
+
+/* How a family sees the tile: from the lowest bit up the reflections of the coordinates of its four
+ * members, those of column and row, the shifts of both. */
+enum { VARIANT_BITS = 16 + 2 + 6 + 6 };
+
+/* Counts the variants that explain the draws of a family. */
+static int find_variant(const bn_sampler *s, uint32_t parent, uint32_t key, uint32_t *variant) {
+    static const int32_t pixels[][2] = {{0, 0}, {1, 0}, {0, 1}, {37, 5}, {-3, 1000}};
+    enum { PIXELS = sizeof pixels / sizeof *pixels };
+    uint64_t looks[PIXELS][MEMBERS];
+    int count = 0;
+    for (uint32_t i = 0; i < PIXELS * MEMBERS; ++i) {
+        const int32_t *pixel = pixels[i / MEMBERS];
+        looks[i / MEMBERS][i % MEMBERS] =
+            first_digits(s, pixel[0], pixel[1], bn_domain_child(parent, key + i % MEMBERS));
+    }
+    for (uint32_t at = 0; at < TILE * TILE; ++at) {
+        if (reflections(looks[0][0], tile[0][at]) < 0) continue;
+        for (uint32_t flips = 0; flips < 4u; ++flips) {
+            uint32_t flip_x = 0u - (flips & 1u), flip_y = 0u - (flips >> 1);
+            uint32_t shift_x = at % TILE - flip_x, shift_y = at / TILE - flip_y;
+            uint32_t found = 0;
+            int same = 1;
+            for (uint32_t i = 0; i < PIXELS * MEMBERS && same; ++i) {
+                uint32_t column = (((uint32_t)pixels[i / MEMBERS][0] ^ flip_x) + shift_x) % TILE;
+                uint32_t row = (((uint32_t)pixels[i / MEMBERS][1] ^ flip_y) + shift_y) % TILE;
+                int reflected = reflections(looks[i / MEMBERS][i % MEMBERS],
+                                            tile[i % MEMBERS][row * TILE + column]);
+                if (i < MEMBERS && reflected >= 0) found |= (uint32_t)reflected << 4 * i;
+                same = reflected >= 0 && (found >> 4u * (i % MEMBERS) & 15u) == (uint32_t)reflected;
+            }
+            if (!same) continue;
+            *variant = found | flips << 16 | (shift_x % TILE) << 18 | (shift_y % TILE) << 24;
+            ++count;
+        }
+    }
+    return count;
+}
+
+/* All members of a family see the tile in one way, and over families all ways are equally likely:
+ * each bit of the variant is even, and so is the sum of any two. Beyond 5.5 deviations has
+ * probability 4e-8 in each of 465 tests. */
+static void test_variants(void) {
+    enum { FAMILIES = 4096, SEEDS = 4 };
+    static int ones[VARIANT_BITS][VARIANT_BITS];
+    for (uint32_t family = 0; family < FAMILIES;) {
+        bn_sampler *s = make(family);
+        read_tile(bn_sampler_table(s)->words);
+        for (uint32_t i = 0; i < FAMILIES / SEEDS; ++i, ++family) {
+            uint32_t variant = 0, parent = bn_domain_child(BN_DOMAIN_ROOT, family % 61u);
+            int found = find_variant(s, parent, family / 61u * 4u, &variant);
+            CHECK(found == 1);
+            for (int a = 0; a < VARIANT_BITS; ++a) {
+                for (int b = 0; b < a; ++b) ones[a][b] += (variant >> a ^ variant >> b) & 1u;
+                ones[a][a] += variant >> a & 1u;
+            }
+        }
+        bn_sampler_destroy(s);
+    }
+    for (int a = 0; a < VARIANT_BITS; ++a) {
+        for (int b = 0; b <= a; ++b) {
+            CHECK(fabs(ones[a][b] - 0.5 * FAMILIES) < 5.5 * 0.5 * sqrt(FAMILIES));
+        }
+    }
+}
+
+int main(void) {
+    bn_sampler *s = make(21);
+    test_neighbours(s, BN_DOMAIN_ROOT);
+    test_neighbours(s, bn_domain_child(3, 6));
+    bn_sampler_destroy(s);
+    test_low_digits();
+    test_orders();
+    test_variants();
+    return check_result();
+}
