@@ -36,8 +36,8 @@ class Sampler:
         Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. Different seeds give
         independent pictures.
     samples_per_pixel
-        0 when unknown; else a hint (up to 2**32 - 1) for which count to be best: ``"blue"`` has tables for 1, 4, 16 and
-        64, ``"zorder"`` rounds up to a power of two. Larger indices go on as ever.
+        For kind ``"zorder"``, which is good at this count only: up to 2**32 - 1, rounded up to a power of two (at most
+        2**16); 0 counts as 256. Larger indices remain valid. The other kinds are progressive and ignore it.
     mask
         For kind ``"mask"``: integers of shape (height, width), every rank 0 .. n - 1 once, at most 2**24 texels.
         None: the built-in 64 x 64.
@@ -99,7 +99,7 @@ class Sampler:
 
     @property
     def samples_per_pixel(self) -> int:
-        """The declared count; 0 when unknown."""
+        """The count that was given, which only ``"zorder"`` uses; 0 when none was."""
         return self._samples_per_pixel
 
     @property

@@ -165,7 +165,8 @@ writes what there is.
   --fov DEGREES          with this vertical angle of view; what is not given stays the scene's
   --sampler NAME         where samples come from (default blue); see --list
   --spp N                samples per pixel (default 16)
-  --declare N            tell the sampler that N samples per pixel will be taken (default: not told)
+  --declare N            tell the sampler "zorder" that N samples per pixel will be taken (default: 256);
+                         the others do without
   --mask NAME|FILE       the mask of the sampler "mask": builtin (default), neural, or a greyscale PNG
   --seed N               seed of the sampler (default 0)
   --first-sample N       number of the first sample of each pixel (default 0)

@@ -134,7 +134,7 @@ class Gains:
         """What the gains of blue are told against."""
         return ("white", "sobol", *((BEST_PEER, BEST_PEER_EACH) if self.peers else ()))
 
-    def rows(self, counts, measures, labels=("blue", "blue, declared")):
+    def rows(self, counts, measures, labels=("blue",)):
         """[{FIELDS}] of every gain, for a table that other commands read."""
         rows = []
         for measure in measures:

@@ -136,7 +136,7 @@ def error_image(error, full_scale):
     return np.clip(np.floor(128 + 127.5 * np.asarray(error) / full_scale), 0, 255).astype(np.uint8)
 
 
-def _windowed_power(error):
+def windowed_power(error):
     """Power per sample at each frequency of fft2; a Hann window keeps the picture's borders out of it."""
     window = np.hanning(error.shape[0] + 2)[1:-1, None] * np.hanning(error.shape[1] + 2)[None, 1:-1]
     return np.abs(np.fft.fft2((error - error.mean()) * window)) ** 2 / np.sum(window**2)
@@ -149,7 +149,7 @@ def radial_spectrum(error, bin_count=32):
     white noise of variance v reads v everywhere.
     """
     error = np.asarray(error, np.float64)
-    power = _windowed_power(error)
+    power = windowed_power(error)
     frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(error.shape[0]), np.fft.fftfreq(error.shape[1]),
                                       indexing="ij"))
     bins = np.floor(frequency * 2 * bin_count).astype(int)
@@ -165,7 +165,7 @@ def spectrum_image(error, level):
     thousandth of `level`, white ten times that."""
     if not level > 0:
         raise ValueError(f"level is positive, not {level!r}")
-    power = _windowed_power(np.asarray(error, np.float64))
+    power = windowed_power(np.asarray(error, np.float64))
     # A single bin of noise scatters as its mean: a little smoothing lets the shape be seen.
     power = np.fft.fftshift(ndimage.gaussian_filter(power, max(1.0, min(power.shape) / 96), mode="wrap"))
     grey = np.clip((np.log10(np.maximum(power, 1e-30) / level) + 3) / 4, 0, 1)

@@ -10,7 +10,6 @@ STYLES = {
     "mask": ("#cc79a7", "v"),
     "mask, neural": ("#56b4e9", "D"),
     "blue": ("#0050b0", "o"),
-    "blue, declared": ("#0050b0", "P"),
     "openqmc-pmjbn": ("#e69f00", "X"),
     "openqmc-sobolbn": ("#8c564b", "*"),
     "openqmc-latticebn": ("#17becf", "h"),
@@ -23,7 +22,7 @@ def style(name, names):
     others = [other for other in names if other not in STYLES]
     colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
     return {"color": colour, "marker": marker, "markersize": 4, "label": name,
-            "linewidth": 2.2 if name == "blue" else 1.3, "linestyle": "--" if name == "blue, declared" else "-"}
+            "linewidth": 2.2 if name == "blue" else 1.3}
 
 
 def plain_numbers(*axes):

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
 
-Runs the programs bench_samplers and bench_draws, keeps their rows as CSV, and makes of them the tables of samplers.md
-and the pictures: error against samples per pixel, against the width of the blur and against the time spent drawing,
-spectra of error images.
+Runs the programs bench_samplers and bench_draws, keeps their rows in out/samplers, and makes of them the tables of
+samplers.md and the pictures: error against samples per pixel and against the time spent drawing, spectra of error images.
 """
 
 import argparse
@@ -19,15 +18,39 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from report import peers
-from report.files import write_text, written_beside
-from report.image_error import radial_spectrum
-from report.palette import style
+from report.files import write_text
+from report.image_error import radial_spectrum, windowed_power
+from report.palette import plain_numbers, style
+from report.renders_plots import save
+from report.renders_report import md_table
 
-TABLE_SPP = (1, 2, 3, 4, 6, 8, 16, 32, 64, 128, 256, 1000, 1024)
-SAMPLERS = ("blue", "sobol", "zorder", "mask")  # and white, which all are related to
-SIZE = 256  # pixels a side, of bench_samplers
+SAMPLERS = ("white", "sobol", "zorder", "mask", "blue")
+BASE = "sobol"  # which all are related to
+QUICK = ("white", BASE, "blue")
+SIZE, DOMAINS, INTEGRANDS = 128, 16, 48  # of bench_samplers
+FIGURES = {
+    "half-planes-01": "Half-planes in dimensions (0,1)",
+    "half-planes-23": "Half-planes in dimensions (2,3)",
+    "products": "Products over both pairs of a domain",
+    "siblings": "Products over two domains of a family",
+    "steps": "Steps along the axes, at the position in the pixel",
+}
+WHAT = {
+    "products": "Half-planes in (0,1) and in (2,3) of one domain, multiplied.",
+    "siblings": "A half-plane in each of two domains of a family, multiplied: all six relations, and all pairs, in turn.",
+    "steps": "x < c and y < c at irrational places, in (0,1) of domains with keys 4k, blurred along the edge only: the edges of "
+             "a picture that are parallel to its sides.",
+}
+PLOTTED = ("half-planes-01", "products")
+BLURS = ("2.1", "1.0", "0.0")
+SPECTRA_COUNTS = (1, 4, 16)
+# Centre and radius of the discs of the spectra, the first of which is shown, and the places of their steps.
+DISCS = ((0.4, 0.45, 0.35), (0.63, 0.37, 0.27), (0.29, 0.71, 0.23))
+STEPS = (0.236, 0.618, 0.854)
+RINGS = 16
 
 
 def run_program(program, arguments):
@@ -46,48 +69,54 @@ def run_bench(program, arguments):
     return list(csv.DictReader(io.StringIO(run_program(program, arguments).decode())))
 
 
-def ratios(rows, **wanted):
-    """{spp: ratio to white} of the rows that have these values; declared="own" is each count declared."""
-    own = wanted.pop("declared", "0") == "own"
-    return {
-        int(row["spp"]): float(row["ratio"])
-        for row in rows
-        if all(row[key] == value for key, value in wanted.items())
-        and row["declared"] == (row["spp"] if own else "0")
-    }
+def run_all(program, samplers):
+    """Every row, two samplers at a time, those that take longest first."""
+    def run(name):
+        rows = run_bench(program, ["--samplers", name])
+        print(f"bench: {name} is measured", file=sys.stderr)
+        return rows
 
-
-def run_all(program, samplers, quick=False):
-    """Every part of the report, two programs at a time: all have `white` to relate to."""
-    families = ["--families", "half-planes,wide"]
-    parts = [["--declared", *families, *([] if quick else ["--sets", "2"]), "--pairs", pair] for pair in ("01", "23")]
-    if not quick:
-        parts += [["--families", "4-D", "--pairs", ""],
-                  ["--families", "half-planes", "--pairs", "02,03,12,13"],
-                  ["--families", "half-planes", "--pairs", "01", "--sets", "2", "--max-spp", "1024"]]
+    slow = sorted(samplers, key=lambda name: (name != "zorder", name not in peers.PEERS))
     with ThreadPoolExecutor(2) as pool:
-        results = list(pool.map(lambda part: run_bench(program, ["--samplers", ",".join(samplers), *part]), parts))
-    rows = [row for result in results[:4] for row in result]
-    return rows + [row for result in results[4:] for row in result if int(row["spp"]) > 256]
+        found = dict(zip(slow, pool.map(run, slow)))
+    return [row for name in samplers for row in found[name]]
+
+
+def errors(rows, sampler, figure, sigma):
+    """{spp: RMSE}"""
+    return {int(row["spp"]): float(row["rmse"]) for row in rows
+            if (row["sampler"], row["figure"], row["sigma"]) == (sampler, figure, sigma)}
+
+
+def ratios(rows, sampler, figure, sigma):
+    """{spp: RMSE over that of BASE}"""
+    base = errors(rows, BASE, figure, sigma)
+    return {spp: error / base[spp] for spp, error in errors(rows, sampler, figure, sigma).items()}
 
 
 def names_in(rows):
     return list(dict.fromkeys(row["sampler"] for row in rows))
 
 
-def table(rows, family, pair, sigma):
-    measured = {int(row["spp"]) for row in rows if row["family"] == family and row["pair"] == pair}
-    columns = [spp for spp in TABLE_SPP if spp in measured]
-    lines = ["| sampler | " + " | ".join(str(spp) for spp in columns) + " |", "| --- |" + " ---: |" * len(columns)]
-    for name in names_in(rows):
-        for declared in ("0", "own"):
-            found = ratios(rows, sampler=name, family=family, pair=pair, sigma=sigma, declared=declared)
-            if name == "white" or not found:
-                continue
-            label = name if declared == "0" else f"{name}, count declared"
-            cells = (f"{found[spp]:.3f}" if spp in found else "" for spp in columns)
-            lines.append(f"| {label} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+def ratio_row(label, found):
+    return [label, *(f"{value:.2f}" if value < 10 else f"{value:.1f}" for value in found.values())]
+
+
+def table(rows, figure, sigma):
+    found = {name: ratios(rows, name, figure, sigma) for name in names_in(rows) if name != BASE}
+    return md_table(["sampler", *map(str, errors(rows, BASE, figure, sigma))],
+                    [ratio_row(name, of_counts) for name, of_counts in found.items()])
+
+
+def summary_table(rows):
+    """blue, and the least of OpenQMC's at each count."""
+    lines, others = [], [name for name in names_in(rows) if name in peers.PEERS]
+    for figure, name in FIGURES.items():
+        lines.append(ratio_row(f"{name}: blue", ratios(rows, "blue", figure, "2.1")))
+        found = [ratios(rows, other, figure, "2.1") for other in others]
+        if found:
+            lines.append(ratio_row("best of OpenQMC", {spp: min(one[spp] for one in found) for spp in found[0]}))
+    return md_table(["", *map(str, errors(rows, BASE, next(iter(FIGURES)), "2.1"))], lines)
 
 
 def line(name, names):
@@ -95,37 +124,20 @@ def line(name, names):
 
 
 def plot_spp(rows, path):
-    figure, axes = plt.subplots(2, 3, figsize=(13, 8), sharex=True)
+    figure, axes = plt.subplots(1, len(PLOTTED), figsize=(12, 4.6), sharey=True)
     names = names_in(rows)
-    for row, (family, pair) in enumerate((("half-planes", "01"), ("wide", "23"))):
-        for axis, sigma in zip(axes[row], ("0.0", "1.0", "2.1")):
-            for name in names:
-                found = ratios(rows, sampler=name, family=family, pair=pair, sigma=sigma)
-                spp = sorted(found)
-                axis.plot(spp, [found[n] for n in spp], **line(name, names))
-            axis.set(xscale="log", yscale="log", title=f"{family}, dimensions {pair}, sigma {sigma}")
-            axis.set_xscale("log", base=2)
-            axis.grid(True, which="both", alpha=0.25)
-    for axis in axes[1]:
-        axis.set_xlabel("samples per pixel")
-    for axis in axes[:, 0]:
-        axis.set_ylabel("RMSE relative to white noise")
-    axes[0, 0].legend()
-    save(figure, path)
-
-
-def plot_sigma(rows, path):
-    figure, axes = plt.subplots(1, 4, figsize=(15, 4), sharey=True)
-    names = names_in(rows)
-    sigmas = sorted({row["sigma"] for row in rows}, key=float)
-    for axis, spp in zip(axes, (1, 4, 16, 64)):
+    for axis, what in zip(axes, PLOTTED):
         for name in names:
-            values = [ratios(rows, sampler=name, family="half-planes", pair="01", sigma=s).get(spp) for s in sigmas]
-            axis.plot([float(s) for s in sigmas], values, **line(name, names))
-        axis.set(title=f"{spp} samples per pixel", xlabel="sigma of the blur in pixels", yscale="log")
+            found = ratios(rows, name, what, "2.1")
+            axis.plot(list(found), list(found.values()), **line(name, names))
+        axis.set(xscale="log", yscale="log", title=f"{FIGURES[what]}, sigma 2.1", xlabel="samples per pixel")
+        axis.set_xscale("log", base=2)
         axis.grid(True, which="both", alpha=0.25)
-    axes[0].set_ylabel("RMSE relative to white noise")
-    axes[0].legend()
+        plain_numbers(axis.xaxis)
+        axis.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.yaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "2357" else "")
+    axes[0].set_ylabel(f"RMSE, {BASE} = 1")
+    axes[0].legend(fontsize="small")
     save(figure, path)
 
 
@@ -140,85 +152,129 @@ def draw_times(draws):
 
 def draws_table(draws):
     forms = ("inline", "single", "block", "peer")
-    lines = ["| sampler | inline | call | block | peer | peer / inline blue |", "| --- |" + " ---: |" * 5]
-    found = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}
+    found, rows = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}, []
     for name in dict.fromkeys(row["sampler"] for row in draws if row["form"] != "domain"):
         cells = [f"{found[name, form]:.1f}" if (name, form) in found else "" for form in forms]
         ratio = f"{found[name, 'peer'] / found['blue', 'inline']:.2f}" if (name, "peer") in found else ""
-        lines.append(f"| {name} | " + " | ".join([*cells, ratio]) + " |")
-    return "\n".join(lines)
+        rows.append([name, *cells, ratio])
+    return md_table(["sampler", "inline", "call", "block", "peer", "peer / inline blue"], rows)
 
 
 def plot_time(rows, draws, path):
     """RMSE after a blur of 2.1 pixels against the time a pixel's draws of one domain take."""
-    figure, axes = plt.subplots(1, 2, figsize=(12, 4.5), sharey=True)
+    figure, axes = plt.subplots(1, len(PLOTTED), figsize=(12, 4.6))
     names, times = names_in(rows), draw_times(draws)
-    for axis, pair in zip(axes, ("01", "23")):
+    for axis, what in zip(axes, PLOTTED):
         for name in names:
-            found = {int(row["spp"]): float(row["rmse"]) for row in rows
-                     if (row["sampler"], row["declared"], row["family"], row["pair"], row["sigma"])
-                     == (name, "0", "half-planes", pair, "2.1") and int(row["spp"]) <= 256}
-            spp = [n for n in sorted(found) if n & (n - 1) == 0]
-            if name in times and spp:
-                axis.plot([n * times[name] for n in spp], [found[n] for n in spp], **line(name, names))
-        axis.set(xscale="log", yscale="log", title=f"half-planes, dimensions {pair}, sigma 2.1",
-                 xlabel="nanoseconds per pixel spent drawing")
+            found = {spp: error for spp, error in errors(rows, name, what, "2.1").items() if spp & (spp - 1) == 0}
+            if name in times and found:
+                axis.plot([spp * times[name] for spp in found], list(found.values()), **line(name, names))
+        axis.set(xscale="log", yscale="log", title=f"{FIGURES[what]}, sigma 2.1",
+                 xlabel="nanoseconds per pixel spent drawing one domain")
         axis.grid(True, which="both", alpha=0.25)
+        plain_numbers(axis.xaxis, axis.yaxis)
     axes[0].set_ylabel("RMSE")
-    axes[0].legend()
+    axes[0].legend(fontsize="small")
     save(figure, path)
 
 
+# ---- Spectra of error images
+
 def draw_samples(program, name, spp):
-    """What a sampler draws in one domain: float32 [SIZE][SIZE][spp][4]."""
+    """What a sampler draws in the second member of a family, each with a seed: float32 [DOMAINS][SIZE][SIZE][spp][4]."""
     raw = run_program(program, ["--samples", name, str(spp)])
-    return np.frombuffer(raw, np.float32).reshape(SIZE, SIZE, spp, 4)
+    return np.frombuffer(raw, np.float32).reshape(DOMAINS, SIZE, SIZE, spp, 4)
+
+
+def disc_errors(samples):
+    """Error images [DOMAINS * discs][SIZE][SIZE], in dimensions (0,1)."""
+    return np.concatenate([(((samples[..., 0] - x) ** 2 + (samples[..., 1] - y) ** 2 < r * r).mean(axis=-1) - np.pi * r * r)
+                           for x, y, r in DISCS])
+
+
+def anisotropy(power):
+    """(frequency, dB): variance over squared mean of a power spectrum [SIZE][SIZE] on rings."""
+    frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(SIZE), np.fft.fftfreq(SIZE), indexing="ij"))
+    ring = np.where(frequency > 0, np.floor(frequency * 2 * RINGS), RINGS).astype(int)
+    found = [10 * np.log10(np.var(power[ring == k]) / np.mean(power[ring == k]) ** 2) for k in range(RINGS)]
+    return (np.arange(RINGS) + 0.5) / (2 * RINGS), found
+
+
+def axes_ratio(samples):
+    """How unlike the low-frequency error of steps is along the two axes: the ratio of the powers, 1 where there is no difference."""
+    logs = []
+    for d in range(4):
+        for place in STEPS:
+            error = (samples[..., d] < place).mean(axis=-1) - place
+            along = [np.mean(gaussian_filter1d(error, 2.1, axis=axis, mode="wrap") ** 2, axis=(1, 2)) for axis in (1, 2)]
+            # In each pair the first stands for x and the second for y.
+            logs.append((-1) ** d * np.log(along[0] / along[1]))
+    return float(np.exp(abs(np.mean(logs))))
 
 
 def plot_spectra(program, names, path):
-    """Error images of one disc at 1, 4 and 16 samples and their radial spectra, per sampler."""
-    counts = (1, 4, 16)
-    figure, axes = plt.subplots(len(counts), len(names) + 1, figsize=(2.35 * (len(names) + 1), 8))
+    """Error images of a disc, spectra of such images in two dimensions, radial ones, and their anisotropy. Returns
+    {name: {spp: axes_ratio()}}."""
+    figure, axes = plt.subplots(2 * len(SPECTRA_COUNTS), len(names) + 1, width_ratios=[*([1] * len(names)), 1.6],
+                                figsize=(1.5 * len(names) + 3.4, 3.4 * len(SPECTRA_COUNTS)), layout="constrained")
+    unlike = {}
     for column, name in enumerate(names):
-        samples = draw_samples(program, name, counts[-1])
-        inside = (samples[..., 0] - 0.4) ** 2 + (samples[..., 1] - 0.45) ** 2 < 0.35**2
-        for row, spp in enumerate(counts):
-            error = inside[..., :spp].mean(axis=-1) - np.pi * 0.35**2
-            axes[row, column].imshow(error[:128, :128], cmap="gray", vmin=-0.6 / spp**0.6, vmax=0.6 / spp**0.6,
-                                     interpolation="nearest")
-            axes[row, column].set(xticks=[], yticks=[], title=name if row == 0 else None,
-                                  ylabel=f"{spp} spp" if column == 0 else None)
-            frequency, power = radial_spectrum(error)
-            white = np.pi * 0.35**2 * (1 - np.pi * 0.35**2) / spp
-            axes[row, -1].plot(frequency, power / white, **{**style(name, names), "marker": ""})
+        for k, spp in enumerate(SPECTRA_COUNTS):
+            samples = draw_samples(program, name, spp)
+            images = disc_errors(samples)
+            shares = np.repeat([np.pi * r * r for *_, r in DISCS], DOMAINS)
+            images /= np.sqrt(shares * (1 - shares) / spp)[:, None, None]  # white noise has the power 1
+            unlike.setdefault(name, {})[spp] = axes_ratio(samples)
+            power = np.mean([windowed_power(image) for image in images], axis=0)
+            shown = np.log10(np.maximum(np.fft.fftshift(power), 1e-4)).reshape(SIZE // 2, 2, SIZE // 2, 2).mean(axis=(1, 3))
+            top, below = axes[2 * k], axes[2 * k + 1]
+            top[column].imshow(images[0][:64, :64], cmap="gray", vmin=-1.5, vmax=1.5, interpolation="nearest")
+            below[column].imshow(shown, cmap="gray", vmin=-2, vmax=0.5, interpolation="nearest")
+            own = {**style(name, names), "marker": ""}
+            spectra = [radial_spectrum(image) for image in images]
+            top[-1].semilogy(spectra[0][0], np.mean([values for _, values in spectra], axis=0), **own)
+            below[-1].plot(*anisotropy(power), **own)
+            for axis in (top[column], below[column]):
+                axis.set(xticks=[], yticks=[])
+            if column == 0:
+                top[0].set_ylabel(f"{spp} spp")
+                below[0].set_ylabel("power")
+        axes[0, column].set_title(name, fontsize=9)
+    for k in range(len(SPECTRA_COUNTS)):
+        axes[2 * k, -1].set(ylim=(3e-3, 5), ylabel="power, white = 1")
+        axes[2 * k + 1, -1].set_ylabel("anisotropy, dB")
     for axis in axes[:, -1]:
-        axis.set(yscale="log", ylim=(1e-3, 8))
         axis.grid(True, which="both", alpha=0.25)
-    axes[0, -1].set_title("power, white = 1")
-    axes[0, -1].legend(fontsize=7)
+        axis.yaxis.set_label_position("right")
+        axis.yaxis.tick_right()
     axes[-1, -1].set_xlabel("cycles per pixel")
+    axes[0, -1].legend(fontsize=6)
     save(figure, path)
+    return unlike
 
 
-def save(figure, path):
-    figure.tight_layout()
-    with written_beside(path) as beside:
-        figure.savefig(beside, dpi=80)
-    plt.close(figure)
-
-
-def report_text(rows, draws, command):
-    pairs = sorted({row["pair"] for row in rows if row["pair"] != "all"}, key="01 23 02 03 12 13".split().index)
-    parts = ["# Screen-space error of the samplers", "",
-             f"Printed by `{command}`.", "",
-             "Every figure is the mean RMSE over a family of integrands, as a ratio to",
-             "white noise in the same run, 256x256 pixels; lower is better. Unless a count is declared, one run of",
-             "each sampler is stopped at every count. Sigma is the blur in pixels; 0.0 is the error of each pixel",
-             "by itself, which blue noise leaves as it is.", "",
-             "![Error against samples per pixel](samplers_spp.png)", "",
-             "![Error against the width of the blur](samplers_sigma.png)", "",
-             "Error images of a disc, one sampler per column, and their radially averaged power spectra:", "",
-             "![Error images and their spectra](samplers_spectra.png)", ""]
+def report_text(rows, draws, unlike, command):
+    names = names_in(rows)
+    parts = ["# Screen-space error of the samplers", "", f"Printed by `{command}`.", "",
+             f"Every figure is an error over that of `{BASE}` (independent Owen-scrambled Sobol' in each pixel) in the same run;",
+             "below 1 is better. An integrand has the same form in every pixel; the image of per-pixel errors is blurred with a",
+             f"Gaussian of sigma pixels and its RMSE taken, over {SIZE}x{SIZE} pixels without a margin of 8; the mean is over",
+             f"{INTEGRANDS} integrands of a kind in each of {DOMAINS} domains, which have a seed each and take turns as members of",
+             "their families. Sigma 0.0 is the error of each pixel by itself. One run of a sampler is stopped at every count;",
+             "`zorder` is told each count, which it needs.", ""]
+    if set(peers.PEERS) & set(names):
+        parts += ["OpenQMC's samplers are used the same way: domains of a family are `newDomain()` with the keys 4k to 4k + 3 of",
+                  "one parent, steps are taken in the first pair.", ""]
+    parts += ["## blue, sigma 2.1", "", summary_table(rows), "",
+              "![Error against samples per pixel](samplers_spp.png)", "",
+              "## Spectra of error images", "",
+              f"Of discs, in dimensions (0,1) of a domain that is not the position in the pixel, over {DOMAINS} domains: above an",
+              "error image and radially averaged power, below the power in two dimensions (frequency 0 in the middle, black is a",
+              "hundredth of white noise) and its anisotropy, the variance on a ring over the squared mean. The anisotropy of `white`",
+              "is what remains by chance.", "",
+              "![Error images, their spectra and anisotropy](samplers_spectra.png)", "",
+              "Low-frequency power of the error of steps in such domains, along one axis over along the other, sigma 2.1; 1 is even:", "",
+              md_table(["sampler", *map(str, SPECTRA_COUNTS)], [ratio_row(name, unlike[name]) for name in names]), ""]
     if draws:
         parts += ["## Time of a draw", "",
                   "Nanoseconds per 4-D draw on one core (`bench_draws`), drawn as a path does: six domains for each of",
@@ -229,12 +285,12 @@ def report_text(rows, draws, command):
             parts += ["OpenQMC is measured by the same program, inlined too: a sampler for each pixel and index,",
                       "`newDomain()` for each domain, `drawSample<4>()`.", ""]
         parts += [draws_table(draws), "", "![Error against time](samplers_time.png)", ""]
-    families = list(dict.fromkeys((row["family"], row["pair"]) for row in rows))
-    for family, pair in sorted(families, key=lambda item: (item[0] != "half-planes", item[0] == "4-D",
-                                                           pairs.index(item[1]) if item[1] in pairs else 9)):
-        for sigma in ("1.0", "2.1", "0.0"):
-            where = "all four dimensions" if pair == "all" else f"dimensions {pair[0]} and {pair[1]}"
-            parts += [f"## {family}, {where}, sigma {sigma}", "", table(rows, family, pair, sigma), ""]
+    for figure, name in FIGURES.items():
+        parts += [f"## {name}", ""]
+        if figure in WHAT:
+            parts += [WHAT[figure], ""]
+        for sigma in BLURS:
+            parts += [f"Sigma {sigma}:", "", table(rows, figure, sigma), ""]
     return "\n".join(parts)
 
 
@@ -252,30 +308,35 @@ def main():
     parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
     parser.add_argument("--pathtracer", default="build/examples/pathtracer/pathtracer", help=argparse.SUPPRESS)
     peers.add_option(parser)
-    parser.add_argument("--quick", action="store_true", help="blue and sobol only, one set of two families")
-    parser.add_argument("--rows", type=Path, metavar="CSV", help="take rows measured before instead of measuring")
+    parser.add_argument("--quick", action="store_true", help=f"{', '.join(QUICK)} only")
+    parser.add_argument("--again", action="store_true", help="take the rows measured before instead of measuring")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+    parser.add_argument("--pages", type=Path, default=Path("out/samplers"), metavar="FOLDER",
+                        help="folder of the rows (default out/samplers)")
     options = parser.parse_args()
 
-    draws_file = options.out / "samplers_draws.csv"
-    if options.rows:
-        rows = list(csv.DictReader(io.StringIO(options.rows.read_text(encoding="utf-8"))))
-        draws = list(csv.DictReader(io.StringIO(draws_file.read_text(encoding="utf-8"))))
+    files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"
+    if options.again:
+        try:
+            rows, draws = (list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))) for path in files)
+        except OSError as error:
+            sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
     else:
         others = peers.chosen(options.openqmc, options.pathtracer)
         draws = [row for row in run_bench(options.draws, []) if row["form"] != "peer" or row["sampler"] in others]
-        rows = run_all(options.program, (*(SAMPLERS[:2] if options.quick else SAMPLERS), *others), options.quick)
-    write_rows(options.out / "samplers.csv", rows)
-    write_rows(draws_file, draws)
+        rows = run_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
+        for path, found in zip(files, (rows, draws)):
+            write_rows(path, found)
+    names = names_in(rows)
     plot_time(rows, draws, options.out / "samplers_time.png")
     plot_spp(rows, options.out / "samplers_spp.png")
-    plot_sigma(rows, options.out / "samplers_sigma.png")
-    plot_spectra(options.program, names_in(rows), options.out / "samplers_spectra.png")
+    unlike = plot_spectra(options.program, names, options.out / "samplers_spectra.png")
     command = "scripts/bench samplers" + (" --quick" if options.quick else "")
-    command += " --openqmc DIR" if set(peers.PEERS) & set(names_in(rows)) else ""
-    text = report_text(rows, draws, command)
+    command += " --openqmc DIR" if set(peers.PEERS) & set(names) else ""
+    text = report_text(rows, draws, unlike, command)
     write_text(options.out / "samplers.md", text)
     print(text)
+    print(f"Written: {options.out}/samplers.md and its plots; {options.pages}/samplers.csv and samplers_draws.csv.")
 
 
 if __name__ == "__main__":

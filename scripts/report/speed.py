@@ -25,7 +25,6 @@ from .variants import VARIANTS
 
 TIMED_SAMPLERS = ("white", "sobol", "blue")
 TIMED_SPP = 64
-DECLARED_COUNTS = (1, 4, 16, 64)
 ROUNDS = 5
 FIRST_SEED = 1000  # none of those of the tables
 PAIRS = 5
@@ -47,11 +46,6 @@ def progressive_runs(program, view, reference, spp, rounds, folder, step):
             step(f"{view.label}, {sampler}, in seconds")
             rows = run_convergence(program, view.request(sampler, spp, seed), reference, folder / "run.exr", 1)
             found.setdefault(sampler, []).append(rows)
-        declared = []
-        for n in (n for n in DECLARED_COUNTS if n <= spp):
-            request = view.request("blue", n, seed, declared=n)
-            declared.append(run_convergence(program, request, reference, folder / "run.exr", 1)[-1])
-        found.setdefault("blue, declared", []).append(declared)
     return {sampler: over_seeds(runs) for sampler, runs in found.items()}
 
 

@@ -34,11 +34,9 @@ VARIANTS = {
     "mask, neural": Variant("mask", mask="neural", counts=TO_64, most_seeds=SIDE_SEEDS),
     **{name: Variant(name) for name in PEERS},
     "blue": Variant("blue"),
-    # The counts for which libbn holds a set of its own.
-    "blue, declared": Variant("blue", declare=True, counts=(1, 4, 16, 64)),
 }
 ALWAYS = ("white", "sobol")
-DEFAULT = ("white", "sobol", "zorder", "mask", "blue", "blue, declared")
+DEFAULT = ("white", "sobol", "zorder", "mask", "blue")
 # Names on the command line have no comma in them.
 OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS if name not in PEERS}
 

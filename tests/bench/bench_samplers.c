@@ -1,232 +1,115 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Screen-space error of samplers, as CSV on standard output.
+ * Screen-space error of samplers, as CSV on standard output:
  *
- * For an integrand with the same form in every pixel of a picture, the image of per-pixel errors at
- * n samples is blurred with a Gaussian and its RMSE taken, inside a margin that the blur does not
- * reach over. Averaged over the integrands of a family, that is one row:
+ *     sampler,figure,spp,sigma,rmse
  *
- *     sampler,declared,family,pair,spp,sigma,rmse,ratio
+ * An integrand has the same form in every pixel of a picture of 128 x 128 pixels. The image of
+ * per-pixel errors at n samples is blurred with a Gaussian, and its RMSE taken inside a margin that
+ * the blur does not reach over. A row is the mean over 48 integrands in each of 16 domains, which
+ * take turns as members of their families and have a seed each. Figures:
  *
- * with ratio the RMSE over that of `white` in the same run. The samplers of OpenQMC are measured
- * too in builds with -DBN_OPENQMC=DIR. --samples NAME SPP writes what a sampler draws instead, as
- * float32 [256][256][SPP][4] without a header. The protocol is that of Heitz and Belcour,
- * "Distributing Monte Carlo Errors as a Blue Noise in Screen Space by Permuting Pixel Seeds Between
- * Frames", 2019, widened. */
-#include <bn/bn_draw.h>
+ *     half-planes-01, half-planes-23   half-planes in a pair of dimensions
+ *     products                         half-planes in both pairs of a domain, multiplied
+ *     siblings                         half-planes in two domains of a family, multiplied: all six
+ *                                      relations and all pairs in turn
+ *     steps                            x < c, blurred along columns only, and y < c, blurred along
+ *                                      rows, in (0,1) of domains with keys 4 k: edges of a picture
+ *                                      that are parallel to its sides
+ *
+ * Steps are at irrational places: nets are exact at multiples of 1/16. One run of a sampler is
+ * stopped at every count; zorder, which is made for one count, gets a run of its own for each.
+ * OpenQMC's samplers are measured too in builds with -DBN_OPENQMC=DIR. --samples writes what a
+ * sampler draws in second members of 16 families instead, as float32 [16][128][128][SPP][4]
+ * without a header. The protocol is that of Heitz and Belcour, "Distributing Monte Carlo Errors as
+ * a Blue Noise in Screen Space by Permuting Pixel Seeds Between Frames", 2019, widened. */
+#include <bn/bn.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "bench_openqmc.h"
 
-enum { SIZE = 256, PIXELS = SIZE * SIZE, MARGIN = 12, SIGMAS = 5, MAX_COUNTS = 32, KINDS = 5 };
-static const double sigmas[SIGMAS] = {0.0, 0.5, 1.0, 2.1, 3.0};
+enum { SIZE = 128, PIXELS = SIZE * SIZE, MARGIN = 8, INTEGRANDS = 48, DOMAINS = 16, MEMBERS = 4 };
+enum { KINDS = 5, SIGMAS = 3, MOST = 256 };
+static const double sigmas[SIGMAS] = {0.0, 1.0, 2.1};
+static const uint32_t counts[] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
+enum { COUNTS = sizeof counts / sizeof *counts };
 
-/* ---- Integrands: a product of two factors, each on two of the four dimensions
- * ---------------------- */
+typedef enum figure { HALF_PLANES_01, HALF_PLANES_23, PRODUCTS, SIBLINGS, STEPS, FIGURES } figure;
+static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
+                                                  "siblings", "steps"};
 
-enum { ONE, PLANE, DISC, BUMP, PRODUCT, STEP, WAVE };
+/* ---- Integrands */
 
-typedef struct factor {
-    int kind, i, j;
-    double a, b, c;
-    double sweep; /* how far the edge of a PLANE moves over the width of the picture */
-} factor;
+/* a x + b y < c; its mean over the unit square. */
+typedef struct half_plane {
+    float a, b, c;
+    double mean;
+} half_plane;
 
-typedef struct integrand {
-    factor f[2];
-} integrand;
-
-static double factor_value(const factor *f, const float *u, double t) {
-    double x = u[f->i], y = u[f->j];
-    switch (f->kind) {
-    case PLANE:
-        return f->a * x + f->b * y < f->c + f->sweep * t ? 1.0 : 0.0;
-    case DISC:
-        return (x - f->a) * (x - f->a) + (y - f->b) * (y - f->b) < f->c ? 1.0 : 0.0;
-    case BUMP:
-        return exp(-((x - f->a) * (x - f->a) + (y - f->b) * (y - f->b)) / (2.0 * f->c * f->c));
-    case PRODUCT:
-        return (1.0 - f->a + 2.0 * f->a * x) * (1.0 - f->b + 2.0 * f->b * y);
-    case STEP:
-        return x < f->a ? 1.0 : 0.0;
-    case WAVE:
-        return 0.5 + 0.5 * cos(6.283185307179586 * (f->a * x + f->b));
-    default:
-        return 1.0;
-    }
+static double fraction(double v) {
+    return v - floor(v);
 }
 
 static double clamp01(double v) {
     return v < 0.0 ? 0.0 : v > 1.0 ? 1.0 : v;
 }
 
-/* The same for `count` samples of a pixel at once; multiplies what is in `values`. */
-static void factor_values(const factor *f, const float *u, uint32_t count, double t,
-                          float *values) {
-    const float a = (float)f->a, b = (float)f->b, c = (float)(f->c + f->sweep * t);
-    const float *x = u + f->i, *y = u + f->j;
-    switch (f->kind) {
-    case ONE:
-        break;
-    case PLANE:
-        for (uint32_t k = 0; k < count; ++k) {
-            values[k] = a * x[4 * k] + b * y[4 * k] < c ? values[k] : 0.0f;
-        }
-        break;
-    case DISC:
-        for (uint32_t k = 0; k < count; ++k) {
-            float dx = x[4 * k] - a, dy = y[4 * k] - b;
-            values[k] = dx * dx + dy * dy < c ? values[k] : 0.0f;
-        }
-        break;
-    default:
-        for (uint32_t k = 0; k < count; ++k) values[k] *= (float)factor_value(f, u + 4 * k, t);
+/* At evenly spread angles, through well-spread points; a second set at other ones. */
+static half_plane half_plane_make(int domain, int k, int set) {
+    enum { COLUMNS = 4096 };
+    int turned = (k * (set == 0 ? 1 : 7) + 11 * set) % INTEGRANDS;
+    double angle = 6.283185307179586 * (turned + 0.41) / INTEGRANDS, mean = 0.0;
+    double a = cos(angle), b = sin(angle), point = k + INTEGRANDS * (domain + DOMAINS * set);
+    double c = a * fraction(0.5 + 0.7548776662466927 * point) +
+               b * fraction(0.5 + 0.5698402909980532 * point);
+    for (int i = 0; i < COLUMNS; ++i) {
+        double height = clamp01((c - a * (i + 0.5) / COLUMNS) / b);
+        mean += (b > 0.0 ? height : 1.0 - height) / COLUMNS;
     }
+    return (half_plane){(float)a, (float)b, (float)c, mean};
 }
 
-/* The mean over the unit square: columns in closed form where there are edges, a midpoint rule
- * else. */
-static double factor_mean(const factor *f, double t) {
-    enum { N = 4096, M = 512 };
-    double sum = 0.0;
-    if (f->kind == ONE) return 1.0;
-    if (f->kind == STEP) return f->a;
-    if (f->kind == PRODUCT) return 1.0;
-    if (f->kind == PLANE || f->kind == DISC) {
-        for (int k = 0; k < N; ++k) {
-            double x = (k + 0.5) / N, low = 0.0, high = 1.0;
-            if (f->kind == DISC) {
-                double s = f->c - (x - f->a) * (x - f->a);
-                s = s > 0.0 ? sqrt(s) : 0.0;
-                low = clamp01(f->b - s);
-                high = clamp01(f->b + s);
-            } else {
-                double edge = (f->c + f->sweep * t - f->a * x) / f->b;
-                if (f->b > 0.0)
-                    high = clamp01(edge);
-                else
-                    low = clamp01(edge);
-            }
-            sum += high - low;
-        }
-        return sum / N;
+/* In x for even k, in y for odd k, at an irrational place. */
+static half_plane step_make(int domain, int k) {
+    double c = fraction(0.2 + 0.6180339887498949 * (k / 2 + INTEGRANDS / 2 * domain));
+    return (half_plane){k % 2 == 0, k % 2 != 0, (float)c, c};
+}
+
+enum { ALONG_ROWS = 1, ALONG_COLUMNS = 2 };
+
+/* One half-plane, or two multiplied; `at` is 4 times the member plus the first dimension. */
+typedef struct integrand {
+    half_plane first, second;
+    int at[2];
+    int product;
+    int directions; /* of the blur */
+    double mean;
+} integrand;
+
+static integrand integrand_make(figure what, int domain, int k) {
+    static const int siblings[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    const int own = 4 * (domain % MEMBERS);
+    integrand f = {
+        half_plane_make(domain, k, 0),        half_plane_make(domain, k, 1), {own, own + 2},
+        what == PRODUCTS || what == SIBLINGS, ALONG_ROWS | ALONG_COLUMNS,    0.0};
+    if (what == STEPS) {
+        f.first = step_make(domain, k);
+        f.directions = k % 2 == 0 ? ALONG_COLUMNS : ALONG_ROWS;
+        f.at[0] = 0;
+    } else if (what == HALF_PLANES_23) {
+        f.at[0] = own + 2;
+    } else if (what == SIBLINGS) {
+        const int pairs = k / 6 % 4;
+        f.at[0] = 4 * siblings[k % 6][0] + 2 * (pairs % 2);
+        f.at[1] = 4 * siblings[k % 6][1] + 2 * (pairs / 2);
     }
-    for (int k = 0; k < M * M; ++k) {
-        float u[4] = {0};
-        u[f->j] = ((float)(k / M) + 0.5f) / M;
-        u[f->i] = ((float)(k % M) + 0.5f) / M;
-        sum += factor_value(f, u, 0.0);
-    }
-    return sum / M / M;
-}
-
-static uint32_t random_counter;
-static double random01(void) {
-    return (bn_hash32(bn_hash32(++random_counter) + 12345u) >> 8) * 0x1p-24;
-}
-
-static factor plane(int i, int j, double angle, double sweep) {
-    double a = cos(angle), b = sin(angle), x = random01(), y = random01();
-    return (factor){PLANE, i, j, a, b, a * x + b * y - 0.5 * sweep, sweep};
-}
-static factor disc(int i, int j) {
-    double r = 0.15 + 0.5 * random01();
-    return (factor){DISC, i, j, random01(), random01(), r * r, 0.0};
-}
-static factor bump(int i, int j) {
-    return (factor){BUMP, i, j, random01(), random01(), 0.1 + 0.4 * random01(), 0.0};
-}
-static factor product(int i, int j) {
-    return (factor){PRODUCT, i, j, 2.0 * random01() - 1.0, 2.0 * random01() - 1.0, 0.0, 0.0};
-}
-static const factor one = {ONE, 0, 0, 0, 0, 0, 0};
-
-typedef struct family {
-    const char *name;
-    int i, j; /* the pair of dimensions, or -1 */
-    int count;
-    integrand *members;
-} family;
-
-static const double tau = 6.283185307179586;
-
-/* Sets of 40: evenly spread angles, other random points in each set. */
-static family half_planes(int i, int j, uint32_t first_set, int sets) {
-    enum { count = 40 };
-    family f = {"half-planes", i, j, count * sets,
-                calloc((size_t)count * (size_t)sets, sizeof *f.members)};
-    for (int k = 0; k < f.count; ++k) {
-        if (k % count == 0) random_counter = 1000000u * (first_set + (uint32_t)(k / count));
-        f.members[k] = (integrand){{plane(i, j, tau * (k % count + 0.37) / count, 0.0), one}};
-    }
+    f.mean = f.first.mean * (f.product ? f.second.mean : 1.0);
     return f;
 }
 
-static family wide(int i, int j, uint32_t set) {
-    enum { count = 28 };
-    family f = {"wide", i, j, count, calloc(count, sizeof *f.members)};
-    random_counter = 1000000u * set + 500000u;
-    for (int k = 0; k < count; ++k) {
-        factor g;
-        switch (k % 7) {
-        case 0:
-            g = plane(i, j, tau * random01(), 0.0);
-            break;
-        case 1:
-            g = disc(i, j);
-            break;
-        case 2:
-            g = bump(i, j);
-            break;
-        case 3:
-            g = product(i, j);
-            break;
-        case 4:
-            g = (factor){STEP, k % 2 ? i : j, i, 0.1 + 0.8 * random01(), 0, 0, 0};
-            break;
-        case 5:
-            g = (factor){WAVE, k % 2 ? i : j, i, 0.3 + 1.5 * random01(), random01(), 0, 0};
-            break;
-        default:
-            g = plane(i, j, tau * random01(), 0.5);
-            break;
-        }
-        f.members[k] = (integrand){{g, one}};
-    }
-    return f;
-}
-
-static family four_dimensional(uint32_t set) {
-    enum { count = 24 };
-    family f = {"4-D", -1, -1, count, calloc(count, sizeof *f.members)};
-    random_counter = 1000000u * set + 700000u;
-    for (int k = 0; k < count; ++k) {
-        factor g, h;
-        switch (k % 4) {
-        case 0:
-            g = plane(0, 1, tau * random01(), 0.0), h = plane(2, 3, tau * random01(), 0.0);
-            break;
-        case 1:
-            g = bump(0, 1), h = bump(2, 3);
-            break;
-        case 2:
-            g = plane(0, 2, tau * random01(), 0.0), h = bump(1, 3);
-            break;
-        default:
-            g = disc(0, 3), h = product(1, 2);
-            break;
-        }
-        f.members[k] = (integrand){{g, h}};
-    }
-    return f;
-}
-
-/* ---- Sources of samples
- * --------------------------------------------------------------------------- */
+/* ---- Sources of samples */
 
 typedef struct source {
     const char *name;
@@ -234,29 +117,175 @@ typedef struct source {
     const bench_peer *peer; /* or null: libbn's sampler of this kind */
 } source;
 
-static bn_sampler *open_sampler(const source *s, uint32_t declared) {
+static int is_declared(const source *s) {
+    return s->peer == NULL && s->kind == BN_SAMPLER_ZORDER;
+}
+
+static bn_sampler *open_sampler(const source *s, int domain, uint32_t declared) {
     bn_sampler *sampler = NULL;
-    bn_sampler_options o = bn_sampler_options_default();
-    o.kind = s->kind;
-    o.samples_per_pixel = declared;
-    if (s->peer == NULL && bn_sampler_create(&o, &sampler) != BN_SUCCESS) exit(1);
+    bn_sampler_options options = bn_sampler_options_default();
+    options.kind = s->kind;
+    options.seed = (uint64_t)domain + 1u;
+    options.samples_per_pixel = declared;
+    if (s->peer == NULL && bn_sampler_create(&options, &sampler) != BN_SUCCESS) {
+        fputs("bench_samplers: out of memory\n", stderr);
+        exit(1);
+    }
     return sampler;
 }
 
-/* One row of the picture: [SIZE][count][4]. */
-static void read_row(const source *s, const bn_sampler *sampler, int row, uint32_t count,
-                     float *out) {
+/* A row of the picture in a member of a domain's family: [SIZE][count][4]. */
+static void read_row(const source *s, const bn_sampler *sampler, int domain, int member, int row,
+                     uint32_t count, float *out) {
+    const uint32_t parent = (uint32_t)domain + 1u, key = (uint32_t)(4 * domain + member);
     if (s->peer != NULL) {
-        s->peer->read_row(row, SIZE, count, out);
-    } else if (bn_sample_block(sampler, 0, row, SIZE, 1, 0, count, bn_domain_child(0, 1), out,
+        s->peer->read_row(parent, parent, key, row, SIZE, count, out);
+    } else if (bn_sample_block(sampler, 0, row, SIZE, 1, 0, count,
+                               bn_domain_child(bn_domain_child(BN_DOMAIN_ROOT, parent), key), out,
                                (size_t)SIZE * count * 4) != BN_SUCCESS) {
         exit(1);
     }
 }
 
-/* Whether `name` is one of the names in `list`, which have commas between them. */
+static int write_samples(const source *s, uint32_t count) {
+    size_t size = (size_t)SIZE * count * 4;
+    float *samples = malloc(size * sizeof *samples);
+    int ok = samples != NULL;
+    for (int domain = 0; domain < DOMAINS && ok; ++domain) {
+        bn_sampler *sampler = open_sampler(s, domain, is_declared(s) ? count : 0);
+        for (int row = 0; row < SIZE && ok; ++row) {
+            read_row(s, sampler, domain, 1, row, count, samples);
+            ok = fwrite(samples, sizeof *samples, size, stdout) == size;
+        }
+        bn_sampler_destroy(sampler);
+    }
+    free(samples);
+    return ok && fflush(stdout) == 0 ? 0 : 1;
+}
+
+/* ---- Errors */
+
+static float images[INTEGRANDS][COUNTS][PIXELS];
+
+/* How many of the samples from `i` to `end` are inside; u and v are [dimension][MOST]. */
+static uint32_t count_inside(const integrand *f, float u[][MOST], uint32_t i, uint32_t end) {
+    const float *x = u[f->at[0]], *y = u[f->at[0] + 1], *z = u[f->at[1]], *w = u[f->at[1] + 1];
+    const half_plane g = f->first, h = f->second;
+    uint32_t sum = 0;
+    if (f->product) {
+        for (; i < end; ++i)
+            sum += (uint32_t)((g.a * x[i] + g.b * y[i] < g.c) & (h.a * z[i] + h.b * w[i] < h.c));
+    } else {
+        for (; i < end; ++i) sum += (uint32_t)(g.a * x[i] + g.b * y[i] < g.c);
+    }
+    return sum;
+}
+
+/* The error images of one run at the counts number `first` to `end - 1`. */
+static void make_images(const source *s, int domain, uint32_t declared, const integrand *f,
+                        int first, int end) {
+    static float row[MEMBERS][(size_t)SIZE * MOST * 4], u[4 * MEMBERS][MOST];
+    bn_sampler *sampler = open_sampler(s, domain, declared);
+    const uint32_t last = counts[end - 1];
+    int used[MEMBERS] = {0};
+    for (int k = 0; k < INTEGRANDS; ++k) {
+        used[f[k].at[0] / 4] = 1;
+        if (f[k].product) used[f[k].at[1] / 4] = 1;
+    }
+    for (int p = 0; p < PIXELS; ++p) {
+        for (int m = 0; m < MEMBERS; ++m) {
+            if (!used[m]) continue;
+            if (p % SIZE == 0) read_row(s, sampler, domain, m, p / SIZE, last, row[m]);
+            const float *own = row[m] + (size_t)(p % SIZE) * last * 4;
+            for (uint32_t i = 0; i < last; ++i) {
+                for (int d = 0; d < 4; ++d) u[4 * m + d][i] = own[4 * i + (uint32_t)d];
+            }
+        }
+        for (int k = 0; k < INTEGRANDS; ++k) {
+            uint32_t sum = 0, i = 0;
+            for (int c = first; c < end; ++c) {
+                sum += count_inside(&f[k], u, i, counts[c]);
+                i = counts[c];
+                images[k][c][p] = (float)((double)sum / i - f[k].mean);
+            }
+        }
+    }
+    bn_sampler_destroy(sampler);
+}
+
+static double blurred_rmse(const float *errors, double sigma, int directions) {
+    static float scratch[PIXELS];
+    float kernel[MARGIN + 1], sums[SIZE];
+    double total = 0.0, square = 0.0;
+    const int radius = sigma > 0.0 ? MARGIN : 0;
+    const int across = directions & ALONG_ROWS ? radius : 0;
+    const int down = directions & ALONG_COLUMNS ? radius : 0;
+    for (int d = 0; d <= radius; ++d) {
+        kernel[d] = sigma > 0.0 ? (float)exp(-d * d / (2.0 * sigma * sigma)) : 1.0f;
+        total += d == 0 ? kernel[d] : 2.0 * kernel[d];
+    }
+    for (int d = 0; d <= radius; ++d) kernel[d] /= (float)total;
+    const float middle_across = across > 0 ? kernel[0] : 1.0f;
+    const float middle_down = down > 0 ? kernel[0] : 1.0f;
+    for (int y = 0; y < SIZE; ++y) {
+        const float *in = errors + y * SIZE;
+        float *out = scratch + y * SIZE;
+        for (int x = 0; x < SIZE; ++x) out[x] = middle_across * in[x];
+        for (int d = 1; d <= across; ++d) {
+            for (int x = MARGIN; x < SIZE - MARGIN; ++x)
+                out[x] += kernel[d] * (in[x - d] + in[x + d]);
+        }
+    }
+    for (int y = MARGIN; y < SIZE - MARGIN; ++y) {
+        const float *in = scratch + y * SIZE;
+        for (int x = 0; x < SIZE; ++x) sums[x] = middle_down * in[x];
+        for (int d = 1; d <= down; ++d) {
+            for (int x = 0; x < SIZE; ++x)
+                sums[x] += kernel[d] * (in[x - d * SIZE] + in[x + d * SIZE]);
+        }
+        for (int x = MARGIN; x < SIZE - MARGIN; ++x) square += (double)sums[x] * sums[x];
+    }
+    return sqrt(square / ((SIZE - 2 * MARGIN) * (SIZE - 2 * MARGIN)));
+}
+
+/* Mean RMSE of a figure at the first n counts. */
+static void measure(const source *s, figure what, int domains, int n, double rmse[COUNTS][SIGMAS]) {
+    memset(rmse, 0, COUNTS * sizeof *rmse);
+    for (int domain = 0; domain < domains; ++domain) {
+        integrand f[INTEGRANDS];
+        for (int k = 0; k < INTEGRANDS; ++k) f[k] = integrand_make(what, domain, k);
+        if (is_declared(s)) {
+            for (int c = 0; c < n; ++c) make_images(s, domain, counts[c], f, c, c + 1);
+        } else {
+            make_images(s, domain, 0, f, 0, n);
+        }
+        for (int k = 0; k < INTEGRANDS; ++k) {
+            for (int c = 0; c < n; ++c) {
+                for (int i = 0; i < SIGMAS; ++i) {
+                    rmse[c][i] += blurred_rmse(images[k][c], sigmas[i], f[k].directions) /
+                                  (INTEGRANDS * domains);
+                }
+            }
+        }
+    }
+}
+
+/* ---- The command line */
+
+static const char usage[] =
+    "usage: bench_samplers [--max-spp N] [--domains N] [--samplers NAME,...]\n"
+    "                      [--figures NAME,...]\n"
+    "       bench_samplers --samples NAME SPP\n";
+
+static int refuse(void) {
+    fputs(usage, stderr);
+    return 2;
+}
+
+/* Whether `name` is one of the names in `list`, which have commas between them; all are in NULL. */
 static int is_listed(const char *list, const char *name) {
     size_t length = strlen(name);
+    if (list == NULL) return 1;
     for (const char *at = list; at != NULL; at = strchr(at, ',')) {
         at += *at == ',';
         if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0')) return 1;
@@ -264,222 +293,58 @@ static int is_listed(const char *list, const char *name) {
     return 0;
 }
 
-static int write_samples(const source *s, uint32_t count) {
-    bn_sampler *sampler = open_sampler(s, 0);
-    size_t size = (size_t)SIZE * count * 4;
-    float *samples = malloc(size * sizeof *samples);
-    int ok = samples != NULL;
-    for (int row = 0; row < SIZE && ok; ++row) {
-        read_row(s, sampler, row, count, samples);
-        ok = fwrite(samples, sizeof *samples, size, stdout) == size;
-    }
-    free(samples);
-    bn_sampler_destroy(sampler);
-    return ok && fflush(stdout) == 0 ? 0 : 1;
-}
-
-/* ---- Errors
- * --------------------------------------------------------------------------------------- */
-
-static double blurred_rmse(const float *errors, double sigma, float *scratch) {
-    float kernel[MARGIN + 1], row[SIZE];
-    double total = 0.0, square = 0.0;
-    int radius = sigma > 0.0 ? MARGIN : 0;
-    for (int d = 0; d <= radius; ++d) {
-        kernel[d] = sigma > 0.0 ? (float)exp(-d * d / (2.0 * sigma * sigma)) : 1.0f;
-        total += d == 0 ? kernel[d] : 2.0 * kernel[d];
-    }
-    for (int y = 0; y < SIZE; ++y) {
-        const float *in = errors + y * SIZE;
-        float *out = scratch + y * SIZE;
-        for (int x = 0; x < SIZE; ++x) out[x] = kernel[0] * in[x];
-        for (int d = 1; d <= radius; ++d) {
-            for (int x = MARGIN; x < SIZE - MARGIN; ++x)
-                out[x] += kernel[d] * (in[x - d] + in[x + d]);
-        }
-    }
-    for (int y = MARGIN; y < SIZE - MARGIN; ++y) {
-        const float *in = scratch + y * SIZE;
-        for (int x = 0; x < SIZE; ++x) row[x] = kernel[0] * in[x];
-        for (int d = 1; d <= radius; ++d) {
-            for (int x = 0; x < SIZE; ++x)
-                row[x] += kernel[d] * (in[x - d * SIZE] + in[x + d * SIZE]);
-        }
-        for (int x = MARGIN; x < SIZE - MARGIN; ++x) square += (double)row[x] * row[x];
-    }
-    return sqrt(square / ((SIZE - 2 * MARGIN) * (SIZE - 2 * MARGIN))) / (total * total);
-}
-
-/* Mean RMSE of a family at every count: rmse[count][sigma]. */
-static void measure(const source *s, uint32_t declared, const family *f, const uint32_t *counts,
-                    int n, double rmse[][SIGMAS]) {
-    enum { GROUP = 8 };
-    bn_sampler *sampler = open_sampler(s, declared);
-    uint32_t last = counts[n - 1];
-    float *samples = malloc((size_t)SIZE * last * 4 * sizeof *samples);
-    float *images = malloc((size_t)GROUP * n * PIXELS * sizeof *images);
-    float *scratch = malloc(PIXELS * sizeof *scratch), *values = malloc(last * sizeof *values);
-    memset(rmse, 0, (size_t)n * sizeof *rmse);
-    for (int first = 0; first < f->count; first += GROUP) {
-        int group = f->count - first < GROUP ? f->count - first : GROUP;
-        double means[GROUP][SIZE];
-        for (int g = 0; g < group; ++g) {
-            const integrand *v = &f->members[first + g];
-            for (int x = 0; x < SIZE; ++x) {
-                means[g][x] =
-                    x > 0 && v->f[0].sweep == 0.0
-                        ? means[g][0]
-                        : factor_mean(&v->f[0], (double)x / SIZE) * factor_mean(&v->f[1], 0.0);
-            }
-        }
-        for (int y = 0; y < SIZE; ++y) {
-            read_row(s, sampler, y, last, samples);
-            for (int g = 0; g < group; ++g) {
-                const integrand *v = &f->members[first + g];
-                for (int x = 0; x < SIZE; ++x) {
-                    const float *u = samples + (size_t)x * last * 4;
-                    double sum = 0.0, t = (double)x / SIZE;
-                    uint32_t i = 0;
-                    for (uint32_t k = 0; k < last; ++k) values[k] = 1.0f;
-                    factor_values(&v->f[0], u, last, t, values);
-                    factor_values(&v->f[1], u, last, t, values);
-                    for (int next = 0; next < n; ++next) {
-                        for (; i < counts[next]; ++i) sum += values[i];
-                        images[((size_t)g * n + next) * PIXELS + y * SIZE + x] =
-                            (float)(sum / i - means[g][x]);
-                    }
-                }
-            }
-        }
-        for (int g = 0; g < group; ++g) {
-            for (int c = 0; c < n; ++c) {
-                for (int k = 0; k < SIGMAS; ++k) {
-                    rmse[c][k] +=
-                        blurred_rmse(images + ((size_t)g * n + c) * PIXELS, sigmas[k], scratch) /
-                        f->count;
-                }
-            }
-        }
-    }
-    free(samples);
-    free(images);
-    free(scratch);
-    free(values);
-    bn_sampler_destroy(sampler);
-}
-
-static const char usage[] =
-    "usage: bench_samplers [--max-spp N] [--samplers NAME,...] [--pairs 01,23,02,03,12,13]\n"
-    "                      [--set N] [--sets N] [--families half-planes,wide,4-D] [--declared]\n"
-    "       bench_samplers --samples NAME SPP\n";
-
 int main(int argc, char **argv) {
-    /* White first: the others are related to it. */
-    static const source libbn[KINDS] = {{"white", BN_SAMPLER_WHITE, NULL},
-                                        {"blue", BN_SAMPLER_BLUE, NULL},
-                                        {"sobol", BN_SAMPLER_SOBOL, NULL},
-                                        {"zorder", BN_SAMPLER_ZORDER, NULL},
-                                        {"mask", BN_SAMPLER_MASK, NULL}};
-    source known[KINDS + BENCH_PEERS], sources[KINDS + BENCH_PEERS];
-    int known_count = 0, source_count = 0, declared_too = 0, sets = 1;
-    uint32_t max_spp = 256, set = 1;
-    const char *samplers = NULL /* all */, *pairs = "01,23", *families = "half-planes,wide,4-D";
-    while (known_count < KINDS) known[known_count] = libbn[known_count], ++known_count;
+    source known[KINDS + BENCH_PEERS] = {{"white", BN_SAMPLER_WHITE, NULL},
+                                         {"sobol", BN_SAMPLER_SOBOL, NULL},
+                                         {"zorder", BN_SAMPLER_ZORDER, NULL},
+                                         {"mask", BN_SAMPLER_MASK, NULL},
+                                         {"blue", BN_SAMPLER_BLUE, NULL}};
+    int known_count = KINDS, n = 0;
+    unsigned long max_spp = MOST, domains = DOMAINS;
+    const char *samplers = NULL, *figures = NULL;
+    char *end = "";
     for (int i = 0; i < bench_peer_count; ++i)
         known[known_count++] = (source){bench_peers[i].name, 0, &bench_peers[i]};
     if (argc == 4 && strcmp(argv[1], "--samples") == 0) {
-        char *end;
         unsigned long count = strtoul(argv[3], &end, 10);
-        for (int i = 0; i < known_count && *end == '\0' && count > 0 && count <= 4096; ++i)
+        for (int i = 0; i < known_count && *end == '\0' && count > 0 && count <= 4096; ++i) {
             if (strcmp(argv[2], known[i].name) == 0)
                 return write_samples(&known[i], (uint32_t)count);
-        fputs(usage, stderr);
-        return 2;
+        }
+        return refuse();
     }
-    for (int a = 1; a < argc; ++a) {
-        if (strcmp(argv[a], "--declared") == 0) {
-            declared_too = 1;
-            continue;
-        }
-        const char *value = a + 1 < argc ? argv[a + 1] : NULL;
-        if (value == NULL) {
-            fputs(usage, stderr);
-            return 2;
-        }
+    for (int a = 1; a < argc; a += 2) {
+        if (a + 1 == argc) return refuse();
         if (strcmp(argv[a], "--max-spp") == 0)
-            max_spp = (uint32_t)strtoul(value, NULL, 10);
-        else if (strcmp(argv[a], "--set") == 0)
-            set = (uint32_t)strtoul(value, NULL, 10);
-        else if (strcmp(argv[a], "--sets") == 0)
-            sets = (int)strtoul(value, NULL, 10);
+            max_spp = strtoul(argv[a + 1], &end, 10);
+        else if (strcmp(argv[a], "--domains") == 0)
+            domains = strtoul(argv[a + 1], &end, 10);
         else if (strcmp(argv[a], "--samplers") == 0)
-            samplers = value;
-        else if (strcmp(argv[a], "--pairs") == 0)
-            pairs = value;
-        else if (strcmp(argv[a], "--families") == 0)
-            families = value;
-        else {
-            fputs(usage, stderr);
-            return 2;
-        }
-        ++a;
+            samplers = argv[a + 1];
+        else if (strcmp(argv[a], "--figures") == 0)
+            figures = argv[a + 1];
+        else
+            return refuse();
+        if (*end != '\0') return refuse();
     }
-    for (int i = 0; i < known_count; ++i)
-        if (i == 0 || samplers == NULL || is_listed(samplers, known[i].name))
-            sources[source_count++] = known[i];
-    static const uint32_t all_counts[] = {1,   2,   3,   4,   5,    6,    7,   8,   11,
-                                          12,  16,  24,  32,  48,   64,   96,  128, 192,
-                                          256, 384, 512, 768, 1000, 1024, 4096};
-    uint32_t counts[MAX_COUNTS];
-    int n = 0;
-    for (size_t i = 0; i < sizeof all_counts / sizeof *all_counts; ++i) {
-        if (all_counts[i] <= max_spp) counts[n++] = all_counts[i];
-    }
-    if (n == 0 || sets < 1 || sets > 100) return 2;
-    family list[16];
-    int family_count = 0;
-    for (const char *p = pairs; p[0] != '\0' && p[1] != '\0'; p += p[2] == ',' ? 3 : 2) {
-        int i = p[0] - '0', j = p[1] - '0';
-        if (i < 0 || i > 3 || j < 0 || j > 3 || family_count > 12) return 2;
-        if (strstr(families, "half-planes")) list[family_count++] = half_planes(i, j, set, sets);
-        if (strstr(families, "wide")) list[family_count++] = wide(i, j, set);
-    }
-    if (strstr(families, "4-D")) list[family_count++] = four_dimensional(set);
+    while (n < COUNTS && counts[n] <= max_spp) ++n;
+    if (n == 0 || domains == 0 || domains > DOMAINS) return refuse();
 
-    double white[16][MAX_COUNTS][SIGMAS];
-    printf("sampler,declared,family,pair,spp,sigma,rmse,ratio\n");
-    for (int s = 0; s < source_count; ++s) {
-        for (int f = 0; f < family_count; ++f) {
-            char pair[8] = "all";
-            if (list[f].i >= 0) snprintf(pair, sizeof pair, "%d%d", list[f].i & 3, list[f].j & 3);
-            if (isatty(2))
-                fprintf(stderr, "\r%-17s %-12s %s   ", sources[s].name, list[f].name, pair);
-            double rmse[MAX_COUNTS][SIGMAS];
-            measure(&sources[s], 0, &list[f], counts, n, rmse);
-            if (s == 0) memcpy(white[f], rmse, sizeof rmse);
+    printf("sampler,figure,spp,sigma,rmse\n");
+    for (int s = 0; s < known_count; ++s) {
+        for (int what = 0; what < FIGURES; ++what) {
+            double rmse[COUNTS][SIGMAS];
+            if (!is_listed(samplers, known[s].name) || !is_listed(figures, figure_names[what]))
+                continue;
+            measure(&known[s], (figure)what, (int)domains, n, rmse);
             for (int c = 0; c < n; ++c) {
-                for (int k = 0; k < SIGMAS; ++k) {
-                    printf("%s,0,%s,%s,%u,%.1f,%.6g,%.4f\n", sources[s].name, list[f].name, pair,
-                           counts[c], sigmas[k], rmse[c][k], rmse[c][k] / white[f][c][k]);
-                }
-            }
-            /* The others take no notice of it. */
-            int declares =
-                declared_too && sources[s].peer == NULL &&
-                (sources[s].kind == BN_SAMPLER_BLUE || sources[s].kind == BN_SAMPLER_ZORDER);
-            for (int c = 0; declares && c < n; ++c) {
-                double at[1][SIGMAS];
-                if ((counts[c] & (counts[c] - 1)) != 0) continue;
-                measure(&sources[s], counts[c], &list[f], &counts[c], 1, at);
-                for (int k = 0; k < SIGMAS; ++k) {
-                    printf("%s,%u,%s,%s,%u,%.1f,%.6g,%.4f\n", sources[s].name, counts[c],
-                           list[f].name, pair, counts[c], sigmas[k], at[0][k],
-                           at[0][k] / white[f][c][k]);
+                for (int i = 0; i < SIGMAS; ++i) {
+                    printf("%s,%s,%u,%.1f,%.6g\n", known[s].name, figure_names[what], counts[c],
+                           sigmas[i], rmse[c][i]);
                 }
             }
             fflush(stdout);
         }
     }
-    for (int f = 0; f < family_count; ++f) free(list[f].members);
     return 0;
 }

@@ -47,7 +47,7 @@ def folder(tmp_path):
 
 
 def arguments(pathtracer, folder, out, *more):
-    return [str(folder), "--size", "19x17", "--samplers", "blue", "--seeds", "2", "--reference-spp", "256", "--jobs", "2",
+    return [str(folder), "--size", "19x17", "--samplers", "blue", "--seeds", "2", "--reference-spp", "2048", "--jobs", "2",
             "--out", str(out), "--pages", str(out / "pages"), "--pathtracer", str(pathtracer), "--no-flip", *more]
 
 

@@ -26,7 +26,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def arguments(pathtracer, out, *more):
-    return ["--size", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue,blue-declared", "--spp", "4",
+    return ["--size", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
             "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pages", str(out / "pages"),
             "--pathtracer", str(pathtracer), "--no-times", *more]
 
@@ -44,21 +44,21 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
     monkeypatch.setattr(judge, "measure", counted)
     with pytest.raises(SystemExit, match="run it again"):
         renders.main(arguments(pathtracer, out))
-    assert not out.exists() and 0 < len(made) < 20
+    assert not out.exists() and 0 < len(made) < 16
 
-    # Two views, five samplers, two seeds.
+    # Two views, four samplers, two seeds.
     first, made[:] = list(made), []
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
     renders.main(arguments(pathtracer, out))
-    assert not set(first) & set(made) and len(first) + len(made) == 20
+    assert not set(first) & set(made) and len(first) + len(made) == 16
     text = (out / "renders.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
     assert "scripts/bench renders --size 17x16" in text and str(tmp_path) not in text
 
     with open(out / "pages/renders.csv", newline="", encoding="utf-8") as file:
         rows = {(row["scene"], row["view"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
-    # Four samplers at 1, 2 and 4, the declared one at 1 and 4.
-    assert len(rows) == 2 * (4 * 3 + 2)
+    # At 1, 2 and 4.
+    assert len(rows) == 2 * 4 * 3
     for (*_, spp), row in rows.items():
         assert row["seeds"] == "2" and all(float(row[name]) > 0 for name in MEASURES)
         assert float(row["rmse_2.1"]) < float(row["rmse"]) and (row["flip"] == "") == (spp == "2")
@@ -71,7 +71,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
     for name in (*out.glob("*.png"), *out.glob("pages/*.png")):
         Image.open(name).verify()
     html = (out / "pages/renders.html").read_text(encoding="utf-8")
-    assert html.count("data:image/jpeg") == 1 + 5 * 2
+    assert html.count("data:image/jpeg") == 1 + 4 * 2
     order = [html.index(mark) for mark in ("id=compare>", "<svg", "<table>")]
     assert order == sorted(order) and html.count("<svg") == 2 + 1 and gain.text() in html
     # Two seeds: no ratio in large, and none under the pictures.
@@ -90,7 +90,7 @@ def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path
     program, made, real = tmp_path / "pathtracer", [], judge.measure
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
     view = views.chosen("core", ("lens",), (16, 17))[0]
-    tasks = judge.plan((view,), ("white", "sobol", "blue", "blue, declared"), {1: 1, 4: 1})
+    tasks = judge.plan((view,), ("white", "sobol", "zorder", "blue"), {1: 1, 4: 1})
     for other in ("", "--seed 77"):
         program.write_text(f"""#!/bin/sh
 case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{pathtracer}' "$@" ;; esac
@@ -98,8 +98,8 @@ case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{p
         program.chmod(0o755)
         reference = judge.render_reference(program, view, 32)
         judge.Run(program, "renders", 4, 2, flip=False).results({view: reference}, tasks)
-    assert sorted(task.label for task in made[:4]) == ["blue", "blue, declared", "sobol", "white"]
-    assert sorted(task.label for task in made[4:]) == ["blue", "blue, declared"]
+    assert sorted(task.label for task in made[:4]) == ["blue", "sobol", "white", "zorder"]
+    assert [task.label for task in made[4:]] == ["blue"]
 
 
 def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
@@ -130,12 +130,12 @@ def render(pathtracer, folder, request):
 
 def test_seeds_and_counts_of_the_plan():
     view = views.chosen("core", ("cornell",), (10, 10))[0]
-    tasks = judge.plan((view,), ("white", "zorder", "blue, declared"), {1: 6, 2: 6, 4: 1})
+    tasks = judge.plan((view,), ("white", "zorder", "mask, neural"), {1: 6, 2: 6, 4: 1})
     counts = {(t.label, t.seed): t.counts for t in tasks}
     assert [counts["white", seed] for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 5]
-    assert [counts["blue, declared", seed] for seed in range(6)] == [(1, 4), *[(1,)] * 5]
+    assert counts["mask, neural", 0] == (1, 2, 4) and ("mask, neural", 3) not in counts
     assert [counts.get(("zorder", seed)) for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 2, None, None, None]
-    assert [t.cost for t in tasks if t.seed == 0] == [400, 700, 500]
+    assert [t.cost for t in tasks if t.seed == 0] == [400, 700, 400]
 
 
 def made_up(blue, seeds=8, own=0.0):
@@ -159,7 +159,7 @@ def made_up(blue, seeds=8, own=0.0):
 def test_gains_and_aims_of_figures_made_up():
     report = made_up(0.25)
     aims = {row[0]: row[3] for row in report.aims()}
-    assert aims["white / blue, 1 spp, RMSE after sigma 2.1, lit directly"] == "met"
+    assert aims["sobol / blue, 1 spp, RMSE after sigma 2.1, lit directly"] == "met"
     assert aims["sobol / blue, 16 spp, RMSE as displayed after sigma 2.1, lit directly"] == "met"
     assert aims["cells in which blue is worse than sobol"] == aims["greatest |z| of a mean"] == "met"
     assert "No cell is worse" in report.worse_text()
@@ -169,7 +169,7 @@ def test_gains_and_aims_of_figures_made_up():
 def test_what_misses_its_aim_is_said():
     report = made_up(0.6, own=0.01)
     aims = {row[0]: row[3] for row in report.aims()}
-    assert aims["white / blue, 16 spp, RMSE after sigma 2.1, lit directly"] == "missed"
+    assert aims["sobol / blue, 16 spp, RMSE after sigma 2.1, lit directly"] == "missed"
     assert aims["greatest |z| of a mean"] == aims["cells in which blue is worse than sobol"] == "missed"
     assert report.worse_text().count("| worse |") == 2 * 3
 
@@ -223,7 +223,7 @@ def test_times_of_a_small_run(pathtracer, tmp_path):
     reference = judge.render_reference(pathtracer, view, 32).path
     runs = speed.progressive_runs(pathtracer, view, reference, 4, 2, tmp_path, lambda what: None)
     assert {label: [row["spp"] for row in rows] for label, rows in runs.items()} == {
-        "white": [1, 2, 3, 4], "sobol": [1, 2, 3, 4], "blue": [1, 2, 3, 4], "blue, declared": [1, 4]}
+        "white": [1, 2, 3, 4], "sobol": [1, 2, 3, 4], "blue": [1, 2, 3, 4]}
     assert all(row["seconds"] > 0 and row["rmse_2.1"] > 0 for rows in runs.values() for row in rows)
     shares = speed.sampling_shares(pathtracer, {"blue": judge.VARIANTS["blue"]}, (16, 16), tmp_path)
     assert 0 < shares["blue"] < 1
