@@ -21,7 +21,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from report import peers
-from report.files import write_text
+from report.files import write_text, written_beside
 from report.image_error import radial_spectrum, windowed_power
 from report.palette import plain_numbers, style
 from report.renders_plots import save
@@ -50,7 +50,7 @@ SPECTRA_COUNTS = (1, 4, 16)
 # Centre and radius of the discs of the spectra, the first of which is shown, and the places of their steps.
 DISCS = ((0.4, 0.45, 0.35), (0.63, 0.37, 0.27), (0.29, 0.71, 0.23))
 STEPS = (0.236, 0.618, 0.854)
-RINGS = 16
+RINGS, DIRECTIONS, GREYS = 8, 8, 16
 
 
 def run_program(program, arguments):
@@ -193,11 +193,22 @@ def disc_errors(samples):
 
 
 def anisotropy(power):
-    """(frequency, dB): variance over squared mean of a power spectrum [SIZE][SIZE] on rings."""
-    frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(SIZE), np.fft.fftfreq(SIZE), indexing="ij"))
+    """(frequency, dB): variance over squared mean of the directions of a power spectrum [SIZE][SIZE], on rings."""
+    y, x = np.meshgrid(np.fft.fftfreq(SIZE), np.fft.fftfreq(SIZE), indexing="ij")
+    frequency = np.hypot(x, y)
     ring = np.where(frequency > 0, np.floor(frequency * 2 * RINGS), RINGS).astype(int)
-    found = [10 * np.log10(np.var(power[ring == k]) / np.mean(power[ring == k]) ** 2) for k in range(RINGS)]
+    # The axes and the diagonals are in the middle of theirs.
+    direction = np.round(np.arctan2(y, x) / np.pi * DIRECTIONS).astype(int) % DIRECTIONS
+    found = []
+    for k in range(RINGS):
+        means = [power[(ring == k) & (direction == d)].mean() for d in range(DIRECTIONS)]
+        found.append(10 * np.log10(np.var(means) / np.mean(means) ** 2))
     return (np.arange(RINGS) + 0.5) / (2 * RINGS), found
+
+
+def greys(values, low, high):
+    """From 0 to 1 in few steps, which a PNG holds in few bytes."""
+    return np.round(np.clip((values - low) / (high - low), 0, 1) * (GREYS - 1)) / (GREYS - 1)
 
 
 def axes_ratio(samples):
@@ -228,8 +239,8 @@ def plot_spectra(program, names, path):
             power = np.mean([windowed_power(image) for image in images], axis=0)
             shown = np.log10(np.maximum(np.fft.fftshift(power), 1e-4)).reshape(SIZE // 2, 2, SIZE // 2, 2).mean(axis=(1, 3))
             top, below = axes[2 * k], axes[2 * k + 1]
-            top[column].imshow(images[0][:64, :64], cmap="gray", vmin=-1.5, vmax=1.5, interpolation="nearest")
-            below[column].imshow(shown, cmap="gray", vmin=-2, vmax=0.5, interpolation="nearest")
+            top[column].imshow(greys(images[0][:64, :64], -1.5, 1.5), cmap="gray", vmin=0, vmax=1, interpolation="nearest")
+            below[column].imshow(greys(shown, -2, 0.5), cmap="gray", vmin=0, vmax=1, interpolation="nearest")
             own = {**style(name, names), "marker": ""}
             spectra = [radial_spectrum(image) for image in images]
             top[-1].semilogy(spectra[0][0], np.mean([values for _, values in spectra], axis=0), **own)
@@ -248,8 +259,10 @@ def plot_spectra(program, names, path):
         axis.yaxis.set_label_position("right")
         axis.yaxis.tick_right()
     axes[-1, -1].set_xlabel("cycles per pixel")
-    axes[0, -1].legend(fontsize=6)
-    save(figure, path)
+    figure.legend(*axes[0, -1].get_legend_handles_labels(), loc="outside lower center", ncols=len(names), fontsize=8)
+    with written_beside(path) as beside:  # in all colours: with few, greys would take those of the lines
+        figure.savefig(beside, dpi=80)
+    plt.close(figure)
     return unlike
 
 
@@ -270,8 +283,8 @@ def report_text(rows, draws, unlike, command):
               "## Spectra of error images", "",
               f"Of discs, in dimensions (0,1) of a domain that is not the position in the pixel, over {DOMAINS} domains: above an",
               "error image and radially averaged power, below the power in two dimensions (frequency 0 in the middle, black is a",
-              "hundredth of white noise) and its anisotropy, the variance on a ring over the squared mean. The anisotropy of `white`",
-              "is what remains by chance.", "",
+              "hundredth of white noise) and its anisotropy on rings, the variance over eight directions over the squared mean. That of",
+              "`white` is what remains by chance.", "",
               "![Error images, their spectra and anisotropy](samplers_spectra.png)", "",
               "Low-frequency power of the error of steps in such domains, along one axis over along the other, sigma 2.1; 1 is even:", "",
               md_table(["sampler", *map(str, SPECTRA_COUNTS)], [ratio_row(name, unlike[name]) for name in names]), ""]
