@@ -29,4 +29,6 @@ def test_compiles_alone(header, standard, compiler, tmp_path):
 def test_includes_next_to_nothing(header):
     includes = set(re.findall(r'^\s*#\s*include\s*[<"](.+?)[>"]', (INCLUDE / "bn" / header).read_text(),
                               re.MULTILINE))
-    assert includes <= {"stddef.h", "stdint.h", "bn/bn.h"}
+    # bn_draw.h shares its text with shaders, and uses SSE2 where the compiler targets it.
+    more = {"bn/bn_draw.glsl", "emmintrin.h"} if header == "bn_draw.h" else set()
+    assert includes <= {"stddef.h", "stdint.h", "bn/bn.h"} | more
