@@ -1,198 +1,314 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The tile of bn_bake_sampler: memory, test integrands, point sets and the start of the search. */
+ * The table, its file format, random numbers, integrands and blurs of bn_bake_sampler. Loops run
+ * over arrays with a fixed inner stride, so that compilers make vectors of them in a fixed order of
+ * sums. Random numbers are counters hashed by splitmix64 (Steele, Lea and Flood, "Fast Splittable
+ * Pseudorandom Number Generators", 2014). */
 #include "bake_tile.h"
+#include <bn/bn.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-void *allocate(size_t count, size_t size) {
+static const double TURN = 6.283185307179586;
+
+void *bake_allocate(size_t count, size_t size) {
     void *memory = calloc(count, size);
     if (memory == NULL) {
-        fprintf(stderr, "bn_bake_sampler: out of memory\n");
+        fprintf(stderr, "bn_bake_sampler: no memory for %zu bytes; close other programs\n",
+                count * size);
         exit(1);
     }
     return memory;
 }
 
-double integrand_value(const integrand *f, double x, double y) {
-    if (f->r > 0.0) return (x - f->a) * (x - f->a) + (y - f->b) * (y - f->b) < f->r ? 1.0 : 0.0;
-    return f->a * x + f->b * y < f->c ? 1.0 : 0.0;
+/* ---- Random numbers ---- */
+
+uint64_t bake_mix(uint64_t v) {
+    v += 0x9e3779b97f4a7c15u;
+    v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
+    v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
+    return v ^ (v >> 31);
 }
 
-/* The length of the part of [0, 1] that a column at x has inside. */
-static double integrand_column(const integrand *f, double x) {
-    double low = 0.0, high = 1.0;
-    if (f->r > 0.0) {
-        double square = f->r - (x - f->a) * (x - f->a);
-        if (square <= 0.0) return 0.0;
-        low = f->b - sqrt(square);
-        high = f->b + sqrt(square);
-    } else if (fabs(f->b) < 1e-9) {
-        return f->a * x < f->c ? 1.0 : 0.0;
-    } else if (f->b > 0.0) {
-        high = (f->c - f->a * x) / f->b;
-    } else {
-        low = (f->c - f->a * x) / f->b;
+bake_random bake_random_make(uint64_t seed, uint64_t what, uint64_t which) {
+    bake_random r = {bake_mix(bake_mix(bake_mix(seed) + what) + which), 0};
+    return r;
+}
+
+uint64_t bake_random_bits(bake_random *r) {
+    return bake_mix(r->key ^ bake_mix(r->counter++));
+}
+
+double bake_random_double(bake_random *r) {
+    return (double)(bake_random_bits(r) >> 11) * (1.0 / 9007199254740992.0);
+}
+
+uint32_t bake_random_below(bake_random *r, uint32_t limit) {
+    return (uint32_t)((bake_random_bits(r) >> 32) * limit >> 32);
+}
+
+int bake_count(const bake_options *options, double count, int least) {
+    double scaled = options->effort * count;
+    return scaled > least ? (int)scaled : least;
+}
+
+/* ---- The table ---- */
+
+uint32_t bake_morton(uint32_t x, uint32_t y) {
+    uint32_t m = 0;
+    for (int i = 0; i < 6; ++i) m |= (x >> i & 1u) << (2 * i) | (y >> i & 1u) << (2 * i + 1);
+    return m;
+}
+
+/* Permutation `which` of four, by the factorial number system. */
+static uint32_t permuted(uint32_t which, uint32_t child) {
+    uint32_t left[4] = {0, 1, 2, 3}, order[4];
+    for (uint32_t i = 0, n = 4; i < 4; ++i, --n) {
+        uint32_t pick = which % n;
+        which /= n;
+        order[i] = left[pick];
+        for (uint32_t k = pick; k + 1 < n; ++k) left[k] = left[k + 1];
     }
-    low = low < 0.0 ? 0.0 : low;
-    high = high > 1.0 ? 1.0 : high;
-    return high > low ? high - low : 0.0;
+    return order[child];
 }
 
-void integrand_finish(integrand *f) {
-    enum { columns = 4096 };
-    double sum = 0.0;
-    for (int i = 0; i < columns; ++i) sum += integrand_column(f, (i + 0.5) / columns);
-    f->mean = sum / columns;
-}
-
-/* Integrand number `index` of an endless, well-spread sequence: angle and point by the additive
- * recurrence of the generalised golden ratio in three dimensions. */
-integrand integrand_make(uint64_t seed, uint64_t index) {
-    const double tau = 6.283185307179586;
-    double u[3];
-    const double step[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
-    for (int i = 0; i < 3; ++i) {
-        double start = (double)(mix(seed + (uint64_t)i) >> 11) * 0x1p-53;
-        u[i] = start + step[i] * (double)(index + 1);
-        u[i] -= floor(u[i]);
+void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within) {
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        uint32_t m = bake_morton(p % SIDE, p / SIDE), out = 0;
+        for (int level = 5; level >= 0; --level) {
+            uint32_t child = m >> (2 * level) & 3u;
+            uint64_t hash =
+                bake_mix(bake_mix(seed + (m >> (2 * level + 2)) * 8u) + (uint64_t)level);
+            if (level >= 2 || within) child = permuted((uint32_t)(hash % 24u), child);
+            out = out << 2 | child;
+        }
+        label[p] = (uint16_t)out;
     }
-    integrand f;
-    if (index % 8 == 7) {
-        double radius = 0.15 + 0.6 * u[0];
-        f = (integrand){1.5 * u[1] - 0.25, 1.5 * u[2] - 0.25, 0.0, radius * radius, 0.0};
-    } else {
-        double a = cos(tau * u[0]), b = sin(tau * u[0]);
-        f = (integrand){a, b, a * u[1] + b * u[2], 0.0, 0.0};
+}
+
+/* See the layout in libbn/data/README.md. */
+void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]) {
+    memset(words, 0, TABLE_WORDS * sizeof *words);
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        uint32_t places = 0;
+        for (uint32_t a = 0; a < MEMBERS; ++a) places |= (table->label[a][p] & 15u) << (4 * a);
+        words[p / 2] |= places << (p % 2 * 16);
     }
-    integrand_finish(&f);
-    return f;
-}
-
-/* The same for edges parallel to an axis: x < c or y < c. */
-integrand step_make(uint64_t index, int axis, int k) {
-    double shift = 0.6180339887498949 * (double)index;
-    integrand f = {axis == 0, axis == 1, (k + shift - floor(shift)) / LANES, 0.0, 0.0};
-    f.mean = f.c;
-    return f;
-}
-
-uint32_t entry_make(uint32_t sx, uint32_t sy, uint32_t fx, uint32_t fy) {
-    return sx | sy << 8 | fx << 16 | fy << 24;
-}
-
-/* x has the digits j of a shifted index where y has those of j ^ key. */
-uint32_t entry_key(uint32_t entry) {
-    return (entry ^ entry >> 8) & 255u;
-}
-
-/* The point j of a set: in the middle of what the table fixes. */
-void set_point(const tile *t, uint32_t j, uint32_t key, uint32_t fx, uint32_t fy, float *x,
-               float *y) {
-    uint32_t ux = (t->digits.x[j] ^ fx << 16) & 0xffff0000u;
-    uint32_t uy = (t->digits.y[j ^ key] ^ fy << 16) & 0xffff0000u;
-    *x = (float)((ux | 0x8000u) * 0x1p-32);
-    *y = (float)((uy | 0x8000u) * 0x1p-32);
-}
-
-/* The start: consecutive blocks of as many points as the table is for along a scrambled Morton
- * curve. */
-static void tile_start(tile *t) {
-    uint32_t n = t->opt.size, bits = 0;
-    while ((1u << bits) < n) ++bits;
-    for (uint32_t y = 0; y < n; ++y) {
-        for (uint32_t x = 0; x < n; ++x) {
-            uint32_t m = 0, path = 1;
-            /* The quadrants of each node of the quadtree in a random order. */
-            for (uint32_t level = bits; level-- > 0;) {
-                uint32_t quadrant = (y >> level & 1u) << 1 | (x >> level & 1u);
-                uint32_t order[4] = {0, 1, 2, 3};
-                random_state random = {mix(t->opt.seed) ^ path, 0};
-                for (uint32_t i = 3; i > 0; --i) {
-                    uint32_t j = (uint32_t)(random_u64(&random) % (i + 1));
-                    uint32_t swap = order[i];
-                    order[i] = order[j];
-                    order[j] = swap;
-                }
-                m = m << 2 | order[quadrant];
-                path = path << 2 | quadrant;
-            }
-            uint32_t digits = bn_reverse_bits(m * t->opt.declared);
-            uint32_t second = bn_sobol_second(digits);
-            /* The first eight digits of y, taken back to digits of the index: the map is its own
-             * inverse. */
-            uint32_t key = bn_sobol_second(second & 0xff000000u) >> 24;
-            t->entries[y * n + x] =
-                entry_make(digits >> 24, key, digits >> 16 & 255u, second >> 16 & 255u);
+    uint32_t *out = words + PIXELS / 2;
+    for (uint32_t b = 0; b < BLOCKS; ++b) {
+        uint32_t upper = table->label[0][b / 16 * 4 * SIDE + b % 16 * 4] >> 4;
+        out[b / 4] |= upper << (b % 4 * 8);
+    }
+    out += BLOCKS / 4;
+    for (int a = 0; a < MEMBERS; ++a) {
+        for (int j = 0; j < POLE_VECTORS; ++j) {
+            const uint32_t *vector = j < POLE_INDEX_BITS
+                                         ? table->member[a].index[j]
+                                         : table->member[a].label[j - POLE_INDEX_BITS];
+            /* The tables of the draws keep 16 digits of a label. */
+            uint32_t kept = j < POLE_INDEX_BITS ? 0xffffffffu : 0xffff0000u;
+            for (int d = 0; d < 4; ++d) *out++ = vector[d] & kept;
         }
     }
 }
 
-static int make_neighbours(const options *opt, neighbour *out) {
-    int n = 0, reach = (int)opt->size / BLOCKS < 12 ? (int)opt->size / BLOCKS : 12;
-    for (int dy = -reach; dy <= reach; ++dy) {
-        for (int dx = -reach; dx <= reach; ++dx) {
-            /* Twice-blurred: the autocorrelation of a Gaussian has twice its variance. */
-            double d2 = dx * dx + dy * dy;
-            double w = (1.0 - opt->wide) * exp(-d2 / (4.0 * opt->sigma[0] * opt->sigma[0])) +
-                       opt->wide * exp(-d2 / (4.0 * opt->sigma[1] * opt->sigma[1]));
-            if ((dx == 0 && dy == 0) || w < 0.002) continue;
-            if (out != NULL) out[n] = (neighbour){dx, dy, (float)w};
-            ++n;
+void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]) {
+    const uint32_t *blocks = words + PIXELS / 2, *in = blocks + BLOCKS / 4;
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        uint32_t b = p / (4 * SIDE) * 16 + p % SIDE / 4;
+        uint32_t upper = blocks[b / 4] >> (b % 4 * 8) & 255u;
+        for (uint32_t a = 0; a < MEMBERS; ++a) {
+            table->label[a][p] =
+                (uint16_t)(upper << 4 | (words[p / 2] >> (p % 2 * 16 + 4 * a) & 15u));
         }
     }
-    return n;
-}
-
-/* Along rows and columns: for edges that are parallel to them, all of whose pixels have the same
- * integrand while those beside them have none. */
-static int make_line(const options *opt, neighbour *out) {
-    int n = 0, reach = (int)opt->size / BLOCKS < 7 ? (int)opt->size / BLOCKS : 7;
-    for (int d = -reach; d <= reach; ++d) {
-        if (d == 0) continue;
-        float w = (float)(0.5 * (exp(-d * d / (4.0 * opt->sigma[0] * opt->sigma[0])) +
-                                 exp(-d * d / (4.0 * opt->sigma[1] * opt->sigma[1]))));
-        if (out != NULL) {
-            out[n] = (neighbour){d, 0, w};
-            out[n + 1] = (neighbour){0, d, w};
-        }
-        n += 2;
+    for (int a = 0; a < MEMBERS; ++a) {
+        memcpy(table->member[a].index, in, sizeof table->member[a].index);
+        in += POLE_INDEX_BITS * 4;
+        memcpy(table->member[a].label, in, sizeof table->member[a].label);
+        in += POLE_LABEL_BITS * 4;
     }
-    return n;
 }
 
-void tile_create(tile *t, const options *opt) {
-    memset(t, 0, sizeof *t);
-    t->opt = *opt;
-    size_t pixels = (size_t)opt->size * opt->size, count = opt->integrands;
-    t->entries = allocate(pixels, sizeof *t->entries);
-    t->errors = allocate(pixels * LEVELS * count, sizeof *t->errors);
-    t->a = allocate(5 * count, sizeof *t->a);
-    t->b = t->a + count;
-    t->c = t->b + count;
-    t->r = t->c + count;
-    t->mean = t->r + count;
-    t->neighbour_count = make_neighbours(opt, NULL);
-    t->neighbours = allocate((size_t)t->neighbour_count, sizeof *t->neighbours);
-    make_neighbours(opt, t->neighbours);
-    t->line_count = make_line(opt, NULL);
-    t->line = allocate((size_t)t->line_count, sizeof *t->line);
-    make_line(opt, t->line);
-    t->occupied = allocate(PARTITIONS, sizeof *t->occupied);
-    t->changes = allocate(BLOCKS * BLOCKS / 4, sizeof *t->changes);
-    bn_digit_tables_fill(&t->digits);
-    make_partitions(t);
-    tile_start(t);
-    count_cells(t);
+void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which) {
+    for (uint32_t i = 0; i < POINTS; ++i) {
+        uint32_t bits[4];
+        pole_index_point(v, i, bits);
+        memcpy(pair->point[i], bits + 2 * which, sizeof pair->point[i]);
+    }
+    for (uint32_t m = 0; m < PIXELS; ++m) {
+        uint32_t bits[4];
+        pole_label_shift(v, m, bits);
+        for (int c = 0; c < 2; ++c) pair->shift[m][c] = bits[2 * which + c] & 0xffff0000u;
+    }
 }
 
-void tile_destroy(tile *t) {
-    free(t->entries);
-    free(t->errors);
-    free(t->a);
-    free(t->neighbours);
-    free(t->line);
-    free(t->occupied);
-    free(t->changes);
+void bake_pair_points(const bake_pair *pair, uint32_t label, uint32_t below, int count, float *x,
+                      float *y) {
+    uint32_t sx = pair->shift[label][0] | (below & 0xffffu);
+    uint32_t sy = pair->shift[label][1] | below >> 16;
+    for (int i = 0; i < count; ++i) {
+        x[i] = (float)(int32_t)((pair->point[i][0] ^ sx) >> 8) * (1.0f / 16777216.0f);
+        y[i] = (float)(int32_t)((pair->point[i][1] ^ sy) >> 8) * (1.0f / 16777216.0f);
+    }
+}
+
+void bake_sobol_points(int p, uint32_t domain, int count, float *x, float *y) {
+    static bn_sampler *sampler;
+    if (sampler == NULL) {
+        bn_sampler_options options = bn_sampler_options_default();
+        options.kind = BN_SAMPLER_SOBOL;
+        bn_result result = bn_sampler_create(&options, &sampler);
+        if (result != BN_SUCCESS) {
+            fprintf(stderr, "bn_bake_sampler: the baseline: %s\n", bn_result_string(result));
+            exit(1);
+        }
+    }
+    for (int i = 0; i < count; ++i) {
+        float u[4];
+        bn_sample_4d(sampler, p % SIDE, p / SIDE, (uint32_t)i, domain, u);
+        x[i] = u[0];
+        y[i] = u[1];
+    }
+}
+
+/* ---- Integrands ---- */
+
+/* The area of a x + b y < c in the unit square, which is clipped. */
+static double plane_mean(double a, double b, double c) {
+    static const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    double x[8], y[8], area = 0;
+    int n = 0;
+    for (int i = 0; i < 4; ++i) {
+        const double *p = corner[i], *q = corner[(i + 1) % 4];
+        double dp = a * p[0] + b * p[1] - c, dq = a * q[0] + b * q[1] - c;
+        if (dp < 0) {
+            x[n] = p[0];
+            y[n++] = p[1];
+        }
+        if ((dp < 0) != (dq < 0)) {
+            double t = dp / (dp - dq);
+            x[n] = p[0] + t * (q[0] - p[0]);
+            y[n++] = p[1] + t * (q[1] - p[1]);
+        }
+    }
+    for (int i = 0; i < n; ++i) area += x[i] * y[(i + 1) % n] - x[(i + 1) % n] * y[i];
+    return area / 2;
+}
+
+bake_plane bake_plane_make(bake_random *r, double turns) {
+    double a = cos(TURN * turns), b = sin(TURN * turns);
+    double x = bake_random_double(r), y = bake_random_double(r);
+    double c = a * x + b * y;
+    bake_plane plane = {(float)a, (float)b, (float)c, plane_mean(a, b, c)};
+    return plane;
+}
+
+bake_plane bake_plane_step(int dimension, double place) {
+    bake_plane plane = {dimension == 0, dimension == 1, (float)place, place};
+    return plane;
+}
+
+void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, int count,
+                     uint64_t *bits) {
+    float a = plane->a, b = plane->b, c = plane->c;
+    for (int word = 0; word < count / 64; ++word, x += 64, y += 64) {
+        unsigned char inside[64];
+        for (int i = 0; i < 64; ++i) inside[i] = (unsigned char)(a * x[i] + b * y[i] < c);
+        uint64_t v = 0;
+        for (int k = 0; k < 8; ++k) {
+            uint64_t eight = 0;
+            for (int i = 0; i < 8; ++i) eight |= (uint64_t)inside[8 * k + i] << (8 * i);
+            /* Gathers the lowest bits of eight bytes in the top byte. */
+            v |= (eight * 0x0102040810204080u >> 56) << (8 * k);
+        }
+        bits[word] = v;
+    }
+}
+
+void bake_prefix_counts(const uint64_t *bits, int levels, int *counts) {
+    int total = 0;
+    for (int word = 0; word < (levels > 7 ? 4 : 1); ++word) {
+        uint64_t v = bits[word];
+        if (word == 0) counts[0] = (int)(v & 1u);
+        v = v - ((v >> 1) & 0x5555555555555555u);
+        if (word == 0) counts[1] = (int)(v & 3u);
+        v = (v & 0x3333333333333333u) + ((v >> 2) & 0x3333333333333333u);
+        if (word == 0) counts[2] = (int)(v & 7u);
+        v = (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+        v *= 0x0101010101010101u; /* byte k: the sum of bytes 0 to k */
+        if (word == 0) {
+            counts[3] = (int)(v & 255u);
+            counts[4] = (int)(v >> 8 & 255u);
+            counts[5] = (int)(v >> 24 & 255u);
+        }
+        total += (int)(v >> 56);
+        if (word == 0) counts[6] = total;
+        if (word == 1) counts[7] = total;
+        if (word == 3) counts[8] = total;
+    }
+}
+
+/* ---- Images ---- */
+
+enum { RADIUS = 7 };
+
+static void kernel_fill(float kernel[2 * RADIUS + 1]) {
+    double k[2 * RADIUS + 1], total = 0;
+    for (int d = -RADIUS; d <= RADIUS; ++d) {
+        total += k[d + RADIUS] = exp(-d * d / (2 * SIGMA * SIGMA));
+    }
+    for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / total);
+}
+
+double bake_blur_gain(int axes) {
+    float kernel[2 * RADIUS + 1];
+    double sum = 0;
+    kernel_fill(kernel);
+    for (int d = 0; d <= 2 * RADIUS; ++d) sum += (double)kernel[d] * kernel[d];
+    return axes == 3 ? sum * sum : sum;
+}
+
+void bake_blur(const float *in, float *out, int side, int axes) {
+    static float kernel[2 * RADIUS + 1];
+    float rows[PIXELS], line[SIDE + 2 * RADIUS], sum[SIDE];
+    if (kernel[0] == 0.0f) kernel_fill(kernel);
+    for (int y = 0; y < side; ++y) {
+        const float *row = in + y * side;
+        if ((axes & 1) == 0) {
+            memcpy(rows + y * side, row, (size_t)side * sizeof *row);
+            continue;
+        }
+        for (int x = 0; x < side + 2 * RADIUS; ++x) line[x] = row[(x - RADIUS) & (side - 1)];
+        memset(sum, 0, sizeof sum);
+        for (int d = 0; d <= 2 * RADIUS; ++d) {
+            float w = kernel[d];
+            for (int x = 0; x < side; ++x) sum[x] += w * line[x + d];
+        }
+        memcpy(rows + y * side, sum, (size_t)side * sizeof *sum);
+    }
+    for (int y = 0; y < side; ++y) {
+        if ((axes & 2) == 0) {
+            memcpy(out + y * side, rows + y * side, (size_t)side * sizeof *out);
+            continue;
+        }
+        memset(sum, 0, sizeof sum);
+        for (int d = 0; d <= 2 * RADIUS; ++d) {
+            const float *row = rows + ((y + d - RADIUS) & (side - 1)) * side;
+            float w = kernel[d];
+            for (int x = 0; x < side; ++x) sum[x] += w * row[x];
+        }
+        memcpy(out + y * side, sum, (size_t)side * sizeof *sum);
+    }
+}
+
+double bake_mean_square(const float *image, int count) {
+    float lane[16] = {0};
+    for (int i = 0; i < count; i += 16) {
+        for (int k = 0; k < 16; ++k) lane[k] += image[i + k] * image[i + k];
+    }
+    double sum = 0;
+    for (int k = 0; k < 16; ++k) sum += lane[k];
+    return sum / count;
 }

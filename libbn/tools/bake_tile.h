@@ -1,117 +1,153 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The tile that bn_bake_sampler optimises, and what its parts offer each other. */
+ * What the stages of bn_bake_sampler share: the table that is being made, test integrands, random
+ * numbers, blurs, and the stages themselves. A stage is a list of parts; a part is a function of
+ * the table before it, the seed and the effort alone, so that a run may end between any two of
+ * them. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
-#include <bn/bn_draw.h>
+#include "pole_order.h"
+#include <stddef.h>
+#include <stdint.h>
 
 enum {
-    LEVELS = 9,
+    SIDE = 64,            /* of the tile, in pixels */
+    PIXELS = SIDE * SIDE, /* as many labels */
+    BLOCKS = PIXELS / 16, /* of 4 x 4 pixels, whose labels share their upper bits */
+    MEMBERS = 4,
     POINTS = 256,
-    LANES = 16,
-    PARTITIONS = 10,
-    MAX_CELLS = 1 << 14,
-    BLOCKS = 4,
-    STEPS = 2 * LANES
+    LEVELS = 9, /* 1, 2, 4 ... 256 samples */
+    TABLE_WORDS = PIXELS / 2 + BLOCKS / 4 + MEMBERS * POLE_VECTORS * 4
 };
 
-typedef struct options {
-    uint32_t size;
-    uint32_t integrands;
-    uint32_t sweeps;
-    uint32_t proposals;
-    uint32_t threads;
-    uint32_t declared; /* the count the table is for */
+static const double SIGMA = 2.1; /* of the blur through which a picture is judged, in pixels */
+
+typedef struct {
+    pole_vectors member[MEMBERS];
+    uint16_t label[MEMBERS][PIXELS]; /* label >> 4 is the same for all members */
+} bake_table;
+
+typedef struct {
     uint64_t seed;
-    double wide;     /* weight of the wider of the two blurs, the rest is the narrow one's */
-    double sigma[2]; /* the two blurs, in pixels */
-    double level_weight[LEVELS];
-    double temperature;   /* at the first sweep; falls to zero over the sweeps */
-    double edges[LEVELS]; /* weights of the errors along axis-aligned edges */
-    double evenness;      /* weight of the evenness of the first samples over the tile */
-    double refresh;       /* share of the integrands that is replaced before each sweep */
-    const char *output;
-    const char *start; /* a table to begin from, or NULL */
-} options;
+    double effort;
+    /* Called now and then with what share of the part is done. */
+    void (*progress)(double share);
+} bake_options;
 
-/* Random numbers: a counter hashed with SplitMix64. */
-static inline uint64_t mix(uint64_t v) {
-    v += 0x9e3779b97f4a7c15u;
-    v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
-    v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
-    return v ^ (v >> 31);
-}
+/* ---- Memory and random numbers ---- */
 
-typedef struct random_state {
+/* Zeroed; ends the program when there is none. */
+void *bake_allocate(size_t count, size_t size);
+
+typedef struct {
     uint64_t key, counter;
-} random_state;
+} bake_random;
 
-static inline uint64_t random_u64(random_state *state) {
-    return mix(state->key ^ mix(state->counter++));
-}
-static inline double random_double(random_state *state) {
-    return (double)(random_u64(state) >> 11) * 0x1p-53;
-}
+uint64_t bake_mix(uint64_t v);
+bake_random bake_random_make(uint64_t seed, uint64_t what, uint64_t which);
+uint64_t bake_random_bits(bake_random *r);
+double bake_random_double(bake_random *r);                  /* in [0, 1) */
+uint32_t bake_random_below(bake_random *r, uint32_t limit); /* limit < 2^16 */
 
-/* A half-plane a x + b y < c, or with r > 0 the disc (x - a)^2 + (y - b)^2 < r. */
-typedef struct integrand {
-    double a, b, c, r, mean;
-} integrand;
+/* effort * count, at least `least`. */
+int bake_count(const bake_options *options, double count, int least);
 
-typedef struct neighbour {
-    int dx, dy;
-    float weight;
-} neighbour;
+/* ---- The table ---- */
 
-typedef struct partition {
-    int bits_x, bits_y;
-    float scale; /* one over the mean count of a cell */
-} partition;
+/* The index of pixel (x, y) along the Morton curve, x in the even bits. */
+uint32_t bake_morton(uint32_t x, uint32_t y);
 
-typedef struct tile {
-    options opt;
-    partition partitions[PARTITIONS];
-    uint8_t second[256];  /* the first eight digits of y for those of the index */
-    uint32_t *entries;    /* [size][size], the table that is made */
-    float *errors;        /* [size][size][LEVELS][integrands] */
-    float *a, *b, *c, *r; /* the same, one array per parameter */
-    float *mean;
-    neighbour *neighbours,
-        *line; /* of all integrands; of the first STEPS, along rows and columns */
-    int neighbour_count, line_count;
-    float level_weight[LEVELS];
-    int32_t (*occupied)[MAX_CELLS]; /* [PARTITIONS]: entries in every cell of every partition */
-    int32_t (*changes)[PARTITIONS][MAX_CELLS]; /* of each block of the colour being visited */
-    uint32_t sweep;
-    int prepared; /* the errors are those of the present entries and integrands */
-    bn_digit_tables digits;
-} tile;
+/* Labels by random permutations of the four children of every block, down to single pixels when
+ * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
+void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
 
-/* bake_tile.c: memory, test integrands, point sets, the start. */
-void *allocate(size_t count, size_t size);
-void integrand_finish(integrand *f);
-double integrand_value(const integrand *f, double x, double y);
-integrand integrand_make(uint64_t seed, uint64_t index);
-integrand step_make(uint64_t index, int axis, int k);
-uint32_t entry_make(uint32_t sx, uint32_t sy, uint32_t fx, uint32_t fy);
-uint32_t entry_key(uint32_t entry);
-void set_point(const tile *t, uint32_t j, uint32_t key, uint32_t fx, uint32_t fy, float *x,
-               float *y);
-void tile_create(tile *t, const options *opt);
-void tile_destroy(tile *t);
+void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]);
+void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]);
 
-/* bake_evenness.c: how evenly the first samples of the tile fill the unit square. */
-void make_partitions(tile *t);
-void count_cells(tile *t);
-float crowding(const tile *t, int32_t (*change)[MAX_CELLS], uint32_t entry);
-void count_entry(const tile *t, int32_t (*change)[MAX_CELLS], uint32_t entry, int32_t by);
-double worst_crowding(const tile *t);
+/* Coordinates of the first `count` samples of a label in one pair. What lies below their 16 digits
+ * is `below`, 16 bits for each coordinate. */
+typedef struct {
+    uint32_t point[POINTS][2], shift[PIXELS][2];
+} bake_pair;
 
-/* bake_search.c: the descent. */
-void tile_set_integrands(tile *t, uint32_t sweep);
-void tile_sweep(tile *t);
+void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which);
+void bake_pair_points(const bake_pair *pair, uint32_t label, uint32_t below, int count, float *x,
+                      float *y);
 
-/* bake_report.c */
-void report(const tile *t);
+/* The same of pixel p in a domain of independent Owen-scrambled Sobol' pixels, the baseline. */
+void bake_sobol_points(int p, uint32_t domain, int count, float *x, float *y);
+
+/* ---- Integrands ---- */
+
+/* 1 where a x + b y < c; its mean is its area in the unit square. */
+typedef struct {
+    float a, b, c;
+    double mean;
+} bake_plane;
+
+/* Through a random point, at an angle in turns. */
+bake_plane bake_plane_make(bake_random *r, double turns);
+/* 1 where x or y is below a place. */
+bake_plane bake_plane_step(int dimension, double place);
+
+/* Which of `count` points (64 or 256) are inside. */
+void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, int count,
+                     uint64_t *bits);
+
+/* How many of the first 2^l bits are set, for l = 0 ... 6 with one word, 8 with four. */
+void bake_prefix_counts(const uint64_t *bits, int levels, int *counts);
+
+/* ---- Images, toroidal, `side` pixels wide ---- */
+
+/* Gaussian of SIGMA along rows (1), columns (2) or both (3), cut off at 7 pixels. */
+void bake_blur(const float *in, float *out, int side, int axes);
+/* By how much it lowers the mean square of white noise. */
+double bake_blur_gain(int axes);
+double bake_mean_square(const float *image, int count);
+
+/* What errors of two pixels add to the energy, by their distance: the autocorrelation of the blur
+ * along rows (1), columns (2) or both (3), scaled to 1 for the same pixel, with a share of a narrow
+ * one of one pixel. */
+enum { BAKE_REACH = 11, BAKE_TAPS = 2 * BAKE_REACH + 1 };
+
+typedef struct {
+    float tap[BAKE_TAPS][BAKE_TAPS];
+} bake_kernel;
+
+void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight);
+
+/* ---- The stages ---- */
+
+/* Vectors and labels to begin with: digits of the film member, whose steps are stratified. */
+void bake_start(bake_table *table, const bake_options *options);
+/* Scrambling of one pair of a member. */
+void bake_scramble(bake_table *table, const bake_options *options, int member, int pair);
+/* The order of the samples of a member against those of the members before it. */
+void bake_order(bake_table *table, const bake_options *options, int member);
+/* Which labels each block has, for all members. */
+void bake_blocks(bake_table *table, const bake_options *options);
+/* Part `part` of `parts` of the arrangement of a member's labels. */
+void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts);
+/* Prints what a table is worth on other integrands. */
+void bake_report(const bake_table *table);
+
+/* ---- Features: what labels are compared by ---- */
+
+/* Rows of `width` numbers, a multiple of 16. */
+typedef struct {
+    int width;
+    float *rows;
+} bake_features;
+
+enum { FEATURES_OWN, FEATURES_STEP_X, FEATURES_STEP_Y, FEATURES_AXES };
+
+/* Errors of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1
+ * of the pair (0, 1), or steps in the pairs whose axes must be alike. */
+void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
+                            int member, int what);
+/* Errors of products over two members, a row for each block and two places in it, the first
+ * member's place outside. */
+void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
+                          int first, int second);
 
 #endif

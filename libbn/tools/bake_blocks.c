@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The fourth stage of bn_bake_sampler: which block of 4 x 4 pixels has which 16 labels, the same
+ * for all members of a family.
+ *
+ * Annealing by swaps inside aligned groups of 4 x 4 blocks, which keeps the nets over 4 x 4 and 16
+ * x 16 pixels. The energy is that of bake_labels.c for the mean features of a block, which the
+ * arrangement inside it cannot change: of half-planes and products in all members, of products over
+ * two members, and of steps in the film's pair. Half a minute, most of it for features. */
+#include "bake_tile.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { WIDE = SIDE / 4, NEAR = 3, SPAN = 2 * NEAR + 1, KERNELS = 3 };
+
+typedef struct {
+    float gram[KERNELS][BLOCKS][BLOCKS];
+    float kernel[KERNELS][SPAN][SPAN]; /* between blocks */
+    int upper[BLOCKS];
+} block_tile;
+
+/* Sums a kernel between pixels over all pairs of pixels of two blocks. */
+static void make_kernel(block_tile *t, int which, int axes, double narrow) {
+    bake_kernel k;
+    memset(&k, 0, sizeof k);
+    bake_kernel_add(&k, axes, narrow, 1);
+    for (int by = -NEAR; by <= NEAR; ++by) {
+        for (int bx = -NEAR; bx <= NEAR; ++bx) {
+            double sum = 0;
+            for (int p = 0; p < 256; ++p) {
+                int dx = 4 * bx + p % 4 - p / 4 % 4, dy = 4 * by + p / 16 % 4 - p / 64;
+                if (abs(dx) <= BAKE_REACH && abs(dy) <= BAKE_REACH) {
+                    sum += k.tap[dy + BAKE_REACH][dx + BAKE_REACH];
+                }
+            }
+            t->kernel[which][by + NEAR][bx + NEAR] = (float)sum;
+        }
+    }
+}
+
+/* Adds the products of the means of each `rows` rows, and frees the features. */
+static void add_products(block_tile *t, int which, bake_features f, int rows, double weight) {
+    float *mean = bake_allocate((size_t)BLOCKS * f.width, sizeof *mean);
+    for (int b = 0; b < BLOCKS; ++b) {
+        float *m = mean + (size_t)b * f.width;
+        for (int i = 0; i < rows; ++i) {
+            const float *row = f.rows + ((size_t)b * rows + i) * f.width;
+            for (int k = 0; k < f.width; ++k) m[k] += row[k];
+        }
+        for (int k = 0; k < f.width; ++k) m[k] /= (float)rows;
+    }
+    for (int a = 0; a < BLOCKS; ++a) {
+        for (int b = 0; b < BLOCKS; ++b) {
+            double sum = 0;
+            for (int k = 0; k < f.width; ++k) sum += mean[a * f.width + k] * mean[b * f.width + k];
+            t->gram[which][a][b] += (float)(weight * sum);
+        }
+    }
+    free(mean);
+    free(f.rows);
+}
+
+/* What block b would add with labels `upper`. */
+static float energy_at(const block_tile *t, int b, int upper) {
+    int x0 = b % WIDE, y0 = b / WIDE;
+    float sum = 0;
+    for (int dy = -NEAR; dy <= NEAR; ++dy) {
+        for (int dx = -NEAR; dx <= NEAR; ++dx) {
+            if (dx == 0 && dy == 0) continue;
+            int other = t->upper[((y0 + dy) & (WIDE - 1)) * WIDE + ((x0 + dx) & (WIDE - 1))];
+            sum += t->kernel[0][dy + NEAR][dx + NEAR] * t->gram[0][upper][other];
+        }
+    }
+    for (int d = -NEAR; d <= NEAR; ++d) {
+        if (d == 0) continue;
+        int below = t->upper[((y0 + d) & (WIDE - 1)) * WIDE + x0];
+        int beside = t->upper[y0 * WIDE + ((x0 + d) & (WIDE - 1))];
+        sum += t->kernel[1][d + NEAR][NEAR] * t->gram[1][upper][below];
+        sum += t->kernel[2][NEAR][d + NEAR] * t->gram[2][upper][beside];
+    }
+    return sum;
+}
+
+static void anneal(block_tile *t, const bake_options *options, double hot) {
+    bake_random r = bake_random_make(options->seed, 8, 0);
+    int steps = bake_count(options, 6e6, 1000);
+    for (int i = 0; i < steps; ++i) {
+        double temperature = hot * pow(0.01, (double)i / steps);
+        uint64_t bits = bake_random_bits(&r);
+        int group = (int)(bits & 15u), p = (int)(bits >> 4 & 15u);
+        int q = (p + 1 + (int)((bits >> 8 & 0xffffu) * 15 >> 16)) & 15;
+        int a = (group / 4 * 4 + p / 4) * WIDE + group % 4 * 4 + p % 4;
+        int b = (group / 4 * 4 + q / 4) * WIDE + group % 4 * 4 + q % 4;
+        int u = t->upper[a], v = t->upper[b];
+        float before = energy_at(t, a, u) + energy_at(t, b, v);
+        /* What a and b are to each other is counted twice, before and after. */
+        t->upper[a] = v;
+        t->upper[b] = u;
+        float cost = energy_at(t, a, v) + energy_at(t, b, u) - before;
+        if (cost > 0 && (double)(bits >> 32) * (1.0 / 4294967296.0) >= exp(-cost / temperature)) {
+            t->upper[a] = u;
+            t->upper[b] = v;
+        }
+        if (i % 65536 == 0) options->progress(0.8 + 0.2 * i / steps);
+    }
+}
+
+void bake_blocks(bake_table *table, const bake_options *options) {
+    block_tile *t = bake_allocate(1, sizeof *t);
+    bake_features f;
+    make_kernel(t, 0, 3, 0);
+    make_kernel(t, 1, 2, 0);
+    make_kernel(t, 2, 1, 0);
+    for (int a = 0; a < MEMBERS; ++a) {
+        bake_features_of_label(&f, table, options, a, FEATURES_OWN);
+        add_products(t, 0, f, 16, a == 0 ? 1.5 : 1);
+        for (int b = 0; b < a; ++b) {
+            bake_features_of_two(&f, table, options, b, a);
+            add_products(t, 0, f, 256, 1);
+        }
+        options->progress(0.2 * (a + 1));
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+        bake_features_of_label(&f, table, options, 0, FEATURES_STEP_X + axis);
+        add_products(t, 1 + axis, f, 16, 2);
+    }
+    for (int b = 0; b < BLOCKS; ++b) {
+        t->upper[b] = table->label[0][b / WIDE * 4 * SIDE + b % WIDE * 4] >> 4;
+    }
+    double scale = 0;
+    for (int b = 0; b < BLOCKS; ++b) scale += t->gram[0][b][b] * t->kernel[0][NEAR][NEAR] / BLOCKS;
+    anneal(t, options, 0.3 * scale);
+    for (int a = 0; a < MEMBERS; ++a) {
+        for (int p = 0; p < PIXELS; ++p) {
+            int b = p / (4 * SIDE) * WIDE + p % SIDE / 4;
+            table->label[a][p] = (uint16_t)(t->upper[b] << 4 | (table->label[a][p] & 15));
+        }
+    }
+    free(t);
+}

@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Features of labels for bn_bake_sampler: vectors whose inner products are those of the errors that
+ * labels make for many integrands, at all counts of samples.
+ *
+ * Thousands of errors a label are projected to their principal components, found by subspace
+ * iteration from a random start (Halko, Martinsson and Tropp, "Finding Structure with Randomness",
+ * 2011). An error counts by its size relative to the mean square of its integrands at its count,
+ * times a weight. Seconds a member. */
+#include "bake_tile.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LANES = 16, ITERATIONS = 4 };
+
+/* ---- Principal components ---- */
+
+/* out (count x width) = rows (count x inner) times right (inner x width); `width` is a multiple of
+ * LANES. */
+static void multiply(const float *rows, const float *right, float *out, int count, int inner,
+                     int width) {
+    memset(out, 0, (size_t)count * width * sizeof *out);
+    for (int from = 0; from < inner; from += 128) { /* of `right`, as much as a cache holds */
+        int to = from + 128 < inner ? from + 128 : inner;
+        for (int i = 0; i < count; ++i) {
+            const float *row = rows + (size_t)i * inner;
+            float *sum = out + (size_t)i * width;
+            int j = from;
+            for (; j + 4 <= to; j += 4) {
+                const float *r = right + (size_t)j * width;
+                float a = row[j], b = row[j + 1], c = row[j + 2], d = row[j + 3];
+                for (int k = 0; k < width; ++k) {
+                    sum[k] +=
+                        a * r[k] + b * r[width + k] + c * r[2 * width + k] + d * r[3 * width + k];
+                }
+            }
+            for (; j < to; ++j) {
+                const float *r = right + (size_t)j * width;
+                for (int k = 0; k < width; ++k) sum[k] += row[j] * r[k];
+            }
+        }
+    }
+}
+
+/* out (inner x width) += the transpose of rows (count x inner) times left (count x width). */
+static void multiply_transposed(const float *rows, const float *left, float *out, int count,
+                                int inner, int width) {
+    memset(out, 0, (size_t)inner * width * sizeof *out);
+    for (int i = 0; i + 4 <= count; i += 4) {
+        const float *row = rows + (size_t)i * inner, *l = left + (size_t)i * width;
+        for (int j = 0; j < inner; ++j) {
+            float a = row[j], b = row[inner + j], c = row[2 * (size_t)inner + j],
+                  d = row[3 * (size_t)inner + j];
+            float *sum = out + (size_t)j * width;
+            for (int k = 0; k < width; ++k) {
+                sum[k] += a * l[k] + b * l[width + k] + c * l[2 * width + k] + d * l[3 * width + k];
+            }
+        }
+    }
+}
+
+/* Gram-Schmidt on the columns, twice for precision; on a transposed copy. */
+static void orthonormalise(float *z, int count, int width) {
+    int padded = (count + LANES - 1) / LANES * LANES;
+    float *t = bake_allocate((size_t)padded * width, sizeof *t);
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < width; ++k) t[(size_t)k * padded + i] = z[(size_t)i * width + k];
+    }
+    for (int k = 0; k < width; ++k) {
+        float *a = t + (size_t)k * padded;
+        for (int turn = 0; turn < 2 * k; ++turn) {
+            const float *b = t + (size_t)(turn % k) * padded;
+            float lane[LANES] = {0}, sum = 0;
+            for (int i = 0; i < padded; i += LANES) {
+                for (int j = 0; j < LANES; ++j) lane[j] += a[i + j] * b[i + j];
+            }
+            for (int j = 0; j < LANES; ++j) sum += lane[j];
+            for (int i = 0; i < padded; ++i) a[i] -= sum * b[i];
+        }
+        float scale = (float)(1 / sqrt(bake_mean_square(a, padded) * padded + 1e-30));
+        for (int i = 0; i < padded; ++i) a[i] *= scale;
+    }
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < width; ++k) z[(size_t)i * width + k] = t[(size_t)k * padded + i];
+    }
+    free(t);
+}
+
+/* Projects `count` rows of `inner` numbers to `width`, in directions that come from every `step`-th
+ * row. */
+static void project(const float *rows, int count, int step, int inner, int width, float *out) {
+    int judged = count / step / 4 * 4;
+    float *some = bake_allocate((size_t)judged * inner, sizeof *some);
+    for (int i = 0; i < judged; ++i) {
+        memcpy(some + (size_t)i * inner, rows + (size_t)i * step * inner,
+               (size_t)inner * sizeof *some);
+    }
+    float *z = bake_allocate((size_t)inner * width, sizeof *z);
+    bake_random r = bake_random_make(5, 4, 0);
+    for (int i = 0; i < inner * width; ++i) z[i] = (float)(bake_random_double(&r) - 0.5);
+    orthonormalise(z, inner, width);
+    for (int i = 0; i < ITERATIONS; ++i) {
+        multiply(some, z, out, judged, inner, width);
+        multiply_transposed(some, out, z, judged, inner, width);
+        orthonormalise(z, inner, width);
+    }
+    multiply(rows, z, out, count, inner, width);
+    free(z);
+    free(some);
+}
+
+/* ---- Errors ---- */
+
+/* The errors of one kind of integrand: columns of a matrix with `stride` numbers in a row. */
+typedef struct {
+    float *rows;
+    int stride, used;
+} error_matrix;
+
+static void put_errors(float *out, const uint64_t *bits, int levels, double mean) {
+    int counts[LEVELS];
+    bake_prefix_counts(bits, levels, counts);
+    for (int l = 0; l < levels; ++l) out[l] = (float)(counts[l] / (double)(1 << l) - mean);
+}
+
+/* Scales columns first to used - 1, levels innermost, so that the squares of each level have the
+ * mean weight[level] over labels, summed over integrands. */
+static void weigh(error_matrix *m, int count, int first, int levels, const double *weight) {
+    double square[LEVELS] = {0};
+    for (int i = 0; i < count; ++i) {
+        const float *row = m->rows + (size_t)i * m->stride;
+        for (int j = first; j < m->used; ++j) square[(j - first) % levels] += row[j] * row[j];
+    }
+    for (int l = 0; l < levels; ++l) square[l] = sqrt(weight[l] * count / square[l]);
+    for (int i = 0; i < count; ++i) {
+        float *row = m->rows + (size_t)i * m->stride;
+        for (int j = first; j < m->used; ++j) row[j] *= (float)square[(j - first) % levels];
+    }
+}
+
+/* Planes for pair 0 and 1, and which of both an integrand is the product of. */
+typedef struct {
+    bake_plane plane[2];
+    int uses; /* 1, 2 or 3 for both */
+} label_integrand;
+
+static void add_integrands(error_matrix *m, const bake_pair pairs[2], const label_integrand *list,
+                           int n, const double *weight) {
+    float x[2][POINTS], y[2][POINTS];
+    int first = m->used;
+    m->used += n * LEVELS;
+    for (int label = 0; label < PIXELS; ++label) {
+        float *row = m->rows + (size_t)label * m->stride + first;
+        for (int k = 0; k < 2; ++k) {
+            bake_pair_points(&pairs[k], (uint32_t)label, 0x80008000u, POINTS, x[k], y[k]);
+        }
+        for (int f = 0; f < n; ++f) {
+            uint64_t bits[4] = {~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0};
+            double mean = 1;
+            for (int k = 0; k < 2; ++k) {
+                uint64_t one[4];
+                if ((list[f].uses >> k & 1) == 0) continue;
+                bake_plane_bits(&list[f].plane[k], x[k], y[k], POINTS, one);
+                for (int w = 0; w < 4; ++w) bits[w] &= one[w];
+                mean *= list[f].plane[k].mean;
+            }
+            put_errors(row + f * LEVELS, bits, LEVELS, mean);
+        }
+    }
+    weigh(m, PIXELS, first, LEVELS, weight);
+}
+
+/* A share of the full number for a small effort, never more. */
+static int fewer(const bake_options *options, int full, int least) {
+    double effort = options->effort < 1 ? options->effort : 1;
+    int n = (int)(full * effort);
+    return n > least ? n : least;
+}
+
+void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
+                            int member, int what) {
+    static const double plane_weight[LEVELS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5},
+                        product_weight[LEVELS] = {1.1, 1.1, 1.1, 1.2, 1, 1, 1, .5, .4},
+                        step_weight[LEVELS] = {2, 1.5, 1.6, 1.2, 1.4, 1, 1, .4, .3},
+                        axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
+    enum { MOST = 160 };
+    static label_integrand list[MOST];
+    static bake_pair pairs[2];
+    int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
+    int steps = fewer(options, 48, 8), axes = fewer(options, 20, 4);
+    int own = (2 * planes + both) * LEVELS;
+    error_matrix m = {NULL,
+                      what == FEATURES_OWN    ? own
+                      : what == FEATURES_AXES ? (member == 0 ? 2 : 4) * axes * LEVELS
+                                              : steps * LEVELS,
+                      0};
+    m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
+    for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], &table->member[member], k);
+    bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 8 + what));
+    if (what == FEATURES_OWN) {
+        for (int kind = 1; kind <= 3; ++kind) {
+            int n = kind < 3 ? planes : both;
+            for (int i = 0; i < n; ++i) {
+                double turns = (i + bake_random_double(&r)) / n;
+                list[i].uses = kind;
+                list[i].plane[0] = bake_plane_make(&r, kind == 2 ? bake_random_double(&r) : turns);
+                list[i].plane[1] = bake_plane_make(&r, kind == 2 ? turns : bake_random_double(&r));
+            }
+            add_integrands(&m, pairs, list, n, kind < 3 ? plane_weight : product_weight);
+        }
+    } else {
+        int n = what == FEATURES_AXES ? axes : steps;
+        for (int pair = 0; pair < 2; ++pair) {
+            for (int d = 0; d < 2; ++d) {
+                if (what == FEATURES_AXES ? member == 0 && pair == 0
+                                          : pair != 0 || d != what - FEATURES_STEP_X) {
+                    continue;
+                }
+                for (int i = 0; i < n; ++i) {
+                    list[i].uses = 1 << pair;
+                    list[i].plane[pair] = bake_plane_step(d, (i + bake_random_double(&r)) / n);
+                }
+                add_integrands(&m, pairs, list, n,
+                               what == FEATURES_AXES ? axes_weight : step_weight);
+            }
+        }
+    }
+    f->width = what == FEATURES_OWN ? fewer(options, 336, 32) / LANES * LANES
+                                    : fewer(options, 80, 32) / LANES * LANES;
+    f->rows = bake_allocate((size_t)PIXELS * f->width, sizeof *f->rows);
+    project(m.rows, PIXELS, 1, m.stride, f->width, f->rows);
+    free(m.rows);
+}
+
+void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
+                          int first, int second) {
+    enum { FEW_LEVELS = 7, MOST = 40, PLACES = BLOCKS * 16 * 16 };
+    static const double weight[FEW_LEVELS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1};
+    static bake_plane plane[2][MOST];
+    static bake_pair pairs[2];
+    int n = fewer(options, MOST, 5) / 5 * 5;
+    uint64_t *bits[2];
+    bake_random r = bake_random_make(options->seed, 6, (uint64_t)(first * MEMBERS + second));
+    for (int side = 0; side < 2; ++side) {
+        const pole_vectors *v = &table->member[side == 0 ? first : second];
+        float x[2][64], y[2][64];
+        bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
+        for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], v, k);
+        for (int i = 0; i < n; ++i) plane[side][i] = bake_plane_make(&r, bake_random_double(&r));
+        for (int label = 0; label < PIXELS; ++label) {
+            for (int k = 0; k < 2; ++k) {
+                bake_pair_points(&pairs[k], (uint32_t)label, 0x80008000u, 64, x[k], y[k]);
+            }
+            for (int i = 0; i < n; ++i) {
+                /* Two in five are of both first pairs. */
+                int pairing = i % 5 % 4, k = side == 0 ? pairing & 1 : pairing >> 1;
+                bake_plane_bits(&plane[side][i], x[k], y[k], 64, &bits[side][label * MOST + i]);
+            }
+        }
+    }
+    error_matrix m = {NULL, n * FEW_LEVELS, n * FEW_LEVELS};
+    m.rows = bake_allocate((size_t)PLACES * m.stride, sizeof *m.rows);
+    for (int c = 0; c < PLACES; ++c) {
+        int block = c >> 8;
+        const uint64_t *a = bits[0] + (block << 4 | (c >> 4 & 15)) * MOST;
+        const uint64_t *b = bits[1] + (block << 4 | (c & 15)) * MOST;
+        for (int i = 0; i < n; ++i) {
+            uint64_t both = a[i] & b[i];
+            put_errors(m.rows + (size_t)c * m.stride + i * FEW_LEVELS, &both, FEW_LEVELS,
+                       plane[0][i].mean * plane[1][i].mean);
+        }
+    }
+    weigh(&m, PLACES, 0, FEW_LEVELS, weight);
+    f->width = fewer(options, 112, 32) / LANES * LANES;
+    f->rows = bake_allocate((size_t)PLACES * f->width, sizeof *f->rows);
+    project(m.rows, PLACES, 5, m.stride, f->width, f->rows);
+    free(m.rows);
+    free(bits[0]);
+    free(bits[1]);
+}

@@ -1,0 +1,319 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The last stage of bn_bake_sampler: which of its 16 labels each pixel of a block of 4 x 4 has.
+ *
+ * Annealing by swaps within blocks minimises the sum over pairs of pixels of the inner product of
+ * their features times a kernel: the square of the blurred error (Georgiev and Fajardo, "Blue-noise
+ * Dithered Sampling", 2016). Each pixel keeps the field of all others. A visit to a block computes
+ * the products of its fields with all its labels once, proposes many swaps from them, each by a
+ * look-up, and then adds what has changed to the fields: some 100 us a visit of 240 proposals. */
+#include "bake_tile.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LANES = 16, REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 4, PROPOSALS = 240 };
+
+/* Features of one kind: of labels, or with `other` of two members' labels. */
+typedef struct {
+    bake_features f;
+    const uint16_t *other;
+    float *field; /* [PIXELS][f.width]: the kernel's sum over all pixels */
+} feature_set;
+
+/* Features that are blurred by the same kernel. */
+typedef struct {
+    int sets;
+    feature_set set[MEMBERS];
+    bake_kernel kernel;
+    int crossed;
+    float *gram; /* of a block's labels, [BLOCKS][16][16], or of its places and labels [256][256] */
+} feature_group;
+
+typedef struct {
+    int groups;
+    feature_group group[MOST_GROUPS];
+    uint16_t label[PIXELS];
+} arrangement;
+
+/* ---- Kernels and products ---- */
+
+void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight) {
+    for (int dy = -REACH; dy <= REACH; ++dy) {
+        for (int dx = -REACH; dx <= REACH; ++dx) {
+            double d = dx * dx + dy * dy;
+            if ((axes == 1 && dy != 0) || (axes == 2 && dx != 0)) continue;
+            double k = (1 - narrow) * exp(-d / (4 * SIGMA * SIGMA)) + narrow * exp(-d / 4);
+            if (k < 0.003) continue;
+            kernel->tap[dy + REACH][dx + REACH] += (float)(weight * k);
+        }
+    }
+}
+
+static const float *features_at(const feature_set *s, int pixel, uint32_t label) {
+    size_t row = label;
+    if (s->other != NULL)
+        row = (row & ~(size_t)15) << 4 | (s->other[pixel] & 15u) << 4 | (row & 15u);
+    return s->f.rows + row * s->f.width;
+}
+
+static float inner_product(const float *a, const float *b, int width) {
+    float lane[LANES] = {0}, sum = 0;
+    for (int i = 0; i < width; i += LANES) {
+        for (int k = 0; k < LANES; ++k) lane[k] += a[i + k] * b[i + k];
+    }
+    for (int k = 0; k < LANES; ++k) sum += lane[k];
+    return sum;
+}
+
+static int pixel_of(int block, int place) {
+    return (block / 16 * 4 + place / 4) * SIDE + block % 16 * 4 + place % 4;
+}
+
+static void gram_of_block(feature_group *g, const arrangement *t, int block) {
+    uint32_t upper = t->label[pixel_of(block, 0)] & ~15u;
+    float own[16][16];
+    const feature_set *first = &g->set[0];
+    for (uint32_t i = 0; i < 16; ++i) {
+        for (uint32_t j = 0; j <= i; ++j) {
+            own[i][j] = own[j][i] = inner_product(features_at(first, 0, upper | i),
+                                                  features_at(first, 0, upper | j), first->f.width);
+        }
+    }
+    if (!g->crossed) {
+        memcpy(g->gram + (size_t)block * 256, own, sizeof own);
+        return;
+    }
+    float *gram = g->gram + (size_t)block * 65536;
+    for (uint32_t i = 0; i < 256; ++i) {
+        for (uint32_t j = 0; j <= i; ++j) {
+            float sum = own[i & 15][j & 15];
+            for (int s = 1; s < g->sets; ++s) {
+                const feature_set *set = &g->set[s];
+                sum += inner_product(
+                    features_at(set, pixel_of(block, (int)i >> 4), upper | (i & 15)),
+                    features_at(set, pixel_of(block, (int)j >> 4), upper | (j & 15)), set->f.width);
+            }
+            gram[i * 256 + j] = gram[j * 256 + i] = sum;
+        }
+    }
+}
+
+/* ---- Fields ---- */
+
+/* Adds the features of a pixel with a label to the fields around it, less those with the label
+ * `instead` unless that is the same. */
+static void spread(feature_group *g, int pixel, uint32_t label, uint32_t instead) {
+    int x0 = pixel % SIDE, y0 = pixel / SIDE;
+    for (int s = 0; s < g->sets; ++s) {
+        feature_set *set = &g->set[s];
+        int width = set->f.width;
+        float change[512];
+        const float *to = features_at(set, pixel, label);
+        memcpy(change, to, (size_t)width * sizeof *to);
+        if (instead != label) {
+            const float *from = features_at(set, pixel, instead);
+            for (int k = 0; k < width; ++k) change[k] -= from[k];
+        }
+        for (int dy = 0; dy < TAPS; ++dy) {
+            for (int dx = 0; dx < TAPS; ++dx) {
+                float w = g->kernel.tap[dy][dx];
+                if (w == 0.0f) continue;
+                int x = (x0 + dx - REACH) & (SIDE - 1), y = (y0 + dy - REACH) & (SIDE - 1);
+                float *field = set->field + (size_t)(y * SIDE + x) * width;
+                for (int k = 0; k < width; ++k) field[k] += w * change[k];
+            }
+        }
+    }
+}
+
+static void make_fields(arrangement *t) {
+    for (int i = 0; i < t->groups; ++i) {
+        feature_group *g = &t->group[i];
+        for (int s = 0; s < g->sets; ++s) {
+            memset(g->set[s].field, 0, (size_t)PIXELS * g->set[s].f.width * sizeof(float));
+        }
+        for (int p = 0; p < PIXELS; ++p) spread(g, p, t->label[p], t->label[p]);
+    }
+}
+
+/* ---- Annealing ---- */
+
+typedef struct {
+    uint32_t label[16];    /* lower bits */
+    float product[16][16]; /* field of a place times features of a label there */
+    const float *gram[MOST_GROUPS];
+    float kernel[MOST_GROUPS][7][7]; /* between places */
+} block_state;
+
+static void enter_block(const arrangement *t, int block, block_state *b) {
+    memset(b->product, 0, sizeof b->product);
+    for (int i = 0; i < t->groups; ++i) {
+        const feature_group *g = &t->group[i];
+        b->gram[i] = g->gram + (size_t)block * (g->crossed ? 65536 : 256);
+        for (int place = 0; place < 16; ++place) {
+            int p = pixel_of(block, place);
+            uint32_t upper = t->label[p] & ~15u;
+            b->label[place] = t->label[p] & 15u;
+            for (int s = 0; s < g->sets; ++s) {
+                const feature_set *set = &g->set[s];
+                const float *field = set->field + (size_t)p * set->f.width;
+                for (uint32_t l = 0; l < 16; ++l) {
+                    b->product[place][l] +=
+                        inner_product(field, features_at(set, p, upper | l), set->f.width);
+                }
+            }
+        }
+    }
+}
+
+/* Rows of the Gram matrix of a group: label i at place p. */
+static const float *gram_row(const feature_group *g, const block_state *b, int group, int p,
+                             uint32_t i) {
+    return b->gram[group] + (g->crossed ? ((uint32_t)p * 16 + i) * 256 : i * 16);
+}
+
+static float swap_cost(const arrangement *t, const block_state *b, int p, int q) {
+    uint32_t i = b->label[p], j = b->label[q];
+    float cost = 2 * (b->product[p][j] - b->product[p][i] + b->product[q][i] - b->product[q][j]);
+    for (int n = 0; n < t->groups; ++n) {
+        const feature_group *g = &t->group[n];
+        const float *pi = gram_row(g, b, n, p, i), *pj = gram_row(g, b, n, p, j);
+        const float *qi = gram_row(g, b, n, q, i), *qj = gram_row(g, b, n, q, j);
+        uint32_t at_p = g->crossed ? (uint32_t)p * 16 : 0, at_q = g->crossed ? (uint32_t)q * 16 : 0;
+        float here = pi[at_p + i] + pj[at_p + j] - 2 * pi[at_p + j] + qi[at_q + i] + qj[at_q + j] -
+                     2 * qi[at_q + j];
+        float between = pj[at_q + i] - pj[at_q + j] - pi[at_q + i] + pi[at_q + j];
+        cost += g->kernel.tap[REACH][REACH] * here +
+                2 * b->kernel[n][q / 4 - p / 4 + 3][q % 4 - p % 4 + 3] * between;
+    }
+    return cost;
+}
+
+static void swap(const arrangement *t, block_state *b, int p, int q) {
+    uint32_t i = b->label[p], j = b->label[q];
+    for (int n = 0; n < t->groups; ++n) {
+        const feature_group *g = &t->group[n];
+        const float *pi = gram_row(g, b, n, p, i), *pj = gram_row(g, b, n, p, j);
+        const float *qi = gram_row(g, b, n, q, i), *qj = gram_row(g, b, n, q, j);
+        for (int r = 0; r < 16; ++r) {
+            float kp = b->kernel[n][r / 4 - p / 4 + 3][r % 4 - p % 4 + 3];
+            float kq = b->kernel[n][r / 4 - q / 4 + 3][r % 4 - q % 4 + 3];
+            int at = g->crossed ? r * 16 : 0;
+            for (int l = 0; l < 16; ++l) {
+                b->product[r][l] += kp * (pj[at + l] - pi[at + l]) + kq * (qi[at + l] - qj[at + l]);
+            }
+        }
+    }
+    b->label[p] = j;
+    b->label[q] = i;
+}
+
+static void visit(arrangement *t, int block, double temperature, bake_random *r) {
+    static block_state b;
+    enter_block(t, block, &b);
+    for (int n = 0; n < t->groups; ++n) {
+        for (int dy = -3; dy <= 3; ++dy) {
+            memcpy(b.kernel[n][dy + 3], &t->group[n].kernel.tap[dy + REACH][REACH - 3],
+                   sizeof b.kernel[n][0]);
+        }
+    }
+    for (int i = 0; i < PROPOSALS; ++i) {
+        uint64_t bits = bake_random_bits(r);
+        int p = (int)(bits & 15u), q = (p + 1 + (int)((bits >> 4 & 0xffffu) * 15 >> 16)) & 15;
+        float cost = swap_cost(t, &b, p, q);
+        if (cost > 0) {
+            if (cost > 16 * temperature) continue;
+            if ((double)(bits >> 32) * (1.0 / 4294967296.0) >= exp(-cost / temperature)) continue;
+        }
+        swap(t, &b, p, q);
+    }
+    for (int place = 0; place < 16; ++place) {
+        int p = pixel_of(block, place);
+        uint16_t old = t->label[p];
+        uint16_t label = (uint16_t)((old & ~15u) | b.label[place]);
+        if (label == old) continue;
+        t->label[p] = label;
+        for (int n = 0; n < t->groups; ++n) spread(&t->group[n], p, label, old);
+    }
+}
+
+/* ---- Set-up, kept from one part to the next ---- */
+
+static feature_group *add_group(arrangement *t) {
+    return memset(&t->group[t->groups++], 0, sizeof(feature_group));
+}
+
+static void add_set(feature_group *g, bake_features f, const uint16_t *other) {
+    feature_set set = {f, other, bake_allocate((size_t)PIXELS * f.width, sizeof(float))};
+    g->set[g->sets++] = set;
+}
+
+static arrangement *prepare(const bake_table *table, const bake_options *options, int member) {
+    static arrangement t;
+    for (int i = 0; i < t.groups; ++i) {
+        for (int s = 0; s < t.group[i].sets; ++s) {
+            free(t.group[i].set[s].f.rows);
+            free(t.group[i].set[s].field);
+        }
+        free(t.group[i].gram);
+    }
+    t.groups = 0;
+    bake_features f;
+    feature_group *g = add_group(&t);
+    bake_kernel_add(&g->kernel, 3, 0.25, 1);
+    bake_features_of_label(&f, table, options, member, FEATURES_OWN);
+    add_set(g, f, NULL);
+    for (int a = 0; a < member; ++a) {
+        bake_features_of_two(&f, table, options, a, member);
+        float w = (float)sqrt(3 / sqrt(member));
+        for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
+        add_set(g, f, table->label[a]);
+        g->crossed = 1;
+    }
+    bake_features_of_label(&f, table, options, member, FEATURES_AXES);
+    g = add_group(&t);
+    for (int axis = 1; axis <= 2; ++axis) {
+        bake_kernel_add(&g->kernel, axis, 0, member == 0 ? 0.4 : 0.12);
+    }
+    add_set(g, f, NULL);
+    for (int axis = 0; axis < 2 && member == 0; ++axis) {
+        /* Steps of dimension 0 lie along columns, of dimension 1 along rows. */
+        bake_features_of_label(&f, table, options, member, FEATURES_STEP_X + axis);
+        g = add_group(&t);
+        bake_kernel_add(&g->kernel, 2 - axis, 0.2, 0.8);
+        add_set(g, f, NULL);
+    }
+    return &t;
+}
+
+void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts) {
+    static arrangement *t;
+    static int prepared = -1;
+    if (prepared != member) {
+        t = prepare(table, options, member);
+        prepared = member;
+    }
+    if (part == 0 && member > 0) {
+        memcpy(table->label[member], table->label[0], sizeof table->label[0]);
+    }
+    memcpy(t->label, table->label[member], sizeof t->label);
+    for (int i = 0; i < t->groups; ++i) {
+        feature_group *g = &t->group[i];
+        if (g->gram != NULL) continue;
+        g->gram = bake_allocate((size_t)BLOCKS * (g->crossed ? 65536 : 256), sizeof *g->gram);
+        for (int block = 0; block < BLOCKS; ++block) gram_of_block(g, t, block);
+    }
+    make_fields(t);
+    const double hot = member == 0 ? 9 : 14, cold = member == 0 ? 0.9 : 1.2;
+    bake_random r = bake_random_make(options->seed, 7, (uint64_t)(member * 64 + part));
+    int sweeps = bake_count(options, 90, 1);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        for (int i = 0; i < BLOCKS; ++i) {
+            double done = (part + (sweep + (double)i / BLOCKS) / sweeps) / parts;
+            double temperature = hot * pow(cold / hot, done);
+            visit(t, (int)bake_random_below(&r, BLOCKS), temperature, &r);
+        }
+        options->progress((sweep + 1.0) / sweeps);
+    }
+    memcpy(table->label[member], t->label, sizeof t->label);
+}
