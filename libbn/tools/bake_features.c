@@ -181,7 +181,7 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
                             int member, int what) {
     static const double plane_weight[LEVELS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5},
                         product_weight[LEVELS] = {1.1, 1.1, 1.1, 1.2, 1, 1, 1, .5, .4},
-                        step_weight[LEVELS] = {2, 1.5, 1.6, 1.2, 1.4, 1, 1, .4, .3},
+                        step_weight[LEVELS] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3},
                         axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     enum { MOST = 160 };
     static label_integrand list[MOST];

@@ -265,7 +265,7 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
     add_set(g, f, NULL);
     for (int a = 0; a < member; ++a) {
         bake_features_of_two(&f, table, options, a, member);
-        float w = (float)sqrt(3 / sqrt(member));
+        float w = (float)sqrt(2.0 / member);
         for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
         add_set(g, f, table->label[a]);
         g->crossed = 1;
@@ -280,7 +280,7 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
         /* Steps of dimension 0 lie along columns, of dimension 1 along rows. */
         bake_features_of_label(&f, table, options, member, FEATURES_STEP_X + axis);
         g = add_group(&t);
-        bake_kernel_add(&g->kernel, 2 - axis, 0.2, 0.8);
+        bake_kernel_add(&g->kernel, 2 - axis, 0.2, 1.1);
         add_set(g, f, NULL);
     }
     return &t;

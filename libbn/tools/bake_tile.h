@@ -128,6 +128,8 @@ void bake_order(bake_table *table, const bake_options *options, int member);
 void bake_blocks(bake_table *table, const bake_options *options);
 /* Part `part` of `parts` of the arrangement of a member's labels. */
 void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts);
+/* Lower digits, and which coordinate is which: what the search does not look at. */
+void bake_finish(bake_table *table, const bake_options *options);
 /* Prints what a table is worth on other integrands. */
 void bake_report(const bake_table *table);
 

@@ -18,7 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 4096, LABEL_PARTS = 6, PARTS = 3 * MEMBERS + 1 + LABEL_PARTS * MEMBERS };
+enum { PATH_SIZE = 4096, LABEL_PARTS = 6, PARTS = 3 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + 1 };
 
 static const char usage[] =
     "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--stop-after PARTS] -o FILE\n"
@@ -120,6 +120,7 @@ static void make_plan(void) {
         if (a == 0) plan[n++] = (part){"blocks", 0, 0, 40};
         for (int k = 0; k < LABEL_PARTS; ++k) plan[n++] = (part){"labels", a, k, 22};
     }
+    plan[n++] = (part){"lower digits", 0, 0, 0};
 }
 
 static void run_part(bake_table *table, const bake_options *options, int index) {
@@ -132,8 +133,10 @@ static void run_part(bake_table *table, const bake_options *options, int index) 
         bake_order(table, options, p->member);
     } else if (index == 3 * MEMBERS) {
         bake_blocks(table, options);
-    } else {
+    } else if (index < PARTS - 1) {
         bake_labels(table, options, p->member, p->number, LABEL_PARTS);
+    } else {
+        bake_finish(table, options);
     }
 }
 

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The last stage of bn_bake_sampler: what changes nothing that the search looked at.
+ *
+ * Below the sixteenth digit each coordinate of a point gets random sums of its upper digits, a linear
+ * scrambling that keeps every net, so that points differ in all 32 digits. And the coordinates of a
+ * pair change places in some members: in one domain two coordinates of different pairs are related
+ * more closely or less, depending on which, at up to 8 samples; over the four members every place
+ * has each relation once. Member 0 stays as it is, for its first pair knows rows from columns. */
+#include "bake_tile.h"
+
+static void exchange(pole_vectors *v, int pair) {
+    for (int i = 0; i < POLE_INDEX_BITS + POLE_LABEL_BITS; ++i) {
+        uint32_t *u = (i < POLE_INDEX_BITS ? v->index[i] : v->label[i - POLE_INDEX_BITS]) + 2 * pair;
+        uint32_t first = u[0];
+        u[0] = u[1];
+        u[1] = first;
+    }
+}
+
+void bake_finish(bake_table *table, const bake_options *options) {
+    bake_random r = bake_random_make(options->seed, 9, 0);
+    for (int member = 0; member < MEMBERS; ++member) {
+        pole_vectors *v = &table->member[member];
+        for (int d = 0; d < 4; ++d) {
+            for (int to = POLE_DIGITS; to < 32; ++to) {
+                for (int from = 0; from < to; ++from) {
+                    if (bake_random_below(&r, 2)) pole_add_digit(v, d, from, to);
+                }
+            }
+        }
+        if (member & 1) exchange(v, 1);
+        if (member & 2) exchange(v, 0);
+    }
+}
