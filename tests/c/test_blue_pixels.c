@@ -287,6 +287,27 @@ static void test_variants(void) {
     }
 }
 
+/* Another seed is not the same families moved over the screen: from seed to seed their shifts change
+ * in all ways. */
+static void test_seeds(void) {
+    enum { FAMILIES = 256 };
+    bn_sampler *s = make(1), *t = make(2);
+    uint64_t seen = 0;
+    int differences = 0;
+    read_tile(bn_sampler_table(s)->words);
+    for (uint32_t family = 0; family < FAMILIES; ++family) {
+        uint32_t a = 0, b = 0;
+        CHECK(find_variant(s, bn_hash32(family), 0, &a) == 1);
+        CHECK(find_variant(t, bn_hash32(family), 0, &b) == 1);
+        seen |= (uint64_t)1 << (((a >> 18) - (b >> 18)) & 63u);
+    }
+    for (; seen != 0; seen &= seen - 1u) ++differences;
+    /* All 64 but one or two. */
+    CHECK(differences > 50);
+    bn_sampler_destroy(s);
+    bn_sampler_destroy(t);
+}
+
 int main(void) {
     bn_sampler *s = make(21);
     test_neighbours(s, BN_DOMAIN_ROOT);
@@ -296,5 +317,6 @@ int main(void) {
     test_orders();
     test_exchanges();
     test_variants();
+    test_seeds();
     return check_result();
 }

@@ -113,7 +113,7 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_U
     BN_UINT member = (domain >> 29u) & 6u;
     /* The family, whose four members differ in the upper bits of the domain alone: the upper half of
      * a product of 64 bits depends on all of it. */
-    BN_UINT family = (domain << 2u) + BN_WORD(BN_SEED_AT);
+    BN_UINT family = (domain << 2u) ^ BN_WORD(BN_SEED_AT);
     family = BN_MULTIPLY_HIGH(family, 0x7f4a7c15u) + family * 0x9e3779b9u + BN_WORD(BN_SEED_AT + 1u);
     /* The tile, reflected and shifted. */
     BN_UINT column = ((x ^ (0u - (family >> 16u & 1u))) + (family >> 26u)) & 63u;
