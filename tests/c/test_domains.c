@@ -167,7 +167,7 @@ static void test_screen_correlation(void) {
     double share = share_above(blue, PAIRS, (float)(3.2905 * scale));
     printf("screen: scale %.3f, %.3f %% beyond the 99.9 %% limit\n", scale, 100.0 * share);
     CHECK(scale < 1.25);
-    CHECK(share <= 0.0025);
+    CHECK(share <= 0.0015);
     free(blue);
 }
 
@@ -214,7 +214,7 @@ static void test_products(void) {
     enum { FUNCTIONS = 48 };
     static const char *const names[] = {"a domain", "a family", "two families"};
     /* At 4, 16 and 64 samples. */
-    static const double limits[3][3] = {{1.04, 0.80, 0.60}, {1.04, 0.96, 0.74}, {1.04, 1.04, 1.04}};
+    static const double limits[3][3] = {{1.04, 0.80, 0.66}, {1.04, 0.94, 0.74}, {1.04, 1.04, 1.04}};
     bn_sampler *blue = make(BN_SAMPLER_BLUE), *sobol = make(BN_SAMPLER_SOBOL);
     for (int where = DOMAIN; where <= FAMILIES; ++where) {
         for (int power = 0; power < 3; ++power) {
