@@ -37,8 +37,8 @@ def mask(
         ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993; milliseconds.
         ``"relax"``: parallel relaxation, one or two dimensions; the fastest for large masks on several cores, a little
         behind in quality. ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, one or two
-        dimensions; slow, and the best there is. ``"builtin"``: a mask that ships, square only, optimised for long.
-        ``"neural"``: the network that ships, two dimensions, all cores; needs ONNX Runtime (see ``NeuralGenerator``).
+        dimensions; slow, and the best there is. ``"builtin"``: a built-in mask, square only, optimised for long.
+        ``"neural"``: the built-in network, two dimensions, all cores; needs ONNX Runtime (see ``NeuralGenerator``).
         ``"white"``: a random permutation.
     seed
         Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. 0 for ``"builtin"``.

@@ -36,7 +36,7 @@ class NeuralGenerator:
     Parameters
     ----------
     model
-        None: the network that ships. Else a path to an ONNX file, or its bytes; ``bn_neural_open`` in ``bn.h``
+        None: the built-in network. Else a path to an ONNX file, or its bytes; ``bn_neural_open`` in ``bn.h``
         describes the format.
     runtime
         None, or a path to the ONNX Runtime library (``libonnxruntime.so``).
@@ -121,7 +121,7 @@ class NeuralGenerator:
 
 @functools.lru_cache(maxsize=1)
 def shipped_generator() -> NeuralGenerator:
-    """The network that ships, with all threads, opened once."""
+    """The built-in network, with all threads, opened once."""
     return NeuralGenerator()
 
 

@@ -20,7 +20,7 @@ std::vector<uint32_t> read_mask(const std::string &path, uint32_t &width, uint32
 
 constexpr uint32_t NEURAL_EXTENT = 128; // texels
 
-// A mask of the network that ships, which runs in ONNX Runtime.
+// A mask of the built-in network, which runs in ONNX Runtime.
 std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
     bn_neural *neural = nullptr;
     bn_result result = bn_neural_open(nullptr, &neural);

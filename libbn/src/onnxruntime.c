@@ -96,7 +96,7 @@ static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxrunti
 
 static int load_named(const char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
-    /* Versions from 1.29 on report to their makers, starting before they can be told not to. */
+    /* Versions from 1.29 on send telemetry, from before it can be switched off by a call. */
     if (!found->was_loaded) set_variable("ORT_DISABLE_TELEMETRY", "1");
     found->handle = library_load(name);
     return found->handle != NULL;
