@@ -144,7 +144,7 @@ class Gains:
                         gain = self.gain(label, spp, measure, than) if label in self.labels else None
                         if gain:
                             rows.append({"measure": measure, "spp": spp, "sampler": label, "than": than,
-                                         "gain": f"{gain.value:.4f}", "low": f"{gain.low:.4f}", "high": f"{gain.high:.4f}",
+                                         "gain": f"{gain.value:.6f}", "low": f"{gain.low:.6f}", "high": f"{gain.high:.6f}",
                                          "scenes": gain.scenes, "views": gain.views, "left_out": gain.left_out})
         return rows
 
