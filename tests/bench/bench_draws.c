@@ -10,9 +10,6 @@
  * calls bn_domain_child() alone, `block` calls bn_sample_block() for 16 indices of 64 x 24 pixels.
  * A time is the shortest of many short ones, taken in turn, so that what else the machine does
  * falls out; `instances` is their number. */
-#if defined(__SSE2__)
-#include <emmintrin.h> /* before bn_draw.h: its faster form */
-#endif
 #include <bn/bn_draw.h>
 #include <stdio.h>
 #include <stdlib.h>

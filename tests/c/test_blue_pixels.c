@@ -3,24 +3,13 @@
  * samples nor their low digits, every order is as likely as every other, and families see the tile
  * in all its shifts and reflections. The false-alarm rates are those of fresh seeds. */
 #include "check.h"
+#include "samplers.h"
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MEMBERS = 4, TILE = 64, ORDERED = 64 };
-
-static bn_sampler *make(uint64_t seed) {
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
-    options.seed = seed;
-    bn_result result = bn_sampler_create(&options, &sampler);
-    if (result != BN_SUCCESS) {
-        printf("cannot create a sampler: %s\n", bn_result_string(result));
-        exit(1);
-    }
-    return sampler;
-}
 
 /* ---- Neighbours ---- */
 
@@ -95,7 +84,7 @@ static void test_neighbours(const bn_sampler *s, uint32_t domain) {
 /* The low digits of the dimensions of a family in one pixel are no copies of each other. */
 static void test_low_digits(void) {
     enum { PIXELS = 1 << 14, ALL = 4 * MEMBERS };
-    bn_sampler *s = make(22);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 22);
     int equal = 0;
     for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
         uint32_t u[ALL];
@@ -117,7 +106,7 @@ static void test_low_digits(void) {
 static void test_orders(void) {
     enum { RUNS = 8192 };
     static int counts[ORDERED][ORDERED];
-    bn_sampler *s = make(23);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 23);
     const uint32_t *words = bn_sampler_table(s)->words;
     for (int over_families = 0; over_families < 2; ++over_families) {
         memset(counts, 0, sizeof counts);
@@ -161,7 +150,7 @@ static void test_exchanges(void) {
     enum { PIXELS = 2048 };
     static uint32_t sums[3][PIXELS];
     unsigned char first_digit[256]; /* of the index, by the first eight digits of its point */
-    bn_sampler *s = make(24);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 24);
     const uint32_t *words = bn_sampler_table(s)->words;
     for (uint32_t i = 0; i < 256u; ++i) {
         first_digit[words[BN_POINTS_AT + i * 16u] >> 24] = (unsigned char)(i >> 7);
@@ -267,7 +256,7 @@ static void test_variants(void) {
     enum { FAMILIES = 4096, SEEDS = 4 };
     static int ones[VARIANT_BITS][VARIANT_BITS];
     for (uint32_t family = 0; family < FAMILIES;) {
-        bn_sampler *s = make(family);
+        bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, family);
         read_tile(bn_sampler_table(s)->words);
         for (uint32_t i = 0; i < FAMILIES / SEEDS; ++i, ++family) {
             uint32_t variant = 0, parent = bn_hash32(family);
@@ -291,7 +280,7 @@ static void test_variants(void) {
  * in all ways. */
 static void test_seeds(void) {
     enum { FAMILIES = 256 };
-    bn_sampler *s = make(1), *t = make(2);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 1), *t = make_sampler(BN_SAMPLER_BLUE, 0, 2);
     uint64_t seen = 0;
     int differences = 0;
     read_tile(bn_sampler_table(s)->words);
@@ -309,7 +298,7 @@ static void test_seeds(void) {
 }
 
 int main(void) {
-    bn_sampler *s = make(21);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 21);
     test_neighbours(s, BN_DOMAIN_ROOT);
     test_neighbours(s, bn_domain_child(3, 6));
     bn_sampler_destroy(s);

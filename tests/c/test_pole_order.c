@@ -4,24 +4,13 @@
  * family; siblings are no copies of each other; indices from 256 on go on as the first do. Nets
  * within a pixel are tested in test_sampler.c. */
 #include "check.h"
+#include "samplers.h"
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MEMBERS = 4, TILE = 64, MOST_POINTS = 4096 };
-
-static bn_sampler *make(uint64_t seed) {
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
-    options.seed = seed;
-    bn_result result = bn_sampler_create(&options, &sampler);
-    if (result != BN_SUCCESS) {
-        printf("cannot create a sampler: %s\n", bn_result_string(result));
-        exit(1);
-    }
-    return sampler;
-}
 
 static uint32_t points[MOST_POINTS][4];
 
@@ -89,7 +78,7 @@ static void find_alignment(const bn_sampler *s, int log4_side, uint32_t domain, 
 
 static void test_nets(void) {
     enum { FAMILIES = 3 };
-    bn_sampler *s = make(8);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 8);
     for (uint32_t family = 0; family < FAMILIES; ++family) {
         int32_t small[2] = {-100, 1000}, large[2];
         uint32_t first = bn_domain_child(family, 4u * family);
@@ -122,7 +111,7 @@ static void test_nets(void) {
 /* The first 32 samples of a pixel: no first digit of one dimension of a family is that of another,
  * nor its complement; both would be perfectly correlated. */
 static void test_siblings(void) {
-    bn_sampler *s = make(9);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 9);
     for (uint32_t pixel = 0; pixel < 64; ++pixel) {
         uint32_t first_digits[4 * MEMBERS] = {0};
         for (uint32_t i = 0; i < 32u * MEMBERS; ++i) {
@@ -152,7 +141,7 @@ static double exponential_mean(double a, double b) {
  * coordinates would not do: digital shifts of a net integrate them almost exactly.) */
 static void test_later_indices(void) {
     enum { PIXELS = 24 };
-    bn_sampler *s = make(10);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 10);
     for (uint32_t member = 0; member < MEMBERS; ++member) {
         double square[3] = {0.0, 0.0, 0.0};
         for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
@@ -181,7 +170,7 @@ static void test_later_indices(void) {
 static void test_words(void) {
     static uint32_t words[BN_WORD_COUNT + 1];
     for (uint64_t seed = 0; seed < 2; ++seed) {
-        bn_sampler *s = make(seed);
+        bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, seed);
         const bn_draw_table *table = bn_sampler_table(s);
         size_t needed = 0;
         words[BN_WORD_COUNT] = 0xabcdu;

@@ -3,29 +3,13 @@
  * independence of domains and seeds, uniformity. How blue the samples are is tested in
  * tests/quality. */
 #include "check.h"
-#if defined(__SSE2__)
-#include <emmintrin.h> /* before bn_draw.h: its faster form */
-#endif
+#include "samplers.h"
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { KINDS = 5 };
-
-static bn_sampler *make(int32_t kind, uint32_t samples_per_pixel, uint64_t seed) {
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
-    options.kind = kind;
-    options.samples_per_pixel = samples_per_pixel;
-    options.seed = seed;
-    bn_result result = bn_sampler_create(&options, &sampler);
-    if (result != BN_SUCCESS) {
-        printf("cannot create a sampler: %s\n", bn_result_string(result));
-        exit(1);
-    }
-    return sampler;
-}
 
 static uint32_t random_u32(void) {
     static uint32_t counter;
@@ -95,7 +79,7 @@ static void test_struct_size(void) {
     o.seed = 99;
     o.struct_size = offsetof(bn_sampler_options, seed);
     CHECK(bn_sampler_create(&o, &a) == BN_SUCCESS);
-    b = make(BN_SAMPLER_SOBOL, 0, 0);
+    b = make_sampler(BN_SAMPLER_SOBOL, 0, 0);
     uint32_t u[4], v[4];
     bn_sample_4d_u32(a, 1, 2, 3, 4, u);
     bn_sample_4d_u32(b, 1, 2, 3, 4, v);
@@ -114,7 +98,7 @@ static void test_forms(void) {
     static const uint32_t indices[] = {0, 1, 2, 255, 256, 257, 65535, 65536, 1u << 31, UINT32_MAX};
     enum { NC = sizeof coordinates / sizeof *coordinates, NI = sizeof indices / sizeof *indices };
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make(kind, kind == BN_SAMPLER_ZORDER ? 16 : 0, 5);
+        bn_sampler *s = make_sampler(kind, kind == BN_SAMPLER_ZORDER ? 16 : 0, 5);
         for (int i = 0; i < NC * NC * NI; ++i) {
             int32_t x = coordinates[i % NC], y = coordinates[i / NC % NC];
             uint32_t index = indices[i / NC / NC], domain = bn_domain_child(7, (uint32_t)i);
@@ -142,7 +126,7 @@ static void test_block(void) {
     enum { W = 5, H = 4, N = 7, COUNT = W * H * N * 4 };
     float out[COUNT];
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make(kind, 0, 11);
+        bn_sampler *s = make_sampler(kind, 0, 11);
         static const int32_t starts[][2] = {{0, 0}, {-3, 126}, {INT32_MAX - W + 1, INT32_MIN}};
         static const uint32_t firsts[] = {0, 250, UINT32_MAX - N + 1};
         for (int start = 0; start < 3; ++start) {
@@ -157,7 +141,7 @@ static void test_block(void) {
         }
         bn_sampler_destroy(s);
     }
-    bn_sampler *s = make(BN_SAMPLER_BLUE, 0, 0);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 0);
     const bn_result invalid = BN_ERROR_INVALID_ARGUMENT, mismatch = BN_ERROR_SIZE_MISMATCH;
     CHECK(bn_sample_block(NULL, 0, 0, W, H, 0, N, 0, out, COUNT) == invalid);
     CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, NULL, COUNT) == invalid);
@@ -224,7 +208,7 @@ static void test_nets(void) {
     static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
                                     BN_SAMPLER_MASK};
     for (int k = 0; k < 4; ++k) {
-        bn_sampler *s = make(kinds[k], 64, 3);
+        bn_sampler *s = make_sampler(kinds[k], 64, 3);
         for (int pixel = 0; pixel < 24; ++pixel) {
             int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
             uint32_t domain = random_u32();
@@ -254,7 +238,7 @@ static void test_no_repeats(void) {
     enum { N = 1 << 16 };
     uint64_t *values = malloc(N * sizeof *values);
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make(kind, 0, 0);
+        bn_sampler *s = make_sampler(kind, 0, 0);
         for (uint32_t i = 0; i < N; ++i) {
             uint32_t u[4];
             bn_sample_4d_u32(s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
@@ -290,7 +274,7 @@ static double correlation(const bn_sampler *s, const bn_sampler *t, uint32_t d, 
 
 static void test_independence(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make(kind, 0, 1), *t = make(kind, 0, 2);
+        bn_sampler *s = make_sampler(kind, 0, 1), *t = make_sampler(kind, 0, 2);
         int correlated = 0;
         /* The same arguments give the same samples: the statistic sees dependence. */
         CHECK(correlation(s, s, 5, 5, 0, 0) > 30.0);
@@ -313,7 +297,7 @@ static void test_independence(void) {
  * of 10 tests. */
 static void test_uniform(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make(kind, 0, 4);
+        bn_sampler *s = make_sampler(kind, 0, 4);
         for (int pair = 0; pair < 2; ++pair) {
             double cells[256] = {0}, chi = 0.0;
             for (uint32_t i = 0; i < 1u << 16; ++i) {
@@ -332,7 +316,7 @@ static void test_uniform(void) {
  * Sobol' sequences promise (for white noise, as the square root). */
 static void test_convergence(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make(kind, 0, 4);
+        bn_sampler *s = make_sampler(kind, 0, 4);
         double previous = INFINITY;
         for (uint32_t count = 16; count <= 4096; count *= 16) {
             double square = 0.0;
