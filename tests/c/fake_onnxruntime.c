@@ -4,7 +4,7 @@
  * FAKE_NO_TABLE, FAKE_NO_BASE or FAKE_ENTRY, it is a runtime that cannot be used. */
 #define _GNU_SOURCE
 #include "fake_onnxruntime.h"
-#include "../../libbn/src/onnxruntime_api.h"
+#include "../../libbn/src/neural/onnxruntime_api.h"
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>

@@ -13,7 +13,7 @@ int main(void) {
 
 #else
 
-#include "../../libbn/src/onnxruntime_api.h"
+#include "../../libbn/src/neural/onnxruntime_api.h"
 #include "check.h"
 #include <onnxruntime_c_api.h>
 

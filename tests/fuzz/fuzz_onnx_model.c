@@ -5,8 +5,8 @@
  * Built with -fsanitize=fuzzer (BN_FUZZ) this is a libFuzzer program. Else main() makes inputs by
  * itself from models of the test writer: `fuzz_onnx_model [count] [seed]` changes, cuts, repeats
  * and swaps bytes of them count times. */
-#include "../../libbn/src/onnx_model.h"
 #include "../c/onnx_writer.h"
+#include "neural/onnx_model.h"
 #include <stdio.h>
 #include <stdlib.h>
 

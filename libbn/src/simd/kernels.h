@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The inner loops, written once over the small vector types of vec.h. Each file of this folder that
  * includes this one defines which instruction set it is. */
-#include "simd.h"
-#include "vec.h"
+#include "simd/simd.h"
+#include "simd/vec.h"
 
 #if defined(__GNUC__)
 #define BN_INLINE static inline __attribute__((always_inline))

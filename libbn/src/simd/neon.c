@@ -1,4 +1,4 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The inner loops for NEON (64-bit Arm). */
 #define BN_SIMD_NEON 1
-#include "kernels.h"
+#include "simd/kernels.h"

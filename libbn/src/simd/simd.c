@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Chooses the instruction set at run time. */
-#include "simd.h"
+#include "simd/simd.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -4,7 +4,7 @@
 #ifndef BN_SIMD_H
 #define BN_SIMD_H
 
-#include "../energy_field.h"
+#include "simd/field.h"
 
 enum { BN_WINDOW_LANES = 16 };
 

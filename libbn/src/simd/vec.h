@@ -23,13 +23,13 @@ static inline uint32_t first_bit(uint64_t bits) {
 }
 
 #if defined(BN_SIMD_AVX2) || defined(BN_SIMD_AVX512)
-#include "vec_avx2.h"
+#include "simd/vec_avx2.h"
 #elif defined(BN_SIMD_SSE41)
-#include "vec_sse41.h"
+#include "simd/vec_sse41.h"
 #elif defined(BN_SIMD_NEON)
-#include "vec_neon.h"
+#include "simd/vec_neon.h"
 #else
-#include "vec_scalar.h"
+#include "simd/vec_scalar.h"
 #endif
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The vector types of kernels.h for AVX2 and, with 16 lanes of 32 bits, AVX-512; vec.h says what
  * each function does. */
-#include "vec_x86.h"
+#include "simd/vec_x86.h"
 
 #if defined(BN_SIMD_AVX512)
 #define BN_SIMD_NAME "avx512"

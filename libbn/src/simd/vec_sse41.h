@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The vector types of kernels.h for SSE4.1, in pairs of registers; vec.h says what each function
  * does. */
-#include "vec_x86.h"
+#include "simd/vec_x86.h"
 
 #define BN_SIMD_NAME "sse4.1"
 #define BN_SIMD_TABLE bn_simd_sse41

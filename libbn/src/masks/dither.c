@@ -2,8 +2,8 @@
  * Ordered dithering with a mask (Bayer, "An optimum method for two-level rendition of
  * continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993): one threshold per pixel
  * and channel. */
-#include "memory.h"
-#include "options.h"
+#include "base/memory.h"
+#include "base/options.h"
 #include <math.h>
 
 /* Where channel c looks the mask up, as shares of its extents: a sequence of evenly spread points

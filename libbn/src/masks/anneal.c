@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
  * arguments, starting points and the choice of energy. Cost: sweeps x texels trials. */
-#include "anneal.h"
-#include "memory.h"
-#include "options.h"
-#include "thin.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "masks/anneal_scalar.h"
+#include "masks/anneal_vector.h"
+#include "masks/thin.h"
 #include <math.h>
 #include <string.h>
 
@@ -73,7 +74,7 @@ bn_result bn_anneal(const bn_anneal_options *given, uint32_t width, uint32_t hei
         goto done;
     }
     for (int i = 0; i < BN_ANNEAL_LOG_SIZE; ++i) {
-        logs[i] = -bn_exact_log((i + 0.5) / BN_ANNEAL_LOG_SIZE);
+        logs[i] = -bn_portable_log((i + 0.5) / BN_ANNEAL_LOG_SIZE);
     }
     job.logs = logs;
     result = start(&o, width, height, channels, ranks, job.ranks, texels);

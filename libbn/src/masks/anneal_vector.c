@@ -3,8 +3,8 @@
  * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times
  * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial exchanges one channel's values or all
  * of them between two texels and costs two windows of table lookups, twice. */
-#include "anneal.h"
-#include "memory.h"
+#include "masks/anneal_vector.h"
+#include "base/memory.h"
 
 enum {
     BN_VECTOR_BITS = 12,                       /* of a value */
@@ -133,7 +133,7 @@ bn_result bn_anneal_vector(bn_anneal_job *job) {
     for (uint32_t y = 0; y < rows; ++y) {
         for (uint32_t x = 0; x < columns; ++x) {
             double dx = (double)x - job->reach[0], dy = (double)y - job->reach[1];
-            double w = bn_exact_exp(-(dx * dx + dy * dy) / (4 * o->sigma * o->sigma));
+            double w = bn_portable_exp(-(dx * dx + dy * dy) / (4 * o->sigma * o->sigma));
             f->weights[y * columns + x] = (int32_t)(BN_VECTOR_ONE * w);
             sum += w;
         }
@@ -141,7 +141,7 @@ bn_result bn_anneal_vector(bn_anneal_job *job) {
     for (int i = 0; i <= BN_VECTOR_TABLE; ++i) {
         double d = power((i + 0.5) * 4 / BN_VECTOR_TABLE, job->channels);
         double exponent = d / (o->value_sigma * o->value_sigma);
-        f->table[i] = exponent > 30 ? 0 : (int32_t)(BN_VECTOR_ONE * bn_exact_exp(-exponent));
+        f->table[i] = exponent > 30 ? 0 : (int32_t)(BN_VECTOR_ONE * bn_portable_exp(-exponent));
     }
     for (uint32_t c = 0; c < job->channels; ++c) {
         for (uint32_t p = 0; p < job->texels; ++p) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The energy of a binary pattern on a torus, kept up to date with its extremes.
+ * The energy of a binary pattern on a torus, kept up to date with its extremes: the data that the
+ * kernels work on. masks/energy_field.h makes it.
  *
  * Energies are fixed-point integers: the kernel's sum is below 2^30, and a texel that is set
  * carries 2^30 more, so the lowest value of all is the largest void and the highest the tightest
@@ -7,8 +8,8 @@
  * quarter of a kilobyte. One pass over the tiles under the kernel adds it and finds their new
  * extremes; above them stand levels of extremes of 64 each. A change costs the kernel's footprint,
  * a search 64 values per level. */
-#ifndef BN_ENERGY_FIELD_H
-#define BN_ENERGY_FIELD_H
+#ifndef BN_SIMD_FIELD_H
+#define BN_SIMD_FIELD_H
 
 #include <stddef.h>
 #include <stdint.h>
@@ -71,17 +72,5 @@ typedef struct bn_field {
 typedef struct bn_field_texel {
     uint32_t tile, lane;
 } bn_field_texel;
-
-/* A field without a texel set, its energies small random numbers of the seed that break ties.
- * `extent` may hold zeros nowhere. Returns 0 when memory is short; destroy it in any case. */
-int bn_field_create(bn_field *field, const uint32_t extent[3], double sigma, uint64_t seed);
-void bn_field_destroy(bn_field *field);
-
-/* Finds all extremes anew. */
-void bn_field_refresh(bn_field *field);
-
-/* The linear index of a texel in a row-major array, and back. */
-size_t bn_field_index(const bn_field *field, bn_field_texel texel);
-bn_field_texel bn_field_at(const bn_field *field, size_t index);
 
 #endif

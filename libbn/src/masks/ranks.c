@@ -4,7 +4,7 @@
  * Floats become integers of the same order (sign-magnitude to biased), which a least-significant-
  * digit radix sort of three 11-bit passes orders together with their positions: linear time, and
  * stable, so equal values keep the order of their positions. 16 bytes of scratch per value. */
-#include "memory.h"
+#include "base/memory.h"
 #include <bn/bn.h>
 #include <string.h>
 

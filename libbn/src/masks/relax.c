@@ -8,13 +8,13 @@
  * geometrically, as in annealing. Values are 16-bit integers and counts do not depend on who
  * counts, so threads and instruction sets cannot change a bit. Per texel and step: the kernel's 60
  * pairs and one histogram. */
-#include "exact_math.h"
-#include "hash.h"
-#include "memory.h"
-#include "options.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "base/portable_math.h"
+#include "base/threads.h"
+#include "masks/thin.h"
 #include "simd/simd.h"
-#include "thin.h"
-#include "threads.h"
 #include <math.h>
 #include <string.h>
 
@@ -54,7 +54,7 @@ typedef struct step {
 } step;
 
 static double between(double from, double to, double t) {
-    return from * bn_exact_exp(t * bn_exact_log(to / from));
+    return from * bn_portable_exp(t * bn_portable_log(to / from));
 }
 
 static step step_at(const relaxation *r, uint32_t index) {
@@ -194,7 +194,7 @@ static int fill_pairs(relaxation *r) {
             for (int32_t x = -r->reach[0]; x <= r->reach[0]; ++x) {
                 const double square = (double)x * x + (double)y * y;
                 if (square == 0 || square > limit) continue;
-                const double w = bn_exact_exp(-square / (4 * sigma * sigma));
+                const double w = bn_portable_exp(-square / (4 * sigma * sigma));
                 if (pass == 0) {
                     sum += w;
                     continue;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Many draws at once: what depends on the pixel alone is done once for all its indices. */
-#include "sampler.h"
+#include "sampler/sampler_object.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
                        uint32_t count, uint32_t domain, float *out) {

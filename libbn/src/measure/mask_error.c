@@ -5,8 +5,8 @@
  * the squared transfer function; nothing is transformed back. Two thresholds share a complex
  * transform: with the transfer function even, the cross terms of z = a + i b cancel in the sum. 32
  * transforms of width x height, 32 bytes per texel. */
-#include "fft.h"
-#include "memory.h"
+#include "base/memory.h"
+#include "measure/fft.h"
 #include <bn/bn.h>
 #include <math.h>
 

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The sampler object and its draws. BLUE, SOBOL and WHITE are the inline functions of bn_draw.h,
  * ZORDER is in zorder.c; this file adds MASK, which needs memory of its own. */
-#include "sampler.h"
-#include "hash.h"
-#include "options.h"
+#include "base/hash.h"
+#include "base/options.h"
+#include "sampler/blue_tables.h"
+#include "sampler/zorder.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -8,13 +8,13 @@
  * in turn; the split does not change what a texel sees, so memory stays small and results do not
  * depend on it. Cost: the network's, plus the margins, plus a radix sort for the ranks of a mask.
  */
-#include "files.h"
-#include "hash.h"
-#include "memory.h"
-#include "onnx_model.h"
-#include "onnxruntime.h"
-#include "options.h"
-#include "threads.h"
+#include "base/files.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "base/threads.h"
+#include "neural/onnx_model.h"
+#include "neural/onnxruntime.h"
 #include <string.h>
 
 enum {

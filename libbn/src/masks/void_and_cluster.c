@@ -6,11 +6,12 @@
  * the zeros is the largest void of the ones. And where the minority's texels stand apart from each
  * other, at both ends of the grey scale, bn_thin orders them. Time and memory are close to linear.
  */
-#include "hash.h"
-#include "memory.h"
-#include "options.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "masks/energy_field.h"
+#include "masks/thin.h"
 #include "simd/simd.h"
-#include "thin.h"
 #include <math.h>
 #include <string.h>
 

@@ -5,7 +5,7 @@
  * wire type) and a value. The reader walks messages as spans of bytes, checks every length against
  * its span, allocates nothing and does not recurse: graphs inside attributes are refused. What it
  * does not know it skips. Field numbers are those of the public schema (onnx.proto). */
-#include "onnx_model.h"
+#include "neural/onnx_model.h"
 #include <string.h>
 
 enum { WIRE_VARINT = 0, WIRE_64_BIT = 1, WIRE_BYTES = 2, WIRE_32_BIT = 5 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The power spectrum of a mask: one transform, by columns and then by rows. */
-#include "fft.h"
-#include "memory.h"
+#include "base/memory.h"
+#include "measure/fft.h"
 #include <bn/bn.h>
 
 bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,

@@ -2,7 +2,7 @@
  * The tables of the draws from the data of BLUE, data/blue.u32: a tile of labels, and for each
  * member of a family the vectors of digits that the bits of an index and of a label contribute.
  * Microseconds. */
-#include "sampler.h"
+#include "sampler/blue_tables.h"
 #include <stddef.h>
 
 extern const uint32_t bn_data_blue[];

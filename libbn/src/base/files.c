@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Reading files whole, without asking for their size: pipes have none, and files can grow. */
-#include "files.h"
-#include "memory.h"
+#include "base/files.h"
+#include "base/memory.h"
 #include <stdio.h>
 #include <string.h>
 

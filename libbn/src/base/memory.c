@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Allocation for the mask algorithms. */
-#include "memory.h"
+#include "base/memory.h"
 #include <stdlib.h>
 #include <string.h>
 

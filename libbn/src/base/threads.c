@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Teams of POSIX threads with a barrier of their own (the POSIX one is optional). */
 #define _POSIX_C_SOURCE 200809L
-#include "threads.h"
+#include "base/threads.h"
 
 #if defined(_WIN32)
 

@@ -8,10 +8,10 @@
  * points lie in cells of the kernel's reach. Energies are integers that only fall, so the next
  * point comes from a queue of buckets whose entries are put right when they come up. Time and
  * memory are linear in the points. */
-#include "thin.h"
-#include "exact_math.h"
-#include "hash.h"
-#include "memory.h"
+#include "masks/thin.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/portable_math.h"
 #include <string.h>
 
 static const double BN_THIN_SIGMA = 0.45; /* in spacings */
@@ -47,7 +47,7 @@ double bn_spacing(const uint32_t extent[3], size_t points) {
             if (narrow < 0 || extent[axis] < extent[narrow]) narrow = axis;
         }
         spacing = volume / (double)points;
-        if (axes == 3) spacing = bn_exact_exp(bn_exact_log(spacing) / 3);
+        if (axes == 3) spacing = bn_portable_exp(bn_portable_log(spacing) / 3);
         if (axes == 2) spacing = sqrt(spacing);
         if (axes == 1 || extent[narrow] >= spacing) return spacing;
         used[narrow] = 0;
@@ -241,7 +241,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
     t->count = count;
     for (int i = 0; i < BN_THIN_TABLE; ++i) {
         double x = BN_THIN_REACH * BN_THIN_REACH / 2 * (i + 0.5) / BN_THIN_TABLE;
-        t->table[i] = (uint32_t)(0x1p24 * bn_exact_exp(-x));
+        t->table[i] = (uint32_t)(0x1p24 * bn_portable_exp(-x));
     }
     for (size_t i = 0; i < count; ++i) {
         size_t line = points[i] / extent[0];

@@ -7,7 +7,7 @@
  * by the matrix of an SZ sequence (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences",
  * 2025), and each member of a family has an order of its own, so that pairs and members are
  * stratified together. A few hundred instructions a draw. */
-#include "sampler.h"
+#include "sampler/zorder.h"
 
 enum { BN_MORTON_BITS = 12 };
 

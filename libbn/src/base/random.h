@@ -3,7 +3,7 @@
 #ifndef BN_RANDOM_H
 #define BN_RANDOM_H
 
-#include "hash.h"
+#include "base/hash.h"
 
 /* SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014). */
 typedef struct bn_random {

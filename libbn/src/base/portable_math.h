@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Exponential and logarithm from the four basic operations alone, so that they give the same bits
  * on every machine; the C library promises no such thing. Both are good to about 1e-15 relative. */
-#ifndef BN_EXACT_MATH_H
-#define BN_EXACT_MATH_H
+#ifndef BN_PORTABLE_MATH_H
+#define BN_PORTABLE_MATH_H
 
 #include <math.h>
 
@@ -10,7 +10,7 @@
 #define BN_LN2_LOW 0x1.a39ef35793c76p-33
 
 /* e^x for x in [-700, 700]. */
-static inline double bn_exact_exp(double x) {
+static inline double bn_portable_exp(double x) {
     double scaled = x / (BN_LN2_HIGH + BN_LN2_LOW);
     int whole = (int)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
     double rest = (x - whole * BN_LN2_HIGH) - whole * BN_LN2_LOW, sum = 1;
@@ -19,7 +19,7 @@ static inline double bn_exact_exp(double x) {
 }
 
 /* ln x for normal x > 0, by the series of 2 atanh((m - 1) / (m + 1)). */
-static inline double bn_exact_log(double x) {
+static inline double bn_portable_log(double x) {
     int exponent;
     double m = frexp(x, &exponent);
     if (m < 0.70710678118654752) {

@@ -5,8 +5,8 @@
  * "A linear filtering approach to the computation of discrete Fourier transform" (1970), which
  * turns the transform into a convolution of a power-of-two length. Eight columns run through every
  * pass side by side, so that the inner loops are plain vector code. */
-#include "fft.h"
-#include "memory.h"
+#include "measure/fft.h"
+#include "base/memory.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Setting up an energy field: tiles, kernel and levels. The work is done in simd/kernels.h. */
-#include "energy_field.h"
-#include "exact_math.h"
-#include "hash.h"
-#include "memory.h"
+#include "masks/energy_field.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/portable_math.h"
 #include <string.h>
 
 /* Where the Gaussian is cut off, in standard deviations: what is left is below 0.4 % of the centre.
@@ -74,7 +74,7 @@ static double *create_profile(bn_field *f, int axis, double sigma) {
     double *profile = bn_allocate_zero((size_t)f->reach[axis] + 1, sizeof *profile);
     if (profile == NULL) return NULL;
     for (int32_t d = -radius; d <= radius; ++d) {
-        double g = bn_exact_exp(-(double)d * d / (2 * sigma * sigma));
+        double g = bn_portable_exp(-(double)d * d / (2 * sigma * sigma));
         if (f->folded[axis]) {
             profile[((d % extent) + extent) % extent] += g;
         } else if (d >= 0) {

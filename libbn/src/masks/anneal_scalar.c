@@ -7,8 +7,8 @@
  * difference of two sums of W clamp(r, a, b) over their windows, so a trial costs two windows of
  * 16-bit multiplications. Half of the trials are with a texel of a near rank, half with a near
  * texel. */
-#include "anneal.h"
-#include "memory.h"
+#include "masks/anneal_scalar.h"
+#include "base/memory.h"
 #include "simd/simd.h"
 
 enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* so that the difference of two windows fits 32 bits */ };
@@ -108,8 +108,8 @@ static void fill_weights(board *b) {
             for (int32_t x = -rx; x <= rx; ++x) {
                 if (x == 0 && y == 0) continue;
                 double square = (double)x * x + (double)y * y;
-                double w = near_share * bn_exact_exp(-square / (4 * o->sigma * o->sigma)) +
-                           far_share * bn_exact_exp(-square / (4 * o->far_sigma * o->far_sigma));
+                double w = near_share * bn_portable_exp(-square / (4 * o->sigma * o->sigma)) +
+                           far_share * bn_portable_exp(-square / (4 * o->far_sigma * o->far_sigma));
                 sum += w;
                 b->weights[(size_t)(y + ry) * b->row_lanes + (size_t)(x + rx)] =
                     (int16_t)(w * scale + 0.5);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler object, shared by its draws. */
-#ifndef BN_SAMPLER_H
-#define BN_SAMPLER_H
+ * What a sampler holds. */
+#ifndef BN_SAMPLER_OBJECT_H
+#define BN_SAMPLER_OBJECT_H
 
 #include <bn/bn_draw.h>
 
@@ -15,11 +15,5 @@ struct bn_sampler {
     uint32_t mask_low_digits; /* those below the resolution of the mask */
     uint32_t mask_width, mask_height;
 };
-
-/* Fills table and words. */
-void bn_blue_tables_fill(bn_sampler *sampler, int32_t kind, uint64_t seed_key);
-
-void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                    uint32_t domain, uint32_t out[4]);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What annealing of one channel and of several share. */
-#ifndef BN_ANNEAL_H
-#define BN_ANNEAL_H
+#ifndef BN_ANNEAL_JOB_H
+#define BN_ANNEAL_JOB_H
 
-#include "exact_math.h"
-#include "random.h"
+#include "base/portable_math.h"
+#include "base/random.h"
 
 enum { BN_ANNEAL_LOG_SIZE = 4096 };
 
@@ -23,7 +23,7 @@ static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sw
     const bn_anneal_options *o = job->options;
     double t = (sweep + 0.5) / o->sweeps;
     return o->start_temperature *
-           bn_exact_exp(t * bn_exact_log(o->end_temperature / o->start_temperature));
+           bn_portable_exp(t * bn_portable_log(o->end_temperature / o->start_temperature));
 }
 
 static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep) {
@@ -43,8 +43,5 @@ static inline int32_t bn_anneal_offset(uint32_t from, uint32_t to, uint32_t exte
     int32_t d = (int32_t)to - (int32_t)from, half = (int32_t)(extent / 2);
     return d > half ? d - (int32_t)extent : d < -half ? d + (int32_t)extent : d;
 }
-
-bn_result bn_anneal_scalar(bn_anneal_job *job);
-bn_result bn_anneal_vector(bn_anneal_job *job);
 
 #endif

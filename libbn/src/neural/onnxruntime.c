@@ -7,9 +7,9 @@
  * environment once. A library in which an environment was made stays loaded: threads or exit
  * handlers of it may live on. */
 #define _POSIX_C_SOURCE 200809L
-#include "onnxruntime.h"
-#include "memory.h"
-#include "onnxruntime_api.h"
+#include "neural/onnxruntime.h"
+#include "base/memory.h"
+#include "neural/onnxruntime_api.h"
 #include <stdlib.h>
 #include <string.h>
 
