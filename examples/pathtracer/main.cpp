@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <filesystem>
 #include <optional>
 
 #include "convergence.h"
@@ -22,8 +21,7 @@
 #include "intersect.h"
 #include "merge.h"
 #include "options.h"
-#include "output_file.h"
-#include "png_image.h"
+#include "outputs.h"
 #include "resume.h"
 #include "sampler.h"
 #include "scene.h"
@@ -72,34 +70,6 @@ void print_error(const Image &image, const Image &reference) {
                 blurred_rmse(image, reference, 1.0), blurred_rmse(image, reference, 2.1));
 }
 
-// Where the results go. Made before the first ray, so that a wrong name costs nothing.
-struct Outputs {
-    std::filesystem::path exr, png, csv; // csv may be empty
-    std::optional<float> exposure;       // else automatic
-
-    Outputs(const Options &options, const std::string &scene)
-        : exr(options.output), png(std::filesystem::path(exr).replace_extension(".png")),
-          csv(options.convergence), exposure(options.exposure) {
-        if (!exposure && !options.auto_exposure && !is_scene_file(scene)) exposure = 0.0f;
-        check_writable(exr);
-        check_writable(png);
-        if (!csv.empty()) check_writable(csv);
-    }
-
-    // Returns the exposure of the preview.
-    float write(const Film &film, ExrAttributes attributes,
-                const std::vector<ConvergenceRow> &rows) const {
-        attributes.exposure = exposure.value_or(0);
-        if (!exposure) attributes.exposure = auto_exposure(film);
-        std::vector<std::pair<std::filesystem::path, std::vector<char>>> files = {
-            {exr, exr_encode(film, attributes)},
-            {png, png_encode_preview(film_image(film), attributes.exposure)}};
-        if (!csv.empty()) files.push_back({csv, convergence_csv(rows)});
-        write_files(files);
-        return attributes.exposure;
-    }
-};
-
 // Loud enough for --quiet. Parts of a picture may well be empty.
 void warn(const Film &film, float exposure, const std::string &extent) {
     if (pixel_count(film.crop) <
@@ -110,6 +80,7 @@ void warn(const Film &film, float exposure, const std::string &extent) {
 }
 
 void run_merge(const Options &options) {
+    check_file_names(options);
     const MergedPicture merged = merge_pictures(options.merge);
     const Film &film = merged.film;
     std::optional<Image> reference;
@@ -184,6 +155,7 @@ void run_render(Options options) {
         resumed = resume_settings(options);
         check_options(options);
     }
+    check_file_names(options);
     Scene scene = scene_build(options.scene, scene_options(options));
     if (!options.quiet)
         for (const std::string &note : scene.notes)
@@ -246,7 +218,7 @@ void run_render(Options options) {
         if (show_progress) print_progress(fraction, so_far);
     };
     events.pass_done = [&](uint32_t count, const RenderTotals &so_far) {
-        if (!outputs.csv.empty())
+        if (outputs.wants_convergence())
             rows.push_back(convergence_row(film_image(film), *reference, count, so_far.seconds));
     };
     events.write = [&](const RenderTotals &) {

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are there whole or not at all.
+// Temporary files have random names and are created exclusively, so that nobody who can write to
+// the folder can make this program follow a link of theirs. What is renamed has reached the disk:
+// after a crash of the machine there is the old file or the new one, complete.
 #include "output_file.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <list>
+#include <random>
+#include <set>
 #include <string>
 #include <system_error>
 
@@ -16,69 +23,145 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The file a name stands for: a link keeps pointing at it.
-fs::path resolve(fs::path path) {
-    std::error_code ignored;
-    for (int links = 0; links < 40 && fs::is_symlink(path, ignored); ++links) {
-        const fs::path target = fs::read_symlink(path, ignored);
-        path = target.is_absolute() ? target : path.parent_path() / target;
-    }
-    return path;
-}
-
-fs::path beside(const fs::path &path) {
-    fs::path result = path;
-    result += ".part-" + std::to_string(getpid());
-    return result;
-}
+constexpr int MAX_LINKS = 40; // followed from one name, as by Linux
 
 Error cannot_write(const fs::path &path, const std::string &why) {
     return Error("cannot write " + path.string() + ": " + why);
 }
 
-// Creates or overwrites `part` on the way to `path`.
-void write_whole(const fs::path &part, const fs::path &path, const std::vector<char> &bytes) {
-    errno = 0;
-    std::FILE *file = std::fopen(part.string().c_str(), "wb");
-    if (!file) throw cannot_write(path, std::strerror(errno));
-    bool good = bytes.empty() || std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-    good = std::fflush(file) == 0 && good;
-    const int write_error = errno;
-    good = std::fclose(file) == 0 && good;
-    if (!good) {
-        const int error = write_error ? write_error : errno;
-        std::error_code ignored;
-        fs::remove(part, ignored);
-        throw cannot_write(path, std::strerror(error));
+// Replaces a path by the one its symbolic links lead to, whether a file is there or not. Returns
+// false when they lead nowhere.
+bool follow_links(fs::path &path) {
+    std::error_code ignored;
+    for (int links = 0; fs::is_symlink(fs::symlink_status(path, ignored)); ++links) {
+        if (links == MAX_LINKS) return false;
+        const fs::path target = fs::read_symlink(path, ignored);
+        path = target.is_absolute() ? target : path.parent_path() / target;
     }
+    return true;
+}
+
+fs::path resolve(const fs::path &path) {
+    fs::path result = path;
+    if (!follow_links(result)) throw cannot_write(path, std::strerror(ELOOP));
+    return result;
+}
+
+fs::path folder_of(const fs::path &path) {
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+// A name beside `path` that nobody can guess.
+fs::path beside(const fs::path &path) {
+    std::random_device random;
+    char suffix[32];
+    std::snprintf(suffix, sizeof suffix, ".part-%08x%08x", random(), random());
+    fs::path result = path;
+    result += suffix;
+    return result;
+}
+
+// Removes a file when it goes out of scope, unless it was renamed.
+class TemporaryFile {
+  public:
+    // Creates a file beside `target`. Errors name `path`, which is how the user calls it.
+    TemporaryFile(const fs::path &path, const fs::path &target)
+        : path_(path), target_(target), name_(beside(target)) {
+        descriptor_ =
+            open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (descriptor_ < 0) throw cannot_write(path_, std::strerror(errno));
+    }
+    TemporaryFile(const TemporaryFile &) = delete;
+    TemporaryFile &operator=(const TemporaryFile &) = delete;
+    ~TemporaryFile() {
+        if (descriptor_ >= 0) close(descriptor_);
+        if (!renamed_) unlink(name_.c_str());
+        if (!old_.empty()) unlink(old_.c_str());
+    }
+
+    // Writes the file to the disk and closes it.
+    void write(const std::vector<char> &bytes) {
+        for (size_t done = 0; done < bytes.size();) {
+            const ssize_t count = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
+            if (count < 0 && errno == EINTR) continue;
+            if (count < 0) throw cannot_write(path_, std::strerror(errno));
+            done += static_cast<size_t>(count);
+        }
+        const bool synced = fsync(descriptor_) == 0;
+        const int error = errno;
+        const bool closed = close(descriptor_) == 0;
+        descriptor_ = -1;
+        if (!synced || !closed) throw cannot_write(path_, std::strerror(synced ? errno : error));
+    }
+
+    // Puts the file in place. What was there before keeps a second name, where the file system has
+    // hard links, for undo().
+    void rename() {
+        const fs::path old = beside(target_);
+        if (link(target_.c_str(), old.c_str()) == 0) old_ = old;
+        had_old_ = !old_.empty() || errno != ENOENT;
+        if (std::rename(name_.c_str(), target_.c_str()) != 0)
+            throw cannot_write(path_, std::strerror(errno));
+        renamed_ = true;
+    }
+
+    // Puts back what rename() replaced, as far as the file system lets it.
+    void undo() {
+        if (!renamed_) return;
+        if (!old_.empty() && std::rename(old_.c_str(), target_.c_str()) == 0)
+            old_.clear();
+        else if (!had_old_)
+            unlink(target_.c_str());
+    }
+
+    const fs::path &target() const { return target_; }
+
+  private:
+    fs::path path_, target_, name_;
+    fs::path old_; // a second name of the file that was replaced, or empty
+    int descriptor_ = -1;
+    bool renamed_ = false, had_old_ = false;
+};
+
+// Makes renames in a folder last. Some file systems cannot, and then nothing is lost but that.
+void sync_folder(const fs::path &folder) {
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    fsync(descriptor);
+    close(descriptor);
 }
 
 } // namespace
 
 void check_writable(const fs::path &path) {
     const fs::path target = resolve(path);
-    std::error_code ignored;
-    const fs::file_status status = fs::status(target, ignored);
-    if (fs::exists(status) && !fs::is_regular_file(status))
+    struct stat status;
+    if (stat(target.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
         throw cannot_write(path, "it is there and is no regular file");
-    write_whole(beside(target), path, {});
-    fs::remove(beside(target), ignored);
+    const TemporaryFile probe(path, target);
 }
 
 void write_files(const std::vector<std::pair<fs::path, std::vector<char>>> &files) {
-    size_t written = 0;
-    std::error_code error;
+    std::list<TemporaryFile> parts;
+    for (const auto &[path, bytes] : files) parts.emplace_back(path, resolve(path)).write(bytes);
     try {
-        for (; written < files.size(); ++written) {
-            const fs::path &path = files[written].first;
-            write_whole(beside(resolve(path)), path, files[written].second);
-        }
-        for (const auto &file : files) {
-            fs::rename(beside(resolve(file.first)), resolve(file.first), error);
-            if (error) throw cannot_write(file.first, error.message());
-        }
+        for (TemporaryFile &part : parts) part.rename();
     } catch (const Error &) {
-        for (size_t i = 0; i < written; ++i) fs::remove(beside(resolve(files[i].first)), error);
+        for (TemporaryFile &part : parts) part.undo();
         throw;
     }
+    std::set<fs::path> folders;
+    for (const TemporaryFile &part : parts) folders.insert(folder_of(part.target()));
+    for (const fs::path &folder : folders) sync_folder(folder);
+}
+
+bool is_same_file(const fs::path &a, const fs::path &b) {
+    struct stat one, other;
+    if (stat(a.c_str(), &one) == 0 && stat(b.c_str(), &other) == 0)
+        return one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+    fs::path p = a, q = b;
+    if (!follow_links(p) || !follow_links(q)) return false;
+    if (p.filename() != q.filename()) return false;
+    return stat(folder_of(p).c_str(), &one) == 0 && stat(folder_of(q).c_str(), &other) == 0 &&
+           one.st_dev == other.st_dev && one.st_ino == other.st_ino;
 }

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of a picture: the EXR, its preview, and the error along the run.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "convergence.h"
+#include "exr.h"
+#include "options.h"
+
+// Throws Error when an output is also another output or an input, whatever name it goes by. Only
+// --resume may be replaced by -o. With --resume, call it once the picture's settings are known.
+void check_file_names(const Options &options);
+
+class Outputs {
+  public:
+    // Throws Error unless all files can be written: made before the first ray, so that a wrong name
+    // costs nothing. `scene` decides the exposure when none is given.
+    Outputs(const Options &options, const std::string &scene);
+
+    // Replaces all files at once. Returns the exposure of the preview. Throws Error.
+    float write(const Film &film, ExrAttributes attributes,
+                const std::vector<ConvergenceRow> &rows) const;
+
+    bool wants_convergence() const { return !csv_.empty(); }
+
+  private:
+    std::filesystem::path exr_, png_, csv_; // csv_ may be empty
+    std::optional<float> exposure_;         // else automatic
+};

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Outputs never destroy an input or each other, and appear together or not at all."""
+
+import os
+import stat
+
+import pytest
+from scene_files import floor
+from test_command_line import failure
+
+SIZE = ["--size", "8x8", "--spp", 1]
+
+
+@pytest.fixture
+def inputs(pathtracer):
+    """One file of each kind that a run reads, with other names for some of them."""
+    folder = pathtracer.folder
+    for name in ("ref", "begun", "sky", "preview"):
+        pathtracer.run(*SIZE, "-o", f"{name}.exr")
+    (folder / "preview.exr").rename(folder / "begun-as.png")
+    (folder / "preview.png").rename(folder / "mk.png")
+    floor().save(folder / "scene.glb")
+    (folder / "scene.glb").rename(folder / "scene.exr")
+    (folder / "scene.glb").symlink_to("scene.exr")
+    (folder / "soft.exr").symlink_to("deep/../ref.exr")
+    os.link(folder / "ref.exr", folder / "hard.exr")
+    (folder / "deep").mkdir()
+    (folder / "to-new.exr").symlink_to("new.png")
+    (folder / "to-sky.exr").symlink_to("sky.exr")
+    return folder
+
+
+REFERENCE = ["--reference", "ref.exr"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([*REFERENCE, "--convergence", "dd.exr", "-o", "dd.exr"], ["-o", "--convergence", "dd.exr"]),
+        ([*REFERENCE, "--convergence", "deep/../dd.exr", "-o", "./dd.exr"], ["-o", "--convergence", "dd.exr"]),
+        ([*REFERENCE, "--convergence", "dd.png", "-o", "dd.exr"], ["preview of -o", "--convergence", "dd.png"]),
+        ([*REFERENCE, "--convergence", "ref.exr", "-o", "out.exr"], ["--reference", "--convergence", "ref.exr"]),
+        ([*REFERENCE, "--convergence", "hard.exr", "-o", "out.exr"], ["--reference", "--convergence", "hard.exr"]),
+        ([*REFERENCE, "-o", "ref.exr"], ["-o", "--reference", "ref.exr"]),
+        ([*REFERENCE, "-o", "soft.exr"], ["-o", "--reference", "ref.exr", "soft.exr"]),
+        ([*REFERENCE, "-o", "hard.exr"], ["-o", "--reference", "ref.exr", "hard.exr"]),
+        (["--reference", "hard.exr", "-o", "soft.exr"], ["-o", "--reference", "hard.exr", "soft.exr"]),
+        (["--sampler", "mask", "--mask", "mk.png", "-o", "mk.exr"], ["preview of -o", "--mask", "mk.png"]),
+        (["--env", "sky.exr", "-o", "sky.exr"], ["-o", "--env", "sky.exr"]),
+        (["--env", "sky.exr", "-o", "to-sky.exr"], ["-o", "--env", "sky.exr"]),
+        (["--env", "to-sky.exr", "-o", "sky.exr"], ["-o", "--env", "sky.exr"]),
+        (["--scene", "scene.glb", "-o", "scene.exr"], ["-o", "--scene", "scene.glb"]),
+        (["--merge", "ref.exr", "-o", "ref.exr"], ["-o", "--merge", "ref.exr"]),
+        (["--merge", "begun.exr", *REFERENCE, "-o", "soft.exr"], ["-o", "--reference", "ref.exr"]),
+        (["--resume", "begun-as.png", "-o", "begun-as.exr"], ["preview of -o", "--resume", "begun-as.png"]),
+        (["--resume", "ref.exr", *REFERENCE, "-o", "ref.exr"], ["-o", "--reference", "ref.exr"]),
+        (["--resume", "begun.exr", *REFERENCE, "--convergence", "begun.exr", "-o", "out.exr"],
+         ["--convergence", "--resume", "begun.exr"]),
+        # Names of files that do not exist yet.
+        (["-o", "to-new.exr", "--convergence", "new.png", *REFERENCE], ["-o", "--convergence", "new.png"]),
+        (["--env", "absent.exr", "-o", "absent.exr"], ["-o", "--env", "absent.exr"]),
+    ],
+)
+def test_an_output_that_is_another_file_of_the_run_is_refused(pathtracer, inputs, arguments, said):
+    files = [p for p in inputs.iterdir() if p.is_file()]
+    before = [p.read_bytes() for p in files]
+    message = failure(pathtracer, *SIZE, *arguments)
+    for word in said:
+        assert word in message, message
+    assert [p.read_bytes() for p in files] == before
+
+
+def test_settings_of_a_resumed_picture_are_inputs_too(pathtracer, inputs):
+    begun = pathtracer.render(*SIZE, "--env", "sky.exr")
+    message = failure(pathtracer, "--resume", begun, "--spp", 2, "-o", "sky.exr")
+    assert "-o would overwrite sky.exr, which --env reads" in message
+
+
+def test_a_resumed_picture_may_be_replaced(pathtracer, inputs):
+    assert pathtracer.run("--resume", "begun.exr", "--spp", 2, "-o", "begun.exr").returncode == 0
+    os.link(inputs / "begun.exr", inputs / "again.exr")
+    assert pathtracer.run("--resume", "begun.exr", "--spp", 3, "-o", "again.exr").returncode == 0
+
+
+@pytest.mark.parametrize("loop", ["loop.exr", "loop.png", "folder/out.exr"])
+def test_a_loop_of_links_is_refused(pathtracer, loop):
+    for name in ("loop.exr", "loop.png", "folder"):
+        if loop.startswith(name):
+            (pathtracer.folder / name).symlink_to(name)
+    message = failure(pathtracer, *SIZE, "-o", loop.replace(".png", ".exr"))
+    assert loop in message and "symbolic links" in message
+
+
+def test_temporary_files_have_names_that_nobody_knows(pathtracer):
+    """Another user of the folder prepares links under the names that a process number gives away."""
+    victim = pathtracer.folder / "victim"
+    victim.write_text("precious")
+
+    def prepare():
+        for name in ("out.exr", "out.png"):
+            os.symlink("victim", f"{name}.part-{os.getpid()}")
+
+    assert pathtracer.run(*SIZE, "-o", "out.exr", preexec_fn=prepare).returncode == 0
+    assert victim.read_text() == "precious"
+    for name in ("out.exr", "out.png"):
+        assert stat.S_ISREG((pathtracer.folder / name).lstat().st_mode)
+
+
+def test_outputs_obey_the_umask(pathtracer):
+    assert pathtracer.run(*SIZE, "-o", "out.exr", preexec_fn=lambda: os.umask(0o027)).returncode == 0
+    assert stat.S_IMODE((pathtracer.folder / "out.exr").stat().st_mode) == 0o640
