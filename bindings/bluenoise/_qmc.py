@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A sampler's pixel as a quasi-Monte Carlo engine of SciPy; imported when first asked for."""
+"""One pixel of a sampler as a SciPy quasi-Monte Carlo engine; imported on first use."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,14 +11,28 @@ from scipy.stats import qmc
 
 from . import _arguments as arguments
 
-if TYPE_CHECKING:
-    from ._sampler import Sampler
+
+class _Sampler(Protocol):
+    """What the engine needs of a ``Sampler``, which imports this module."""
+
+    def block(
+        self,
+        x0: int,
+        y0: int,
+        width: int,
+        height: int,
+        first_index: int,
+        index_count: int,
+        domain: int = 0,
+    ) -> npt.NDArray[np.float32]: ...
+
+    def domain(self, *keys: int) -> int: ...
 
 
 class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
     """The samples of one pixel of a sampler; see ``Sampler.qmc``."""
 
-    def __init__(self, sampler: Sampler, d: int, pixel: tuple[int, int] = (0, 0)) -> None:
+    def __init__(self, sampler: _Sampler, d: int, pixel: tuple[int, int] = (0, 0)) -> None:
         d = arguments.integer("d", d, 1, 2**31 - 1)
         try:
             x, y = pixel

@@ -10,7 +10,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 import bluenoise  # noqa: E402
-from bn_trainer import paper, pictures, table, wronski  # noqa: E402
+from bn_trainer.paper import perceptron as paper, pictures, table, wronski  # noqa: E402
 from bn_trainer.config import TrainerError  # noqa: E402
 from PIL import Image  # noqa: E402
 

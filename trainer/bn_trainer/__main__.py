@@ -82,9 +82,9 @@ OWN = {
 }
 #: Commands that are modules with add_arguments(parser) and main(options).
 MODULES = {
-    "train-paper": ("paper", "train the paper's perceptron"),
-    "table": ("table", "the paper's Table I on a stated protocol"),
-    "wronski": ("wronski", "optimise a mask by gradient descent through spectrum and histogram"),
+    "train-paper": ("paper.perceptron", "train the paper's perceptron"),
+    "table": ("paper.table", "the paper's Table I on a stated protocol"),
+    "wronski": ("paper.wronski", "optimise a mask by gradient descent through spectrum and histogram"),
 }
 
 

@@ -11,7 +11,7 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from .config import TrainerError
+from ..config import TrainerError
 
 PICTURE_SIZE = 256
 

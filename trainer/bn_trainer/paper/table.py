@@ -26,13 +26,13 @@ from PIL import Image, ImageDraw, ImageFont
 
 import bluenoise
 
-from . import paper, wronski
-from .config import TrainerError
-from .files import write_atomically
+from . import perceptron, wronski
+from ..config import TrainerError
+from ..files import write_atomically
 from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
-from .train import default_folder
+from ..train import default_folder
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the first columns are for TABLE_SIGMA
 TABLE_SIGMA = 1.0
 CALIBRATING = 8  # masks per method by which the blur is found at which void-and-cluster has the paper's ratio
@@ -108,10 +108,10 @@ def perceptron_methods(folder: Path, size: int, count: int) -> list[Method]:
     if not checkpoint.exists():
         say(f"without {folder.name}: no {checkpoint} (train-paper makes it)")
         return []
-    run = paper.PaperTraining.load(checkpoint)
+    run = perceptron.PaperTraining.load(checkpoint)
     if run.config.size != size:
         raise TrainerError(f"{checkpoint} is of size {run.config.size}, not {size}")
-    masks, seconds = timed(lambda seed: paper.generate(run.model, [seed], size)[0], range(count))
+    masks, seconds = timed(lambda seed: perceptron.generate(run.model, [seed], size)[0], range(count))
     name = "perceptron" + (", summed histogram" if run.config.histogram == "sum" else "")
     flop = sum(2 * layer.weight.numel() for layer in run.model.layers) / size**2
     note = f"{run.iteration} of {run.config.iterations} iterations in {run.seconds / 60:.0f} min"

@@ -34,9 +34,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from .config import TrainerError
-from .files import write_atomically
-from .train import default_folder
+from ..config import TrainerError
+from ..files import write_atomically
+from ..train import default_folder
 
 CHECKPOINT_SECONDS = 30.0
 PROGRESS_SECONDS = 10.0

@@ -2,7 +2,7 @@
 """Wronski, "Optimizing blue noise dithering: backpropagation through Fourier transform and sorting" (2020).
 
 No network: the texels of the mask themselves are the parameters, and descend the losses that the paper took over from
-here (see paper.py), the histogram term added up over texels. Start: white noise of the seed. His step rule is plain
+here (see perceptron.py), the histogram term added up over texels. Start: white noise of the seed. His step rule is plain
 gradient descent, `rule="descent"`; `rule="adam"`, the default, reaches a far lower loss in the same number of
 iterations, its rate falling to 0 as a half cosine. Masks are independent of each other and run as one batch.
 
@@ -22,20 +22,20 @@ from typing import Optional
 import numpy as np
 import torch
 
-from . import paper
-from .config import TrainerError
-from .files import write_atomically
+from . import perceptron
+from ..config import TrainerError
+from ..files import write_atomically
 
 RATES = {"adam": 0.03, "descent": 0.4}
-INPUTS = 1 << 61  # the seed of the starting noise, apart from those of paper.py
+INPUTS = 1 << 61  # the seed of the starting noise, apart from those of perceptron.py
 
 
 def optimise(size: int, seeds: Sequence[int], iterations: int = 1000, rule: str = "adam", rate: Optional[float] = None,
-             config: Optional[paper.PaperConfig] = None,
+             config: Optional[perceptron.PaperConfig] = None,
              progress: Optional[Callable[[int, float, dict[str, float]], object]] = None) -> np.ndarray:
     """Masks of the seeds after `iterations`: float32 (len(seeds), size, size), about uniform in [-1, 1].
 
-    `config` is a paper.PaperConfig whose weights, cutoff and histogram count (default: the paper's with "sum");
+    `config` is a perceptron.PaperConfig whose weights, cutoff and histogram count (default: the paper's with "sum");
     `progress(iteration, loss, terms)` is called after every iteration, the loss being the mean over masks.
     """
     if rule not in RATES:
@@ -43,14 +43,14 @@ def optimise(size: int, seeds: Sequence[int], iterations: int = 1000, rule: str 
     if iterations < 0 or len(seeds) == 0:
         raise TrainerError(f"iterations must be at least 0 and seeds not empty, not {iterations} and {seeds}")
     rate = RATES[rule] if rate is None else rate
-    config = paper.PaperConfig(size=size, histogram="sum") if config is None else config
-    weights = paper.low_frequency_weights(size, config.cutoff)
-    masks = paper.white_noise(size, INPUTS, seeds).requires_grad_()
+    config = perceptron.PaperConfig(size=size, histogram="sum") if config is None else config
+    weights = perceptron.low_frequency_weights(size, config.cutoff)
+    masks = perceptron.white_noise(size, INPUTS, seeds).requires_grad_()
     optimiser = torch.optim.Adam([masks], lr=rate) if rule == "adam" else torch.optim.SGD([masks], lr=rate)
     for iteration in range(iterations):
         if rule == "adam":
             optimiser.param_groups[0]["lr"] = rate * 0.5 * (1 + math.cos(math.pi * iteration / iterations))
-        loss, terms = paper.paper_loss(masks, config, weights)
+        loss, terms = perceptron.paper_loss(masks, config, weights)
         optimiser.zero_grad()
         (loss * len(seeds)).backward()  # the loss is a mean over masks; each shall descend as if it were alone
         optimiser.step()
@@ -89,7 +89,7 @@ def main(options: argparse.Namespace) -> None:
     told = [time.monotonic()]
 
     def progress(iteration: int, loss: float, terms: dict[str, float]) -> None:
-        if iteration == options.iterations or time.monotonic() - told[0] > paper.PROGRESS_SECONDS:
+        if iteration == options.iterations or time.monotonic() - told[0] > perceptron.PROGRESS_SECONDS:
             told[0] = time.monotonic()
             print(f"iteration {iteration} of {options.iterations}  loss {loss:.5g}  "
                   + "  ".join(f"{name} {value:.5g}" for name, value in terms.items()), flush=True)
