@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 
 #include "error.h"
@@ -20,9 +21,9 @@ namespace {
 constexpr unsigned MAX_CORNERS = 1024; // of a polygon that is split here
 
 // Reads material files beside the OBJ; one that is missing is noted.
-class Materials : public tinyobj::MaterialReader {
+class MaterialFiles : public tinyobj::MaterialReader {
   public:
-    Materials(std::filesystem::path folder, std::set<std::string> &ignored)
+    MaterialFiles(std::filesystem::path folder, std::set<std::string> &ignored)
         : folder_(std::move(folder)), ignored_(ignored) {}
     bool operator()(const std::string &name, std::vector<tinyobj::material_t> *materials,
                     std::map<std::string, int> *numbers, std::string *warning,
@@ -52,9 +53,11 @@ float unit(double v) {
     return v > 0 ? static_cast<float>(std::min(v, 1.0)) : 0.0f;
 }
 
-struct Reader {
+// Materials of a file as those of a scene.
+struct MaterialReader {
     SceneDraft &draft;
     std::filesystem::path folder;
+    bool vertex_colours; // the file has some
     std::map<std::pair<std::string, bool>, int32_t> textures;
 
     TextureUse texture(const std::string &name, const tinyobj::texture_option_t &options,
@@ -86,7 +89,7 @@ struct Reader {
         return use;
     }
 
-    uint32_t material(const tinyobj::material_t &source, bool vertex_colours) {
+    uint32_t material(const tinyobj::material_t &source) {
         Material m;
         SurfaceMaps maps;
         maps.vertex_colours = vertex_colours;
@@ -151,120 +154,173 @@ size_t checked(int index, size_t count, const char *what) {
     return static_cast<size_t>(index);
 }
 
+// ---- Taking the file apart
+
+struct ObjFile {
+    tinyobj::attrib_t attributes;
+    std::vector<tinyobj::shape_t> shapes;
+    std::vector<tinyobj::material_t> materials;
+    std::string warning;
+};
+
+// `split`: polygons become triangles.
+ObjFile load(const std::string &content, MaterialFiles &material_files, bool split) {
+    ObjFile file;
+    std::istringstream text(content);
+    std::string error;
+    if (!tinyobj::LoadObj(&file.attributes, &file.shapes, &file.materials, &file.warning, &error,
+                          &text, &material_files, split, false))
+        throw Error("is no OBJ: " + error.substr(0, error.find('\n')));
+    return file;
+}
+
+// Some versions of the loader keep the number of a polygon's corners in 8 bits.
+bool all_corners_counted(const ObjFile &file) {
+    for (const tinyobj::shape_t &shape : file.shapes) {
+        size_t corners = 0;
+        for (const size_t count : shape.mesh.num_face_vertices) {
+            if (count > MAX_CORNERS) return false;
+            corners += count;
+        }
+        if (corners != shape.mesh.indices.size()) return false;
+    }
+    return true;
+}
+
+// Polygons are split here, as the loader does not get concave ones right. Those of very many corners
+// are left to it.
+ObjFile parse(const std::string &content, MaterialFiles &material_files, SceneDraft &draft) {
+    ObjFile file = load(content, material_files, false);
+    if (!all_corners_counted(file)) {
+        file = load(content, material_files, true);
+        draft.ignored.insert("that polygons of more than 255 corners may be concave");
+    }
+    // Faces with such indices may be left out by the loader.
+    if (file.warning.find("ndices out of bounds") != std::string::npos ||
+        file.warning.find("invalid vertex index") != std::string::npos)
+        throw Error("has an index out of range");
+    return file;
+}
+
+void note_ignored(const ObjFile &file, SceneDraft &draft) {
+    if (file.warning.find("not found in .mtl") != std::string::npos && !file.materials.empty())
+        draft.ignored.insert("the names of materials that no material file has");
+    bool smooth_groups = false, points_and_lines = false;
+    for (const tinyobj::shape_t &shape : file.shapes) {
+        for (const unsigned group : shape.mesh.smoothing_group_ids)
+            smooth_groups = smooth_groups || group != 0;
+        points_and_lines =
+            points_and_lines || !shape.lines.indices.empty() || !shape.points.indices.empty();
+    }
+    if (smooth_groups && file.attributes.normals.empty())
+        draft.ignored.insert("smoothing groups (without normals faces are flat)");
+    if (points_and_lines) draft.ignored.insert("points and lines");
+}
+
+// ---- Vertices and faces
+
+// Corners that have everything in common are one vertex.
+class Vertices {
+  public:
+    Vertices(const tinyobj::attrib_t &attributes, SceneDraft &draft)
+        : attributes_(attributes), draft_(draft) {}
+
+    uint32_t get(const tinyobj::index_t &index) {
+        const auto [known, is_new] = vertices_.try_emplace(
+            {index.vertex_index, index.normal_index, index.texcoord_index}, 0);
+        if (is_new) known->second = draft_add_vertex(draft_, read(index));
+        return known->second;
+    }
+
+  private:
+    DraftVertex read(const tinyobj::index_t &index) const {
+        const tinyobj::attrib_t &a = attributes_;
+        DraftVertex v;
+        const size_t p = 3 * checked(index.vertex_index, a.vertices.size() / 3, "vertex");
+        v.position = {a.vertices[p], a.vertices[p + 1], a.vertices[p + 2]};
+        if (p + 2 < a.colors.size())
+            v.colour = {unit(a.colors[p]), unit(a.colors[p + 1]), unit(a.colors[p + 2])};
+        if (index.normal_index >= 0) {
+            const size_t n = 3 * checked(index.normal_index, a.normals.size() / 3, "normal");
+            v.normal = {static_cast<float>(a.normals[n]), static_cast<float>(a.normals[n + 1]),
+                        static_cast<float>(a.normals[n + 2])};
+        }
+        if (index.texcoord_index >= 0) {
+            const size_t t =
+                2 * checked(index.texcoord_index, a.texcoords.size() / 2, "texture coordinate");
+            v.coordinates[0] = {static_cast<float>(a.texcoords[t]),
+                                static_cast<float>(a.texcoords[t + 1])};
+        }
+        return v;
+    }
+
+    const tinyobj::attrib_t &attributes_;
+    SceneDraft &draft_;
+    std::map<std::array<int, 3>, uint32_t> vertices_;
+};
+
+// The material of faces that name none: grey.
+tinyobj::material_t standard_material() {
+    tinyobj::material_t material{};
+    for (double &c : material.diffuse) c = 0.6;
+    material.dissolve = 1;
+    return material;
+}
+
+// Materials by their number in the file; -1 is the standard one.
+class MaterialNumbers {
+  public:
+    MaterialNumbers(const ObjFile &file, MaterialReader &reader) : reader_(reader) {
+        for (const tinyobj::material_t &source : file.materials)
+            materials_.push_back(reader.material(source));
+    }
+
+    uint32_t get(int number) {
+        if (number >= 0) return materials_[checked(number, materials_.size(), "material")];
+        if (!standard_) standard_ = reader_.material(standard_material());
+        return *standard_;
+    }
+
+  private:
+    MaterialReader &reader_;
+    std::vector<uint32_t> materials_;
+    std::optional<uint32_t> standard_; // made when it is first asked for
+};
+
+void add_faces(const tinyobj::mesh_t &mesh, MaterialNumbers &materials, Vertices &vertices,
+               SceneDraft &draft) {
+    size_t first = 0;
+    for (size_t face = 0; face < mesh.num_face_vertices.size(); ++face) {
+        const size_t count = mesh.num_face_vertices[face];
+        if (first + count > mesh.indices.size()) throw Error("has faces that cannot be");
+        const uint32_t material =
+            materials.get(face < mesh.material_ids.size() ? mesh.material_ids[face] : -1);
+        std::vector<uint32_t> corners;
+        std::vector<Point3d> places;
+        for (size_t i = first; i < first + count; ++i) {
+            corners.push_back(vertices.get(mesh.indices[i]));
+            places.push_back(draft.points[corners.back()]);
+        }
+        for (const std::array<size_t, 3> &t : polygon_triangles(places))
+            draft_add_triangle(draft, material, corners[t[0]], corners[t[1]], corners[t[2]]);
+        first += count;
+    }
+}
+
 } // namespace
 
 SceneDraft obj_read(const std::string &path) {
     SceneDraft draft;
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     const std::vector<unsigned char> bytes = read_file(path);
-    const std::string content(bytes.begin(), bytes.end());
-    tinyobj::attrib_t attributes;
-    std::vector<tinyobj::shape_t> shapes;
-    std::vector<tinyobj::material_t> sources;
-    std::string warning;
-    Materials material_files(folder, draft.ignored);
-    const auto load = [&](bool split) {
-        std::istringstream text(content);
-        std::string error;
-        attributes = {}, shapes.clear(), sources.clear(), warning.clear();
-        if (!tinyobj::LoadObj(&attributes, &shapes, &sources, &warning, &error, &text,
-                              &material_files, split, false))
-            throw Error("is no OBJ: " + error.substr(0, error.find('\n')));
-    };
-    // Polygons are split here, as the loader does not get concave ones right. Those of very many
-    // corners, of which some of its versions lose count, are left to it.
-    load(false);
-    bool all_counted = true;
-    for (const tinyobj::shape_t &shape : shapes) {
-        size_t corners = 0;
-        for (const size_t count : shape.mesh.num_face_vertices) { // of 8 bits in some versions
-            corners += count;
-            all_counted = all_counted && count <= MAX_CORNERS;
-        }
-        all_counted = all_counted && corners == shape.mesh.indices.size();
-    }
-    if (!all_counted) {
-        load(true);
-        draft.ignored.insert("that polygons of more than 255 corners may be concave");
-    }
-    // Faces with such indices may be left out by the loader.
-    if (warning.find("ndices out of bounds") != std::string::npos ||
-        warning.find("invalid vertex index") != std::string::npos)
-        throw Error("has an index out of range");
-    if (warning.find("not found in .mtl") != std::string::npos && !sources.empty())
-        draft.ignored.insert("the names of materials that no material file has");
+    MaterialFiles material_files(folder, draft.ignored);
+    const ObjFile file = parse({bytes.begin(), bytes.end()}, material_files, draft);
+    note_ignored(file, draft);
 
-    bool smooth_groups = false;
-    for (const tinyobj::shape_t &shape : shapes)
-        for (const unsigned group : shape.mesh.smoothing_group_ids)
-            smooth_groups = smooth_groups || group != 0;
-    if (smooth_groups && attributes.normals.empty())
-        draft.ignored.insert("smoothing groups (without normals faces are flat)");
-
-    const bool vertex_colours = !attributes.colors.empty();
-    Reader reader{draft, folder, {}};
-    std::vector<uint32_t> materials;
-    for (const tinyobj::material_t &source : sources)
-        materials.push_back(reader.material(source, vertex_colours));
-    tinyobj::material_t standard{};
-    for (double &c : standard.diffuse) c = 0.6;
-    standard.dissolve = 1;
-    int64_t standard_material = -1;
-
-    // Corners that have everything in common are one vertex.
-    std::map<std::array<int, 3>, uint32_t> vertices;
-    const auto vertex = [&](const tinyobj::index_t &index) {
-        const auto [known, is_new] =
-            vertices.try_emplace({index.vertex_index, index.normal_index, index.texcoord_index}, 0);
-        if (!is_new) return known->second;
-        DraftVertex v;
-        const size_t p = checked(index.vertex_index, attributes.vertices.size() / 3, "vertex");
-        v.position = {attributes.vertices[3 * p], attributes.vertices[3 * p + 1],
-                      attributes.vertices[3 * p + 2]};
-        if (vertex_colours && 3 * p + 2 < attributes.colors.size())
-            v.colour = {unit(attributes.colors[3 * p]), unit(attributes.colors[3 * p + 1]),
-                        unit(attributes.colors[3 * p + 2])};
-        if (index.normal_index >= 0) {
-            const size_t n = checked(index.normal_index, attributes.normals.size() / 3, "normal");
-            v.normal = {static_cast<float>(attributes.normals[3 * n]),
-                        static_cast<float>(attributes.normals[3 * n + 1]),
-                        static_cast<float>(attributes.normals[3 * n + 2])};
-        }
-        if (index.texcoord_index >= 0) {
-            const size_t t = checked(index.texcoord_index, attributes.texcoords.size() / 2,
-                                     "texture coordinate");
-            v.coordinates[0] = {static_cast<float>(attributes.texcoords[2 * t]),
-                                static_cast<float>(attributes.texcoords[2 * t + 1])};
-        }
-        return known->second = draft_add_vertex(draft, v);
-    };
-    for (const tinyobj::shape_t &shape : shapes) {
-        if (!shape.lines.indices.empty() || !shape.points.indices.empty())
-            draft.ignored.insert("points and lines");
-        const tinyobj::mesh_t &mesh = shape.mesh;
-        size_t first = 0;
-        for (size_t face = 0; face < mesh.num_face_vertices.size(); ++face) {
-            const size_t count = mesh.num_face_vertices[face];
-            if (first + count > mesh.indices.size()) throw Error("has faces that cannot be");
-            const int number = face < mesh.material_ids.size() ? mesh.material_ids[face] : -1;
-            uint32_t material;
-            if (number >= 0) {
-                material = materials[checked(number, materials.size(), "material")];
-            } else {
-                if (standard_material < 0)
-                    standard_material = reader.material(standard, vertex_colours);
-                material = static_cast<uint32_t>(standard_material);
-            }
-            std::vector<uint32_t> corners;
-            std::vector<Point3d> places;
-            for (size_t i = first; i < first + count; ++i) {
-                corners.push_back(vertex(mesh.indices[i]));
-                places.push_back(draft.points[corners.back()]);
-            }
-            for (const std::array<size_t, 3> &t : polygon_triangles(places))
-                draft_add_triangle(draft, material, corners[t[0]], corners[t[1]], corners[t[2]]);
-            first += count;
-        }
-    }
+    MaterialReader reader{draft, folder, !file.attributes.colors.empty(), {}};
+    MaterialNumbers materials(file, reader);
+    Vertices vertices(file.attributes, draft);
+    for (const tinyobj::shape_t &shape : file.shapes)
+        add_faces(shape.mesh, materials, vertices, draft);
     return draft;
 }
