@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rendering and merging, in the order of things: everything that can fail early is tried before the
+// first ray.
+#include "commands.h"
+
+#include <unistd.h>
+
+#include <cinttypes>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <optional>
+
+#include "convergence.h"
+#include "difference.h"
+#include "error.h"
+#include "exposure.h"
+#include "exr.h"
+#include "film.h"
+#include "frame.h"
+#include "integrator.h"
+#include "intersect.h"
+#include "merge.h"
+#include "outputs.h"
+#include "resume.h"
+#include "sampler.h"
+#include "scene.h"
+
+namespace {
+
+// ---- What rendering and merging share
+
+// The reference's pixels inside the crop; nothing when none is given.
+std::optional<Image> load_reference(const std::string &path, int full_width, int full_height,
+                                    const Crop &crop) {
+    if (path.empty()) return {};
+    const Image image = exr_read(path);
+    if (image.full_width != full_width || image.full_height != full_height)
+        throw Error("the reference " + path + " has " + std::to_string(image.full_width) + "x" +
+                    std::to_string(image.full_height) + " pixels, the picture " +
+                    std::to_string(full_width) + "x" + std::to_string(full_height) +
+                    "; set --size or take another reference");
+    if (crop.x0 < image.crop.x0 || crop.y0 < image.crop.y0 || crop.x1 > image.crop.x1 ||
+        crop.y1 > image.crop.y1)
+        throw Error("the reference " + path + " holds only a part of the pixels to compare with");
+    return image_crop(image, crop);
+}
+
+void print_error(const Image &image, const Image &reference) {
+    std::printf("rmse %.6f  sigma 1.0 %.6f  sigma 2.1 %.6f\n", blurred_rmse(image, reference, 0),
+                blurred_rmse(image, reference, 1.0), blurred_rmse(image, reference, 2.1));
+}
+
+// Loud enough for --quiet. Parts of a picture may well be empty.
+void warn(const Film &film, float exposure, const std::string &extent) {
+    if (pixel_count(film.crop) <
+        static_cast<uint64_t>(film.full_width) * static_cast<uint64_t>(film.full_height))
+        return;
+    const std::string warning = film_warning(film, exposure, extent);
+    if (!warning.empty()) std::fprintf(stderr, "pathtracer: %s\n", warning.c_str());
+}
+
+// ---- Interrupts
+
+// Set by an interrupt. The second one ends the program at once.
+volatile std::sig_atomic_t interrupted = 0;
+
+void interrupt(int signal) {
+    interrupted = signal;
+    std::signal(signal, SIG_DFL);
+}
+
+void listen_to_interrupts() {
+    // Those started with interrupts ignored, in the background of a script, go on ignoring them.
+    for (const int signal : {SIGINT, SIGTERM})
+        if (std::signal(signal, interrupt) == SIG_IGN) std::signal(signal, SIG_IGN);
+}
+
+// ---- Before the first ray
+
+// Everything a picture is made of, and what is known of it so far.
+struct Picture {
+    Options options; // with --resume: completed by those of the picture
+    std::optional<ExrHead> resumed;
+    Scene scene;
+    SamplerPointer sampler;
+    uint32_t spp; // to end with
+    Crop crop;
+    std::optional<Image> reference;
+    ExrHead head;
+    Film film;
+    double samples_before; // taken by the picture that is resumed
+    RenderTotals totals;
+    std::vector<ConvergenceRow> convergence;
+};
+
+Scene load_scene(const Options &options) {
+    Scene scene = scene_build(options.scene, scene_options(options));
+    if (!options.quiet)
+        for (const std::string &note : scene.notes)
+            std::fprintf(stderr, "pathtracer: %s\n", note.c_str());
+    if (options.light_samples > 0) scene.light_samples = options.light_samples;
+    camera_fit(scene.camera, options.width, options.height);
+    return scene;
+}
+
+// The samples per pixel to end with. With a time limit there may be fewer than asked for.
+uint32_t checked_spp(const Options &options, const Scene &scene, const Sampler &sampler) {
+    const uint64_t last_sample = (uint64_t{1} << 32) / scene.light_samples;
+    uint32_t spp = options.spp;
+    if (options.time_limit > 0)
+        spp = static_cast<uint32_t>(std::min<uint64_t>(
+            spp, last_sample - std::min<uint64_t>(last_sample - 1, options.first_sample)));
+    if (uint64_t{options.first_sample} + spp > last_sample)
+        throw Error("--first-sample and --spp run past the last sample of " +
+                    std::to_string(scene.light_samples) + " light samples each; take fewer");
+    if (sampler.peer && uint64_t{options.first_sample} + spp > PeerSampler::INDEX_LIMIT)
+        throw Error("--first-sample and --spp run past sample " +
+                    std::to_string(PeerSampler::INDEX_LIMIT) + ", the last of '" +
+                    options.sampler.name + "'; take fewer");
+    return spp;
+}
+
+// What the picture's header says of it before it is rendered. The camera is fitted to it.
+ExrHead picture_settings(const Options &options, const Scene &scene, const Crop &crop) {
+    ExrHead head{options.width, options.height, crop, {}};
+    ExrAttributes &a = head.attributes;
+    a.scene = options.scene;
+    a.camera = camera_text(scene, scene.camera);
+    a.matrices = camera_matrices(scene, options.width, options.height);
+    a.environment = options.environment;
+    a.sampler = options.sampler.name;
+    a.mask = options.sampler.mask;
+    a.declared_spp = options.sampler.declared_spp;
+    a.first_sample = options.first_sample;
+    a.max_depth = options.max_depth;
+    a.light_samples = scene.light_samples;
+    a.single_scatter = options.single_scatter;
+    a.photometric = options.photometric;
+    a.seed = options.sampler.seed;
+    a.threads = options.threads;
+    return head;
+}
+
+double sample_count(const Film &film) {
+    double samples = 0;
+    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+    return samples;
+}
+
+Picture prepare(const Options &options) {
+    Picture p{};
+    p.options = options;
+    if (!options.resume.empty()) {
+        p.resumed = resume_settings(p.options);
+        check_options(p.options);
+    }
+    const Options &o = p.options;
+    check_file_names(o);
+    p.scene = load_scene(o);
+    p.sampler = sampler_create(o.sampler);
+    p.spp = checked_spp(o, p.scene, *p.sampler);
+    p.crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
+    p.reference = load_reference(o.reference, o.width, o.height, p.crop);
+    p.head = picture_settings(o, p.scene, p.crop);
+    return p;
+}
+
+// An empty film, or that of the picture that is resumed.
+void prepare_film(Picture &p) {
+    if (p.resumed) {
+        resume_check(p.options.resume, *p.resumed, p.head);
+        p.film = resume_film(p.options.resume, p.spp);
+    } else {
+        p.film = film_create(p.options.width, p.options.height, p.crop);
+    }
+    p.samples_before = sample_count(p.film);
+}
+
+// ---- Rendering
+
+void print_progress(double fraction, const RenderTotals &totals) {
+    const double rays_per_second =
+        static_cast<double>(totals.counters.rays) / std::max(totals.seconds, 1e-9);
+    std::fprintf(stderr, "\r%5.1f %%  %6.1f M rays/s", 100 * fraction, 1e-6 * rays_per_second);
+    if (fraction > 0)
+        std::fprintf(stderr, "  %.0f s left   ",
+                     std::ceil(totals.seconds * (1 - fraction) / fraction));
+    std::fflush(stderr);
+}
+
+// The header of the picture as far as it is rendered.
+ExrAttributes current_attributes(const Picture &p, const Integrator &integrator,
+                                 const RenderSettings &settings) {
+    ExrAttributes a = p.head.attributes;
+    a.spp = film_counts(p.film).most;
+    a.end_sample = uint64_t{p.options.first_sample} + a.spp;
+    a.seconds = p.totals.seconds;
+    a.ray_count = p.totals.counters.rays;
+    a.sampling_share = sampling_share(integrator, settings, p.film, p.totals);
+    a.fireflies = film_fireflies(p.film);
+    if (p.resumed) add_cost(a, p.resumed->attributes);
+    return a;
+}
+
+struct Written {
+    FrameEnd end;
+    ExrAttributes attributes;
+    float exposure; // of the preview
+};
+
+Written render(Picture &p, const Outputs &outputs) {
+    const Options &o = p.options;
+    const GeometryPointer geometry = geometry_build(p.scene);
+    const Integrator integrator =
+        integrator_create(p.scene, *geometry, p.sampler.get(), o.max_depth);
+    const FrameSettings settings = {
+        {o.first_sample, o.threads}, p.spp, o.time_limit, o.write_interval};
+    const auto attributes = [&] { return current_attributes(p, integrator, settings.render); };
+
+    const bool show_progress = !o.quiet && isatty(STDERR_FILENO);
+    FrameEvents events;
+    events.progress = [&](double fraction, const RenderTotals &so_far) {
+        if (show_progress) print_progress(fraction, so_far);
+    };
+    events.pass_done = [&](uint32_t count, const RenderTotals &so_far) {
+        if (outputs.wants_convergence())
+            p.convergence.push_back(
+                convergence_row(film_image(p.film), *p.reference, count, so_far.seconds));
+    };
+    events.write = [&](const RenderTotals &) {
+        try {
+            outputs.write(p.film, attributes(), p.convergence);
+        } catch (const Error &error) {
+            // Hours of rendering may be at stake: the disk may have room again at the end.
+            std::fprintf(stderr, "pathtracer: %s; rendering goes on\n", error.what());
+        }
+    };
+    listen_to_interrupts();
+    const FrameEnd end = render_frame(integrator, settings, p.film, p.totals, events, interrupted);
+    if (end != FrameEnd::INTERRUPTED) events.progress(1, p.totals);
+    if (show_progress) std::fprintf(stderr, "\n");
+
+    const ExrAttributes a = attributes();
+    return {end, a, outputs.write(p.film, a, p.convergence)};
+}
+
+// ---- After the last ray
+
+void report(const Picture &p, const Written &written) {
+    const Options &o = p.options;
+    const PathCounters &counters = p.totals.counters;
+    const SampleCounts counts = film_counts(p.film);
+    if (written.end == FrameEnd::INTERRUPTED)
+        std::fprintf(stderr, "pathtracer: interrupted; %s holds what there is, %u to %u spp\n",
+                     o.output.c_str(), counts.least, counts.most);
+    if (!o.quiet) {
+        const double samples = sample_count(p.film) - p.samples_before;
+        std::printf("%s: %s, %s, %u spp, %.2f s, %" PRIu64
+                    " rays, %.2f M rays/s, %.1f %% sampling, "
+                    "%.2f %% cut off at depth %u, %" PRIu64 " fireflies\n",
+                    o.output.c_str(), o.scene.c_str(), o.sampler.name.c_str(), counts.least,
+                    p.totals.seconds, counters.rays,
+                    1e-6 * static_cast<double>(counters.rays) / p.totals.seconds,
+                    100 * written.attributes.sampling_share,
+                    100 * counters.cut_off / std::max(samples, 1.0), o.max_depth,
+                    written.attributes.fireflies);
+    }
+    warn(p.film, written.exposure, scene_extent_text(p.scene));
+    if (counters.lost > 0)
+        std::fprintf(stderr,
+                     "pathtracer: %" PRIu64 " samples were no finite numbers and count as black\n",
+                     counters.lost);
+    if (p.reference) print_error(film_image(p.film), *p.reference);
+}
+
+} // namespace
+
+SceneOptions scene_options(const Options &options) {
+    SceneOptions result;
+    result.camera = options.camera;
+    if (!options.environment.empty())
+        result.environment = std::make_shared<Environment>(environment_read(options.environment));
+    result.single_scatter = options.single_scatter;
+    result.photometric = options.photometric;
+    return result;
+}
+
+int run_render(const Options &options) {
+    Picture picture = prepare(options);
+    const Outputs outputs(picture.options, picture.options.scene);
+    prepare_film(picture);
+    report(picture, render(picture, outputs));
+    return interrupted;
+}
+
+void run_merge(const Options &options) {
+    check_file_names(options);
+    const MergedPicture merged = merge_pictures(options.merge);
+    const Film &film = merged.film;
+    const std::optional<Image> reference =
+        load_reference(options.reference, film.full_width, film.full_height, film.crop);
+    const float exposure =
+        Outputs(options, merged.attributes.scene).write(film, merged.attributes, {});
+    warn(film, exposure, "lies elsewhere");
+    const SampleCounts counts = film_counts(film);
+    if (!options.quiet)
+        std::printf("%s: %zu pictures merged, %u to %u spp, %" PRIu64 " fireflies\n",
+                    options.output.c_str(), options.merge.size(), counts.least, counts.most,
+                    merged.attributes.fireflies);
+    if (reference) print_error(film_image(film), *reference);
+}
