@@ -36,14 +36,15 @@ class NeuralGenerator:
     Parameters
     ----------
     model
-        None: the built-in network. Else a path to an ONNX file, or its bytes; ``bn_neural_open`` in ``bn.h``
-        describes the format.
+        None: the built-in network. Else a path to an ONNX file, or its bytes; ``bn_neural_open`` in
+        ``bn/neural.h`` describes the format.
     runtime
         None, or a path to the ONNX Runtime library (``libonnxruntime.so``).
     threads
         Of each call; 0: one per processor. Results do not depend on it.
 
-    Raises ``RuntimeMissingError`` without a usable ONNX Runtime, ``FileNotFoundError`` or ``OSError`` for a model that
+    Ctrl-C interrupts masks and windows. Raises ``RuntimeMissingError`` without a usable ONNX Runtime or in a build
+    without the network (``BN_NEURAL=OFF``), ``FileNotFoundError`` or ``OSError`` for a model that
     cannot be read, ``ValueError`` for one that is no such network.
     """
 
@@ -58,6 +59,7 @@ class NeuralGenerator:
         runtime: Optional[PathLike] = None,
         threads: int = 0,
     ) -> None:
+        _check_build()
         count = arguments.integer("threads", threads, *arguments.UINT32)
         library = None if runtime is None else _path("runtime", runtime)
         content = bytes(model) if isinstance(model, (bytes, bytearray, memoryview)) else None
@@ -108,6 +110,7 @@ class NeuralGenerator:
     ) -> npt.NDArray[np.float32]:
         """The white noise that windows are made of, float32 in [0, 1) of shape (height, width), the same bits
         everywhere: for training networks, and for running them elsewhere. Coordinates reach to 2**41."""
+        _check_build()
         return _core.neural_noise(*_window(x0, y0, width, height, 2 * _FARTHEST), arguments.seed(seed))
 
     def __reduce__(self) -> Any:
@@ -117,6 +120,11 @@ class NeuralGenerator:
         model, runtime, threads = self._arguments
         named = f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model)
         return f"NeuralGenerator({named}, {runtime!r}, {threads})"
+
+
+def _check_build() -> None:
+    if not hasattr(_core, "NeuralGenerator"):
+        raise _core.RuntimeMissingError("this build of bluenoise has no network: it was made with BN_NEURAL=OFF")
 
 
 @functools.lru_cache(maxsize=1)

@@ -2,6 +2,7 @@
  * Networks that make masks and windows. */
 #include "core.hpp"
 
+#include <bn/neural.h>
 #include <pybind11/stl.h>
 
 #include <memory>
@@ -12,6 +13,27 @@
 namespace bluenoise {
 
 namespace {
+
+/* The call under way on this thread. The network asks for progress on the thread that called it. */
+thread_local Progress *current_call = nullptr;
+
+int32_t poll_current_call(void *, double fraction) {
+    return current_call != nullptr ? Progress::call(current_call, fraction) : 0;
+}
+
+/* Runs work() without the interpreter lock; Ctrl-C stops it. */
+template <typename Work>
+void interruptible(const std::string &arguments, Work work) {
+    Progress progress{py::none()};
+    bn_result result;
+    {
+        py::gil_scoped_release unlocked;
+        current_call = &progress;
+        result = work();
+        current_call = nullptr;
+    }
+    progress.finish(result, arguments);
+}
 
 class NeuralGenerator {
   public:
@@ -30,6 +52,7 @@ class NeuralGenerator {
         }
         if (runtime) options.runtime_path = runtime->c_str();
         options.threads = threads;
+        options.progress = poll_current_call;
         bn_neural *neural = nullptr;
         bn_result result;
         {
@@ -46,12 +69,9 @@ class NeuralGenerator {
         const size_t count = checked_count({channels(), height, width}, sizeof(uint32_t));
         Ranks ranks(shape(height, width));
         uint32_t *out = ranks.mutable_data();
-        bn_result result;
-        {
-            py::gil_scoped_release unlocked;
-            result = bn_neural_mask(neural_.get(), width, height, seed, out, count);
-        }
-        check(result, "neural, " + std::to_string(height) + " x " + std::to_string(width));
+        interruptible("neural, " + std::to_string(height) + " x " + std::to_string(width), [&] {
+            return bn_neural_mask(neural_.get(), width, height, seed, out, count);
+        });
         return ranks;
     }
 
@@ -59,13 +79,12 @@ class NeuralGenerator {
         const size_t count = checked_count({channels(), height, width}, sizeof(float));
         Floats values(shape(height, width));
         float *out = values.mutable_data();
-        bn_result result;
-        {
-            py::gil_scoped_release unlocked;
-            result = bn_neural_window(neural_.get(), x0, y0, width, height, seed, out, count);
-        }
-        check(result, "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
-                          std::to_string(width) + ", height " + std::to_string(height));
+        interruptible("x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
+                          std::to_string(width) + ", height " + std::to_string(height),
+                      [&] {
+                          return bn_neural_window(neural_.get(), x0, y0, width, height, seed, out,
+                                                  count);
+                      });
         return values;
     }
 

@@ -5,6 +5,10 @@
 #include "error.h"
 #include "png_image.h"
 
+#ifndef BN_NO_NEURAL
+#include <bn/neural.h>
+#endif
+
 namespace {
 
 std::vector<uint32_t> read_mask(const std::string &path, uint32_t &width, uint32_t &height) {
@@ -22,6 +26,11 @@ constexpr uint32_t NEURAL_EXTENT = 128; // texels
 
 // A mask of the built-in network, which runs in ONNX Runtime.
 std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
+#ifdef BN_NO_NEURAL
+    (void)settings;
+    throw Error("--mask neural: this program was built without the network; build it with "
+                "-DBN_NEURAL=ON");
+#else
     bn_neural *neural = nullptr;
     bn_result result = bn_neural_open(nullptr, &neural);
     std::vector<uint32_t> ranks(size_t{NEURAL_EXTENT} * NEURAL_EXTENT);
@@ -36,6 +45,7 @@ std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
     if (result != BN_SUCCESS)
         throw Error(std::string("--mask neural: ") + bn_result_string(result));
     return ranks;
+#endif
 }
 
 } // namespace

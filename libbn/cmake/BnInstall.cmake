@@ -7,7 +7,11 @@ install(TARGETS bn EXPORT bn_targets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
     RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY include/bn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+set(bn_unwanted_headers "")
+if(NOT BN_NEURAL)
+    set(bn_unwanted_headers PATTERN neural.h EXCLUDE)
+endif()
+install(DIRECTORY include/bn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${bn_unwanted_headers})
 install(EXPORT bn_targets NAMESPACE bn:: FILE bnTargets.cmake DESTINATION ${bn_package_dir})
 
 configure_package_config_file(cmake/bnConfig.cmake.in "${CMAKE_CURRENT_BINARY_DIR}/bnConfig.cmake"
@@ -35,7 +39,7 @@ if(BN_BUILD_SHARED)
     set(bn_pc_cflags " -DBN_SHARED")
 endif()
 set(bn_pc_libs "")
-if(CMAKE_DL_LIBS)
+if(BN_NEURAL AND CMAKE_DL_LIBS)
     set(bn_pc_libs " -l${CMAKE_DL_LIBS}")
 endif()
 configure_file(cmake/bn.pc.in "${CMAKE_CURRENT_BINARY_DIR}/bn.pc" @ONLY)

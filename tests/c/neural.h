@@ -5,7 +5,7 @@
 
 #include "fake_onnxruntime.h"
 #include "onnx_writer.h"
-#include <bn/bn.h>
+#include <bn/neural.h>
 #include <dlfcn.h>
 #include <stdio.h>
 #include <unistd.h>

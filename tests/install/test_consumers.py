@@ -70,6 +70,27 @@ def test_built_as_a_part(way, expected, tmp_path):
     assert run(tmp_path / "consumer") == expected
 
 
+def test_library_without_the_network(expected, tmp_path):
+    cmake_build(ROOT, tmp_path / "build", "-DBN_NEURAL=OFF", "-DBN_SMALL_DATA=ON", "-DBN_BUILD_TESTS=OFF",
+                "-DBN_BUILD_TOOLS=OFF", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'prefix'}")
+    run("cmake", "--install", tmp_path / "build")
+    (header,) = (tmp_path / "prefix").rglob("bn.h")
+    (pkgconfig,) = (tmp_path / "prefix").rglob("bn.pc")
+    assert not (header.parent / "neural.h").exists() and "-ldl" not in pkgconfig.read_text()
+    without = Installed("static", tmp_path / "prefix")
+    without.compile(HERE / "consumer.c", tmp_path / "consumer")
+    assert run(tmp_path / "consumer") == expected
+    symbols = run("nm", "-g", without.library)
+    assert "bn_void_and_cluster" in symbols
+    for name in ("bn_neural", "bn_data_neural", "bn_onnx", "dlopen", "fopen", "setenv"):
+        assert name not in symbols, name
+    # A program that needs the network learns why it has none, not that a symbol is missing.
+    (tmp_path / "wants.c").write_text(f'#include "{ROOT}/libbn/include/bn/neural.h"\n')
+    found = subprocess.run(["cc", "-DBN_NO_NEURAL", "-I", header.parents[1], "-fsyntax-only", tmp_path / "wants.c"],
+                           capture_output=True, text=True, check=False)
+    assert found.returncode != 0 and "BN_NEURAL=OFF" in found.stderr
+
+
 def test_nothing_of_the_source_tree_is_installed_by_name(installed):
     for path in installed.prefix.rglob("*"):
         if path.suffix in (".cmake", ".pc", ".h"):

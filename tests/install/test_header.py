@@ -21,7 +21,7 @@ def test_compiles_alone(header, standard, compiler, tmp_path):
     source = tmp_path / "alone.c"
     # Twice: an include guard that fails shows here.
     source.write_text(f"#include <bn/{header}>\n#include <bn/{header}>\ntypedef bn_result used;\n")
-    old = ["-Wstrict-prototypes"] if language == "c" else ["-Wold-style-cast"] if header == "bn.h" else []
+    old = ["-Wstrict-prototypes"] if language == "c" else ["-Wold-style-cast"] if header != "bn_draw.h" else []
     run(compiler, "-x", language, f"-std={standard}", *STRICT, *old, "-I", INCLUDE, source)
 
 

@@ -4,6 +4,7 @@
 import importlib.util
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -16,10 +17,13 @@ from onnx_file import convolution
 import bluenoise
 from bluenoise import NeuralGenerator, RuntimeMissingError, _neural
 
-pytestmark = pytest.mark.skipif(
-    not os.environ.get("BN_ONNXRUNTIME") and importlib.util.find_spec("onnxruntime") is None,
-    reason="no ONNX Runtime: pip install onnxruntime, or set BN_ONNXRUNTIME",
-)
+pytestmark = [
+    pytest.mark.skipif(not hasattr(bluenoise._core, "NeuralGenerator"), reason="a build with BN_NEURAL=OFF"),
+    pytest.mark.skipif(
+        not os.environ.get("BN_ONNXRUNTIME") and importlib.util.find_spec("onnxruntime") is None,
+        reason="no ONNX Runtime: pip install onnxruntime, or set BN_ONNXRUNTIME",
+    ),
+]
 
 RADIUS = 2
 KERNELS = np.random.default_rng(1).normal(0.02, 0.1, (2, 5, 5)).astype(np.float32)
@@ -153,6 +157,40 @@ def test_bad_arguments(one, call, error, words, capfd):
         call(one)
     assert all(word in str(caught.value) for word in words), str(caught.value)
     assert capfd.readouterr() == ("", "")
+
+
+def test_signals_stop_a_large_mask():
+    """Handlers run while the network works, so that Ctrl-C stops it: signals that come during one call are handled
+    one by one. Without that, the first of them would be handled after the call, and would stand for all of them."""
+    large = NeuralGenerator(ONE, threads=1)
+    handled = []
+
+    def handle(*_):
+        handled.append(1)
+        if len(handled) == 3:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, handle)
+    try:
+        for call in (lambda: large.mask((6000, 6000)), lambda: large.window(0, 0, 6000, 6000)):
+            handled.clear()
+            signal.setitimer(signal.ITIMER_REAL, 0.06, 0.06)
+            with pytest.raises(KeyboardInterrupt):
+                call()
+                signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.setitimer(signal.ITIMER_REAL, 0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert large.mask((16, 16)).shape == (16, 16)
+
+
+def test_a_build_without_the_network_says_so(monkeypatch):
+    monkeypatch.delattr(bluenoise._core, "NeuralGenerator")
+    _neural.shipped_generator.cache_clear()
+    for call in (NeuralGenerator, lambda: NeuralGenerator.noise(0, 0, 1, 1),
+                 lambda: bluenoise.mask((16, 16), method="neural")):
+        with pytest.raises(RuntimeMissingError, match="BN_NEURAL=OFF"):
+            call()
 
 
 def test_without_a_runtime_the_message_says_what_to_do(tmp_path, monkeypatch):

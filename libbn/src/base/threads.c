@@ -7,6 +7,7 @@
 
 struct bn_team {
     uint32_t next;
+    int stopped;
 };
 
 uint32_t bn_thread_count(void) {
@@ -14,7 +15,7 @@ uint32_t bn_thread_count(void) {
 }
 
 void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
-    bn_team team = {0};
+    bn_team team = {0, 0};
     (void)threads;
     work(user, &team, 0, 1);
 }
@@ -24,7 +25,11 @@ void bn_team_wait(bn_team *team) {
 }
 
 uint32_t bn_team_next(bn_team *team) {
-    return team->next++;
+    return team->stopped ? UINT32_MAX : team->next++;
+}
+
+void bn_team_stop(bn_team *team) {
+    team->stopped = 1;
 }
 
 #else
@@ -39,6 +44,7 @@ struct bn_team {
     pthread_cond_t changed;
     uint32_t size; /* 0 until all threads that could be had are there */
     uint32_t waiting, generation, next;
+    int stopped;
     bn_team_work work;
     void *user;
 };
@@ -69,9 +75,15 @@ void bn_team_wait(bn_team *team) {
 
 uint32_t bn_team_next(bn_team *team) {
     pthread_mutex_lock(&team->mutex);
-    const uint32_t next = team->next++;
+    const uint32_t next = team->stopped ? UINT32_MAX : team->next++;
     pthread_mutex_unlock(&team->mutex);
     return next;
+}
+
+void bn_team_stop(bn_team *team) {
+    pthread_mutex_lock(&team->mutex);
+    team->stopped = 1;
+    pthread_mutex_unlock(&team->mutex);
 }
 
 static void *run(void *user) {

@@ -23,4 +23,7 @@ void bn_team_wait(bn_team *team);
 /* 0, 1, 2 ... in the order in which members ask, across all of them. */
 uint32_t bn_team_next(bn_team *team);
 
+/* From now on bn_team_next() gives UINT32_MAX. */
+void bn_team_stop(bn_team *team);
+
 #endif

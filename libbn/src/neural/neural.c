@@ -8,13 +8,14 @@
  * in turn; the split does not change what a texel sees, so memory stays small and results do not
  * depend on it. Cost: the network's, plus the margins, plus a radix sort for the ranks of a mask.
  */
-#include "base/files.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include "base/threads.h"
+#include "neural/files.h"
 #include "neural/onnx_model.h"
 #include "neural/onnxruntime.h"
+#include <bn/neural.h>
 #include <string.h>
 
 enum {
@@ -36,6 +37,8 @@ struct bn_neural {
     bn_runtime *runtime;
     bn_onnx_model model;
     uint32_t threads;
+    bn_progress progress; /* or NULL */
+    void *progress_user;
     uint32_t prepared; /* extent of square tiles that run faster; 0 for none */
 };
 
@@ -165,6 +168,8 @@ bn_result bn_neural_open(const bn_neural_options *given, bn_neural **neural) {
     bn_neural *n = bn_allocate_zero(1, sizeof *n);
     if (n == NULL) return BN_ERROR_OUT_OF_MEMORY;
     n->threads = o.threads != 0 ? o.threads : bn_thread_count();
+    n->progress = o.progress;
+    n->progress_user = o.progress_user;
     result = open_model(n, &o);
     if (result != BN_SUCCESS) {
         bn_neural_close(n);
@@ -305,10 +310,16 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
     const int64_t align = n->model.align;
     const int64_t left = m->x0 - positive_remainder(m->x0, align);
     const int64_t top = m->y0 - positive_remainder(m->y0, align);
+    const uint32_t tiles = m->columns * m->rows;
     (void)size;
     while (result == BN_SUCCESS) {
         const uint32_t next = bn_team_next(team);
-        if (next >= m->columns * m->rows) break;
+        if (next >= tiles) break;
+        if (index == 0 && n->progress != NULL &&
+            n->progress(n->progress_user, (double)next / tiles) != 0) {
+            result = BN_ERROR_CANCELLED;
+            break;
+        }
         /* The last tiles reach back over the ones before, so that all have one size. */
         const int64_t last_x = (int64_t)m->area_width - m->tile_width;
         const int64_t last_y = (int64_t)m->area_height - m->tile_height;
@@ -323,6 +334,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
         result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
         if (result == BN_SUCCESS) result = keep(m, tile, x, y, left + from_x - x, top + from_y - y);
     }
+    if (result != BN_SUCCESS) bn_team_stop(team);
     m->results[index] = result;
     bn_free(noise);
     bn_free(tile);

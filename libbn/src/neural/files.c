@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Reading files whole, without asking for their size: pipes have none, and files can grow. */
-#include "base/files.h"
+#include "neural/files.h"
 #include "base/memory.h"
 #include <stdio.h>
 #include <string.h>

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Blue noise from a neural network: masks of any size in one pass, and windows of an endless plane
+ * that never repeats. This header is the manual of that part of libbn; the conventions are those of
+ * bn.h. A library built with BN_NEURAL=OFF does not have it.
+ *
+ * A convolutional network turns white noise into blue noise, after Giunchi, Sztrajman and Steed,
+ * "Fast Blue-Noise Generation via Unsupervised Learning", 2022:
+ *
+ *     bn_neural *neural;
+ *     if (bn_neural_open(NULL, &neural) == BN_SUCCESS) {
+ *         bn_neural_mask(neural, 640, 480, seed, ranks, 640 * 480);
+ *         bn_neural_close(neural);
+ *     }
+ *
+ * ONNX RUNTIME
+ *
+ * The network runs in ONNX Runtime 1.17 or later. It is loaded when a network is opened, so it is
+ * not needed to build or to link. bn_neural_open() looks for it
+ *
+ *   1. at runtime_path, if that is not NULL;
+ *   2. otherwise at the path in the environment variable BN_ONNXRUNTIME, if that is set. Programs
+ *      that run with more rights than their user (set-user-ID and the like) ignore the variable;
+ *   3. otherwise in the process itself, then under the names the system knows it by:
+ *      libonnxruntime.so.1 and libonnxruntime.so, their .dylib forms, or onnxruntime.dll.
+ *
+ * ONNX Runtime prints nothing. Some versions send telemetry, and read the environment variable
+ * ORT_DISABLE_TELEMETRY while they are being loaded. If bn_neural_open() loads the library, it sets
+ * that variable to 1 unless it is set already. Setting a variable is not safe while another thread
+ * reads the environment: in a program with threads, set ORT_DISABLE_TELEMETRY at startup, and libbn
+ * leaves the environment alone. A library that was loaded before keeps the settings of whoever
+ * loaded it.
+ *
+ * REPRODUCIBILITY
+ *
+ * Every seed and every machine gives equally good results, but not the same bits: ONNX Runtime does
+ * not promise those across versions and processors. Within one process, the number of threads and
+ * the extents of a window change values by less than 1e-5. The noise that goes in is the same bits
+ * everywhere. */
+#ifndef BN_BN_NEURAL_H
+#define BN_BN_NEURAL_H
+
+#include <bn/bn.h>
+
+#ifdef BN_NO_NEURAL
+#error "this libbn was built with BN_NEURAL=OFF"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Opening a network */
+
+typedef struct bn_neural bn_neural;
+
+typedef struct bn_neural_options {
+    size_t struct_size; /* sizeof(bn_neural_options) */
+    /* The model: a file, or the bytes of one, which are not kept. With neither (the default), the
+     * built-in network; a library built with BN_SMALL_DATA has none. */
+    const char *model_path;
+    const void *model;
+    size_t model_size; /* bytes of model; 0 when it is NULL */
+    /* The ONNX Runtime library; NULL (default) searches for it. */
+    const char *runtime_path;
+    /* Threads that work on each mask or window; 0 (default): one per processor. */
+    uint32_t threads;
+    /* Called by bn_neural_mask() and bn_neural_window() before each tile that the calling thread
+     * works on, a few times a second. A network used by several threads at once calls it from each
+     * of them. Default NULL. */
+    bn_progress progress;
+    void *progress_user;
+} bn_neural_options;
+
+static inline bn_neural_options bn_neural_options_default(void) {
+    bn_neural_options options = {sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, NULL};
+    return options;
+}
+
+/* Opens a network. Takes some tens of milliseconds, more for the first one in a process. On failure
+ * *neural is NULL. Errors:
+ *
+ *   INVALID_ARGUMENT  neural is NULL, there are two models, or a path is empty
+ *   IO                model_path cannot be read
+ *   BAD_DATA          the model is damaged, larger than 64 MiB, not of the format below, or gives
+ *                     numbers that are not finite
+ *   UNSUPPORTED       the model has another bn.version, external data, operators from outside the
+ *                     ONNX standard, functions or control flow; this library has no built-in
+ *                     network; this system cannot load libraries
+ *   RUNTIME           ONNX Runtime was not found, is too old, or failed
+ *   OUT_OF_MEMORY
+ *
+ * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both
+ * float32. The input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has shape
+ * (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its metadata hold:
+ *
+ *   bn.version           1
+ *   bn.receptive_radius  r, at most 256: how far a texel sees
+ *   bn.align             at most 64: h, w and the position of the first texel are multiples of it. 1
+ *                        for a network without strides. Callers of libbn may use any extents
+ *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers separated
+ *                        by commas. The i-th is 2^24 times the value below which i / 64 of the
+ *                        outputs lie. bn_neural_window() uses them to make values uniform */
+BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
+
+/* Closes a network. NULL is allowed. */
+BN_API void bn_neural_close(bn_neural *neural);
+
+/* The number of channels, C, that the network makes; 0 for NULL. */
+BN_API uint32_t bn_neural_channels(const bn_neural *neural);
+
+/* ---- Masks and windows */
+
+/* Makes a mask of any extents: ranks[C][height][width], each channel a permutation. Quality is
+ * promised from 16 x 16 texels on. Works in tiles: needs 24 bytes per texel and channel besides the
+ * ranks, and a few megabytes per thread. Errors: INVALID_ARGUMENT (a NULL, a zero extent),
+ * SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels), BAD_DATA (the network gave
+ * numbers that are not finite), RUNTIME, CANCELLED. */
+BN_API bn_result bn_neural_mask(const bn_neural *neural, uint32_t width, uint32_t height,
+                                uint64_t seed, uint32_t *ranks, size_t count);
+
+/* Makes a window of width x height texels of the endless plane of a seed, its first texel at
+ * (x0, y0): values[C][height][width] in [0, 1), uniform over the plane. Windows that overlap agree
+ * within 1e-5. Coordinates run from -2^40 to 2^40. Fails like bn_neural_mask(), and with
+ * INVALID_ARGUMENT for a window that reaches beyond the plane. If it fails after the work has begun,
+ * the contents of values are undefined. */
+BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
+                                  uint32_t height, uint64_t seed, float *values, size_t count);
+
+/* The white noise that goes into the network, for training one or running it elsewhere:
+ * noise[height][width] in [0, 1), a hash of the seed and the coordinates, the same bits everywhere.
+ * A window shows what the network makes of the noise around it; a mask uses the noise from (0, 0),
+ * repeated with the mask's extents. Errors: INVALID_ARGUMENT (noise NULL, a zero extent, coordinates
+ * beyond +-2^41), SIZE_MISMATCH, OUT_OF_MEMORY (the extents exceed the address space). */
+BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
+                                 uint64_t seed, float *noise, size_t count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+# The tests of the network, for builds that have one.
+
+# The header of ONNX Runtime is not needed to build; where there is one, its table is compared with ours.
+find_path(BN_ONNXRUNTIME_INCLUDE_DIR onnxruntime_c_api.h
+          PATH_SUFFIXES onnxruntime onnxruntime/core/session)
+bn_add_c_test(test_onnxruntime_api)
+set_tests_properties(test_onnxruntime_api PROPERTIES SKIP_RETURN_CODE 77)
+if(BN_ONNXRUNTIME_INCLUDE_DIR)
+    target_compile_definitions(test_onnxruntime_api PRIVATE BN_HAVE_ONNXRUNTIME_HEADER)
+    target_include_directories(test_onnxruntime_api SYSTEM PRIVATE ${BN_ONNXRUNTIME_INCLUDE_DIR})
+endif()
+
+# Libraries that take the place of ONNX Runtime in tests, good ones and bad ones.
+if(UNIX AND NOT APPLE)
+    function(bn_add_fake_runtime name)
+        add_library(${name} MODULE fake_onnxruntime.c)
+        target_compile_features(${name} PRIVATE c_std_11)
+        target_compile_definitions(${name} PRIVATE ${ARGN})
+        target_link_libraries(${name} PRIVATE bn_build_flags Threads::Threads)
+        set_target_properties(${name} PROPERTIES C_VISIBILITY_PRESET hidden)
+    endfunction()
+    bn_add_fake_runtime(fake_onnxruntime)
+    bn_add_fake_runtime(fake_other "FAKE_VERSION=\"1.18.2\"")
+    bn_add_fake_runtime(fake_old "FAKE_VERSION=\"1.16.3\"")
+    bn_add_fake_runtime(fake_garbled "FAKE_VERSION=\"nightly\"")
+    bn_add_fake_runtime(fake_without_table FAKE_HAS_TABLE=0)
+    bn_add_fake_runtime(fake_without_base FAKE_HAS_BASE=0)
+    bn_add_fake_runtime(fake_without_entry FAKE_ENTRY=some_other_name)
+
+    function(bn_add_neural_test name)
+        bn_add_c_test(${name})
+        target_compile_definitions(${name} PRIVATE BN_FAKE_DIR="${CMAKE_CURRENT_BINARY_DIR}"
+                                                   BN_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+        target_link_libraries(${name} PRIVATE ${CMAKE_DL_LIBS})
+        add_dependencies(${name} fake_onnxruntime fake_other fake_old fake_garbled
+                         fake_without_table fake_without_base fake_without_entry)
+        set_tests_properties(${name} PROPERTIES ENVIRONMENT "ORT_DISABLE_TELEMETRY=1")
+    endfunction()
+    bn_add_neural_test(test_neural)
+    bn_add_neural_test(test_neural_progress)
+    bn_add_neural_test(test_onnx_model)
+endif()

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Progress and cancelling of masks and windows of a network. */
+#define _DEFAULT_SOURCE
+#include "check.h"
+#include "neural.h"
+#include <pthread.h>
+#include <string.h>
+
+enum { WIDTH = 1100, HEIGHT = 900, COUNT = WIDTH * HEIGHT };
+static uint32_t ranks[COUNT];
+static float values[COUNT];
+
+typedef struct watcher {
+    pthread_t thread;
+    int calls, stop_at; /* the call to stop at; 0: none */
+    double last;
+    int good;
+} watcher;
+
+static int32_t watch(void *user, double fraction) {
+    watcher *w = user;
+    w->good =
+        w->good && pthread_equal(w->thread, pthread_self()) && fraction >= w->last && fraction <= 1;
+    w->last = fraction;
+    return ++w->calls == w->stop_at;
+}
+
+static bn_result make(uint32_t threads, int window, int stop_at, watcher *w, int *runs) {
+    model_parts parts = model_parts_default();
+    message model;
+    make_model(&parts, &model);
+    bn_neural_options options = bn_neural_options_default();
+    options.model = model.bytes;
+    options.model_size = model.size;
+    options.runtime_path = FAKE_RUNTIME;
+    options.threads = threads;
+    options.progress = watch;
+    options.progress_user = w;
+    fake_state *state = fake_reset();
+    bn_neural *neural;
+    memset(w, 0, sizeof *w);
+    CHECK(bn_neural_open(&options, &neural) == BN_SUCCESS && w->calls == 0);
+    w->thread = pthread_self();
+    w->stop_at = stop_at;
+    w->good = 1;
+    memset(ranks, 0x5a, sizeof ranks);
+    state->runs = 0;
+    const bn_result result = window
+                                 ? bn_neural_window(neural, 5, 6, WIDTH, HEIGHT, 1, values, COUNT)
+                                 : bn_neural_mask(neural, WIDTH, HEIGHT, 1, ranks, COUNT);
+    *runs = state->runs;
+    bn_neural_close(neural);
+    CHECK(w->good && state->living == 0);
+    return result;
+}
+
+int main(void) {
+    for (uint32_t threads = 1; threads <= 3; ++threads) {
+        for (int window = 0; window < 2; ++window) {
+            watcher w = {0};
+            int all, some;
+            CHECK(make(threads, window, 0, &w, &all) == BN_SUCCESS);
+            CHECK(all >= 12 && w.calls >= 1 && (threads > 1 || (w.calls == all && w.last > 0.9)));
+            const int stop_at = threads == 1 ? 3 : 1;
+            CHECK(make(threads, window, stop_at, &w, &some) == BN_ERROR_CANCELLED);
+            /* The other threads finish what they had begun, and begin nothing new. */
+            CHECK(w.calls == stop_at && (threads > 1 ? some < all : some == 2));
+            for (size_t i = 0; i < COUNT && !window; ++i) CHECK(ranks[i] == 0x5a5a5a5au);
+        }
+    }
+    return check_result();
+}
