@@ -36,10 +36,19 @@ const Light &choose_light(const Scene &scene, Vec2 &u) {
 
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
                              uint32_t max_depth) {
-    Integrator result{&scene, &geometry, sampler, max_depth, pixel_domain(*sampler), {}};
-    for (uint32_t bounce = 0; bounce < max_depth; ++bounce) {
-        result.bounces.push_back(
-            {light_domain(*sampler, bounce), scatter_domain(*sampler, bounce)});
+    const bool lens = scene.camera.lens_radius > 0;
+    Integrator result{&scene,
+                      &geometry,
+                      sampler,
+                      max_depth,
+                      {},
+                      first_light_domain(*sampler),
+                      lens || scene.light_samples > 1};
+    for (uint32_t ray = 0; ray <= max_depth; ++ray) {
+        const bool with_light = !scene.lights.empty() && ray < max_depth;
+        const bool both = ray > 0 ? with_light : lens || (with_light && !result.first_light_apart);
+        const uint32_t domain = ray_domain(*sampler, ray);
+        result.rays.push_back({domain, sampler->choices(domain), both ? 4 : 2});
     }
     return result;
 }
@@ -55,9 +64,10 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         ++(dimensions == 2 ? counters.draws_2d : counters.draws_4d);
         return draw(sample, domain, dimensions);
     };
-    const Draw at = counted_draw(integrator.pixel, camera.lens_radius > 0 ? 4 : 2);
-    Ray ray = camera_ray(camera, {static_cast<float>(x) + at.u[0], static_cast<float>(y) + at.u[1]},
-                         pair23(at));
+    // Of the ray's domain: pair (0,1) sent the ray, pair (2,3) chooses the light where it ends.
+    Draw u = counted_draw(integrator.rays[0].ray, integrator.rays[0].dimensions);
+    Ray ray = camera_ray(camera, {static_cast<float>(x) + u.u[0], static_cast<float>(y) + u.u[1]},
+                         pair23(u));
     PathSample result{};
     Vec3 &radiance = result.radiance;
     Vec3 throughput = {1, 1, 1};
@@ -121,7 +131,6 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         }
 
         // ---- The surface, seen from its own frame
-        const Integrator::BounceDomains domains = integrator.bounces[bounce];
         const Frame frame = frame_around(shading);
         const Vec3 local_out = to_local(frame, out);
         if (!(local_out.z > 0)) break;
@@ -140,10 +149,13 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
                                : bounce == 0                  ? scene.light_samples
                                                               : 1;
         for (uint32_t k = 0; k < count; ++k) {
-            ++counters.draws_2d;
-            Vec2 u = pair01(draw_split(sample, domains.light, count, k));
-            const Light &light = choose_light(scene, u);
-            const LightSample to_light = light_sample(light, place, u);
+            Vec2 point = pair23(u);
+            if (bounce == 0 && integrator.first_light_apart) {
+                ++counters.draws_2d;
+                point = pair01(draw_split(sample, integrator.first_light, count, k));
+            }
+            const Light &light = choose_light(scene, point);
+            const LightSample to_light = light_sample(light, place, point);
             if (!(to_light.pdf > 0)) continue;
             const Vec3 in = to_local(frame, to_light.direction);
             const Vec3 scattered = material_eval(material, front, local_out, in);
@@ -169,11 +181,13 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         }
 
         // ---- The next ray, and roulette for it
+        const Integrator::RayDomains &next = integrator.rays[bounce + 1];
         const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
-        const Draw u =
-            counted_draw(domains.scatter, roulette || material_reads_lobe(material) ? 4 : 2);
+        Draw choices{};
+        if (roulette || material_reads_lobe(material)) choices = counted_draw(next.choices, 2);
+        u = counted_draw(next.ray, next.dimensions);
         const MaterialSample scatter =
-            material_sample(material, front, local_out, pair01(u), u.u[3]);
+            material_sample(material, front, local_out, pair01(u), choices.u[0]);
         if (!(scatter.pdf > 0)) break;
         const Vec3 direction = to_world(frame, scatter.in);
         if (!agree(scatter.in.z, direction)) break;
@@ -181,7 +195,7 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         if (roulette) {
             // The share of light the bounce keeps, so that survivors carry on undimmed.
             const float survival = std::min(max_component(scatter.weight), 1.0f);
-            if (u.u[2] >= survival) break;
+            if (choices.u[1] >= survival) break;
             throughput = (1 / survival) * throughput;
         }
         ray = {start(scatter.in.z), direction};

@@ -9,18 +9,20 @@
 #include "sampler.h"
 #include "scene.h"
 
-// Everything a path reads while it is traced. The domains of a bounce do not depend on the path, so
+// Everything a path reads while it is traced. The domains of a ray do not depend on the path, so
 // they are derived once.
 struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
     const Sampler *sampler;
     uint32_t max_depth; // surface bounces; 0 shows lights only
-    struct BounceDomains {
-        uint32_t light, scatter;
+    struct RayDomains {
+        uint32_t ray, choices;
+        int dimensions; // of `ray`: 4 where it holds the light, or the lens, too
     };
-    uint32_t pixel;
-    std::vector<BounceDomains> bounces; // max_depth of them
+    std::vector<RayDomains> rays; // the camera's, and one for each of max_depth bounces
+    uint32_t first_light;
+    bool first_light_apart; // in `first_light`, not in the camera ray's domain
 };
 
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,

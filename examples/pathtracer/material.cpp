@@ -254,8 +254,8 @@ float specular_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
 }
 
 MaterialSample specular_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe) {
-    if (material_is_smooth(m)) return sample_smooth(m, front, out, lobe);
-    if (m.kind == Material::METALLIC_ROUGHNESS) return mixture_sample(m, out, u, lobe);
+    if (material_is_smooth(m)) return sample_smooth(m, front, out, u.x);
+    if (m.kind == Material::METALLIC_ROUGHNESS) return mixture_sample(m, out, u);
     Vec3 in;
     if (!sample_rough(m, front, out, u, lobe, in)) return nothing();
     const float pdf = specular_pdf(m, front, out, in);

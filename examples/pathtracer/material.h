@@ -88,7 +88,9 @@ inline float material_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
     return std::max(0.0f, in.z) / PI;
 }
 
-// `lobe` chooses between reflection and transmission, or between facets and the diffuse.
+// Lobes are chosen by u.x, which is then stretched over the lobe. Rough glass alone cannot: its
+// Fresnel term depends on the facet that u chose, so `lobe` decides between reflection and
+// transmission there.
 inline MaterialSample material_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe) {
     if (m.kind != Material::DIFFUSE) return specular_sample(m, front, out, u, lobe);
     const Vec3 in = square_to_cosine_hemisphere(u);
@@ -101,5 +103,5 @@ inline Vec3 material_albedo(const Material &m) {
 }
 
 inline bool material_reads_lobe(const Material &m) {
-    return m.kind == Material::DIELECTRIC || m.kind == Material::METALLIC_ROUGHNESS;
+    return m.kind == Material::DIELECTRIC && !material_is_smooth(m);
 }

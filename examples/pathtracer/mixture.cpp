@@ -6,6 +6,8 @@
 // 2001), so that white stays white whatever the mixture.
 #include "mixture.h"
 
+#include "distribution.h"
+
 #include "facet_energy.h"
 
 using namespace facet_energy;
@@ -122,14 +124,18 @@ MixtureValue mixture_value(const Material &m, Vec3 out, Vec3 in) {
     return value_of(mixture(m), out, in);
 }
 
-MaterialSample mixture_sample(const Material &m, Vec3 out, Vec2 u, float lobe) {
+MaterialSample mixture_sample(const Material &m, Vec3 out, Vec2 u) {
     const Mixture x = mixture(m);
     Left left;
+    const float share = facet_share(x, out, left);
     Vec3 in;
-    if (lobe < facet_share(x, out, left)) {
+    // u.x chooses the lobe, and what is left of it is stretched to [0, 1) again.
+    if (u.x < share) {
+        u.x = std::min(u.x / share, 1 - DRAW_STEP);
         const Vec3 h = ggx_visible_normal(x.alpha, out, square_to_disc(u));
         in = normalize(2 * dot(out, h) * h - out);
     } else {
+        u.x = std::min((u.x - share) / (1 - share), 1 - DRAW_STEP);
         in = square_to_cosine_hemisphere(u);
     }
     if (!(in.z > 0)) return {{0, 0, 1}, {0, 0, 0}, 0, false};

@@ -13,4 +13,4 @@ struct MixtureValue {
 
 MixtureValue mixture_value(const Material &material, Vec3 out, Vec3 in);
 
-MaterialSample mixture_sample(const Material &material, Vec3 out, Vec2 u, float lobe);
+MaterialSample mixture_sample(const Material &material, Vec3 out, Vec2 u);

@@ -35,11 +35,10 @@ class OpenQmcSampler final : public PeerSampler {
 
     void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
               float *u) const override {
-        const Native domain = root(x, y, index).newDomain(static_cast<int>(key));
-        if (dimensions == 2)
-            domain.template drawSample<2>(u);
-        else
-            domain.template drawSample<4>(u);
+        const Native pixel = root(x, y, index);
+        pixel.newDomain(static_cast<int>(key)).template drawSample<2>(u);
+        if (dimensions == 4)
+            pixel.newDomain(static_cast<int>(key + 1)).template drawSample<2>(u + 2);
     }
 
     void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count, uint32_t k,

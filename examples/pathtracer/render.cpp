@@ -120,7 +120,7 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
 
 double sampling_share(const Integrator &integrator, const RenderSettings &settings,
                       const Film &film, const RenderTotals &totals) {
-    if (integrator.bounces.empty() || !(totals.seconds > 0)) return 0;
+    if (!(totals.seconds > 0)) return 0;
     const auto seconds_per_draw = [&](int dimensions) {
         constexpr int DRAWS = 1 << 15;
         const Crop &crop = film.crop;
@@ -131,12 +131,12 @@ double sampling_share(const Integrator &integrator, const RenderSettings &settin
             float sum = 0;
             for (int i = 0; i < DRAWS; ++i) {
                 // As paths draw: all the domains of a sample, then the next sample or pixel.
-                const auto bounce = static_cast<size_t>(i / 2) % integrator.bounces.size();
-                const Integrator::BounceDomains &domains = integrator.bounces[bounce];
+                const uint32_t domain =
+                    integrator.rays[static_cast<size_t>(i) % integrator.rays.size()].ray;
                 const int x = crop.x0 + i / 64 % width(crop), y = crop.y0 + i / 512 % height(crop);
                 const uint32_t index = settings.first_sample + static_cast<uint32_t>(i / 16 % 4);
                 const PixelSample sample = {integrator.sampler, x, y, index};
-                sum += draw(sample, i % 2 ? domains.light : domains.scatter, dimensions).u[0];
+                sum += draw(sample, domain, dimensions).u[0];
             }
             sink = sink + sum;
             fastest = std::min(fastest, seconds_since(start) / DRAWS);

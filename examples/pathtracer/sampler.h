@@ -3,16 +3,20 @@
 //
 // Every decision of a path has a domain, and domains follow the call tree:
 //
-//     root - 0          pixel      (0,1) position in the pixel     (2,3) position on the lens
-//          - 1 + 2 b    light      (0,1) which light, and where on it, at bounce b
-//          - 2 + 2 b    scatter    (0,1) direction    (2) roulette    (3) which lobe
+//     root - 0  camera ray        (0,1) position in the pixel   (2,3) light where it ends, or lens
+//          - 1  scattered ray     (0,1) direction               (2,3) light where it ends
+//               - 0  choices      (0) lobe of rough glass       (1) roulette
+//          - 2  scattered ray     ...
+//          - 3  first light       (0,1), where the lens has taken its place, or it is split
+//          - 4  scattered ray     ...
 //
-// The four dimensions of a domain serve what belongs together; two-dimensional decisions stay on
-// the pairs (0,1) and (2,3), where samples are blue and stratified. Along a path effects multiply:
-// the pixel's with the light's, the direction's with that of the next light. So the decisions of a
-// path are children of one domain, numbered in their order: neighbours are stratified together.
-// A new decision gets a domain of its own, a child of a child, and none of the others notices. A
-// 2-D draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
+// So a ray has one domain: where it goes, and which point of which light is tried where it ends.
+// The two multiply in what a path is worth, and nothing is stratified together as closely as the
+// pairs (0,1) and (2,3) of one domain. Rays are children of the root in their order: by the keys
+// 0 to 3, 4 to 7 and so on they are families, the next best. Two-dimensional decisions stay on the
+// pairs, where samples are blue. A new decision gets a domain of its own, and no other notices: a
+// child of a child, like the choices, unless it multiplies with all that follows. A 2-D
+// draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
 // Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
 // crops cannot change a picture. docs/sampling.md tells the whole story.
 #pragma once
@@ -26,8 +30,8 @@
 
 #include "math.h"
 
-// A sampler of another library, for comparison. Keys are those of the tree above; what a key
-// becomes is the other library's business.
+// A sampler of another library, for comparison. It has one key for every decision above, as the
+// two halves of a 4-D draw are different decisions here: `key`, and `key + 1` for dimensions 2, 3.
 class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
@@ -49,10 +53,11 @@ struct Sampler {
     std::unique_ptr<bn_sampler, SamplerDelete> library;
     PeerPointer peer; // or null: then `library` draws
 
-    // The domain of the root's child `key`, as draws take it.
+    // The domain of the root's child `key`, as draws take it, and that of its choices.
     uint32_t domain(uint32_t key) const {
-        return peer ? key : bn_domain_child(BN_DOMAIN_ROOT, key);
+        return peer ? 4 * key : bn_domain_child(BN_DOMAIN_ROOT, key);
     }
+    uint32_t choices(uint32_t ray) const { return peer ? ray + 2 : bn_domain_child(ray, 0); }
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -79,14 +84,12 @@ struct SamplerSettings {
 // Throws Error naming the known samplers, or saying what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-inline uint32_t pixel_domain(const Sampler &sampler) {
-    return sampler.domain(0);
+// Ray 0 is the camera's, ray b leaves the b-th surface.
+inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
+    return sampler.domain(ray < 3 ? ray : ray + 1);
 }
-inline uint32_t light_domain(const Sampler &sampler, uint32_t bounce) {
-    return sampler.domain(1 + 2 * bounce);
-}
-inline uint32_t scatter_domain(const Sampler &sampler, uint32_t bounce) {
-    return sampler.domain(2 + 2 * bounce);
+inline uint32_t first_light_domain(const Sampler &sampler) {
+    return sampler.domain(3);
 }
 
 // The sampler as one sample of one pixel sees it.

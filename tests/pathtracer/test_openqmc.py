@@ -70,7 +70,7 @@ def test_their_noise_is_blue_and_seeds_are_independent(pathtracer, peer, penumbr
 def test_light_samples_of_a_path_are_spread_out_together(pathtracer, peer, penumbra):
     """Sixteen of one path: independent ones have the error of white noise, stratified ones a part of it."""
     options = ("--spp", 1, "--light-samples", 16)
-    error = {sampler: np.sqrt(np.mean(error_images(pathtracer, penumbra, sampler, 2, *options) ** 2))
+    error = {sampler: np.sqrt(np.mean(error_images(pathtracer, penumbra, sampler, 6, *options) ** 2))
              for sampler in (peer, "white", "sobol")}
     assert error[peer] < 0.85 * error["white"]
     assert error[peer] < 1.1 * error["sobol"]
