@@ -14,7 +14,6 @@ from . import _core
 if TYPE_CHECKING:
     from ._qmc import SamplerEngine
 
-_MAX_MASK_TEXELS = 2**24
 
 
 class Sampler:
@@ -39,7 +38,7 @@ class Sampler:
         For kind ``"zorder"``, which is good at this count only: up to 2**32 - 1, rounded up to a power of two (at most
         2**16); 0 counts as 256. Larger indices remain valid. The other kinds are progressive and ignore it.
     mask
-        For kind ``"mask"``: integers of shape (height, width), every rank 0 .. n - 1 once, at most 2**24 texels.
+        For kind ``"mask"``: integers of shape (height, width), every rank 0 .. n - 1 once.
         None: the built-in 64 x 64.
 
     Raises ``ValueError`` for an unknown kind, a number out of range or a mask that is no permutation, ``TypeError``
@@ -75,8 +74,6 @@ class Sampler:
             if kind != "mask":
                 raise ValueError(f"mask needs kind 'mask', not {kind!r}")
             ranks = arguments.ranks("mask", mask).copy()
-            if ranks.size > _MAX_MASK_TEXELS:
-                raise ValueError(f"mask must have at most 2**24 texels, not {ranks.shape}")
             ranks.setflags(write=False)
         count = arguments.integer("samples_per_pixel", samples_per_pixel, *arguments.UINT32)
         number = arguments.seed(seed)

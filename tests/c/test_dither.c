@@ -106,7 +106,7 @@ static void test_bad_input(void) {
     CHECK(bn_dither(NULL, image, 3, 2, 0, out, 0) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_dither(NULL, image, 3, 2, 1, out, 5) == BN_ERROR_SIZE_MISMATCH);
     CHECK(bn_dither(NULL, image, UINT32_MAX, UINT32_MAX, UINT32_MAX, out, 6) ==
-          BN_ERROR_INVALID_ARGUMENT);
+          BN_ERROR_OUT_OF_MEMORY);
     for (uint32_t levels = 0; levels <= 257; levels += levels == 1 ? 256 : 1) {
         options.levels = levels;
         CHECK(bn_dither(&options, image, 3, 2, 1, out, 6) == BN_ERROR_INVALID_ARGUMENT);

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Every allocation of the mask functions fails once: the result says so, outputs stay as they were,
- * and everything that was allocated is given back. The linker puts these in the place of malloc and
- * free
- * (--wrap), which needs the static library. */
+ * Every allocation of the library fails once: the result says so, outputs stay as they were, and
+ * everything that was allocated is freed. The linker (--wrap) replaces malloc and free by the
+ * functions here, which needs the static library; nothing else that allocates may be called. */
 #include "check.h"
 #include "masks.h"
 #ifndef BN_NO_NEURAL
@@ -13,6 +12,8 @@ void *__real_malloc(size_t size);
 void __real_free(void *memory);
 void *__wrap_malloc(size_t size);
 void __wrap_free(void *memory);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *memory, size_t size);
 
 static int calls, fail_at, living, counting;
 
@@ -26,6 +27,19 @@ void *__wrap_malloc(size_t size) {
 void __wrap_free(void *memory) {
     if (counting && memory != NULL) --living;
     __real_free(memory);
+}
+
+/* The library allocates through bn_allocate() alone, which calls malloc. */
+void *__wrap_calloc(size_t count, size_t size) {
+    CHECK(!counting);
+    void *memory = __real_malloc(count * size);
+    return memory != NULL ? memset(memory, 0, count * size) : NULL;
+}
+
+void *__wrap_realloc(void *memory, size_t size) {
+    (void)size;
+    CHECK(!counting);
+    return memory;
 }
 
 enum { NO_MORE = 99 /* no result of the library */, SIZE = 24, TEXELS = SIZE * SIZE };
@@ -46,6 +60,20 @@ static bn_result call_network(int only_open) {
     return result;
 }
 #endif
+
+static bn_result create_sampler(const uint32_t *mask_ranks) {
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *sampler = (bn_sampler *)&options;
+    options.kind = BN_SAMPLER_MASK;
+    if (mask_ranks != NULL) {
+        options.mask_ranks = mask_ranks;
+        options.mask_width = options.mask_height = SIZE;
+    }
+    const bn_result result = bn_sampler_create(&options, &sampler);
+    CHECK((sampler == NULL) == (result != BN_SUCCESS));
+    bn_sampler_destroy(sampler);
+    return result;
+}
 
 static bn_result call(int function) {
     bn_anneal_options anneal = bn_anneal_options_default();
@@ -71,12 +99,16 @@ static bn_result call(int function) {
         return bn_mask_error(mask, SIZE, SIZE, TEXELS, 1, &error);
     case 6:
         return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power);
+    case 8:
+        return create_sampler(mask);
+    case 9:
+        return create_sampler(NULL);
     case 7:
         return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
 #ifndef BN_NO_NEURAL
-    case 8:
+    case 10:
         return call_network(1);
-    case 9:
+    case 11:
         return call_network(0);
 #endif
     default:

@@ -53,7 +53,7 @@ static void test_create(void) {
     CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_BAD_DATA && sampler == NULL);
     o.mask_width = 1u << 31;
     o.mask_height = 1u << 31;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_OUT_OF_MEMORY);
     o.mask_ranks = NULL;
     CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
 }

@@ -151,9 +151,9 @@ static inline bn_sampler_options bn_sampler_options_default(void) {
     return options;
 }
 
-/* Creates a sampler. Errors: INVALID_ARGUMENT (sampler NULL, unknown kind, a mask with only one
- * extent zero, more than 2^24 texels, or given to another kind than MASK), BAD_DATA (mask_ranks is
- * no permutation), UNSUPPORTED, OUT_OF_MEMORY. On failure *sampler is NULL. */
+/* Creates a sampler. Errors: INVALID_ARGUMENT (sampler NULL, unknown kind, a mask with a zero
+ * extent, extents without a mask, a mask given to another kind than MASK), BAD_DATA (mask_ranks is
+ * no permutation), UNSUPPORTED, OUT_OF_MEMORY (also for a mask of more than 2^31 - 1 texels). On failure *sampler is NULL. */
 BN_API bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **sampler);
 BN_API void bn_sampler_destroy(bn_sampler *sampler);
 
@@ -294,8 +294,8 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uin
                            uint32_t channels, uint32_t *ranks, size_t count);
 
 /* Ranks of values: ranks[i] is the number of values that are smaller than values[i], or equal and
- * at a smaller position. Linear time. Errors: INVALID_ARGUMENT (a NULL, zero count, more than 2^32
- * - 1 values), BAD_DATA (NaN), OUT_OF_MEMORY. */
+ * at a smaller position. Linear time. Errors: INVALID_ARGUMENT (a NULL, zero count),
+ * BAD_DATA (NaN), OUT_OF_MEMORY (also for more than 2^32 - 1 values). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A
@@ -320,7 +320,8 @@ BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t cou
  * the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t, where m = (rank + 0.5) / count
  * and G_sigma is a toroidal Gaussian of sigma texels, applied as the transfer function exp(-2 pi^2
  * sigma^2 f^2). White noise has 0.1152 at sigma 1. Errors: INVALID_ARGUMENT (NULL, a zero extent,
- * sigma not finite or negative), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY. */
+ * sigma not finite or negative), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY (also for
+ * more than 2^31 - 1 texels). */
 BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
                                double sigma, double *error);
 
@@ -328,7 +329,8 @@ BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t h
  * Fourier transform at frequency (u / width, v / height) cycles per texel, over the sum of the
  * squared deviations of the ranks from their mean. So white noise has 1 everywhere; frequencies
  * above 1/2 are the negative ones less 1; the constant, power[0], is 0. Errors: INVALID_ARGUMENT
- * (NULL, a zero extent), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY. */
+ * (NULL, a zero extent), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY (also for more
+ * than 2^31 - 1 texels). */
 BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height,
                                    size_t count, float *power);
 

@@ -6,14 +6,20 @@
 #include <bn/bn.h>
 #include <string.h>
 
-/* Copies what the caller's structure holds over `options`, which the caller has filled with
- * defaults. `given` may be NULL. Every options structure starts with its struct_size. */
+/* The largest structure that a newer header might have; a larger size was never set. */
+enum { BN_OPTIONS_MOST_BYTES = 4096 };
+
+/* Copies what the structure of the program holds over `options`, which holds the defaults. `given`
+ * may be NULL. Every options structure starts with its struct_size. Errors: INVALID_ARGUMENT (a
+ * size that cannot be), UNSUPPORTED (the structure uses options that this library lacks). */
 static inline bn_result bn_options_read(void *options, size_t size, const void *given) {
     size_t given_size;
     const unsigned char *bytes = (const unsigned char *)given;
     if (given == NULL) return BN_SUCCESS;
     memcpy(&given_size, given, sizeof given_size);
-    if (given_size < sizeof given_size) return BN_ERROR_INVALID_ARGUMENT;
+    if (given_size < sizeof given_size || given_size > BN_OPTIONS_MOST_BYTES) {
+        return BN_ERROR_INVALID_ARGUMENT;
+    }
     for (size_t i = size; i < given_size; ++i) {
         if (bytes[i] != 0) return BN_ERROR_UNSUPPORTED;
     }

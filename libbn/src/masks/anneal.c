@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
  * arguments, starting points and the choice of energy. Cost: sweeps x texels trials. */
+#include "base/check.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include "masks/anneal_scalar.h"
 #include "masks/anneal_vector.h"
 #include "masks/thin.h"
-#include <math.h>
+#include <float.h>
 #include <string.h>
 
 /* Windows end where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
@@ -16,20 +17,18 @@ static const double BN_ANNEAL_CUTOFF = 4.8;
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
 static int good_options(const bn_anneal_options *o) {
-    return o->sigma >= 0.25 && o->sigma <= 4 && o->far_sigma >= o->sigma && o->far_sigma <= 4 &&
-           o->far_weight >= 0 && isfinite(o->far_weight) && o->value_sigma >= 0.01 &&
-           o->value_sigma <= 100 && o->start_temperature <= 1 && o->end_temperature > 0 &&
-           o->end_temperature <= o->start_temperature;
+    return bn_in_range(o->sigma, 0.25, 4) && bn_in_range(o->far_sigma, o->sigma, 4) &&
+           bn_in_range(o->far_weight, 0, DBL_MAX) && bn_in_range(o->value_sigma, 0.01, 100) &&
+           bn_in_range(o->start_temperature, DBL_TRUE_MIN, 1) &&
+           bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);
 }
 
 static bn_result start(const bn_anneal_options *o, uint32_t width, uint32_t height,
                        uint32_t channels, const uint32_t *from, uint32_t *ranks, size_t texels) {
     for (uint32_t c = 0; c < channels; ++c) {
         if (o->start_from_ranks) {
-            int permutation = bn_is_permutation(from + c * texels, texels);
-            if (permutation != 1) {
-                return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
-            }
+            const bn_result result = bn_check_mask(from + c * texels, width, height, texels);
+            if (result != BN_SUCCESS) return result;
             memcpy(ranks + c * texels, from + c * texels, texels * sizeof *ranks);
         } else {
             bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
@@ -46,15 +45,12 @@ bn_result bn_anneal(const bn_anneal_options *given, uint32_t width, uint32_t hei
                     uint32_t channels, uint32_t *ranks, size_t count) {
     bn_anneal_options o = bn_anneal_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
-    uint64_t texels;
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL || width == 0 || height == 0 || channels == 0 || channels > 4 ||
-        !good_options(&o)) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
-    if (!bn_extent_product(width, height, 1, INT32_MAX, &texels)) return BN_ERROR_OUT_OF_MEMORY;
-    if (count != texels * channels) return BN_ERROR_SIZE_MISMATCH;
+    if (ranks == NULL || channels > 4 || !good_options(&o)) return BN_ERROR_INVALID_ARGUMENT;
+    result = bn_check_extents(width, height, 1, channels, count);
+    if (result != BN_SUCCESS) return result;
 
+    const size_t texels = count / channels;
     bn_anneal_job job = {.options = &o,
                          .width = width,
                          .height = height,

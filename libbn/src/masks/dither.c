@@ -2,6 +2,7 @@
  * Ordered dithering with a mask (Bayer, "An optimum method for two-level rendition of
  * continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993): one threshold per pixel
  * and channel. */
+#include "base/check.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include <math.h>
@@ -40,30 +41,25 @@ bn_result bn_dither(const bn_dither_options *given, const float *image, uint32_t
                     uint32_t height, uint32_t channels, float *out, size_t count) {
     bn_dither_options o = bn_dither_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
-    uint64_t product, mask_product;
     if (result != BN_SUCCESS) return result;
-    if (image == NULL || out == NULL || width == 0 || height == 0 || channels == 0) {
+    if (image == NULL || out == NULL || width == 0 || height == 0 || channels == 0 ||
+        o.levels < 2 || o.levels > 256 ||
+        (o.mask_ranks == NULL && (o.mask_width != 0 || o.mask_height != 0))) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
-    if (o.levels < 2 || o.levels > 256) return BN_ERROR_INVALID_ARGUMENT;
-    if (!bn_extent_product(width, height, channels, SIZE_MAX / sizeof *image, &product)) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
+    const uint32_t extents[4] = {width, height, channels, 1};
+    uint64_t product;
+    if (!bn_product(extents, SIZE_MAX / sizeof *image, &product)) return BN_ERROR_OUT_OF_MEMORY;
     if (count != product) return BN_ERROR_SIZE_MISMATCH;
-    if (o.mask_ranks == NULL
-            ? o.mask_width != 0 || o.mask_height != 0
-            : !bn_extent_product(o.mask_width, o.mask_height, 1, UINT32_MAX, &mask_product)) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
-    for (size_t i = 0; i < count; ++i) {
-        if (isnan(image[i])) return BN_ERROR_BAD_DATA;
-    }
     const uint32_t mask_width = o.mask_ranks != NULL ? o.mask_width : 64;
     const uint32_t mask_height = o.mask_ranks != NULL ? o.mask_height : 64;
     const size_t texels = (size_t)mask_width * mask_height;
     if (o.mask_ranks != NULL) {
-        int permutation = bn_is_permutation(o.mask_ranks, texels);
-        if (permutation != 1) return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
+        result = bn_check_mask(o.mask_ranks, mask_width, mask_height, texels);
+        if (result != BN_SUCCESS) return result;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (bn_is_nan(image[i])) return BN_ERROR_BAD_DATA;
     }
     const uint16_t *builtin = bn_builtin_mask(64);
     double *thresholds = bn_allocate(texels, sizeof *thresholds);

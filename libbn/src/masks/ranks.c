@@ -18,7 +18,7 @@ static uint32_t ordered_key(uint32_t bits) {
 
 bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks) {
     if (values == NULL || ranks == NULL || count == 0) return BN_ERROR_INVALID_ARGUMENT;
-    if (count > UINT32_MAX) return BN_ERROR_INVALID_ARGUMENT;
+    if (count > UINT32_MAX) return BN_ERROR_OUT_OF_MEMORY;
     uint64_t *buffer = bn_allocate(count, 2 * sizeof *buffer);
     size_t(*starts)[BN_RADIX_SIZE] = bn_allocate_zero(BN_RADIX_PASSES, sizeof *starts);
     bn_result result = BN_SUCCESS;

@@ -8,6 +8,7 @@
  * geometrically, as in annealing. Values are 16-bit integers and counts do not depend on who
  * counts, so threads and instruction sets cannot change a bit. Per texel and step: the kernel's 60
  * pairs and one histogram. */
+#include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
@@ -15,7 +16,7 @@
 #include "base/threads.h"
 #include "masks/thin.h"
 #include "simd/simd.h"
-#include <math.h>
+#include <float.h>
 #include <string.h>
 
 enum {
@@ -211,26 +212,22 @@ static int fill_pairs(relaxation *r) {
 }
 
 static int good_options(const bn_relax_options *o) {
-    return o->sigma >= 0.25 && o->sigma <= 2.5 && o->steps >= 1 && o->start_step <= 8 &&
-           o->end_step > 0 && o->end_step <= o->start_step && o->start_softness <= 0.49 &&
-           o->end_softness > 0 && o->end_softness <= o->start_softness;
+    return bn_in_range(o->sigma, 0.25, 2.5) && o->steps >= 1 &&
+           bn_in_range(o->start_step, DBL_TRUE_MIN, 8) &&
+           bn_in_range(o->end_step, DBL_TRUE_MIN, o->start_step) &&
+           bn_in_range(o->start_softness, DBL_TRUE_MIN, 0.49) &&
+           bn_in_range(o->end_softness, DBL_TRUE_MIN, o->start_softness);
 }
 
 bn_result bn_relax(const bn_relax_options *given, uint32_t width, uint32_t height, uint32_t *ranks,
                    size_t count) {
     bn_relax_options o = bn_relax_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
-    uint64_t product;
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL || width == 0 || height == 0 || !good_options(&o)) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
-    if (!bn_extent_product(width, height, 1, INT32_MAX, &product)) return BN_ERROR_OUT_OF_MEMORY;
-    if (count != product) return BN_ERROR_SIZE_MISMATCH;
-    if (o.start_from_ranks) {
-        int permutation = bn_is_permutation(ranks, count);
-        if (permutation != 1) return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
-    }
+    if (ranks == NULL || !good_options(&o)) return BN_ERROR_INVALID_ARGUMENT;
+    result = o.start_from_ranks ? bn_check_mask(ranks, width, height, count)
+                                : bn_check_extents(width, height, 1, 1, count);
+    if (result != BN_SUCCESS) return result;
 
     relaxation r = {
         .options = &o, .simd = bn_simd_get(), .width = width, .height = height, .count = count};

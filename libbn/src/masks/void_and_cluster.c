@@ -6,13 +6,14 @@
  * the zeros is the largest void of the ones. And where the minority's texels stand apart from each
  * other, at both ends of the grey scale, bn_thin orders them. Time and memory are close to linear.
  */
+#include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include "masks/energy_field.h"
 #include "masks/thin.h"
 #include "simd/simd.h"
-#include <math.h>
+#include <float.h>
 #include <string.h>
 
 enum { BN_PROGRESS_INTERVAL = 4096 };
@@ -136,21 +137,18 @@ static void squeeze(uint32_t extent[3]) {
     for (; used < 3; ++used) extent[used] = 1;
 }
 
+static int good_options(const bn_void_and_cluster_options *o) {
+    return bn_in_range(o->sigma, 0.25, 16) && bn_in_range(o->initial_fraction, DBL_TRUE_MIN, 0.5);
+}
+
 bn_result bn_void_and_cluster(const bn_void_and_cluster_options *given, uint32_t width,
                               uint32_t height, uint32_t depth, uint32_t *ranks, size_t count) {
     bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
     bn_result result = bn_options_read(&options, sizeof options, given);
-    uint64_t product;
     if (result != BN_SUCCESS) return result;
-    if (ranks == NULL || width == 0 || height == 0 || depth == 0) return BN_ERROR_INVALID_ARGUMENT;
-    if (!(options.sigma >= 0.25 && options.sigma <= 16)) return BN_ERROR_INVALID_ARGUMENT;
-    if (!(options.initial_fraction > 0 && options.initial_fraction <= 0.5)) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
-    if (!bn_extent_product(width, height, depth, INT32_MAX, &product)) {
-        return BN_ERROR_OUT_OF_MEMORY;
-    }
-    if (count != product) return BN_ERROR_SIZE_MISMATCH;
+    if (ranks == NULL || !good_options(&options)) return BN_ERROR_INVALID_ARGUMENT;
+    result = bn_check_extents(width, height, depth, 1, count);
+    if (result != BN_SUCCESS) return result;
 
     uint32_t extent[3] = {width, height, depth};
     squeeze(extent);

@@ -5,9 +5,11 @@
  * the squared transfer function; nothing is transformed back. Two thresholds share a complex
  * transform: with the transfer function even, the cross terms of z = a + i b cancel in the sum. 32
  * transforms of width x height, 32 bytes per texel. */
+#include "base/check.h"
 #include "base/memory.h"
 #include "measure/fft.h"
 #include <bn/bn.h>
+#include <float.h>
 #include <math.h>
 
 enum { BN_ERROR_THRESHOLDS = 64 };
@@ -28,17 +30,11 @@ static double below(uint32_t rank, uint32_t i, size_t count) {
 
 bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
                         double sigma, double *error) {
-    uint64_t product;
-    if (ranks == NULL || error == NULL || width == 0 || height == 0)
-        return BN_ERROR_INVALID_ARGUMENT;
-    if (!(sigma >= 0) || !isfinite(sigma)) return BN_ERROR_INVALID_ARGUMENT;
-    if (!bn_extent_product(width, height, 1, UINT32_MAX, &product))
-        return BN_ERROR_INVALID_ARGUMENT;
-    if (count != product) return BN_ERROR_SIZE_MISMATCH;
-    int permutation = bn_is_permutation(ranks, count);
-    if (permutation != 1) return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
+    if (error == NULL || !bn_in_range(sigma, 0, DBL_MAX)) return BN_ERROR_INVALID_ARGUMENT;
+    bn_result result = bn_check_mask(ranks, width, height, count);
+    if (result != BN_SUCCESS) return result;
 
-    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    result = BN_ERROR_OUT_OF_MEMORY;
     bn_fft *columns = bn_fft_create(height), *rows = bn_fft_create(width);
     double *data = bn_allocate(count, 4 * sizeof *data);
     double *transfer_x = bn_allocate(width, sizeof *transfer_x);

@@ -1,22 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The power spectrum of a mask: one transform, by columns and then by rows. */
+#include "base/check.h"
 #include "base/memory.h"
 #include "measure/fft.h"
 #include <bn/bn.h>
 
 bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
                             float *power) {
-    uint64_t product;
-    if (ranks == NULL || power == NULL || width == 0 || height == 0) {
-        return BN_ERROR_INVALID_ARGUMENT;
-    }
-    if (!bn_extent_product(width, height, 1, UINT32_MAX, &product))
-        return BN_ERROR_INVALID_ARGUMENT;
-    if (count != product) return BN_ERROR_SIZE_MISMATCH;
-    int permutation = bn_is_permutation(ranks, count);
-    if (permutation != 1) return permutation == 0 ? BN_ERROR_BAD_DATA : BN_ERROR_OUT_OF_MEMORY;
+    if (power == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    bn_result result = bn_check_mask(ranks, width, height, count);
+    if (result != BN_SUCCESS) return result;
 
-    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    result = BN_ERROR_OUT_OF_MEMORY;
     bn_fft *columns = bn_fft_create(height), *rows = bn_fft_create(width);
     double *data = bn_allocate(count, 4 * sizeof *data);
     if (columns == NULL || rows == NULL || data == NULL) goto done;

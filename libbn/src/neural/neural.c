@@ -8,6 +8,7 @@
  * in turn; the split does not change what a texel sees, so memory stays small and results do not
  * depend on it. Cost: the network's, plus the margins, plus a radix sort for the ranks of a mask.
  */
+#include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
@@ -77,14 +78,13 @@ static int good_range(int64_t first, uint32_t extent, int64_t farthest) {
 
 bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uint64_t seed,
                           float *noise, size_t count) {
+    const uint32_t extents[4] = {width, height, 1, 1};
     uint64_t product;
     if (noise == NULL || width == 0 || height == 0 || !good_range(x0, width, BN_NOISE_FARTHEST) ||
         !good_range(y0, height, BN_NOISE_FARTHEST)) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
-    if (!bn_extent_product(width, height, 1, SIZE_MAX / sizeof *noise, &product)) {
-        return BN_ERROR_OUT_OF_MEMORY;
-    }
+    if (!bn_product(extents, SIZE_MAX / sizeof *noise, &product)) return BN_ERROR_OUT_OF_MEMORY;
     if (count != product) return BN_ERROR_SIZE_MISMATCH;
     fill_noise(seed, x0, y0, width, height, 0, 0, noise);
     return BN_SUCCESS;
@@ -361,15 +361,15 @@ static bn_result fill_image(image *m) {
 
 bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
                          uint32_t *ranks, size_t count) {
-    uint64_t texels;
-    if (n == NULL || ranks == NULL || width == 0 || height == 0) return BN_ERROR_INVALID_ARGUMENT;
+    if (n == NULL || ranks == NULL) return BN_ERROR_INVALID_ARGUMENT;
     const uint32_t channels = n->model.channels;
-    if (!bn_extent_product(width, height, 1, INT32_MAX, &texels)) return BN_ERROR_OUT_OF_MEMORY;
-    if (count != texels * channels) return BN_ERROR_SIZE_MISMATCH;
+    bn_result result = bn_check_extents(width, height, 1, channels, count);
+    if (result != BN_SUCCESS) return result;
+    const size_t texels = count / channels;
     float *values = bn_allocate(count, sizeof *values);
     /* Ranks of all channels but the last, so that a failure leaves the caller's as they were. */
     uint32_t *made = channels > 1 ? bn_allocate(count - texels, sizeof *made) : NULL;
-    bn_result result = BN_ERROR_OUT_OF_MEMORY;
+    result = BN_ERROR_OUT_OF_MEMORY;
     if (values != NULL && (made != NULL || channels == 1)) {
         image m = {.neural = n,
                    .seed = seed,
@@ -394,13 +394,12 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
 
 bn_result bn_neural_window(const bn_neural *n, int64_t x0, int64_t y0, uint32_t width,
                            uint32_t height, uint64_t seed, float *values, size_t count) {
-    uint64_t texels;
     if (n == NULL || values == NULL || width == 0 || height == 0 ||
         !good_range(x0, width, BN_WINDOW_FARTHEST) || !good_range(y0, height, BN_WINDOW_FARTHEST)) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
-    if (!bn_extent_product(width, height, 1, INT32_MAX, &texels)) return BN_ERROR_OUT_OF_MEMORY;
-    if (count != texels * n->model.channels) return BN_ERROR_SIZE_MISMATCH;
+    const bn_result result = bn_check_extents(width, height, 1, n->model.channels, count);
+    if (result != BN_SUCCESS) return result;
     image m = {.neural = n,
                .seed = seed,
                .x0 = x0,

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The sampler object and its draws. BLUE, SOBOL and WHITE are the inline functions of bn_draw.h,
  * ZORDER is in zorder.c; this file adds MASK, which needs memory of its own. */
+#include "base/check.h"
 #include "base/hash.h"
+#include "base/memory.h"
 #include "base/options.h"
 #include "sampler/blue_tables.h"
 #include "sampler/zorder.h"
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- MASK */
@@ -97,61 +98,45 @@ static uint32_t owen_inverse(uint32_t value, uint32_t seed) {
     return digits;
 }
 
-/* Fills the two tables of digits from ranks; checks that they are a permutation. */
-static bn_result mask_digits(const uint32_t *ranks, size_t count, bn_sampler *sampler) {
-    bn_result result = BN_SUCCESS;
-    unsigned char *seen = calloc(count, 1);
-    if (seen == NULL) return BN_ERROR_OUT_OF_MEMORY;
+/* Fills the two tables of digits from ranks. */
+static void mask_digits(const uint32_t *ranks, size_t count, bn_sampler *sampler) {
     for (size_t i = 0; i < count; ++i) {
-        if (ranks[i] >= count || seen[ranks[i]]) {
-            result = BN_ERROR_BAD_DATA;
-            break;
-        }
-        seen[ranks[i]] = 1;
         uint32_t value = (uint32_t)((((uint64_t)ranks[i] * 2u + 1u) << 31) / count);
         sampler->mask_x[i] = owen_inverse(value, BN_MASK_KEY_X);
         sampler->mask_y[i] = owen_inverse(value, BN_MASK_KEY_Y);
     }
-    free(seen);
     /* Digits finer than the ranks are random. */
     sampler->mask_low_digits = UINT32_MAX;
     for (size_t cells = 1; cells < count; cells *= 2) sampler->mask_low_digits >>= 1;
-    return result;
 }
 
 static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sampler) {
-    enum { builtin_size = 64 };
-    uint32_t w = builtin_size, h = builtin_size, *builtin = NULL;
+    enum { builtin_size = 64, builtin_count = builtin_size * builtin_size };
+    uint32_t w = options->mask_width, h = options->mask_height, builtin[builtin_count];
     const uint32_t *ranks = options->mask_ranks;
-    if (ranks != NULL) {
-        w = options->mask_width;
-        h = options->mask_height;
+    if (ranks == NULL) {
+        w = h = builtin_size;
+        bn_builtin_mask_copy(builtin_size, builtin, builtin_count);
+        ranks = builtin;
     }
-    size_t count = (size_t)w * h;
-    bn_result result = BN_ERROR_OUT_OF_MEMORY;
-    sampler->mask_x = malloc(2 * count * sizeof *sampler->mask_x);
-    if (ranks == NULL) ranks = builtin = malloc(count * sizeof *builtin);
-    if (sampler->mask_x != NULL && ranks != NULL) {
-        sampler->mask_y = sampler->mask_x + count;
-        result = builtin != NULL ? bn_builtin_mask_copy(builtin_size, builtin, count) : BN_SUCCESS;
-        if (result == BN_SUCCESS) result = mask_digits(ranks, count, sampler);
-    }
+    const size_t count = (size_t)w * h;
+    const bn_result result = bn_check_mask(ranks, w, h, count);
+    if (result != BN_SUCCESS) return result;
+    sampler->mask_x = bn_allocate(count, 2 * sizeof *sampler->mask_x);
+    if (sampler->mask_x == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    sampler->mask_y = sampler->mask_x + count;
     sampler->mask_width = w;
     sampler->mask_height = h;
-    free(builtin);
-    return result;
+    mask_digits(ranks, count, sampler);
+    return BN_SUCCESS;
 }
 
 static bn_result check_options(const bn_sampler_options *options) {
     if (options->kind < BN_SAMPLER_BLUE || options->kind > BN_SAMPLER_MASK) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
-    if (options->mask_ranks == NULL) {
-        return options->mask_width == 0 && options->mask_height == 0 ? BN_SUCCESS
-                                                                     : BN_ERROR_INVALID_ARGUMENT;
-    }
-    uint64_t texels = (uint64_t)options->mask_width * options->mask_height;
-    if (options->kind != BN_SAMPLER_MASK || texels == 0 || texels > 1u << 24) {
+    if (options->mask_ranks == NULL ? options->mask_width != 0 || options->mask_height != 0
+                                    : options->kind != BN_SAMPLER_MASK) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
     return BN_SUCCESS;
@@ -167,7 +152,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     if (result == BN_SUCCESS) result = check_options(&o);
     if (result != BN_SUCCESS) return result;
 
-    bn_sampler *s = calloc(1, sizeof *s);
+    bn_sampler *s = bn_allocate_zero(1, sizeof *s);
     if (s == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint64_t key = bn_mix64(o.seed + 0x9e3779b97f4a7c15u);
     bn_blue_tables_fill(s, o.kind, key);
@@ -187,8 +172,8 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
 
 void bn_sampler_destroy(bn_sampler *sampler) {
     if (sampler == NULL) return;
-    free(sampler->mask_x);
-    free(sampler);
+    bn_free(sampler->mask_x);
+    bn_free(sampler);
 }
 
 const bn_draw_table *bn_sampler_table(const bn_sampler *sampler) {

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Checks of arguments. */
+#include "base/check.h"
+#include "base/memory.h"
+#include <string.h>
+
+int bn_product(const uint32_t factors[4], uint64_t limit, uint64_t *product) {
+    uint64_t total = 1;
+    for (int i = 0; i < 4; ++i) {
+        if (factors[i] != 0 && total > limit / factors[i]) return 0;
+        total *= factors[i];
+    }
+    *product = total;
+    return 1;
+}
+
+bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint32_t channels,
+                           size_t count) {
+    const uint32_t extents[4] = {width, height, depth, 1};
+    uint64_t texels;
+    if (width == 0 || height == 0 || depth == 0 || channels == 0) return BN_ERROR_INVALID_ARGUMENT;
+    if (!bn_product(extents, BN_MOST_TEXELS, &texels)) return BN_ERROR_OUT_OF_MEMORY;
+    /* Below 2^63: the product cannot wrap. */
+    return count == texels * channels ? BN_SUCCESS : BN_ERROR_SIZE_MISMATCH;
+}
+
+static bn_result check_permutation(const uint32_t *ranks, size_t count) {
+    uint64_t *seen = bn_allocate_zero(count / 64 + 1, sizeof *seen);
+    if (seen == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    int good = 1;
+    for (size_t i = 0; i < count && good; ++i) {
+        const uint32_t rank = ranks[i];
+        good = rank < count && !(seen[rank / 64] >> rank % 64 & 1);
+        if (good) seen[rank / 64] |= (uint64_t)1 << rank % 64;
+    }
+    bn_free(seen);
+    return good ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+}
+
+bn_result bn_check_mask(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count) {
+    if (ranks == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    const bn_result result = bn_check_extents(width, height, 1, 1, count);
+    return result == BN_SUCCESS ? check_permutation(ranks, count) : result;
+}
+
+int bn_in_range(double value, double low, double high) {
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    if ((bits & 0x7ff0000000000000u) == 0x7ff0000000000000u) return 0;
+    return value >= low && value <= high;
+}
+
+int bn_is_nan(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return (bits & 0x7fffffffu) > 0x7f800000u;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Checks of arguments: the same mistake gives the same result in every function. */
+#ifndef BN_CHECK_H
+#define BN_CHECK_H
+
+#include <bn/bn.h>
+
+/* Texels of a mask; more would not fit the 32-bit integers that the algorithms count with. */
+#define BN_MOST_TEXELS ((uint64_t)INT32_MAX)
+
+/* The product of four factors in *product; 0 when it exceeds `limit`. */
+int bn_product(const uint32_t factors[4], uint64_t limit, uint64_t *product);
+
+/* Checks that `count` elements make `channels` masks of width x height x depth texels. Errors:
+ * INVALID_ARGUMENT (a zero extent), OUT_OF_MEMORY (a mask has more than BN_MOST_TEXELS),
+ * SIZE_MISMATCH. */
+bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint32_t channels,
+                           size_t count);
+
+/* Checks that `ranks` is a mask of width x height texels: every rank 0 .. count - 1 once. Errors:
+ * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY and SIZE_MISMATCH as above, BAD_DATA (no
+ * permutation). One bit of memory per texel. */
+bn_result bn_check_mask(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count);
+
+/* Whether low <= value <= high; false for NaN and infinities. Looks at the bits, so that a compiler
+ * that assumes there are none (-ffast-math) cannot drop the check. */
+int bn_in_range(double value, double low, double high);
+
+/* Whether a float is NaN, by its bits. */
+int bn_is_nan(float value);
+
+#endif

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * One contract for arguments: the same mistake gives the same result in every function. */
+#include "check.h"
+#include "masks.h"
+#include <bn/bn.h>
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+
+enum { MOST = 64 };
+static uint32_t ranks[MOST];
+static float values[MOST], outputs[MOST];
+
+/* The functions that take a mask, or make one. Each gets ranks, 2-D extents and a count. */
+enum { VOID_AND_CLUSTER, RELAX, ANNEAL, RELAX_FROM, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
+enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = RELAX_FROM };
+
+static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t height, size_t count) {
+    bn_relax_options relax = bn_relax_options_default();
+    bn_anneal_options anneal = bn_anneal_options_default();
+    bn_dither_options dither = bn_dither_options_default();
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *sampler;
+    double error;
+    bn_result result;
+    relax.steps = anneal.sweeps = 1;
+    relax.start_from_ranks = function == RELAX_FROM;
+    anneal.start_from_ranks = function == ANNEAL_FROM;
+    dither.mask_ranks = options.mask_ranks = mask;
+    dither.mask_width = options.mask_width = width;
+    dither.mask_height = options.mask_height = height;
+    options.kind = BN_SAMPLER_MASK;
+    switch (function) {
+    case VOID_AND_CLUSTER:
+        return bn_void_and_cluster(NULL, width, height, 1, mask, count);
+    case RELAX:
+    case RELAX_FROM:
+        return bn_relax(&relax, width, height, mask, count);
+    case ANNEAL:
+    case ANNEAL_FROM:
+        return bn_anneal(&anneal, width, height, 1, mask, count);
+    case ERROR:
+        return bn_mask_error(mask, width, height, count, 1, &error);
+    case SPECTRUM:
+        return bn_power_spectrum(mask, width, height, count, outputs);
+    case DITHER:
+        return bn_dither(&dither, values, 2, 2, 1, outputs, 4);
+    default:
+        result = bn_sampler_create(&options, &sampler);
+        bn_sampler_destroy(sampler);
+        return result;
+    }
+}
+
+/* Dithering and the sampler are given no count. */
+static int has_count(int function) {
+    return function != DITHER && function != SAMPLER;
+}
+
+static void test_extents(void) {
+    static const struct {
+        uint32_t width, height;
+        size_t count;
+        bn_result expected;
+    } cases[] = {
+        {8, 8, 64, BN_SUCCESS},
+        {1, 1, 1, BN_SUCCESS},
+        {0, 8, 0, BN_ERROR_INVALID_ARGUMENT},
+        {8, 0, 0, BN_ERROR_INVALID_ARGUMENT},
+        {0, 0, 0, BN_ERROR_INVALID_ARGUMENT},
+        {UINT32_MAX, 0, 0, BN_ERROR_INVALID_ARGUMENT},
+        {32768, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 2^31: one too many */
+        {65536, 65536, 64, BN_ERROR_OUT_OF_MEMORY}, /* 0 in 32 bits */
+        {UINT32_MAX, UINT32_MAX, 1, BN_ERROR_OUT_OF_MEMORY},
+        {1u << 31, 1u << 31, 0, BN_ERROR_OUT_OF_MEMORY},
+        {8, 8, 63, BN_ERROR_SIZE_MISMATCH},
+        {8, 8, 65, BN_ERROR_SIZE_MISMATCH},
+        {8, 8, 0, BN_ERROR_SIZE_MISMATCH},
+        {46340, 46340, 64, BN_ERROR_SIZE_MISMATCH}, /* the last square below 2^31 */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        for (int function = 0; function < FUNCTIONS; ++function) {
+            if (cases[i].expected == BN_ERROR_SIZE_MISMATCH && !has_count(function)) continue;
+            fill_white(ranks, cases[i].count == 1 ? 1 : MOST, 3);
+            const bn_result found =
+                call(function, ranks, cases[i].width, cases[i].height, cases[i].count);
+            if (found != cases[i].expected) {
+                printf("function %d, %lu x %lu: %s\n", function, (unsigned long)cases[i].width,
+                       (unsigned long)cases[i].height, bn_result_string(found));
+            }
+            CHECK(found == cases[i].expected);
+        }
+    }
+}
+
+static void test_masks(void) {
+    for (int function = 0; function < FUNCTIONS; ++function) {
+        if (has_count(function)) {
+            CHECK(call(function, NULL, 8, 8, 64) == BN_ERROR_INVALID_ARGUMENT);
+        }
+        if (function < FIRST_THAT_READS) continue;
+        for (int mistake = 0; mistake < 3; ++mistake) {
+            fill_white(ranks, MOST, 4);
+            ranks[mistake * 31] = mistake == 1 ? MOST : ranks[5]; /* beyond the last; twice */
+            if (mistake == 2) ranks[62] = UINT32_MAX;
+            CHECK(call(function, ranks, 8, 8, 64) == BN_ERROR_BAD_DATA);
+        }
+    }
+}
+
+/* Numbers outside a range, and what is no number. */
+static void test_numbers(void) {
+    static const double bad[] = {NAN, -NAN, INFINITY, -INFINITY, -1, -DBL_MIN};
+    double error = -7;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        const double v = bad[i];
+        fill_white(ranks, MOST, 5);
+        CHECK(bn_mask_error(ranks, 8, 8, MOST, v, &error) == BN_ERROR_INVALID_ARGUMENT);
+        for (int which = 0; which < 2; ++which) {
+            bn_void_and_cluster_options o = bn_void_and_cluster_options_default();
+            *(which == 0 ? &o.sigma : &o.initial_fraction) = v;
+            CHECK(bn_void_and_cluster(&o, 8, 8, 1, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
+        }
+        for (int which = 0; which < 5; ++which) {
+            bn_relax_options o = bn_relax_options_default();
+            double *const numbers[] = {&o.sigma, &o.start_step, &o.end_step, &o.start_softness,
+                                       &o.end_softness};
+            *numbers[which] = v;
+            CHECK(bn_relax(&o, 8, 8, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
+        }
+        for (int which = 0; which < 6; ++which) {
+            bn_anneal_options o = bn_anneal_options_default();
+            double *const numbers[] = {&o.sigma,       &o.far_sigma,         &o.far_weight,
+                                       &o.value_sigma, &o.start_temperature, &o.end_temperature};
+            *numbers[which] = v;
+            CHECK(bn_anneal(&o, 8, 8, 1, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
+        }
+        values[3] = (float)v;
+        if (i < 2) CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_ERROR_BAD_DATA);
+        values[3] = 0;
+    }
+    CHECK(error == -7);
+    values[3] = INFINITY; /* counts as the nearer of 0 and 1 */
+    CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_SUCCESS && outputs[3] == 1);
+    values[3] = 0;
+}
+
+/* Sizes of options that cannot be are refused before a byte behind them is read. */
+static void test_struct_sizes(void) {
+    static const size_t bad[] = {0, 1, sizeof(size_t) - 1, 4097, (size_t)1 << 31, SIZE_MAX};
+    bn_sampler *sampler;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+        bn_relax_options r = bn_relax_options_default();
+        bn_anneal_options a = bn_anneal_options_default();
+        bn_dither_options d = bn_dither_options_default();
+        bn_sampler_options s = bn_sampler_options_default();
+        v.struct_size = r.struct_size = a.struct_size = d.struct_size = s.struct_size = bad[i];
+        const bn_result expected = BN_ERROR_INVALID_ARGUMENT;
+        CHECK(bn_void_and_cluster(&v, 8, 8, 1, ranks, MOST) == expected);
+        CHECK(bn_relax(&r, 8, 8, ranks, MOST) == expected);
+        CHECK(bn_anneal(&a, 8, 8, 1, ranks, MOST) == expected);
+        CHECK(bn_dither(&d, values, 8, 8, 1, outputs, MOST) == expected);
+        CHECK(bn_sampler_create(&s, &sampler) == expected && sampler == NULL);
+    }
+}
+
+int main(void) {
+    test_extents();
+    test_masks();
+    test_numbers();
+    test_struct_sizes();
+    return check_result();
+}
