@@ -18,9 +18,16 @@ constexpr int MAX_NESTING = 256; // of JSON; tinygltf takes values apart by recu
 
 // What the reader understands, or names itself where a material has it.
 bool is_known(const std::string &extension) {
-    const char *const known[] = {
-        "KHR_lights_punctual",        "KHR_materials_ior",     "KHR_materials_emissive_strength",
-        "KHR_materials_transmission", "KHR_texture_transform", "KHR_mesh_quantization"};
+    const char *const known[] = {"KHR_lights_punctual",
+                                 "KHR_materials_ior",
+                                 "KHR_materials_emissive_strength",
+                                 "KHR_materials_transmission",
+                                 "KHR_texture_transform",
+                                 "KHR_mesh_quantization",
+                                 "EXT_texture_webp",
+                                 "EXT_texture_avif",
+                                 "KHR_texture_basisu",
+                                 "MSFT_texture_dds"};
     for (const char *name : known)
         if (extension == name) return true;
     return extension.compare(0, 14, "KHR_materials_") == 0;

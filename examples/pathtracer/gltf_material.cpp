@@ -40,6 +40,30 @@ const std::pair<const char *, const char *> UNKNOWN_PARTS[] = {
     {"KHR_materials_pbrSpecularGlossiness", "specular-glossiness materials"},
 };
 
+// Kinds of pictures that are not decoded. A texture may have a PNG or a JPEG beside them.
+const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_webp", "WebP"},
+                                                                  {"EXT_texture_avif", "AVIF"},
+                                                                  {"KHR_texture_basisu", "KTX2"},
+                                                                  {"MSFT_texture_dds", "DDS"}};
+
+std::string image_name(const tinygltf::Image &image, int number) {
+    if (!image.uri.empty() && image.uri.compare(0, 5, "data:") != 0) return "image " + image.uri;
+    return "image " + std::to_string(number) + (image.name.empty() ? "" : " " + image.name);
+}
+
+// Which picture a texture has that offers no PNG or JPEG, and of what kind.
+std::string unreadable_picture(const tinygltf::Model &model, const tinygltf::Texture &texture) {
+    for (const auto &[extension, kind] : UNKNOWN_PICTURES) {
+        const double source = gltf_number(texture.extensions, extension, "source", -1);
+        if (source >= 0 && source < static_cast<double>(model.images.size())) {
+            const auto number = static_cast<int>(source);
+            return image_name(model.images[static_cast<size_t>(number)], number) + " (" + kind +
+                   ", not PNG or JPEG)";
+        }
+    }
+    return "textures without a picture";
+}
+
 } // namespace
 
 double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extension,
@@ -53,12 +77,11 @@ int32_t GltfMaterials::load(int index, bool srgb) {
     if (!is_new) return known->second;
     const tinygltf::Texture &texture = gltf_at(model_.textures, index, "texture");
     if (texture.source < 0) {
-        draft_.ignored.insert("textures that are neither PNG nor JPEG");
+        draft_.ignored.insert(unreadable_picture(model_, texture));
         return -1;
     }
     const tinygltf::Image &image = gltf_at(model_.images, texture.source, "image");
-    const std::string name =
-        image.uri.empty() ? "image " + std::to_string(texture.source) : "image " + image.uri;
+    const std::string name = image_name(image, texture.source);
     Texture loaded;
     try {
         if (image.bufferView >= 0) {
@@ -147,11 +170,19 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
     maps.vertex_colours = vertex_colours;
     maps.colour = texture(pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
                           pbr.baseColorTexture.extensions, true);
+    const double alpha = pbr.baseColorFactor.size() == 4 ? pbr.baseColorFactor[3] : 1.0;
+    const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
+    // Metal does not transmit. But metal is what a file says that leaves its metallicFactor out:
+    // where blending lets light through as well, glass is meant.
     const bool transmits = gltf_number(source.extensions, "KHR_materials_transmission",
                                        "transmissionFactor", 0) >= 0.5 &&
-                           m.metallic < 0.5f;
+                           (m.metallic < 0.5f || (blend && alpha < 1));
     if (transmits) {
         m.kind = Material::DIELECTRIC;
+        if (blend) { // what it does not cover lets all colours through
+            const float cover = within(alpha, 0, 1);
+            m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
+        }
         if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
             draft_.ignored.insert("textures of transmission");
         if (pbr.metallicRoughnessTexture.index >= 0)
@@ -183,8 +214,6 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
         maps.emission = texture(source.emissiveTexture.index, source.emissiveTexture.texCoord,
                                 source.emissiveTexture.extensions, true);
 
-    const double alpha = pbr.baseColorFactor.size() == 4 ? pbr.baseColorFactor[3] : 1.0;
-    const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
     const bool picture_has_holes =
         maps.colour.texture >= 0 &&
         draft_.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;

@@ -4,6 +4,7 @@
 // transparent becomes glass. The newer Pr and Pm are taken as they are.
 #include <tiny_obj_loader.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -20,6 +21,29 @@ namespace {
 
 constexpr unsigned MAX_CORNERS = 1024; // of a polygon that is split here
 
+// A file's name as it is here: programs on Windows write backslashes, quotes and whole paths of
+// their own disks, of which the last part counts.
+std::string local_name(std::string name) {
+    if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
+        name = name.substr(1, name.size() - 2);
+    std::replace(name.begin(), name.end(), '\\', '/');
+    const bool on_a_disk = name.size() >= 3 && name[1] == ':' && name[2] == '/';
+    return on_a_disk ? name.substr(name.rfind('/') + 1) : name;
+}
+
+// The loader drops backslashes of `mtllib` lines, but for those that keep spaces within a name.
+void mend_backslashes(std::string &content) {
+    size_t at = 0;
+    while (at < content.size()) {
+        const size_t end = std::min(content.find('\n', at), content.size());
+        at = std::min(content.find_first_not_of(" \t", at), end);
+        if (content.compare(at, 6, "mtllib") == 0)
+            for (; at + 1 < end; ++at)
+                if (content[at] == '\\' && content[at + 1] != ' ') content[at] = '/';
+        at = end + 1;
+    }
+}
+
 // Reads material files beside the OBJ; one that is missing is noted.
 class MaterialFiles : public tinyobj::MaterialReader {
   public:
@@ -28,7 +52,7 @@ class MaterialFiles : public tinyobj::MaterialReader {
     bool operator()(const std::string &name, std::vector<tinyobj::material_t> *materials,
                     std::map<std::string, int> *numbers, std::string *warning,
                     std::string *error) override {
-        std::ifstream file(folder_ / name);
+        std::ifstream file(folder_ / local_name(name));
         if (!file) {
             ignored_.insert("the missing material file " + name);
             return false;
@@ -66,12 +90,9 @@ struct MaterialReader {
         if (name.empty()) return use;
         const auto [known, is_new] = textures.try_emplace({name, srgb}, -1);
         if (is_new) {
-            std::string file = name;
-            for (char &c : file)
-                if (c == '\\') c = '/';
             Texture loaded;
             try {
-                loaded = texture_decode(read_file((folder / file).string()));
+                loaded = texture_decode(read_file((folder / local_name(name)).string()));
             } catch (const Error &error) {
                 throw Error("image " + name + ": " + error.what());
             }
@@ -313,8 +334,10 @@ SceneDraft obj_read(const std::string &path) {
     SceneDraft draft;
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     const std::vector<unsigned char> bytes = read_file(path);
+    std::string content(bytes.begin(), bytes.end());
+    mend_backslashes(content);
     MaterialFiles material_files(folder, draft.ignored);
-    const ObjFile file = parse({bytes.begin(), bytes.end()}, material_files, draft);
+    const ObjFile file = parse(content, material_files, draft);
     note_ignored(file, draft);
 
     MaterialReader reader{draft, folder, !file.attributes.colors.empty(), {}};

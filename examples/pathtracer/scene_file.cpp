@@ -14,6 +14,7 @@ namespace {
 
 // Of light of 555 nm, by the definition of the candela; glTF's exporters take it for all light.
 constexpr float LUMENS_PER_WATT = 683;
+constexpr float MAX_GLOW = 1;           // radiance
 constexpr double MAX_COORDINATE = 1e15; // squares of squares of it still are floats
 constexpr uintmax_t MAX_FILE = uintmax_t{1} << 32;
 
@@ -38,8 +39,9 @@ bool has_any(Vec3 v) {
     return v.x > 0 || v.y > 0 || v.z > 0;
 }
 
-// Triangles of materials that shine become lights. Returns whether any shines by itself, not
-// through a texture: lamps do, the displays and labels of things do not light a scene.
+// Triangles of materials that shine become lights. Returns whether any is a lamp. What shines
+// through a texture is none, nor what is no brighter than the white of a display, which is all that
+// glTF's emissiveFactor reaches: eyes, labels and switches glow, and leave the scene to its sky.
 bool make_area_lights(SceneDraft &draft) {
     Scene &scene = draft.scene;
     std::vector<Vec3> whole_textures; // of each map
@@ -68,7 +70,7 @@ bool make_area_lights(SceneDraft &draft) {
         light.radiance = light.mapped ? mean_emission(scene, static_cast<uint32_t>(i),
                                                       whole_textures[static_cast<size_t>(maps)])
                                       : emission.radiance;
-        lit = lit || !light.mapped;
+        lit = lit || (!light.mapped && max_component(light.radiance) > MAX_GLOW);
         if (scene.lights.size() >= (1u << 22))
             throw Error("has more than 2^22 triangles that emit light");
         scene.surfaces[i].light = static_cast<int32_t>(scene.lights.size());

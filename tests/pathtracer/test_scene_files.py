@@ -108,7 +108,7 @@ def test_mirrors_keep_fronts_in_front(pathtracer):
     the order of its corners."""
     def lamp(corners, **node):
         g = floor()
-        g.quads([corners], g.material((0, 0, 0), emissiveFactor=[1, 1, 1]), **node)
+        g.quads([corners], g.material((0, 0, 0), emissiveFactor=[2, 2, 2]), **node)
         return over_floor(g, 0.9)
 
     above = QUAD * 0.5 + np.float32([0, 1, 0])
@@ -212,10 +212,27 @@ def test_a_file_without_light_gets_a_sky(pathtracer):
     g = floor()
     assert picture(pathtracer, g, "--spp", 4).mean() > 0.1
     assert picture(pathtracer, g, "--spp", 4, "--env", "none").mean() == 0
-    lamp = floor()
-    lamp.quads([QUAD + np.float32([0, 9, 0])], lamp.material((0, 0, 0), emissiveFactor=[1e-3, 0, 0]))
-    assert picture(pathtracer, lamp, "--spp", 4).max() <= 1e-3
+
+
+def test_a_lamp_takes_the_sky_away_and_a_glow_does_not(pathtracer):
+    """A speck of emission 1 is a glow, one of a little more a lamp, and so is any punctual light."""
+
+    def scene(radiance):
+        g = floor()
+        g.use("KHR_materials_emissive_strength")
+        extensions = {"KHR_materials_emissive_strength": {"emissiveStrength": radiance}}
+        glow = g.material((0, 0, 0), emissiveFactor=[1.0, 0.5, 0.0], extensions=extensions)
+        g.quads([0.01 * QUAD + np.float32([0, 9, 0])], glow)
+        return over_floor(g)
+
+    glow, lamp = scene(1), scene(1.01)
+    assert picture(pathtracer, glow, "--spp", 4).mean() > 0.1
+    assert picture(pathtracer, glow, "--spp", 4, "--env", "none").mean() < 1e-3
+    assert picture(pathtracer, lamp, "--spp", 4).mean() < 1e-3
     assert picture(pathtracer, lamp, "--spp", 4, "--env", "sky").mean() > 0.1
+    g = floor()
+    g.light("point", 1e-3, translation=[0, 1, 0])
+    assert picture(pathtracer, over_floor(g), "--spp", 4).mean() < 1e-3
 
 
 def test_what_is_not_rendered_is_named_once(pathtracer):

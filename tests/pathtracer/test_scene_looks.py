@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from pathtracer_driver import read_layers
+from pathtracer_driver import read_exr, read_layers
 from scene_files import (
     CORNERS,
     DOWN,
@@ -79,7 +79,7 @@ def test_spot_lights(pathtracer):
 def test_emission_from_one_side_or_both(pathtracer):
     for both, low in ((False, 0), (True, 0.05)):
         g = floor()
-        glow = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], doubleSided=both)
+        glow = g.material((0, 0, 0), emissiveFactor=[2, 2, 2], doubleSided=both)
         g.quads([0.5 * QUAD + np.float32([0, 1, 0])], glow)  # faces away from the floor
         image = picture(pathtracer, over_floor(g, 0.9), "--spp", 8)
         assert image.mean() >= low and (both or image.mean() == 0)
@@ -265,6 +265,72 @@ def test_transmission_is_glass(pathtracer, even_sky):
             assert image.mean() == pytest.approx(1, abs=0.01)
         else:
             assert image[12, 12, 0] == pytest.approx(0.25, abs=0.06)
+
+
+def test_what_is_blended_and_transmits_is_glass(pathtracer, even_sky):
+    """A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out."""
+    for pbr in ({}, {"metallicFactor": 0}):
+        g = Gltf()
+        extensions = {"KHR_materials_transmission": {"transmissionFactor": 0.75}, "KHR_materials_ior": {"ior": 1.01}}
+        pbr = {"roughnessFactor": 0.0, "baseColorFactor": [0, 0, 0, 0.25], **pbr}
+        ball(g, g.add("materials", pbrMetallicRoughness=pbr, alphaMode="BLEND", extensions=extensions))
+        g.camera(0.1, translation=[0, 0, 4])
+        image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
+        np.testing.assert_allclose(image, 0.75**2, atol=0.01)
+    metal = Gltf()
+    pbr = {"roughnessFactor": 0.0, "baseColorFactor": [0.5, 0.5, 0.5, 1]}
+    ball(metal, metal.add("materials", pbrMetallicRoughness=pbr, alphaMode="BLEND", extensions=extensions))
+    metal.camera(0.1, translation=[0, 0, 4])
+    image = picture(pathtracer, metal, "--spp", 16, "--env", even_sky)
+    np.testing.assert_allclose(image, 0.5, atol=0.01)  # a mirror; glass would show a quarter
+
+
+def test_pictures_of_other_kinds(pathtracer, even_sky):
+    """A PNG beside a WebP is taken, whatever the file requires; without one the place is white, and the line names it."""
+
+    def scene(source=None, **image):
+        g = textured_floor(lambda g: g.texture(FOUR.repeat(16, axis=0).repeat(16, axis=1)))
+        other = g.add("images", mimeType="image/webp", **image)
+        g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": other}}
+        if source is None:
+            del g.json["textures"][0]["source"]
+        g.json["extensionsUsed"].append("EXT_texture_webp")
+        g.json["extensionsRequired"] = ["EXT_texture_webp"]
+        return g
+
+    plain = textured_floor(lambda g: g.texture(FOUR.repeat(16, axis=0).repeat(16, axis=1)))
+    plain = corner_colours(pathtracer, plain, even_sky)
+    np.testing.assert_array_equal(corner_colours(pathtracer, scene(0, uri="none.webp"), even_sky), plain)
+    names = {"a%20b.webp": "image a%20b.webp", "data:image/webp;base64,UklGRg==": "image 1"}
+    for uri, name in names.items():
+        path = scene(uri=uri).save(pathtracer.folder / "other.gltf")
+        done = pathtracer.run("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
+        assert done.returncode == 0, done.stderr
+        assert done.stderr == f"pathtracer: {path}: ignores {name} (WebP, not PNG or JPEG)\n"
+        np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "library, picture_name",
+    [
+        (r"a.mtl", r".\tex\one.png"),
+        (r".\lib\a.mtl", r"tex\one.png"),
+        (r"  a.mtl", r'"C:\Users\me\one.png"'),
+        (r"a\ b.mtl", r"tex/one.png"),
+    ],
+)
+def test_an_obj_of_windows(pathtracer, even_sky, library, picture_name):
+    """Backslashes, quotes and disks in names; a space that a backslash keeps."""
+    for folder in ("tex", "lib"):
+        (pathtracer.folder / folder).mkdir()
+    for name in ("tex/one.png", "one.png"):
+        (pathtracer.folder / name).write_bytes(encoded(np.full((2, 2, 3), (255, 0, 0), np.uint8)))
+    for name in ("a.mtl", "lib/a.mtl", "a b.mtl"):
+        (pathtracer.folder / name).write_text(f"newmtl a\nKd 1 1 1\nmap_Kd {picture_name}\r\n")
+    path = pathtracer.folder / "a.obj"
+    path.write_text(f"mtllib {library}\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 0 9 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+    seen = pathtracer.image("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1)
+    np.testing.assert_allclose(seen[12, 12], [1, 0, 0], atol=1e-3)
 
 
 def test_obj_materials(pathtracer, even_sky):
