@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the scripts share; sourced by setup, demo, test and format after they set `program`.
+# Shared functions; the other scripts set `program` and then source this file.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 say() { printf '%s: %s\n' "$program" "$*"; }
 
-# One line that says what was wrong and what to do; nothing goes on after it.
+# Prints one line that says what is wrong and what to do, and exits.
 die() {
     printf '%s: %s\n' "$program" "$*" >&2
     exit 1
 }
 
-# Compilers take about a gigabyte each, so small machines get fewer at once than they have cores.
+# A compiler needs about a gigabyte, so machines with little memory run fewer than they have cores.
 job_count() {
     local cores memory_gib
     cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
@@ -22,8 +22,8 @@ job_count() {
     echo "$cores"
 }
 
-# run_logged "what is done" command...: quiet; when it fails, the end of what the command printed is shown,
-# shown_lines of it (default 30).
+# run_logged "description" command...: runs quietly; on failure shows the last lines of its output,
+# shown_lines of them (default 30).
 run_logged() {
     local status=0
     say "$1"

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import warnings
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,13 +42,14 @@ def check_output(path: Path, suffixes: Sequence[str]) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A name beside path to write to; it becomes path when the block ends well, else it is removed."""
-    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
+    """Yields a path in a private folder next to path. If the block succeeds, that file replaces path, complete and
+    flushed to disk; if not, path is untouched. The folder has a random name and nobody else can put links into it."""
+    with tempfile.TemporaryDirectory(prefix=".bluenoise-", dir=path.parent) as folder:
+        beside = Path(folder) / path.name
         yield beside
+        with open(beside, "r+b") as file:
+            os.fsync(file.fileno())
         os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def open_picture(path: Path) -> Any:

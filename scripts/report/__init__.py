@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders, measures and reports: what scripts/demo is made of, and what benchmarks share with it."""
+"""Rendering, measuring and reporting for scripts/demo, scripts/convergence and scripts/bench."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands of `scripts/bench` that judge rendered pictures have in common: options, and how they end."""
+"""Options and error handling shared by the `scripts/bench` commands that compare rendered pictures."""
 
 import argparse
 import importlib.util
@@ -12,12 +12,12 @@ from .convergence import positive
 from .flip import FlipMissing
 from .renderer import RenderError
 
-# Options that say where, not what.
+# Options that say where to read and write, not what to measure.
 PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--embree")
 
 
 def arguments_that_count(arguments):
-    """The options for the command in the report: what is measured, not where."""
+    """The options that a report quotes: what is measured, not where."""
     result, skip = [], False
     for word in arguments:
         if skip:
@@ -33,7 +33,7 @@ def arguments_that_count(arguments):
 
 
 def find_onnxruntime():
-    """Tells the path tracer of the installed package onnxruntime, unless BN_ONNXRUNTIME is set. False if there is none."""
+    """Points BN_ONNXRUNTIME to the installed package onnxruntime, unless it is set already. False if there is none."""
     if os.environ.get("BN_ONNXRUNTIME"):
         return True
     spec = importlib.util.find_spec("onnxruntime")
@@ -44,33 +44,33 @@ def find_onnxruntime():
 
 
 def add_common_options(parser, reference_spp, pages):
-    """What `renders` and `models` have in common."""
-    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds of each picture")
+    """Options shared by `renders`, `models` and `denoise`."""
+    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
     parser.add_argument("--reference-spp", type=positive, default=reference_spp, metavar="N",
-                        help=f"a multiple of 32 (default {reference_spp})")
+                        help=f"samples per pixel of references, a multiple of 32 (default {reference_spp})")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
-                        help="pictures rendered at a time, one thread each (default: one per core)")
-    parser.add_argument("--no-flip", action="store_true", help="leave out HDR-FLIP")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder of the report (default docs/report)")
+                        help="pictures to render at a time, one thread each (default: one per core)")
+    parser.add_argument("--no-flip", action="store_true", help="skip HDR-FLIP")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, default=Path(pages), metavar="FOLDER",
-                        help=f"folder of pages and large tables (default {pages})")
+                        help=f"folder for HTML pages and large tables (default {pages})")
     parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
                         help=argparse.SUPPRESS)
     peers.add_option(parser)
 
 
 def finish_options(parser, options, command, arguments):
-    """Checks of add_common_options()."""
+    """Checks the options of add_common_options() and derives labels and command from them."""
     if options.reference_spp % 32:
-        parser.error(f"--reference-spp is a multiple of 32, not {options.reference_spp}")
+        parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
     if "mask, neural" in options.labels and not find_onnxruntime():
-        parser.error("mask-neural needs ONNX Runtime: pip install onnxruntime, or leave it out of --samplers")
+        parser.error("mask-neural needs ONNX Runtime: run pip install onnxruntime, or remove it from --samplers")
     options.command = f"scripts/bench {command}" + "".join(f" {word}" for word in arguments_that_count(arguments))
 
 
 def run_or_say_why(run, arguments=None):
-    """Runs a command; what goes wrong is one line."""
+    """Runs a command; errors end the program with one line."""
     try:
         run(sys.argv[1:] if arguments is None else list(arguments))
     except (RenderError, FlipMissing) as error:
@@ -78,4 +78,4 @@ def run_or_say_why(run, arguments=None):
     except OSError as error:
         sys.exit(f"bench: {error}")
     except KeyboardInterrupt:
-        sys.exit("bench: interrupted; what is rendered is kept, run it again to go on")
+        sys.exit("bench: interrupted; finished renders are cached, run the command again to resume")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two pictures under one slider, for a page that opens from disk: plain HTML and a page of JavaScript.
+"""A slider that compares two pictures, for a page that opens from disk: plain HTML and a little JavaScript.
 
-The divider is a native range control under the picture (arrow keys, Home, End), and the picture itself can be
-dragged with a mouse, a pen or a finger. Pixels are shown as whole numbers of screen pixels; the blur stands for
-distance: Gaussians of 1.0 and 2.1 picture pixels on linear light, edges mirrored, as the tables' errors are blurred.
+The divider is a native range control below the picture (arrow keys, Home, End); it can also be dragged in the picture
+with a mouse, a pen or a finger. Pictures are enlarged by whole numbers of screen pixels. The blur simulates distance:
+Gaussians of 1.0 and 2.1 picture pixels on linear light with mirrored edges, as in the tables of errors.
 """
 
 import base64
@@ -17,12 +17,12 @@ import statistics
 from .gains import REFERENCE_MARGIN
 from .ratios import ratio
 
-# Fewer seeds give intervals that nobody can use.
+# With fewer seeds, intervals are too wide to be useful.
 SEEDS_FOR_RATIO = 3
 
 
 def data_uri(image, lossless=False):
-    """A Pillow image: as PNG, or as JPEG with all its colour and at a quality at which noise stays noise."""
+    """A Pillow image as a data URI: PNG, or JPEG without chroma subsampling at a quality that preserves noise."""
     data = io.BytesIO()
     if lossless:
         image.convert("RGB").save(data, "PNG", optimize=True)
@@ -32,14 +32,14 @@ def data_uri(image, lossless=False):
 
 
 def judged(above, below, own_error=0.0):
-    """(Ratio of two lists of errors, "") or, where they decide nothing, (None, why not).
+    """(Ratio of two lists of errors, ""), or (None, reason) if the data do not permit a ratio.
 
-    own_error: that of the reference.
+    own_error: the error of the reference.
     """
     if min(len(above), len(below)) < SEEDS_FOR_RATIO:
-        return None, f"A ratio takes at least {SEEDS_FOR_RATIO} seeds."
+        return None, f"A ratio needs at least {SEEDS_FOR_RATIO} seeds."
     if min(rms(above), rms(below)) < REFERENCE_MARGIN * own_error:
-        return None, f"The reference's own error, {own_error:.2g}, is too near for a ratio."
+        return None, f"The reference's own error, {own_error:.2g}, is too large for a ratio."
     count = min(len(above), len(below))
     return ratio(above[:count], below[:count]), ""
 
@@ -49,14 +49,14 @@ def rms(errors):
 
 
 def verdict(left, right, errors, own_error):
-    """What the line under the pictures says of two samplers."""
+    """The line below the pictures that compares two samplers."""
     text = f"Error after a blur of 2.1 pixels: {left} {rms(errors[left]):.3g}, {right} {rms(errors[right]):.3g}. "
     found, why = judged(errors[left], errors[right], own_error)
     if found is None:
         return text + why
     count = min(len(errors[left]), len(errors[right]))
     if found.low <= 1 <= found.high:
-        return text + f"Over {count} seeds neither is ahead."
+        return text + f"No significant difference over {count} seeds."
     better = right if found.value > 1 else left
     times = sorted(max(value, 1 / value) for value in (found.low, found.value, found.high))
     return (text + f"The error of {better} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} over "
@@ -224,8 +224,8 @@ def widget(scenes, left="white", right="blue", spp=4):
     """The controls, the pictures and the script.
 
     scenes: {name: {"size": (width, height), "reference": URI, "counts": {spp: {sampler: (URI, errors)}}}}, where
-    errors are RMSEs after a blur of 2.1 pixels, one for each seed, or one number; "own_error", if it is there, is
-    that of the reference. left, right, spp: what is shown at first, if it is there.
+    errors are RMSEs after a blur of 2.1 pixels, one for each seed, or a single number; the optional "own_error" is the
+    error of the reference. left, right, spp: the initial selection.
     """
     data = {"start": {"left": left, "right": right, "spp": str(spp)}, "scenes": {
         name: {"size": list(scene["size"]), "reference": scene["reference"], "counts": {
@@ -238,7 +238,7 @@ def widget(scenes, left="white", right="blue", spp=4):
 
     zooms = [("0", "to fit")] + [(str(n), f"{n} times") for n in (1, 2, 3, 4, 6, 8)]
     blurs = [("0", "none"), ("1", "1.0 px: close"), ("2.1", "2.1 px: far")]
-    # "</" would end the script element wherever it stood.
+    # "</" would end the script element.
     text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
     return (f'<style>{STYLE}</style><div class="compare card" id=compare><div class=view>'
             '<div class=stage data-part=stage><canvas data-part=left-image role=img></canvas><div class=clip data-part=clip>'
@@ -255,7 +255,7 @@ def widget(scenes, left="white", right="blue", spp=4):
 
 
 def _cell(samplers, own_error):
-    """The pictures of one scene and count, and what is said of each two."""
+    """The pictures of one scene and sample count, and the comparison of each pair."""
     errors = {name: list(found) if isinstance(found, (list, tuple)) else [found] for name, (_, found) in samplers.items()}
     notes = {f"{one}|{other}": verdict(one, other, errors, own_error) for one, other in itertools.combinations(errors, 2)}
     for name in errors:

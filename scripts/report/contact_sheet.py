@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sheets of pictures side by side, each pixel shown as a whole number of pixels: noise must not be resampled."""
+"""Contact sheets: pictures side by side, enlarged only by whole numbers, because resampling would change the noise."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
-GAP = 4  # pixels between the pictures of a cell; cells are 4 gaps apart
+GAP = 4  # pixels between the pictures in a cell; cells are 4 gaps apart
 
 
 def _font(size):
@@ -13,27 +13,27 @@ def _font(size):
 
 
 def zoomed(image, box, size):
-    """The part (left, top, width, height) of an image, enlarged by repeating pixels to width x height `size`."""
+    """The part (left, top, width, height) of an image, enlarged to size x size by repeating pixels."""
     left, top, width, height = box
     if size % width or size % height:
-        raise ValueError(f"a part of {width}x{height} pixels does not enlarge to {size} by whole numbers")
+        raise ValueError(f"a part of {width}x{height} pixels cannot be enlarged to {size} by a whole number")
     return enlarged_part(image, box, size // width)
 
 
 def enlarged_part(image, box, factor):
-    """The part (left, top, width, height) of an image, each pixel of it factor x factor."""
+    """The part (left, top, width, height) of an image, each pixel repeated factor x factor times."""
     left, top, width, height = box
     part = image.crop((left, top, left + width, top + height))
     return part.resize((width * factor, height * factor), Image.Resampling.NEAREST)
 
 
 def grey(values):
-    """An array of bytes as a grey image that sits beside coloured ones."""
+    """An array of bytes as a grey RGB image."""
     return Image.fromarray(values).convert("RGB")
 
 
 def preview(rgb, exposure=0.0):
-    """An 8-bit image of linear radiance through the path tracer's tone curve, brighter by `exposure` stops."""
+    """Linear radiance as an 8-bit image, with the path tracer's tone curve, at `exposure` stops."""
     shoulder, light = 0.6, np.maximum(np.asarray(rgb, np.float64) * 2.0**exposure, 0)
     light = np.where(light < shoulder, light, 1 - (1 - shoulder) * np.exp(np.minimum(shoulder - light, 0) / (1 - shoulder)))
     encoded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
@@ -41,7 +41,7 @@ def preview(rgb, exposure=0.0):
 
 
 def sheet(cells, row_names, column_names, title=""):
-    """A grid. cells[row][column] is a list of images of one size, shown from left to right."""
+    """A grid of cells. cells[row][column] is a list of images of one size, shown from left to right."""
     count, (width, height) = len(cells[0][0]), cells[0][0][0].size
     cell_width = count * width + (count - 1) * GAP
     font = _font(max(13, height // 13))

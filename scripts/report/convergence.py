@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How fast samplers converge on one scene, your own too: `scripts/convergence my.gltf`
+"""Measures how fast samplers converge on one scene, including your own: `scripts/convergence my.gltf`
 
-Renders a reference (once: it is kept in ~/.cache/libbn), then progressive runs of each sampler that write their
-error as they go, and pictures at a few counts. Makes of them report.html with a slider that compares two pictures,
-crops, error images and their spectra, and plots of error against samples and against seconds; the figures are in
-convergence.csv.
+Renders a reference (cached in ~/.cache/libbn), then progressive runs of each sampler that record their error, and
+pictures at a few sample counts. Writes report.html with a slider that compares two pictures, crops, error images and
+their spectra, and plots of error against samples and time; the figures are in convergence.csv.
 """
 
 import argparse
@@ -33,19 +32,19 @@ from .renderer import RenderError, Renderer, Request, cache_folder, progressive,
 RUN_ERRORS = ("rmse", "relative_rmse", "rmse_1.0", "rmse_2.1")
 FIELDS = ("sampler", "spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")
 SHOWN_COUNTS = (1, 4, 16, 64, 256)
-# Seeds of FLIP, which takes longer than these renders do and hardly differs between seeds.
+# FLIP takes longer than the renders themselves and hardly differs between seeds.
 FLIP_SEEDS = 3
-# No sample in common with the pictures, whatever seed those have.
+# Shares no sample with the pictures, whatever their seed.
 REFERENCE_SEED = 1_000_003
 REFERENCE_PARTS = 32
 
 
 class UsageError(Exception):
-    """Something about the arguments; the message is one line."""
+    """Wrong arguments; the message is one line."""
 
 
 def run_convergence(program, request, reference_path, output, threads=None):
-    """The rows of one progressive run, as dicts of numbers; the picture it ends with goes to `output`."""
+    """The rows of one progressive run, as dicts of numbers; its final picture goes to `output`."""
     table = output.with_suffix(".csv")
     run_pathtracer(program, [*request.arguments(), *(["--threads", threads] if threads else []), "--quiet",
                              "--reference", reference_path, "--convergence", table, "-o", output])
@@ -55,8 +54,8 @@ def run_convergence(program, request, reference_path, output, threads=None):
 
 
 def over_seeds(runs):
-    """One row for each count, of runs of several seeds: medians, which a firefly in one of them does not move, and
-    under "each" the errors of every seed."""
+    """One row per sample count from runs with several seeds: medians, which are robust to fireflies, and under "each"
+    the errors of every seed."""
     rows = []
     for same in zip(*runs):
         each = {name: [row[name] for row in same] for name in RUN_ERRORS}
@@ -66,12 +65,12 @@ def over_seeds(runs):
 
 
 def scene_label(scene):
-    """A name for files and headings: a built-in scene's own, or that of the file."""
+    """A name for files and headings: that of a built-in scene, or the file's."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", Path(scene).stem) or "scene"
 
 
 def reference_name(request):
-    """Where the reference of this request is kept; scenes from files of the same name are told apart by path."""
+    """File name of the cached reference; a hash of the path distinguishes scene files of the same name."""
     scene = request.scene
     where = f"-{hashlib.sha256(str(Path(scene).resolve()).encode()).hexdigest()[:8]}" if Path(scene).exists() else ""
     more = f"-{hashlib.sha256(repr(request.more).encode()).hexdigest()[:8]}" if request.more else ""
@@ -80,38 +79,38 @@ def reference_name(request):
 
 
 def make_reference(program, request, folder, report=lambda fraction: None):
-    """The path of the reference for scene, size and further options of this request, in the folder of the cache."""
+    """The path of the reference for the scene, size and options of this request, in a cache folder."""
     return Renderer(program, folder).reference(request, reference_name(request), REFERENCE_PARTS, report)
 
 
 def given_reference(path, size):
-    """A reference of the user's own, checked before anything is rendered."""
+    """A reference supplied by the user, checked before anything is rendered."""
     try:
         picture, _ = read_exr(path)
     except (OSError, RuntimeError, KeyError, ValueError) as error:
         raise UsageError(f"{path} is not an EXR picture that can be read ({error})") from None
     if picture.shape[:2] != (size[1], size[0]):
         raise UsageError(f"the reference {path} has {picture.shape[1]}x{picture.shape[0]} pixels, the pictures "
-                         f"{size[0]}x{size[1]}; set --size or take another reference")
+                         f"{size[0]}x{size[1]}; set --size or use another reference")
     return Path(path).resolve()
 
 
 def measure(options, reference_path, progress, done):
-    """(rows of all samplers, {(sampler, spp): path of the EXR}) for the counts that are shown."""
+    """(rows of all samplers, {(sampler, spp): path of the EXR}) for the shown sample counts."""
     reference, _ = read_exr(reference_path)
     renderer = Renderer(options.pathtracer, options.out, options.threads)
     requests = {sampler: Request(sampler, options.spp, options.seed, options.scene, *options.size,
                                  exposure=options.exposure, more=options.more) for sampler in options.samplers}
     rows, pictures, runs = [], {}, {}
     final = options.out / ".progressive.exr"
-    # In turn, so that what else the machine does falls on all alike.
+    # Interleaved, so that other load on the machine affects all alike.
     for seed in range(options.seed, options.seed + options.seeds):
         for sampler, request in requests.items():
             progress(f"{sampler}, {options.spp} spp in one run, seed {seed}", done)
             runs.setdefault(sampler, []).append(run_convergence(
                 options.pathtracer, dataclasses.replace(request, seed=seed), reference_path, final, options.threads))
             done += options.spp
-    # What a progressive run ends with is one of the pictures below.
+    # The final picture of a progressive run is also one of the pictures below.
     for leftover in (final, final.with_suffix(".png"), final.with_suffix(".csv")):
         leftover.unlink(missing_ok=True)
     for sampler, request in requests.items():
@@ -150,8 +149,8 @@ def write_csv(path, rows):
 
 
 def part_worth_showing(reference, picture):
-    """(left, top, width, height) of the square of a quarter of the picture's side in which it is noisy and has
-    something to see, lights and fireflies left out."""
+    """(left, top, width, height) of a square, a quarter of the picture wide, that is noisy and has detail, ignoring
+    lights and fireflies."""
     def local_mean(values):
         return ndimage.uniform_filter(np.minimum(values, np.quantile(values, 0.9)), side, mode="constant")
 
@@ -168,7 +167,7 @@ ROWS = ("picture", "enlarged", "error", "spectrum")
 
 
 def picture_rows(samplers, errors, previews, part):
-    """The images of one count, a row of samplers for each of ROWS."""
+    """The images for one sample count: a row over samplers for each of ROWS."""
     white = errors[samplers[0]]
     full_scale = max(float(np.quantile(np.abs(white), 0.95)), 1e-12)
     level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
@@ -182,7 +181,7 @@ MEASURES = (("rmse_2.1", "RMSE after a blur of 2.1 pixels"), ("rmse", "RMSE"), (
 
 
 def charts(rows, samplers, errors):
-    """{what: [(name, SVG)]} of the plots: gains against samples, error against samples and seconds, spectra."""
+    """{kind: [(file name, SVG)]}: gains against samples, error against samples and seconds, spectra."""
     made = {
         "gain": [(measure, curves.gain_curve(rows, samplers, measure, title)) for measure, title in MEASURES],
         "spp": [(measure, curves.error_curve(rows, samplers, "spp", measure, title)) for measure, title in MEASURES],
@@ -195,7 +194,7 @@ def charts(rows, samplers, errors):
 
 
 def headlines(rows, samplers, counts, own_error):
-    """(what to say in large, of what) of the last sampler against each other one, where seeds and reference allow it."""
+    """(headline, caption) for the last sampler against each other one, where seeds and reference permit a ratio."""
     found, own = [], {(row["sampler"], row["spp"]): row["each"]["rmse_2.1"] for row in rows}
     for other in samplers[:-1]:
         for spp in counts:
@@ -232,7 +231,7 @@ def write_report(options, reference_path, rows, pictures, notes):
     images = {key: read_exr(path)[0] for key, path in pictures.items()}
     errors = {key: luminance_error(image, reference) for key, image in images.items()}
     for spp in counts:
-        # One firefly would be all of a spectrum.
+        # A single firefly would dominate a spectrum.
         most = max(float(np.quantile(np.abs(errors[samplers[0], spp]), 0.99)), 1e-12)
         errors.update({(s, spp): np.clip(errors[s, spp], -most, most) for s in samplers})
     previews = {key: Image.open(path.with_suffix(".png")).convert("RGB") for key, path in pictures.items()}
@@ -259,27 +258,27 @@ def write_report(options, reference_path, rows, pictures, notes):
 
     facts = headlines(rows, samplers, counts, own_error)
     said = [page.facts(facts, len(counts)), page.paragraph(
-        f"{samplers[-1]} after a blur of 2.1 pixels, geometric means of {options.seeds} seeds and their 95 % intervals.")]
+        f"{samplers[-1]} after a blur of 2.1 pixels: geometric means over {options.seeds} seeds with 95 % intervals.")]
     lines = table_texts(rows, counts)
     sections = [
         ("Side by side", [slider, *(said if facts else [])]),
         ("Pictures", [page.folded(page.samples(spp), [page.pictures(cells, ROWS, samplers)], spp == counts[0])
                       for spp, cells in grids.items()] +
-         [page.paragraph("From top to bottom: the picture; a noisy part of it, enlarged; the signed luminance error, grey "
-                         "where there is none, on one scale for all samplers; and the power spectrum of that error, "
-                         f"frequency 0 in the middle, black at a thousandth of {samplers[0]}'s mean.")]),
-        ("Plots", [page.paragraph(f"How many times less error than {samplers[0]}, medians over seeds:"), shown("gain"),
+         [page.paragraph("From top to bottom: the picture; a noisy part of it, enlarged; the signed luminance error on one scale "
+                         "for all samplers, grey where it is zero; and the power spectrum of that error, frequency 0 in the "
+                         f"middle, black at a thousandth of {samplers[0]}'s mean.")]),
+        ("Plots", [page.paragraph(f"Error reduction over {samplers[0]}, medians over seeds:"), shown("gain"),
                    page.paragraph("Error against samples; the band spans the seeds:"), shown("spp"),
                    page.paragraph("Error against time:"), shown("seconds"),
-                   page.paragraph("Power of the error by frequency. Blue noise has little at low frequencies, which is what "
-                                  f"a blur leaves. Errors beyond {samplers[0]}'s largest hundredth are clipped."),
+                   page.paragraph("Power spectrum of the error. Blue noise has little power at low frequencies, the part that "
+                                  f"survives a blur. Errors beyond {samplers[0]}'s 99th percentile are clipped."),
                    shown("spectra")]),
         ("Figures", [page.table(HEADER, lines, [i for i, row in enumerate(lines) if row[0] == samplers[-1]],
                                 range(len(samplers), len(lines), len(samplers)),
                                 {s: style(s, samplers)["color"] for s in samplers}), *map(page.paragraph, notes)])]
     lead = (f"The samplers {', '.join(samplers[:-1])} and {samplers[-1]} on one scene, {options.size[0]}x{options.size[1]} pixels, from 1 to "
-            f"{options.spp} samples per pixel. Drag the divider, or move it with the arrow keys; the blur shows what is left "
-            "from a distance.") if len(samplers) > 1 else ""
+            f"{options.spp} samples per pixel. Drag the divider, or move it with the arrow keys; the blur shows what remains "
+            "visible from a distance.") if len(samplers) > 1 else ""
     write_text(options.out / "report.html", page.page(f"How samplers converge: {name}", sections, lead))
 
 
@@ -290,48 +289,48 @@ def seeds_text(count):
 def parse_size(text):
     match = re.fullmatch(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", text)
     if not match:
-        raise argparse.ArgumentTypeError(f"WIDTHxHEIGHT in pixels, not '{text}'")
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, not '{text}'")
     return int(match[1]), int(match[2])
 
 
 def parse_samplers(text):
     names = list(dict.fromkeys(name for name in text.split(",") if name))
     if not names:
-        raise argparse.ArgumentTypeError("names of samplers with commas between them")
+        raise argparse.ArgumentTypeError("must be sampler names separated by commas")
     return names
 
 
 def positive(text):
     if not re.fullmatch(r"[1-9][0-9]{0,7}", text):
-        raise argparse.ArgumentTypeError(f"a whole number from 1, not '{text}'")
+        raise argparse.ArgumentTypeError(f"must be a positive integer, not '{text}'")
     return int(text)
 
 
 def seed(text):
     if not re.fullmatch(r"[0-9]{1,19}", text):
-        raise argparse.ArgumentTypeError(f"a whole number, not '{text}'")
+        raise argparse.ArgumentTypeError(f"must be a non-negative integer, not '{text}'")
     return int(text)
 
 
 def parse_options(arguments):
     parser = argparse.ArgumentParser(
         prog="scripts/convergence", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
-        epilog="What follows -- goes to the path tracer as it is: scripts/convergence my.gltf -- --env sky.exr")
+        epilog="Arguments after -- are passed to the path tracer: scripts/convergence my.gltf -- --env sky.exr")
     parser.add_argument("scene", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
     parser.add_argument("--samplers", type=parse_samplers, default=["white", "sobol", "blue"], metavar="A,B,...",
-                        help="what to compare, the one to beat first (default white,sobol,blue)")
-    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel in the end (default 64)")
-    parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="default 256x256")
-    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="first seed of the samplers (default 1)")
+                        help="samplers to compare, the baseline first (default white,sobol,blue)")
+    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest number of samples per pixel (default 64)")
+    parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
+    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="first seed (default 1)")
     parser.add_argument("--seeds", type=positive, default=5, metavar="N",
-                        help=f"seeds of which errors are the median (default 5); FLIP is of {FLIP_SEEDS} at most, pictures "
-                        "are of the first")
-    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brightness of the pictures, in stops")
-    parser.add_argument("--reference", metavar="FILE", help="an EXR of your own instead of rendering one")
+                        help=f"number of seeds over which medians are taken (default 5); FLIP uses at most {FLIP_SEEDS}, "
+                        "pictures show the first")
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the pictures, in stops")
+    parser.add_argument("--reference", metavar="FILE", help="use this EXR instead of rendering a reference")
     parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
-                        help="samples of the reference, a multiple of 32 (default 2048)")
-    parser.add_argument("--threads", type=positive, metavar="N", help="(default: one per core)")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="where to write (default out/convergence/SCENE)")
+                        help="samples per pixel of the reference, a multiple of 32 (default 2048)")
+    parser.add_argument("--threads", type=positive, metavar="N", help="number of threads (default: one per core)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/convergence/SCENE)")
     parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
                         help=argparse.SUPPRESS)
     arguments = list(arguments)
@@ -343,15 +342,15 @@ def parse_options(arguments):
     options.more = more
     options.out = options.out or Path("out/convergence") / scene_label(options.scene)
     if options.reference_spp % REFERENCE_PARTS:
-        parser.error(f"--reference-spp is a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
+        parser.error(f"--reference-spp must be a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
     if not re.fullmatch(r"[A-Za-z0-9_-]+", options.scene) and not Path(options.scene).is_file():
-        parser.error(f"there is no file {options.scene}")
+        parser.error(f"file {options.scene} does not exist")
     return options
 
 
 def run(arguments):
     options = parse_options(arguments)
-    # Names and sizes are tried on one sample before hours of a reference are begun.
+    # Try names and sizes with one sample before spending hours on a reference.
     if options.reference:
         reference_path = given_reference(options.reference, options.size)
     options.out.mkdir(parents=True, exist_ok=True)
@@ -375,21 +374,21 @@ def run(arguments):
         progress.close()
     attributes = read_exr(reference_path)[1]
     notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels. RMSE is the root mean square over pixels "
-             f"and channels of linear radiance, {seeds_text(options.seeds)}; for the relative one each pixel's error is "
-             "divided by the reference there. Sigma is the Gaussian blur, in pixels, after which the error is measured: what "
-             f"is left from a distance. FLIP is the mean of HDR-FLIP, {seeds_text(flip_seeds(options.seeds))}. Seconds are "
-             "rendering alone, the median of progressive runs."]
+             f"and channels of linear radiance, {seeds_text(options.seeds)}; the relative RMSE divides each pixel's error by the "
+             "reference. Sigma is the Gaussian blur, in pixels, before the error is measured: what remains visible from a "
+             f"distance. FLIP is the mean of HDR-FLIP, {seeds_text(flip_seeds(options.seeds))}. Seconds count rendering only, "
+             "the median of progressive runs."]
     fireflies = {sampler: int(read_exr(pictures[sampler, options.spp])[1].get("fireflies", 0))
                  for sampler in options.samplers}
     if any(fireflies.values()):
         found = ", ".join(f"{count} with {sampler}" for sampler, count in fireflies.items())
-        notes.append(f"Fireflies at {page.samples(options.spp)}: {found}. These few pixels can make up most of the RMSE, "
-                     "which then says little about the rest of the picture; FLIP hardly sees them.")
+        notes.append(f"Fireflies at {page.samples(options.spp)}: {found}. These few pixels can dominate the RMSE, which then "
+                     "says little about the rest of the picture; FLIP is hardly affected.")
     if "error0" in attributes:
         own = ", ".join(f"{attributes[f'error{i}']:.5f} after sigma {sigma}" for i, sigma in enumerate(SIGMAS) if sigma)
         own = f"{attributes['error0']:.5f}, {own}"
-        notes.append(f"Reference: sampler sobol, {attributes['spp']} spp, another seed. Its own error is about {own}; "
-                     "figures close to that mean little.")
+        notes.append(f"Reference: sampler sobol, {attributes['spp']} spp, a different seed. Its own error is about {own}; "
+                     "errors close to that are unreliable.")
     write_csv(options.out / "convergence.csv", rows)
     write_report(options, reference_path, rows, pictures, notes)
     print(text_table(HEADER, table_texts(rows, shown_counts(options.spp))))
@@ -406,7 +405,7 @@ def main(arguments=None):
     except OSError as error:
         sys.exit(f"convergence: {error}")
     except KeyboardInterrupt:
-        sys.exit("convergence: interrupted; what is rendered is kept, run it again to go on")
+        sys.exit("convergence: interrupted; finished renders are kept, run the command again to resume")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The path tracer against Mitsuba 3: `scripts/bench correctness` writes docs/report/correctness.md
+"""Checks the path tracer against Mitsuba 3: `scripts/bench correctness` writes docs/report/correctness.md
 
-Renders the same small scenes in both, several seeds each, and compares the means: over the picture for each channel, and
-over blocks of pixels by Welch's t-test. Nothing is shared but the geometry and the numbers of the materials.
+Renders the same small scenes with both, several seeds each, and compares means: of each channel over the whole picture,
+and of blocks of pixels by Welch's t-test. The renderers share only the geometry and the material parameters.
 Mitsuba is the optional package `mitsuba` (Jakob et al., "Mitsuba 3 renderer", 2022).
 """
 
@@ -24,9 +24,9 @@ from .progress import Progress
 from .renders_report import md_table
 from .renderer import RenderError, Request, run_pathtracer
 
-BLOCK = 8  # pixels a side
-FALSE_ALARMS = 0.01  # chance that any block of a scene is named without cause
-# Floats and offsets of rays differ between the two: no two renderers agree to more.
+BLOCK = 8  # side of a block, in pixels
+FALSE_ALARMS = 0.01  # probability that any block of a scene is reported by chance
+# Float precision and ray offsets differ between the renderers, so they cannot agree more closely.
 PRECISION = 0.001
 CHANNELS = "red", "green", "blue"
 
@@ -39,7 +39,7 @@ def load_mitsuba():
     try:
         import mitsuba
     except ImportError:
-        raise MitsubaMissing("the package mitsuba is missing; install it with .venv/bin/python -m pip install mitsuba") from None
+        raise MitsubaMissing("the package mitsuba is missing; run .venv/bin/python -m pip install mitsuba") from None
     mitsuba.set_variant("scalar_rgb")
     return mitsuba
 
@@ -59,11 +59,11 @@ def our_pictures(program, scene, folder, size, spp, sampler, seeds):
 
 
 def mitsuba_scene(mitsuba, scene, folder, size):
-    """The same as a dictionary for mitsuba.load_dict(); meshes and textures lie in the folder."""
+    """The same scene as a dictionary for mitsuba.load_dict(); meshes and textures are in the folder."""
     eye, target, fov = scene.camera
     result = {
         "type": "scene",
-        # It counts the edges of a path, we count its surfaces.
+        # Mitsuba counts path segments, we count surfaces.
         "integrator": {"type": "path", "max_depth": scene.depth + 1},
         "sensor": {"type": "perspective", "fov": fov, "fov_axis": "y",
                    "to_world": mitsuba.ScalarTransform4f().look_at(list(eye), list(target), [0, 1, 0]),
@@ -90,7 +90,7 @@ def mitsuba_pictures(mitsuba, scene, folder, size, spp, seeds):
 # ---- The comparison
 
 def block_means(picture, block=BLOCK):
-    """Means over whole blocks, (rows, columns, 3); what is left at the right and at the bottom is not in them."""
+    """Means over complete blocks, (rows, columns, 3); partial blocks at the right and bottom are ignored."""
     height, width = (n // block * block for n in picture.shape[:2])
     parts = picture[:height, :width].astype(np.float64).reshape(height // block, block, width // block, block, -1)
     return parts.mean((1, 3))
@@ -98,15 +98,15 @@ def block_means(picture, block=BLOCK):
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
-    """ours over theirs: of the picture's mean, with its standard error, for each channel; and the blocks."""
+    """Our mean over Mitsuba's, with its standard error, for each channel; and the results of the blocks."""
 
     ratio: np.ndarray
     error: np.ndarray
-    block_count: int  # tested, three channels each
-    outside: int  # blocks and channels that differ by more than chance and the tolerance
-    worst: float  # the greatest |z| of a block beyond the tolerance
-    limit: float  # of |z|, for the false alarms
-    scatter: float  # RMS of z without any tolerance: 1 when nothing but chance is in it
+    block_count: int  # tested blocks, three channels each
+    outside: int  # block channels that differ by more than the tolerance and chance
+    worst: float  # largest |z| of a block beyond the tolerance
+    limit: float  # of |z|, from FALSE_ALARMS
+    scatter: float  # RMS of z without tolerance: 1 if only chance contributes
 
     @property
     def agrees(self):
@@ -114,12 +114,12 @@ class Comparison:
 
 
 def normal_scores(t, freedom):
-    """Student's t as the z of the same probability, so that blocks of different freedom compare."""
+    """Student's t as the z of equal probability, so that blocks with different degrees of freedom are comparable."""
     return np.sign(t) * stats.norm.isf(np.maximum(stats.t.sf(np.abs(t), freedom), 1e-300))
 
 
 def compare(ours, theirs, tolerance=PRECISION):
-    """Of two lists of pictures, one for each seed. tolerance: a share of a block's mean that is no difference."""
+    """Compares two lists of pictures, one per seed. tolerance: accepted difference, as a share of a block's mean."""
     ours, theirs = (np.array([block_means(picture) for picture in pictures]) for pictures in (ours, theirs))
     means, variances = [], []
     for blocks in (ours, theirs):
@@ -144,7 +144,7 @@ def compare(ours, theirs, tolerance=PRECISION):
 
 
 def shown(ours, theirs):
-    """Ours, Mitsuba's, and what the means of blocks differ by: grey is nothing, white and black 5 % of the light."""
+    """Our picture, Mitsuba's, and the difference of block means: grey is none, white and black are 5 %."""
     from .contact_sheet import preview
 
     blocks = block_means(ours), block_means(theirs)
@@ -169,20 +169,20 @@ def report_text(command, options, results):
     what = [f"- `{scene.name}`: {scene.summary}" for scene, _ in results]
     return "\n".join([
         "# The path tracer and Mitsuba 3", "", f"Printed by `{command}` with Mitsuba {options.version}.", "",
-        f"Each scene in both renderers, {size} pixels, {options.seeds} seeds of {options.spp} samples per pixel "
-        f"(`{options.sampler}` here, independent samples there).", "", *what, "",
+        f"Each scene in both renderers, {size} pixels, {options.seeds} seeds with {options.spp} samples per pixel "
+        f"(`{options.sampler}` here, independent samples in Mitsuba).", "", *what, "",
         md_table(["scene", *(f"ours / Mitsuba, {c}" for c in CHANNELS), "tolerance", "worst block, z", "limit of z",
                         "RMS of z", ""], rows), "",
-        "Ratios are of the mean of the picture, ± the 95 % interval. Each block of "
-        f"{BLOCK}x{BLOCK} pixels is compared in each channel: z is what the means differ by beyond the tolerance, over "
-        "the standard error from the seeds (Welch's t, as a normal score). In a scene without a difference any block "
-        f"lies beyond the limit with a chance of at most {100 * FALSE_ALARMS:g} %. The RMS of z has no tolerance in it and is "
-        "near 1 where nothing but chance is.", "",
-        "Mitsuba shadows and masks facets independently (Smith, separable), the path tracer by height: the tolerance of "
-        "rough materials is for this. They are compared with `--single-scatter`, as Mitsuba returns nothing of what facets "
-        "scatter more than once.", "",
+        "Ratios compare the means of the pictures, ± the 95 % interval. Each block of "
+        f"{BLOCK}x{BLOCK} pixels is tested in each channel: z is the difference of the means beyond the tolerance, divided by "
+        "the standard error over seeds (Welch's t, as a normal score). If the renderers agree, the probability that any "
+        f"block of a scene exceeds the limit is at most {100 * FALSE_ALARMS:g} %. The RMS of z ignores the tolerance and is close "
+        "to 1 if only chance contributes.", "",
+        "Mitsuba uses the separable Smith shadowing-masking term, the path tracer the height-correlated one; the tolerance of "
+        "rough materials allows for this. They are compared with `--single-scatter`, because Mitsuba ignores multiple "
+        "scattering between facets.", "",
         "![Ours, Mitsuba's, the difference](correctness.png)", "",
-        "The difference is that of the means of blocks: grey is none, white and black are 5 % of the light.", ""])
+        "The difference is that of block means: grey is none, white and black are 5 %.", ""])
 
 
 def parse_options(arguments):
@@ -192,23 +192,23 @@ def parse_options(arguments):
         chosen = [name for name in text.split(",") if name]
         unknown = [name for name in chosen if name not in names]
         if unknown or not chosen:
-            raise argparse.ArgumentTypeError(f"there is no scene '{', '.join(unknown)}'; known are: {', '.join(names)}")
+            raise argparse.ArgumentTypeError(f"unknown scene '{', '.join(unknown)}'; choose from {', '.join(names)}")
         return chosen
 
     parser = argparse.ArgumentParser(prog="scripts/bench correctness", description=__doc__.splitlines()[0])
     parser.add_argument("--size", type=parse_size, default=(96, 80), metavar="WxH", help="pixels (default 96x80)")
-    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel of each seed (default 64)")
-    parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="at least 3 (default 16)")
-    parser.add_argument("--sampler", default="sobol", metavar="NAME", help="the path tracer's (default sobol)")
+    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel for each seed (default 64)")
+    parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="number of seeds, at least 3 (default 16)")
+    parser.add_argument("--sampler", default="sobol", metavar="NAME", help="sampler of the path tracer (default sobol)")
     parser.add_argument("--scenes", type=scene_names, default=names, metavar="A,B,...",
-                        help=f"of {', '.join(names)} (default all)")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+                        help=f"scenes out of {', '.join(names)} (default all)")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.seeds < 3:
-        parser.error(f"--seeds is at least 3, not {options.seeds}: fewer say nothing about chance")
+        parser.error(f"--seeds must be at least 3 to estimate the variance, not {options.seeds}")
     if min(options.size) < BLOCK:
-        parser.error(f"--size is at least {BLOCK}x{BLOCK}")
+        parser.error(f"--size must be at least {BLOCK}x{BLOCK}")
     return options
 
 
@@ -256,7 +256,7 @@ def main(arguments=None):
     except KeyboardInterrupt:
         sys.exit("bench: interrupted")
     if not agrees:
-        sys.exit("bench: the renderers differ; the table says where")
+        sys.exit("bench: the renderers differ; see the table")
 
 
 if __name__ == "__main__":

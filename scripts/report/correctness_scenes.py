@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scenes of `scripts/bench correctness`: geometry in Python, written as OBJ and MTL for the path tracer and as
-meshes and a dictionary for Mitsuba. y is up; every face is flat, and its corners run counter-clockwise seen from outside.
+meshes and a dictionary for Mitsuba. y is up; faces are flat, with corners counter-clockwise as seen from outside.
 """
 
 import dataclasses
@@ -14,7 +14,7 @@ TEXTURE_SIZE = 16
 
 @dataclasses.dataclass(frozen=True)
 class Material:
-    """kind: "lambert", "textured", "glass" or "metal"; a roughness is squared to GGX's alpha, 0 is smooth."""
+    """kind: "lambert", "textured", "glass" or "metal". GGX's alpha is the square of the roughness; 0 is smooth."""
 
     kind: str
     colour: tuple = (0.7, 0.7, 0.7)
@@ -38,7 +38,7 @@ class Material:
             smooth = {"type": "dielectric", "int_ior": self.ior, "ext_ior": 1.0}
             return {**smooth, "type": "roughdielectric", "distribution": "ggx", "alpha": alpha} if alpha else smooth
         if self.kind == "metal":
-            # Both have Schlick's Fresnel term, of the base colour seen straight.
+            # Both use Schlick's Fresnel term with the base colour at normal incidence.
             return {"type": "principled", "base_color": {"type": "rgb", "value": list(self.colour)}, "metallic": 1.0,
                     "roughness": self.roughness}
         if self.kind == "textured":
@@ -49,10 +49,10 @@ class Material:
 
 @dataclasses.dataclass(frozen=True)
 class Part:
-    faces: tuple  # of corners, each a tuple of points
+    faces: tuple  # each a tuple of corner points
     material: Material
-    light: tuple | None = None  # radiance, from the front
-    coordinates: tuple = ((0, 0), (1, 0), (1, 1), (0, 1))  # of the texture, at the corners of each quad
+    light: tuple | None = None  # emitted radiance, front side only
+    coordinates: tuple = ((0, 0), (1, 0), (1, 1), (0, 1))  # texture coordinates at the corners of each quad
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,9 +61,9 @@ class Scene:
     summary: str
     parts: tuple
     camera: tuple = ((0, 1, 4.6), (0, 1, 0), 32)  # eye, target, vertical angle in degrees
-    depth: int = 8  # surfaces of a path
-    rough: bool = False  # compared without what facets scatter more than once
-    tolerance: float = 0.0  # share by which the models differ
+    depth: int = 8  # maximum number of surfaces on a path
+    rough: bool = False  # compared with single scattering between facets
+    tolerance: float = 0.0  # accepted relative difference between the models
 
 
 def quad(*corners):
@@ -71,7 +71,7 @@ def quad(*corners):
 
 
 def box(middle, half, turn=0.0):
-    """Six faces of a cuboid turned about the vertical by degrees."""
+    """Six faces of a cuboid, rotated about the vertical by `turn` degrees."""
     c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
 
     def corner(x, y, z):
@@ -85,7 +85,7 @@ def box(middle, half, turn=0.0):
 
 
 def ball(middle, radius, splits=3):
-    """The faces of an octahedron whose triangles were split into four, `splits` times."""
+    """A sphere: an octahedron whose triangles are split into four, `splits` times."""
     axes = np.eye(3)
     faces = [(sx * axes[0], sy * axes[1], sz * axes[2]) if sx * sy * sz > 0 else (sy * axes[1], sx * axes[0], sz * axes[2])
              for sx in (1, -1) for sy in (1, -1) for sz in (1, -1)]
@@ -109,17 +109,17 @@ def room(left=(0.6, 0.1, 0.08), right=(0.12, 0.42, 0.1), floor=None):
 
 
 def lamp(half, radiance, height=1.98):
-    """A panel under the ceiling that shines down."""
+    """A panel under the ceiling that emits downwards."""
     return Part((quad((-half, height, -half), (half, height, -half), (half, height, half), (-half, height, half)),),
                 Material("lambert", (0.5, 0.5, 0.5)), radiance)
 
 
 WHITE = Material("lambert", (0.72, 0.71, 0.68))
 SCENES = (
-    Scene("box", "a box with a small lamp and two blocks, Lambert alone", (
+    Scene("box", "a box with a small lamp and two blocks, Lambertian only", (
         *room(), lamp(0.25, (18, 13, 7)), Part(box((-0.35, 0.6, -0.3), (0.28, 0.6, 0.28), 18), WHITE),
         Part(box((0.4, 0.3, 0.3), (0.28, 0.3, 0.28), -17), WHITE))),
-    Scene("texture", "walls with a colour texture, interpolated between texels", (
+    Scene("texture", "walls with a bilinearly filtered colour texture", (
         *room(floor=Material("textured")), lamp(0.5, (6, 6, 6)))),
     Scene("glass", "a ball and a block of smooth glass under a large lamp", (
         *room(), lamp(0.8, (3, 3, 3)), Part(ball((-0.4, 0.5, 0.1), 0.4), Material("glass")),
@@ -137,13 +137,13 @@ SCENES = (
 
 
 def texture():
-    """A picture of a few colours without any symmetry."""
+    """A random picture, without any symmetry."""
     rng = np.random.default_rng(7)
     return Image.fromarray(rng.integers(20, 236, (TEXTURE_SIZE, TEXTURE_SIZE, 3), dtype=np.uint8))
 
 
 def write_obj(scene, folder, name="scene", with_materials=True):
-    """Writes name.obj, with materials name.mtl and the texture too; returns the path of the OBJ."""
+    """Writes name.obj, and name.mtl and the texture if with_materials; returns the path of the OBJ."""
     lines, materials = ([f"mtllib {name}.mtl"] if with_materials else []), []
     vertices = coordinates = 0
     for i, part in enumerate(scene.parts):
@@ -153,7 +153,7 @@ def write_obj(scene, folder, name="scene", with_materials=True):
             materials.append(f"newmtl m{i}\n{part.material.mtl()}{light}")
         for face in part.faces:
             lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in face]
-            # Quads as two triangles, so that both renderers cut them alike.
+            # Split quads, so that both renderers use the same triangles.
             own = part.coordinates[:len(face)]
             lines += [f"vt {u} {v}" for u, v in own]
             for corners in ((0, 1, 2), (0, 2, 3))[:len(face) - 2]:

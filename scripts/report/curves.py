@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots of error and of its spectrum, one small figure each: a page puts as many side by side as its window takes."""
+"""Plots of error and of its spectrum, one small figure each, which a page lays out side by side."""
 
 import numpy as np
 
 from .image_error import radial_spectrum
 from .palette import plain_numbers, style
 
-SIZE = (4.7, 3.4)  # inches of a figure, of which a page makes what fits
+SIZE = (4.7, 3.4)  # of a figure, in inches; the page scales it
 TICKS = (.25, .5, .7, .8, .9, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 12, 16)
 LOOK = {"axes.spines.top": False, "axes.spines.right": False, "axes.titlelocation": "left", "axes.titlesize": "medium",
         "axes.titleweight": "bold", "legend.frameon": False}
@@ -16,7 +16,7 @@ def _figure():
     import matplotlib
     from matplotlib.figure import Figure
 
-    # Without pyplot: other plots of the same program keep their backend and their look.
+    # Without pyplot, so that other plots of the program keep their backend and style.
     with matplotlib.rc_context(LOOK):
         figure = Figure(figsize=SIZE)
         return figure, figure.subplots()
@@ -29,7 +29,7 @@ def _finish(figure, axis, title, label, ylabel=""):
         axis.set_title(title)
         axis.set(xlabel=label, ylabel=ylabel)
         axis.grid(True, which="both", alpha=.22)
-        # Ten samplers take two columns, or the box covers the lines.
+        # Many samplers need two columns, or the legend covers the lines.
         many = len(axis.lines) > 5
         axis.legend(fontsize="xx-small" if many else "small", ncols=2 if many else 1)
         figure.tight_layout()
@@ -37,8 +37,8 @@ def _finish(figure, axis, title, label, ylabel=""):
 
 
 def error_curve(rows, samplers, key, measure, title, band=True):
-    """Error against "spp" or "seconds". rows: dicts with sampler, key, measure and, for the band from the least to the
-    largest over seeds, "each": {measure: [errors]}."""
+    """Error against "spp" or "seconds". rows: dicts with sampler, key, measure and, for a band from the smallest to the
+    largest error over seeds, "each": {measure: [errors]}."""
     figure, axis = _figure()
     for sampler in samplers:
         own = sorted((row for row in rows if row["sampler"] == sampler), key=lambda row: row[key])
@@ -55,7 +55,7 @@ def error_curve(rows, samplers, key, measure, title, band=True):
 
 
 def gain_curve(rows, samplers, measure, title):
-    """Times less error than the first sampler, against samples: the differences that error_curve squeezes together."""
+    """Error reduction over the first sampler, against samples; shows differences that error_curve compresses."""
     beaten = {row["spp"]: row[measure] for row in rows if row["sampler"] == samplers[0]}
     found = {sampler: {} for sampler in samplers}
     for row in sorted(rows, key=lambda row: row["spp"]):
@@ -80,11 +80,11 @@ def gain_lines(found, samplers, title, than, banded=()):
     plain_numbers(axis.xaxis, axis.yaxis)
     low, high = axis.get_ylim()
     axis.set_yticks([tick for tick in TICKS if low <= tick <= high])
-    return _finish(figure, axis, title, "samples per pixel", f"times less than {than}")
+    return _finish(figure, axis, title, "samples per pixel", f"error reduction over {than} (times)")
 
 
 def spectrum_curve(errors, samplers, title):
-    """Radial power spectra of signed errors {sampler: array}, the mean of the first sampler's = 1."""
+    """Radial power spectra of signed errors {sampler: array}; the first sampler's mean is 1."""
     figure, axis = _figure()
     level = max(float(np.mean(radial_spectrum(errors[samplers[0]])[1])), 1e-30)
     for sampler in samplers:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The comparison of scripts/demo: the same scene with white noise, Sobol' and blue noise, against a reference."""
+"""The comparison of scripts/demo: one scene with white noise, Sobol' and blue noise, against a reference."""
 
 import argparse
 import csv
@@ -19,18 +19,18 @@ from .progress import Progress
 from .renderer import RenderError, Renderer, Request
 
 SAMPLERS = ("white", "sobol", "blue")
-# Samples per pixel, and how many seeds the table takes of each: pictures of few samples differ more.
+# Samples per pixel, and the number of seeds for each: pictures with few samples vary more.
 SEEDS = {1: 32, 4: 16, 16: 6, 64: 4}
 COUNTS = tuple(SEEDS)
 SCENE, SIZE = "cornell", 256
-EXPOSURE = 1.0  # stops, of the previews: the scene is dark but for its lamp
-# The reference and the pictures have different seeds, and so no sample in common.
+EXPOSURE = 1.0  # of the previews, in stops: the scene is dark except for its lamp
+# The reference has a different seed, so it shares no sample with the pictures.
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 4096
-# Where half-shadow, the edge of a box and plain faces meet: left, top, width, height in pixels.
+# Where a penumbra, the edge of a box and flat faces meet: left, top, width, height in pixels.
 PART = (64, 166, 64, 64)
 PARTS = 64
-# The README's picture, in which the difference is plain to see: a soft shadow, each of whose points is a matter of one
-# sample. Its size, the part of it, how often a pixel is enlarged, and the blur that stands for a step back.
+# The README's picture: a soft shadow at one sample per pixel, where the difference is obvious. Its size, the part shown,
+# the magnification, and the blur that simulates a step back.
 PICTURE_SCENE, PICTURE_COUNT, PICTURE_SIZE, PICTURE_SEED = "penumbra", 1, (384, 288), 0
 PICTURE_PART, PICTURE_FACTOR, PICTURE_BLUR = (120, 92, 116, 110), 2, 1.0
 PICTURE_FILE = "noise.png"
@@ -38,7 +38,7 @@ PICTURE_NAMES = {"white": "white noise", "sobol": "Sobol'", "blue": "blue noise"
 
 
 def render_all(renderer):
-    """The reference, and {(sampler, spp): [path for each seed]}; what is there already is kept."""
+    """The reference, and {(sampler, spp): [path for each seed]}; valid renders are reused."""
     progress = Progress(REFERENCE_SPP + len(SAMPLERS) * sum(spp * count for spp, count in SEEDS.items()))
     try:
         reference = renderer.reference(
@@ -60,8 +60,8 @@ def render_all(renderer):
 
 
 def measure(reference, pictures):
-    """Rows of the table: dicts with sampler, spp, rmse (one per sigma, mean square over seeds), each (of every seed,
-    unblurred and after sigma 2.1), seconds."""
+    """Rows of the table: dicts with sampler, spp, rmse (one per sigma, root mean square over seeds), each (errors of every
+    seed, unblurred and after sigma 2.1) and seconds."""
     rows = []
     for (sampler, spp), paths in pictures.items():
         images = [read_exr(path) for path in paths]
@@ -112,7 +112,7 @@ def grey_error(error, full_scale):
 
 
 def readme_picture(renderer):
-    """A part of a picture, pixel by pixel and as a blur on the displayed light leaves it from further away."""
+    """Part of a picture, pixel by pixel, and blurred in linear light as if seen from further away."""
     rows = ([], [])
     for sampler in SAMPLERS:
         request = Request(sampler, PICTURE_COUNT, PICTURE_SEED, PICTURE_SCENE, *PICTURE_SIZE)
@@ -123,7 +123,7 @@ def readme_picture(renderer):
 
 
 class Cells:
-    """The pictures of one sampler and count, as 8-bit images."""
+    """The pictures of one sampler and sample count, as 8-bit images."""
 
     def __init__(self, path, reference, full_scale):
         self.error = luminance_error(read_exr(path)[0], reference)
@@ -135,7 +135,7 @@ class Cells:
 def make_cells(pictures, reference):
     cells = {}
     for spp in COUNTS:
-        # One grey scale for all samplers of a count: three standard deviations of white noise away from the lights.
+        # One grey scale per sample count: three standard deviations of white noise, robust to the lights.
         white = luminance_error(read_exr(pictures["white", spp][0])[0], reference)
         full_scale = 3 * 1.4826 * float(np.median(np.abs(white)))
         for sampler in SAMPLERS:
@@ -147,17 +147,17 @@ MEASURES = (("blurred", "RMSE after a blur of 2.1 pixels"), ("plain", "RMSE, unb
 
 
 def charts(rows, cells):
-    """Parts of the page: gains, errors against samples and seconds, spectra."""
+    """Parts of the page: gains, errors against samples and time, spectra."""
     named = [{**row, "plain": row["rmse"][0], "blurred": row["rmse"][2]} for row in rows]
     gains = [curves.gain_curve(named, SAMPLERS, measure, title) for measure, title in MEASURES]
     errors = [curves.error_curve(named, SAMPLERS, key, "blurred", f"{MEASURES[0][1]}, against {word}")
               for key, word in (("spp", "samples"), ("seconds", "time"))]
     spectra = [curves.spectrum_curve({s: cells[s, spp].error for s in SAMPLERS}, SAMPLERS, page.samples(spp))
                for spp in COUNTS]
-    return [page.paragraph("How many times less error than white noise, and the error itself:"),
+    return [page.paragraph("Error reduction over white noise, and the error itself:"),
             page.grid(page.chart(figure) for figure in gains + errors),
-            page.paragraph("Power of the luminance error by frequency. Blue noise has little at low frequencies, which is "
-                           "what a blur leaves."), page.grid(page.chart(figure) for figure in spectra)]
+            page.paragraph("Power spectrum of the luminance error. Blue noise has little power at low frequencies, the part "
+                           "that survives a blur."), page.grid(page.chart(figure) for figure in spectra)]
 
 
 def write_report(folder, rows, cells, reference, own_error, notes):
@@ -178,26 +178,26 @@ def write_report(folder, rows, cells, reference, own_error, notes):
     blue = [i for i, row in enumerate(rows) if row["sampler"] == "blue"]
     sections = [
         ("Side by side", [slider]),
-        ("Pictures", [*grids, page.paragraph("The picture, a part of it four times as large, and the signed luminance error: "
-                                             "grey where there is none, on one scale for all three.")]),
+        ("Pictures", [*grids, page.paragraph("The picture, a part of it enlarged four times, and the signed luminance error on one "
+                                             "scale for all samplers, grey where it is zero.")]),
         ("Plots", charts(rows, cells)),
         ("Figures", [page.table(HEADER, map(texts, rows), blue, range(len(SAMPLERS), len(rows), len(SAMPLERS)),
                                 {s: style(s, SAMPLERS)["color"] for s in SAMPLERS}), *map(page.paragraph, notes)])]
-    lead = ("White noise, Sobol' and blue noise in the same box, for the same number of samples. Drag the divider, or move it "
-            "with the arrow keys; the blur shows what is left from a distance.")
+    lead = ("White noise, Sobol' and blue noise in the same scene, with the same number of samples. Drag the divider, or move "
+            "it with the arrow keys; the blur shows what remains visible from a distance.")
     write_text(folder / "report.html", page.page("Blue noise in the Cornell box", sections, lead))
 
 
 def main():
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--pathtracer", type=Path, required=True, help=argparse.SUPPRESS)
-    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write (default out/demo)")
-    parser.add_argument("--picture", action="store_true", help=f"draw the README's picture, docs/{PICTURE_FILE}, and no more")
+    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="output folder (default out/demo)")
+    parser.add_argument("--picture", action="store_true", help=f"only draw the README's picture, docs/{PICTURE_FILE}")
     options = parser.parse_args()
 
     root, renderer = Path(__file__).resolve().parents[2], Renderer(options.pathtracer, options.out)
     if options.picture:
-        # 256 colours are plenty for pixels this large.
+        # 256 colours suffice for pixels this large.
         write_image(root / "docs" / PICTURE_FILE, readme_picture(renderer).quantize(256, dither=0))
         print(f"Written: docs/{PICTURE_FILE}")
         return
@@ -206,10 +206,10 @@ def main():
     rows = measure(reference, pictures)
     notes = (
         f"Scene {SCENE}, {SIZE}x{SIZE} pixels. Errors are root mean squares over pixels, channels and seeds "
-        f"({', '.join(f'{count} at {spp} spp' for spp, count in SEEDS.items())}), linear in radiance, "
-        "as they are and after Gaussians of 1.0 and 2.1 pixels; seconds are the median "
+        f"({', '.join(f'{count} at {spp} spp' for spp, count in SEEDS.items())}) of linear radiance, "
+        "unblurred and after Gaussians of 1.0 and 2.1 pixels; seconds are the median "
         "of the renders. 'vs white' and 'vs sobol' say how many times smaller the error after sigma 2.1 is.",
-        f"Reference: sampler sobol, {REFERENCE_SPP} spp, another seed. Its own error is about "
+        f"Reference: sampler sobol, {REFERENCE_SPP} spp, a different seed. Its own error is about "
         f"{attributes['error0']:.5f}, {attributes['error1']:.5f} after sigma 1.0 and {attributes['error2']:.5f} after 2.1.",
     )
     write_csv(options.out / "table.csv", rows)
@@ -228,4 +228,4 @@ if __name__ == "__main__":
     except OSError as error:
         sys.exit(f"demo: {error}")
     except KeyboardInterrupt:
-        sys.exit("demo: interrupted; what is rendered is kept, run it again to go on")
+        sys.exit("demo: interrupted; finished renders are kept, run the command again to resume")

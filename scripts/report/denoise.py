@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samplers after a denoiser, as most people see them: `scripts/bench denoise` writes docs/report/denoise.*
+"""Compares the samplers after denoising: `scripts/bench denoise` writes docs/report/denoise.*
 
-Renders the views with white, sobol, blue and the peers of the build at 1 to 16 samples per pixel, denoises each picture in
-three ways with Open Image Denoise (the optional package pyoidn), and measures what is left against the references of
-`scripts/bench renders`. What is done is kept in ~/.cache/libbn: an interrupted run goes on where it was.
+Renders the views with white, sobol, blue and the peers in the build at 1 to 16 samples per pixel, denoises each picture in
+three ways with Open Image Denoise (the optional package pyoidn), and measures the remaining error against the references
+of `scripts/bench renders`. Results are cached in ~/.cache/libbn, so an interrupted run resumes.
 """
 
 import argparse
@@ -22,16 +22,16 @@ from .renders import REFERENCE_SPP
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
 LABELS = ("white", "sobol", "blue")
 TRIAL_SCENE = "cornell"
-# Its own camera sees the lamp's edges along rows of pixels, which is where it was first seen that blue noise loses.
+# The scene's own camera sees the lamp's edges along rows of pixels, where blue noise does worst.
 OWN_CAMERA = views.View(TRIAL_SCENE, "own-camera", 192, 192, (), views.EXPOSURES[TRIAL_SCENE])
 
 
 def parse_options(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench denoise", description=__doc__.splitlines()[0])
     views.add_options(parser)
-    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="counts up to N, at most 16 (default 16)")
-    parser.add_argument("--size", type=parse_size, metavar="WxH", help="this size for every view, for a trial")
-    parser.add_argument("--no-trials", action="store_true", help=f"leave out what is tried on {TRIAL_SCENE} to find out why")
+    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count, at most 16 (default 16)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all views, for a quick trial")
+    parser.add_argument("--no-trials", action="store_true", help=f"skip the experiments on {TRIAL_SCENE} that look for the cause of losses")
     add_common_options(parser, REFERENCE_SPP, "out/denoise")
     options = parser.parse_args(arguments)
     options.samplers = LABELS
@@ -42,13 +42,13 @@ def parse_options(arguments):
 
 
 def with_own_errors(reference):
-    """A judge.Reference whose own errors are named like the measures after the denoiser."""
+    """A judge.Reference whose own errors carry the names of the denoised measures."""
     own = denoiser.own_errors(reference.picture, read_first_half(reference.path), reference.exposure)
     return dataclasses.replace(reference, own={f"{way}:{name}": error for way in denoiser.WAYS for name, error in own.items()})
 
 
 def run_trials(work, references, options):
-    """{view: {(trial, count): {measure: errors}}}, of the scene's views and its own camera."""
+    """{view: {(trial, count): {measure: errors}}} for the scene's views and its own camera."""
     if TRIAL_SCENE not in options.scenes:
         return {}
     own = dataclasses.replace(OWN_CAMERA, **dict(zip(("width", "height"), options.size or OWN_CAMERA.size)))

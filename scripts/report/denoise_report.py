@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `scripts/bench denoise` measured: tables, what they say, a plot and a sheet of pictures."""
+"""The results of `scripts/bench denoise`: tables, conclusions, a plot and a contact sheet."""
 
 import math
 import statistics
@@ -30,7 +30,7 @@ class Report:
     # ---- Gains
 
     def gain(self, way, spp, measure, than="sobol", scene=None, label="blue"):
-        """A Gain, over all scenes or in one; None where nothing was measured."""
+        """A Gain over all scenes or one; None if nothing was measured."""
         at = (way, spp, measure, than, scene, label)
         if at not in self._found:
             own = tuple(view for view in self.references if scene in (None, view.scene))
@@ -38,7 +38,7 @@ class Report:
         return self._found[at]
 
     def of_way(self, way, spp, measure, label="blue"):
-        """How many times less error a way leaves than `plain`, with the same sampler."""
+        """How many times smaller the error is than with `plain`, for the same sampler."""
         scenes = {}
         for view in self.references:
             plain, own = (self.cells.get(view, label, spp, f"{name}:{measure}") for name in ("plain", way))
@@ -47,7 +47,7 @@ class Report:
         return Gain(*map(math.exp, bootstrap(list(scenes.values())))) if scenes else None
 
     def measures(self, way):
-        """Those there is something of."""
+        """The measures that have results."""
         return [name for name in (*MEASURES, "flip") if self.gain(way, self.counts[0], name)]
 
     def rows(self):
@@ -96,7 +96,7 @@ class Report:
         return md_table(["scene", *(f"{label}, {spp} spp" for label in ("sobol", "blue") for spp in self.counts[:2])], rows)
 
     def trial(self, name, spp, measure, views=()):
-        """Gain of a trial over all of sobol, in some views or all; None where one lacks what is measured."""
+        """Gain of a trial over sobol alone, in some views or all; None if the measure does not apply to one of them."""
         logs = []
         for view, found in self.trials.items():
             if views and view not in views:
@@ -118,7 +118,7 @@ class Report:
         return md_table([f"sobol / trial, {spp} spp", *columns.values()], rows)
 
     def trial_views_table(self):
-        """What blue loses at the lamps and gains elsewhere, view by view."""
+        """What blue loses at the lamps and gains elsewhere, for each view."""
         rows = []
         for view in self.trials:
             found = [self.trial("blue", spp, measure, (view,))
@@ -127,10 +127,10 @@ class Report:
         return md_table(["sobol / blue", *(f"{spp} spp{where}" for spp in TRIAL_COUNTS
                                            for where in ("", ", at lamps", ", elsewhere"))], rows)
 
-    # ---- What it says
+    # ---- Conclusions
 
     def cells_apart_from_one(self, way, measure):
-        """(better, worse): [(scene, spp, Gain)] whose whole interval lies on one side of 1."""
+        """(better, worse): [(scene, spp, Gain)] whose interval lies entirely on one side of 1."""
         better, worse = [], []
         for scene in self.scenes:
             for spp in self.counts:
@@ -152,12 +152,12 @@ class Report:
                 mean = ", ".join(f"{gain.value:.2f}" for spp in self.counts if (gain := self.gain(way, spp, measure)))
                 where = ": " + ", ".join(f"{scene} at {spp} ({gain.text()})" for scene, spp, gain in worse) if worse else ""
                 lines.append(f"- `{way}`, {MEASURE_NAMES[measure]}: sobol / blue {mean} at {', '.join(map(str, self.counts))} "
-                             f"samples. Blue helps in {len(better)} of {cell_count} cells of a scene and a count, hurts in "
-                             f"{len(worse)}{where}.")
+                             f"samples. Out of {cell_count} combinations of scene and sample count, blue is better in "
+                             f"{len(better)} and worse in {len(worse)}{where}.")
         return "\n".join(lines)
 
     def why(self):
-        """Which part of the picture the loss of blue comes from, as far as the trials tell."""
+        """Which part of the picture causes the loss of blue, as far as the trials show."""
         lines = []
         for spp in TRIAL_COUNTS:
             gains = {name: self.trial(name, spp, "relative") for name in TRIALS}
@@ -165,14 +165,14 @@ class Report:
             if not blue or not near:
                 continue
             if blue.high >= 1:
-                lines.append(f"- {spp} spp: no loss of blue beyond chance: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
+                lines.append(f"- {spp} spp: blue shows no significant loss: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
                              f"{elsewhere.text()} in the rest of the picture.")
                 continue
-            # What undoes at least half of the loss is its cause.
+            # A change that removes at least half of the loss is its cause.
             causes = [name for name in ("pixels", "guides", "lamps", "apart")
                       if gains[name] and math.log(gains[name].value) > 0.5 * math.log(blue.value)]
-            undone = ("Taking it away undoes at least half of the loss: " + ", ".join(
-                f"`{name}` {gains[name].text()}" for name in causes) + ".") if causes else "No trial undoes half of it."
+            undone = ("At least half of the loss disappears with: " + ", ".join(
+                f"`{name}` {gains[name].text()}" for name in causes) + ".") if causes else "No trial removes half of the loss."
             lines.append(f"- {spp} spp: blue misleads the denoiser: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
                          f"{elsewhere.text()} in the rest of the picture. {undone}")
         return "\n".join(lines)
@@ -187,42 +187,42 @@ class Report:
                     for scene in self.scenes}
         cost = ", ".join(f"{scene} {PRIMARY_RAYS / rays:.1f}" for scene, rays in per_path.items())
         parts = [
-            "# After a denoiser", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
+            "# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
             f"{len(self.references)} views of {len(self.scenes)} built-in scenes ({SETS[options.views]}), {seeds} of each "
-            f"picture, against references of {options.reference_spp} samples per pixel. Ratios say how many times less error is "
-            "left: geometric means over scenes, views and seeds, with the 95 % interval of a bootstrap over all three. Relative "
-            "RMSE is of the difference over the reference plus a tenth of its mean. FLIP is of "
-            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view whose reference is too coarse for a ratio is left out of it.", "",
-            "Three ways to use the denoiser:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
-            "## Where blue noise helps, and where it hurts", "", self.verdicts(), "",
+            f"picture, against references with {options.reference_spp} samples per pixel. Ratios say how many times smaller the "
+            "error is: geometric means over scenes, views and seeds, with the 95 % interval of a bootstrap over all three. "
+            "Relative RMSE divides the difference by the reference plus a tenth of its mean. FLIP uses "
+            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy.", "",
+            "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
+            "## Where blue noise helps and where it hurts", "", self.verdicts(), "",
             *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []),
             "![sobol / blue after the denoiser](denoise.png)", ""]
         if self.trials:
             parts += [
                 "## Why", "",
-                f"Tried on {len(self.trials)} views of `cornell`, which shows its lamp: the denoiser is given parts of pictures of "
-                "either sampler.", "", self.why(), "",
-                "How to read the trials. Where `pixels` undoes a loss, it is what ties neighbouring pixels together that misleads "
-                "the denoiser, not the single samples. Where `lamps` undoes it and `rest` keeps it, it happens at the edge of "
-                "the lamp; where each keeps a part, at the edge and in the light around it. Where `guides` changes "
-                "nothing, albedo and normal have no part in it: they tell nothing of where a lamp ends, so the denoiser "
-                "must guess from colour what is edge and what is noise, and the more regular a pattern is, the less it "
-                f"looks like noise. *At lamps* is within {LAMP_MARGIN} pixels of light seen directly.", "",
+                f"Each trial, on {len(self.trials)} views of `cornell` with its visible lamp, gives the denoiser a picture that combines "
+                "parts from both samplers.", "", self.why(), "",
+                "How to read the trials: if `pixels` removes a loss, the denoiser is misled by the correlation between neighbouring "
+                "pixels, not by the samples themselves. If `lamps` removes it and `rest` keeps it, it arises at the edge of "
+                "the lamp; if both keep a part, at the edge and in the light around it. If `guides` changes nothing, albedo "
+                "and normal play no role: they do not show where a lamp ends, so the denoiser has to tell edges from noise by "
+                "colour alone, and a regular pattern looks less like noise. *At lamps* means within "
+                f"{LAMP_MARGIN} pixels of directly visible light.", "",
                 self.trial_views_table(), ""]
             for spp in TRIAL_COUNTS:
                 parts += [self.trials_table(spp), ""]
         parts += [
-            "Few pixels decide the relative RMSE: this share of its square lies in the worst "
-            f"{100 * WORST_SHARE:g} % of the pixels.", "",
+            "A few pixels dominate the relative RMSE. This share of its square comes from the worst "
+            f"{100 * WORST_SHARE:g} % of the pixels:", "",
             self.worst_table(), "",
-            "## What to do", "",
-            "Keep light that is seen directly (lamps, the sky) out of the denoiser: denoise the rest, and add it afterwards, from "
-            "a few further primary rays. Give the denoiser albedo and normal of the same rays, and declare them free of noise. "
-            "Where lamps are in the picture and cannot be kept apart, trust the tables: where blue hurts at 1 and 2 samples "
-            "per pixel, `sobol` is the better choice there.", "",
-            f"The {PRIMARY_RAYS} primary rays end at the first surface and are traced once, not for each sample. They are as many "
-            f"rays as this many samples of whole paths: {cost}. So at few samples compare `apart` with `plain` at the next "
-            "counts, too.", ""]
+            "## Recommendations", "",
+            "Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from "
+            "a few additional primary rays. Take albedo and normal from the same rays and declare them noise-free. If visible "
+            "lamps cannot be separated, consult the tables: where blue is worse at 1 and 2 samples per pixel, `sobol` is the "
+            "better choice.", "",
+            f"The {PRIMARY_RAYS} primary rays end at the first surface and are traced once per picture, not once per sample. They "
+            f"cost as many rays as this many samples of full paths: {cost}. So at low sample counts, also compare `apart` with "
+            "`plain` at the next larger count.", ""]
         for measure in ("relative", "displayed", "flip"):
             if measure in self.measures("plain"):
                 parts += [self.ways_table(measure), ""]
@@ -240,7 +240,7 @@ class Report:
     # ---- Pictures
 
     def draw(self, folder):
-        from .renders_plots import finish, plt, save
+        from .plots import finish, plt, save
 
         figure, axes = plt.subplots(1, len(WAYS), figsize=(4 * len(WAYS), 3.6), sharey=True)
         for axis, way in zip(axes, WAYS):
@@ -257,7 +257,7 @@ class Report:
         self.draw_sheet(folder / "denoise_pictures.png")
 
     def draw_sheet(self, path):
-        """The first view of some scenes at one sample: before, after, and with lamps apart."""
+        """The first view of some scenes at one sample per pixel: noisy, denoised, and denoised with lamps apart."""
         from .contact_sheet import preview, sheet
         from .files import write_image
 
@@ -279,7 +279,7 @@ class Report:
 
 
 def part(image, side=SHEET_SIDE):
-    """The upper middle of a picture, where the lamp of the box is, enlarged by whole pixels to one size."""
+    """The upper middle of a picture, where the box's lamp is, scaled to one size without resampling."""
     side_x, side_y = min(side, image.width), min(side, image.height)
     left, top = (image.width - side_x) // 2, (image.height - side_y) // 4
     image = image.crop((left, top, left + side_x, top + side_y))

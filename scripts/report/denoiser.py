@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of few samples through Open Image Denoise, in three ways, and what misleads it.
+"""Denoises pictures with few samples with Open Image Denoise, in three ways, and looks for what misleads it.
 
-The denoiser sees colour, albedo and normal, as most renderers hand them over. Beside that there are two ways that a
-renderer can choose: albedo and normal from further primary rays, which cost little; and the light that is seen
-directly, whose edges nothing in albedo and normal tells of, kept out of the denoiser and added afterwards from the same
-rays. The package `pyoidn` is optional.
+By default the denoiser gets colour, albedo and normal, as from most renderers. A renderer has two cheap alternatives:
+to take albedo and normal from additional primary rays; and to keep directly visible light, whose edges do not show in
+albedo and normal, out of the denoiser and add it afterwards from the same rays. The package `pyoidn` is optional.
 """
 
 import dataclasses
@@ -20,11 +19,11 @@ from .image_error import _difference, displayed_rmse, trimmed_relative_rmse
 from .judge import Run
 from .renderer import progressive
 
-# What a renderer hands to the denoiser.
+# What the denoiser is given.
 WAYS = {
     "plain": "colour, albedo and normal of the same samples",
-    "primary": "albedo and normal of further primary rays, declared free of noise (`cleanAux`)",
-    "apart": "the same, and light seen directly added after the denoiser, from the same rays",
+    "primary": "albedo and normal of additional primary rays, declared noise-free (`cleanAux`)",
+    "apart": "as `primary`, with directly visible light added after denoising, from the same rays",
 }
 MEASURES = ("relative", "trimmed", "displayed", "displayed_2.1")
 FLIP_WAYS, FLIP_SEEDS = ("plain", "apart"), 2
@@ -32,20 +31,20 @@ PRIMARY_RAYS, PRIMARY_SAMPLER, PRIMARY_SEED = 16, "blue", 500_000
 LAMP_MARGIN = 2  # pixels
 WORST_SHARE = 0.001
 
-# What is tried to find out why: the samplers of the parts that the denoiser sees together.
+# The trials: which sampler provides which part of the denoiser's input.
 TRIALS = {
-    "sobol": "all of `sobol`",
-    "blue": "all of `blue`",
-    "pixels": "`blue`, each pixel from another seed: the same samples, without what ties neighbours together",
-    "guides": "colour of `blue`, albedo and normal of `sobol`",
-    "lamps": "light seen directly of `sobol`, all the rest of `blue`",
-    "rest": "light seen directly of `blue`, all the rest of `sobol`",
-    "primary": "all of `blue`; albedo and normal from further primary rays",
-    "apart": "all of `blue`; light seen directly added after the denoiser",
+    "sobol": "`sobol` alone",
+    "blue": "`blue` alone",
+    "pixels": "`blue`, each pixel from a different seed: the same samples without correlation between neighbours",
+    "guides": "colour from `blue`, albedo and normal from `sobol`",
+    "lamps": "directly visible light from `sobol`, the rest from `blue`",
+    "rest": "directly visible light from `blue`, the rest from `sobol`",
+    "primary": "`blue`, with albedo and normal from additional primary rays",
+    "apart": "`blue`, with directly visible light added after denoising",
 }
 TRIAL_COUNTS, TRIAL_SEEDS = (1, 2), 8
 
-# Its filter and its threads are shared by all calls.
+# All calls share one filter and its threads.
 _LOCK = threading.Lock()
 
 
@@ -58,7 +57,7 @@ def load():
     try:
         import pyoidn
     except ImportError:
-        raise DenoiserMissing("the package pyoidn is missing; install it with .venv/bin/python -m pip install pyoidn") from None
+        raise DenoiserMissing("the package pyoidn is missing; run .venv/bin/python -m pip install pyoidn") from None
 
     def denoise(colour, albedo, normal, clean):
         arrays = [np.ascontiguousarray(array, np.float32) for array in (np.maximum(colour, 0), np.clip(albedo, 0, 1), normal)]
@@ -71,7 +70,7 @@ def load():
 # ---- Pictures with their layers
 
 def read_layers(path):
-    """(float32 array (height, width, 9), attributes): colour, albedo and normal of a picture of the path tracer."""
+    """(float32 array (height, width, 9), attributes): colour, albedo and normal of a path-traced picture."""
     names = [*"RGB", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = file.channels()
@@ -80,13 +79,13 @@ def read_layers(path):
 
 @dataclasses.dataclass(frozen=True)
 class Layers:
-    """A picture as the denoiser sees it; lamps is the part of its colour that is light seen directly."""
+    """The input of the denoiser; lamps is the directly visible light in its colour."""
 
     colour: np.ndarray
     albedo: np.ndarray
     normal: np.ndarray
     lamps: np.ndarray
-    rays: float = 0.0  # per pixel, of the colour
+    rays: float = 0.0  # per pixel
 
 
 def layers_of(program, view, sampler, seed, counts):
@@ -99,7 +98,7 @@ def layers_of(program, view, sampler, seed, counts):
 
 
 def primary_rays(program, view, seed):
-    """Layers of further primary rays: light seen directly, albedo and normal."""
+    """Layers from additional primary rays: directly visible light, albedo and normal."""
     request = view.request(PRIMARY_SAMPLER, 1, PRIMARY_SEED + seed)
     seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
     (_, picture, _), = progressive(program, seen, [PRIMARY_RAYS], 1, read_layers)
@@ -117,7 +116,7 @@ def denoised(denoise, way, picture, rays):
 # ---- Measures
 
 def relative_error(image, reference):
-    """Over the reference plus a tenth of its mean, as the path tracer's relative_rmse."""
+    """Difference divided by the reference plus a tenth of its mean, as in the path tracer's relative_rmse."""
     return _difference(image, reference) / (np.asarray(reference, np.float64) + 0.1 * np.mean(reference, dtype=np.float64))
 
 
@@ -126,26 +125,26 @@ def relative_rmse(image, reference):
 
 
 def errors(image, reference, exposure):
-    """{measure: error} for MEASURES."""
+    """{measure: error} for all MEASURES."""
     return {"relative": relative_rmse(image, reference), "trimmed": trimmed_relative_rmse(image, reference),
             **{f"displayed_{sigma}" if sigma else "displayed": displayed_rmse(image, reference, exposure, sigma)
                for sigma in (0.0, 2.1)}}
 
 
 def worst_share(image, reference):
-    """Of the squared relative error, the share that lies in the worst thousandth of the pixels."""
+    """The share of the squared relative error in the worst thousandth of the pixels."""
     squares = np.sort(np.mean(relative_error(image, reference) ** 2, -1).ravel())
     return float(squares[-max(1, int(WORST_SHARE * squares.size)):].sum() / max(squares.sum(), 1e-300))
 
 
 def own_errors(reference, first_half, exposure):
-    """{measure: error} of the reference itself: half of what the means of its two halves differ by."""
+    """{measure: error} of the reference itself: half the difference between the means of its two halves."""
     second_half = 2 * np.asarray(reference, np.float64) - first_half
     return {name: error / 2 for name, error in errors(first_half, np.maximum(second_half, 0), exposure).items()}
 
 
 class DenoisedRun(Run):
-    """A judge.Run whose pictures are measured after the denoiser, in all ways."""
+    """A judge.Run that measures pictures after denoising, in all WAYS."""
 
     def __init__(self, program, most_spp, jobs, flip, denoiser):
         super().__init__(program, "denoised", most_spp, jobs, flip)
@@ -157,7 +156,7 @@ class DenoisedRun(Run):
                 "primary": self.builds.key(task.view, PRIMARY_SAMPLER)}
 
     def measure(self, task, reference):
-        """(rows, pictures): a row for each count, measures named WAY:MEASURE; pictures of the task that keeps them."""
+        """(rows, pictures): one row per sample count with measures named WAY:MEASURE; pictures if the task keeps them."""
         pictures = layers_of(self.program, task.view, task.variant.sampler, task.seed, task.counts)
         rays = primary_rays(self.program, task.view, task.seed)
         rows, kept = [], {}
@@ -180,7 +179,7 @@ class DenoisedRun(Run):
     # ---- Why
 
     def trials(self, view, reference, seeds):
-        """{(trial, count): {measure: [error of each seed]}}; kept like all results."""
+        """{(trial, count): {measure: [error for each seed]}}; cached like all results."""
         key = {"trials": list(TRIALS), "view": [view.scene, view.size, view.camera], "seeds": seeds,
                "reference": reference.key(), "exposure": reference.exposure, "denoiser": self.version,
                "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "builds": [self.builds.key(view, name) for name in ("sobol", "blue")]}
@@ -214,13 +213,13 @@ class DenoisedRun(Run):
 
 
 def near_lamps(lamps):
-    """A mask of the pixels that light seen directly is in, and of those around."""
+    """Boolean mask of the pixels with directly visible light, and of those around them."""
     side = 2 * LAMP_MARGIN + 1
     return ndimage.binary_dilation(lamps.max(-1) > 0, np.ones((side, side), bool))
 
 
 def combined(trial, sobol, blue, seed):
-    """What the denoiser is shown in a trial, from Layers of each seed."""
+    """The Layers that a trial gives to the denoiser, from the Layers of each seed."""
     if trial == "sobol":
         return sobol[seed]
     if trial == "guides":

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Cornell box of examples/pathtracer in the XML that the programs of Embree's tools read.
+"""The Cornell box of examples/pathtracer in the XML format of embree-tools.
 
-The same sides, blocks and colours as scene_cornell() builds, and a light at one point just under the lamp's middle: the
-lights with an area that the file format knows stay black in these programs. So the pictures have other shadows, and
-the same rays: one towards the light and one onward at each surface.
+The walls, blocks and colours equal those of scene_cornell(); the light is a point just under the middle of the lamp,
+because these programs do not render the area lights of the file format. The shadows therefore differ, but the rays are
+the same: at each surface one towards the light and one that continues the path.
 """
 
 WHITE, RED, GREEN = (0.725, 0.71, 0.68), (0.63, 0.065, 0.05), (0.14, 0.45, 0.091)
 TOP, BACK = 548.8, 559.2
 LAMP = (213, 343, 227, 332)  # x0, x1, z0, z1
-# The lamp's flux, radiance 17, 12, 4 over its area, in all directions.
+# The flux of the lamp, with radiance 17, 12, 4 over its area, in all directions.
 INTENSITY = tuple(radiance * (LAMP[1] - LAMP[0]) * (LAMP[3] - LAMP[2]) / 4 for radiance in (17, 12, 4))
-# Half the sensor is 12.5 mm, 35 mm before it the lens: 39.3 degrees from top to bottom.
+# A 25 mm sensor at a focal length of 35 mm: a vertical angle of 39.3 degrees.
 CORNELL_VIEW = ("--vp", 278, 273, -800, "--vi", 278, 273, 0, "--vu", 0, 1, 0, "--fov", 39.3077)
 BLOCKS = ((165, ((130, 65), (82, 225), (240, 272), (290, 114))),
           (330, ((423, 247), (265, 296), (314, 456), (472, 406))))
@@ -37,7 +37,7 @@ def quads():
 
 
 def cornell_xml():
-    """The whole file: a mesh of triangles for each colour, and a lamp."""
+    """The whole file: a triangle mesh for each colour, and a lamp."""
     x0, x1, z0, z1 = LAMP
     parts = ['<?xml version="1.0"?>\n<scene>\n']
     parts.append(f"<PointLight><AffineSpace>1 0 0 {(x0 + x1) / 2}  0 1 0 {TOP - 1}  0 0 1 {(z0 + z1) / 2}</AffineSpace>"

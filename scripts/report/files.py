@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are there whole or not at all, and EXR pictures."""
+"""Atomic file writes, and EXR pictures."""
 
 import contextlib
 import hashlib
 import os
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +13,16 @@ import OpenEXR
 
 @contextlib.contextmanager
 def written_beside(path):
-    """Yields a path to write to; it becomes `path` when the block ends well and is removed when it does not."""
+    """Yields a path in a private folder next to `path`. If the block succeeds, that file replaces `path`, complete and
+    flushed to disk; if not, `path` is untouched. The folder has a random name and nobody else can put links into it."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
+    with tempfile.TemporaryDirectory(prefix=".libbn-", dir=path.parent) as folder:
+        beside = Path(folder) / path.name
         yield beside
+        with open(beside, "r+b") as file:
+            os.fsync(file.fileno())
         os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def write_text(path, text):
@@ -39,7 +41,7 @@ def sha256_of(path):
 
 
 def read_exr(path):
-    """An EXR picture as (float32 array (height, width, 3), dict of its attributes)."""
+    """An EXR picture as (float32 array (height, width, 3), dict of attributes)."""
     with OpenEXR.File(str(path)) as file:
         channels = file.channels()
         pixels = channels["RGBA" if "RGBA" in channels else "RGB"].pixels
@@ -47,14 +49,14 @@ def read_exr(path):
 
 
 def read_first_half(path):
-    """The mean of the first half of a reference's parts, or None if the file has no such layer."""
+    """The mean of the first half of a reference's samples, or None if the file has no such layer."""
     with OpenEXR.File(str(path)) as file:
         layer = file.channels().get("firstHalf.RGB")
         return None if layer is None else np.array(layer.pixels, np.float32)
 
 
 def write_exr(path, rgb, attributes, layers=()):
-    """Writes float32 RGB with text and number attributes, and further RGB layers, {name: array}."""
+    """Writes float32 RGB with string and number attributes, and additional RGB layers {name: array}."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
     channels = {"RGB": rgb, **{f"{name}.RGB": layer for name, layer in dict(layers).items()}}
     channels = {name: np.ascontiguousarray(pixels, np.float32) for name, pixels in channels.items()}

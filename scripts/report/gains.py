@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many times less error one sampler has than another over many scenes and views, with bootstrap intervals.
+"""How many times smaller one sampler's error is than another's, over many scenes and views, with bootstrap intervals.
 
-A gain is the geometric mean over scenes of the geometric means over their views and seeds. Its 95 % interval is that of
-a hierarchical bootstrap: scenes are drawn with replacement, views within each, seeds within each, so that it says what
-other scenes, views and seeds of the same sort would have given. The generator's seed is fixed: same rows, same interval.
+A gain is the geometric mean, over scenes, of the geometric means over their views and seeds. Its 95 % interval comes from
+a hierarchical bootstrap that resamples scenes, views within scenes and seeds within views, so it covers what other
+scenes, views and seeds of the same kind would give. The bootstrap has a fixed seed: equal rows give equal intervals.
 """
 
 import csv
@@ -17,7 +17,7 @@ from .files import write_text
 from .peers import PEERS
 
 DRAWS, BOOTSTRAP_SEED, LEVEL = 2000, 20_231, 0.95
-# A ratio counts where the lesser error is at least this many times the reference's own.
+# A ratio counts only where the smaller error is at least this many times the reference's own error.
 REFERENCE_MARGIN = 3.0
 BEST_PEER, BEST_PEER_EACH = "best of OpenQMC", "best of OpenQMC in each view"
 HEADLINE_MEASURES = ("displayed_2.1", "rmse_2.1")
@@ -31,15 +31,15 @@ class Gain:
     high: float
     scenes: int = 1
     views: int = 1
-    left_out: int = 0  # views whose reference is too coarse for this ratio
+    left_out: int = 0  # views whose reference is too noisy for this ratio
 
     def text(self):
-        """1.83 (1.70 to 1.95)"""
+        """For example "1.83 (1.70 to 1.95)"."""
         return f"{self.value:.2f} ({self.low:.2f} to {self.high:.2f})"
 
 
 def bootstrap(groups, draws=DRAWS, seed=BOOTSTRAP_SEED):
-    """(mean, low, high) of a list of groups of arrays of numbers; each level is a mean of means, drawn again together."""
+    """(mean, low, high) of a list of groups of arrays: a mean of means of means, resampled at every level."""
     rng = np.random.default_rng(seed)
     scene_count, most_views = len(groups), max(len(group) for group in groups)
     most_seeds = max(len(own) for group in groups for own in group)
@@ -65,21 +65,21 @@ def bootstrap(groups, draws=DRAWS, seed=BOOTSTRAP_SEED):
 
 
 class Gains:
-    """Ratios of what was measured. cells: judge.Cells; references: {view: judge.Reference}."""
+    """Error ratios between samplers. cells: judge.Cells; references: {view: judge.Reference}."""
 
     def __init__(self, cells, references, labels):
         self.cells, self.references, self.labels = cells, references, labels
         self.views = tuple(references)
         self.peers = tuple(label for label in labels if label in PEERS)
-        self._gains = {}  # tables, plots and rows ask for the same ones
+        self._gains = {}  # shared by tables, plots and CSV rows
 
     def is_judged(self, view, label, spp, measure):
-        """Whether the reference is fine enough for this cell. FLIP has no such test."""
+        """Whether the reference is accurate enough for this cell. FLIP has no such test."""
         errors, own = self.cells.get(view, label, spp, measure), self.references[view].own.get(measure, 0.0)
         return math.sqrt(np.mean(np.square(errors))) >= REFERENCE_MARGIN * own
 
     def _best(self, views, spp, measure):
-        """The peer of the least error in the geometric mean over views; None if there is none."""
+        """The peer with the smallest geometric-mean error over these views, or None."""
         found = {}
         for peer in self.peers:
             errors = [self.cells.get(view, peer, spp, measure) for view in views]
@@ -91,7 +91,7 @@ class Gains:
         return self._best(self.views, spp, measure)
 
     def logs(self, view, label, spp, measure, than):
-        """Logarithms of the ratios by seed; None where one was not measured."""
+        """Log error ratios, one per seed; None if either sampler was not measured."""
         if than == BEST_PEER:
             than = self.best_peer(spp, measure)
         elif than == BEST_PEER_EACH:
@@ -101,11 +101,11 @@ class Gains:
             return None
         count = min(len(own), len(other))
         if min(*own[:count], *other[:count], 1) <= 0:
-            return None  # a picture without error, as of a scene that shows its lights alone
+            return None  # a picture without error, such as a scene in which only lights are visible
         return np.log(other[:count]) - np.log(own[:count])
 
     def gain(self, label, spp, measure, than, views=None):
-        """A Gain over the views (default all); None where nothing was measured or all is left out."""
+        """A Gain over these views (default: all); None if nothing was measured or every view is excluded."""
         key = label, spp, measure, than, views
         if key not in self._gains:
             self._gains[key] = self._gain(*key)
@@ -131,11 +131,11 @@ class Gains:
                 if self.cells.get(view, label, spp, measure) and not self.is_judged(view, label, spp, measure)]
 
     def thans(self):
-        """What the gains of blue are told against."""
+        """The samplers that blue is compared with."""
         return ("white", "sobol", *((BEST_PEER, BEST_PEER_EACH) if self.peers else ()))
 
     def rows(self, counts, measures, labels=("blue",)):
-        """[{FIELDS}] of every gain, for a table that other commands read."""
+        """Every gain as a dict with FIELDS, for a CSV that other commands read."""
         rows = []
         for measure in measures:
             for spp in counts:
@@ -158,7 +158,7 @@ def write_rows(path, rows):
 
 
 def read_rows(path):
-    """{(measure, spp, sampler, than): Gain} of a file of write_rows()."""
+    """{(measure, spp, sampler, than): Gain} from a file written by write_rows()."""
     with open(path, newline="", encoding="utf-8") as file:
         return {(row["measure"], int(row["spp"]), row["sampler"], row["than"]): Gain(
             float(row["gain"]), float(row["low"]), float(row["high"]), int(row["scenes"]), int(row["views"]),

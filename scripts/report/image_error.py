@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a picture is from its reference, as a number, as a picture and as a spectrum.
+"""The error of a picture against its reference, as a number, as a picture and as a spectrum.
 
-Blue noise leaves the error of each pixel as large as it was and moves it to high frequencies, where the eye
-and every later filter average it away. So the error is measured three times: as it is, and after Gaussians
-of sigma 1.0 and 2.1 pixels, which stand for a near and a far view. Pictures are float arrays (height,
-width) or (height, width, channels), linear in radiance.
-
-Each is measured in three ways, named in MEASURES; WHAT_FOR says what each is for.
+Blue noise does not reduce the error of single pixels; it moves the error to high frequencies, where the eye and any
+later filter average it away. The error is therefore measured unblurred and after Gaussians of sigma 1.0 and 2.1 pixels,
+which model a near and a far viewer. Pictures are float arrays (height, width) or (height, width, channels) of linear
+radiance. MEASURES names the measures, WHAT_FOR describes them.
 """
 
 import numpy as np
@@ -20,20 +18,18 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 KINDS = {"rmse": "RMSE", "displayed": "RMSE as displayed", "trimmed": "trimmed relative RMSE"}
 MEASURES = tuple(f"{kind}_{sigma}" if sigma else kind for kind in KINDS for sigma in SIGMAS)
 WHAT_FOR = {
-    "rmse": "RMSE of linear radiance is what Monte Carlo theory speaks of, and what matters when the picture goes on into "
-            "compositing or a filter. A lamp or a firefly can outweigh all the rest of the picture in it.",
-    "displayed": "RMSE as displayed multiplies by the exposure, clips to 0..1 as a screen does, and blurs after that, in linear "
-                 "light without a tone curve, because light adds up linearly in the eye. It says what a viewer of the picture "
-                 "has left of the noise, and nothing above white counts more than white.",
-    "trimmed": "Trimmed relative RMSE divides each pixel's error by the reference's luminance there and leaves out the 0.1 % of "
-               "pixels that are brightest beside the reference. It weighs dark and bright parts alike, and no firefly "
-               "decides it.",
-    "flip": "HDR-FLIP is the difference that an observer sees who alternates between picture and reference, at all "
-            "exposures of interest. It has contrast sensitivity and colour in it, so it checks that the other measures do "
-            "not flatter.",
+    "rmse": "RMSE of linear radiance is the error of Monte Carlo theory, and the one that matters if the picture is composited or "
+            "filtered later. A single lamp or firefly can dominate it.",
+    "displayed": "RMSE as displayed multiplies by the exposure, clips to 0..1 like a screen, and then blurs, in linear light "
+                 "without a tone curve, because the eye adds light linearly. It measures the noise that a viewer sees; values "
+                 "above white count as white.",
+    "trimmed": "Trimmed relative RMSE divides each pixel's error by the reference's luminance and excludes the 0.1 % of pixels "
+               "that are too bright by the largest factor. It weighs dark and bright areas equally and ignores fireflies.",
+    "flip": "HDR-FLIP models the difference an observer sees when alternating between picture and reference, over all relevant "
+            "exposures. It includes contrast sensitivity and colour, and so is a check on the other measures.",
 }
 TRIMMED_SHARE = 0.001
-# Of the mean luminance: keeps black pixels from deciding relative errors.
+# Share of the mean luminance that keeps black pixels from dominating relative errors.
 RELATIVE_FLOOR = 0.1
 
 
@@ -42,32 +38,32 @@ def _difference(image, reference):
     if image.shape != reference.shape:
         raise ValueError(f"image {image.shape} and reference {reference.shape} differ in shape")
     if image.ndim not in (2, 3) or image.size == 0:
-        raise ValueError(f"an image has 2 or 3 dimensions and is not empty, not shape {image.shape}")
+        raise ValueError(f"an image must have 2 or 3 dimensions and must not be empty, not shape {image.shape}")
     return image - reference
 
 
 def blurred(image, sigma, edge="mirror"):
-    """The picture after a Gaussian of `sigma` pixels, cut off at four sigma.
+    """The picture convolved with a Gaussian of `sigma` pixels, truncated at four sigma.
 
-    edge: "mirror" for pictures (the outermost pixel is repeated: c b a | a b c), "toroidal" for what tiles.
+    edge: "mirror" for pictures (the outermost pixel is repeated: c b a | a b c), "toroidal" for tiles.
     """
     if edge not in ("mirror", "toroidal"):
-        raise ValueError(f"edge is 'mirror' or 'toroidal', not {edge!r}")
+        raise ValueError(f"edge must be 'mirror' or 'toroidal', not {edge!r}")
     if not sigma >= 0:
-        raise ValueError(f"sigma is not negative, not {sigma!r}")
+        raise ValueError(f"sigma must not be negative: {sigma!r}")
     image = np.asarray(image, np.float64)
     sigmas = (sigma, sigma) + (0,) * (image.ndim - 2)
     return ndimage.gaussian_filter(image, sigmas, mode="reflect" if edge == "mirror" else "wrap")
 
 
 def rmse(image, reference, sigma=0.0, edge="mirror"):
-    """Root mean square, over pixels and channels, of the blurred difference. The same as the path tracer's."""
+    """Root mean square, over pixels and channels, of the blurred difference; equal to the path tracer's."""
     error = blurred(_difference(image, reference), sigma, edge)
     return float(np.sqrt(np.mean(error * error)))
 
 
 def measure_name(name):
-    """A measure of MEASURES, or flip, in words."""
+    """The name of a measure for people."""
     if name == "flip":
         return "mean FLIP"
     kind, _, sigma = name.partition("_")
@@ -75,17 +71,17 @@ def measure_name(name):
 
 
 def displayed(image, exposure=0.0):
-    """What a screen shows of a picture brightened by `exposure` stops: linear light, clipped to 0..1."""
+    """The picture as displayed at `exposure` stops: linear light, clipped to 0..1."""
     return np.clip(np.asarray(image, np.float64) * 2.0**exposure, 0, 1)
 
 
 def displayed_rmse(image, reference, exposure=0.0, sigma=0.0):
-    """RMSE of what a screen shows. Each pixel is clipped before the blur, as it is on a screen."""
+    """RMSE of the displayed pictures. Pixels are clipped before the blur, as on a screen."""
     return rmse(displayed(image, exposure), displayed(reference, exposure), sigma)
 
 
 def _trimmed_relative_error(image, reference):
-    """Error over luminance of the reference, 0 in the pixels that are brightest beside the reference."""
+    """Error divided by the reference's luminance, 0 in the pixels that are too bright by the largest factor."""
     error = _difference(image, reference)
     light = np.asarray(reference, np.float64)
     light = np.maximum(light @ LUMINANCE if light.ndim == 3 else light, 0)
@@ -100,9 +96,9 @@ def _trimmed_relative_error(image, reference):
 
 
 def trimmed_relative_rmse(image, reference, sigma=0.0):
-    """RMSE relative to the reference's luminance, without the 0.1 % of pixels that are brightest beside it.
+    """RMSE relative to the reference's luminance, without the 0.1 % of pixels that are too bright by the largest factor.
 
-    They are taken out before the blur, which would spread them over their neighbours.
+    These are excluded before the blur, which would spread them over their neighbours.
     """
     error = blurred(_trimmed_relative_error(image, reference), sigma)
     return float(np.sqrt(np.mean(error * error)))
@@ -118,26 +114,26 @@ def all_errors(image, reference, exposure=0.0):
 
 
 def own_errors(reference, first_half, exposure=0.0):
-    """{measure: error} of a reference itself: half of what the means of its two halves differ by."""
+    """{measure: error} of a reference itself: half the difference between the means of its two halves."""
     second_half = 2 * np.asarray(reference, np.float64) - first_half
     return {name: error / 2 for name, error in all_errors(first_half, second_half, exposure).items()}
 
 
 def luminance_error(image, reference):
-    """The signed error, (height, width), of RGB pictures weighted to luminance; of grey ones as it is."""
+    """The signed error, (height, width): luminance of RGB pictures, plain difference of grey ones."""
     error = _difference(image, reference)
     return error @ LUMINANCE if error.ndim == 3 else error
 
 
 def error_image(error, full_scale):
-    """A signed error (height, width) as 8-bit grey: 128 is none, black and white are minus and plus full_scale."""
+    """A signed error (height, width) as 8-bit grey: 128 is zero, black and white are -full_scale and +full_scale."""
     if not full_scale > 0:
-        raise ValueError(f"full_scale is positive, not {full_scale!r}")
+        raise ValueError(f"full_scale must be positive, not {full_scale!r}")
     return np.clip(np.floor(128 + 127.5 * np.asarray(error) / full_scale), 0, 255).astype(np.uint8)
 
 
 def windowed_power(error):
-    """Power per sample at each frequency of fft2; a Hann window keeps the picture's borders out of it."""
+    """Power per sample at each frequency of fft2; a Hann window suppresses the picture's borders."""
     window = np.hanning(error.shape[0] + 2)[1:-1, None] * np.hanning(error.shape[1] + 2)[None, 1:-1]
     return np.abs(np.fft.fft2((error - error.mean()) * window)) ** 2 / np.sum(window**2)
 
@@ -145,8 +141,8 @@ def windowed_power(error):
 def radial_spectrum(error, bin_count=32):
     """The radially averaged power spectrum of a signed error (height, width).
 
-    Returns (frequency, power): bin centres in cycles per pixel up to 0.5, and power per sample, so that
-    white noise of variance v reads v everywhere.
+    Returns (frequency, power): bin centres in cycles per pixel up to 0.5, and power per sample; white noise of
+    variance v has power v everywhere.
     """
     error = np.asarray(error, np.float64)
     power = windowed_power(error)
@@ -161,12 +157,12 @@ def radial_spectrum(error, bin_count=32):
 
 
 def spectrum_image(error, level):
-    """The power spectrum of a signed error as 8-bit grey, frequency 0 in the middle, logarithmic: black is a
-    thousandth of `level`, white ten times that."""
+    """The power spectrum of a signed error as 8-bit grey, logarithmic, frequency 0 in the middle: black is a thousandth
+    of `level`, white is ten times `level`."""
     if not level > 0:
-        raise ValueError(f"level is positive, not {level!r}")
+        raise ValueError(f"level must be positive, not {level!r}")
     power = windowed_power(np.asarray(error, np.float64))
-    # A single bin of noise scatters as its mean: a little smoothing lets the shape be seen.
+    # A single bin of noise varies as much as its mean, so smooth slightly to show the shape.
     power = np.fft.fftshift(ndimage.gaussian_filter(power, max(1.0, min(power.shape) / 96), mode="wrap"))
     grey = np.clip((np.log10(np.maximum(power, 1e-30) / level) + 3) / 4, 0, 1)
     return np.floor(grey * 255.999).astype(np.uint8)

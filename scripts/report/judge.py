@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of many views with many samplers, each measured against its view's reference: the work behind
-`scripts/bench renders` and `scripts/bench models`.
+"""Renders many views with many samplers and measures each picture against its reference, for `scripts/bench renders` and
+`scripts/bench models`.
 
-Measured rows are kept in ~/.cache/libbn ($XDG_CACHE_HOME) under all that they depend on: the view, the reference's
-pixels, and for the sampler the pixels of two small probes. So an interrupted run goes on where it was, and a change of
-one sampler renders that sampler again and no other.
+Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
+reference, and the pixels of two small probe renders that identify the sampler. An interrupted run therefore resumes, and
+a change to one sampler renders only that sampler again.
 """
 
 import csv
@@ -13,6 +13,7 @@ import hashlib
 import io
 import json
 import os
+import shutil
 import sys
 import tempfile
 import time
@@ -33,17 +34,17 @@ from .variants import VARIANTS
 from .views import View
 
 REFERENCE_SEED = 1_000_003
-# Seeds of each count: pictures of few samples differ more, and cost less.
+# Seeds for each count: pictures with few samples vary more and cost less.
 SEEDS = {1: 16, 2: 16, 4: 16, 8: 8, 16: 6, 32: 4, 64: 3, 128: 2, 256: 2}
 FLIP_SEEDS, FLIP_COUNTS = 2, (1, 4, 16, 64)
-SHOWN_COUNTS = (1, 4, 16, 64)  # of which pictures and spectra are kept
+SHOWN_COUNTS = (1, 4, 16, 64)  # whose pictures and spectra are kept
 KEPT_DAYS = 60
-FORMAT = 1  # of what is kept; a new number has everything measured again
+FORMAT = 1  # of the cache; a new number invalidates it
 
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """The converged picture of a view, its own error in each measure, and the stops at which it is displayed."""
+    """The converged picture of a view, its own error by each measure, and its exposure in stops."""
 
     path: Path
     picture: np.ndarray
@@ -59,7 +60,7 @@ class Reference:
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All pictures of one view, sampler and seed: a run that goes on, or one for each count."""
+    """All pictures of one view, sampler and seed: one progressive run, or one run per sample count."""
 
     view: View
     label: str
@@ -73,19 +74,23 @@ class Task:
 
     @property
     def cost(self):
-        """Samples."""
+        """The number of samples to render."""
         return self.view.pixels * (sum(self.counts) if self.variant.declare else max(self.counts))
 
 
 class Store:
-    """Results, each in a file named after all that they depend on. What nothing asked for in two months goes."""
+    """A cache of results, in files named by a hash of everything they depend on. Unused for KEPT_DAYS, a file is deleted."""
 
     def __init__(self, folder):
         self.folder = folder
         if folder.is_dir():
             oldest = time.time() - KEPT_DAYS * 86400
             for path in folder.iterdir():
-                if path.stat().st_mtime < oldest:
+                if path.stat().st_mtime >= oldest:
+                    continue
+                if path.is_dir():
+                    shutil.rmtree(path, ignore_errors=True)  # left by a run that was killed
+                else:
                     path.unlink(missing_ok=True)
 
     def _path(self, key):
@@ -102,7 +107,7 @@ class Store:
             os.utime(path)
             return rows, arrays
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-            return None  # not there, or not whole
+            return None  # missing or damaged
 
     def save(self, key, rows, arrays):
         with written_beside(self._path(key)) as beside:
@@ -110,7 +115,7 @@ class Store:
 
 
 def files_beside(scene):
-    """Names, sizes and times of a scene's file and of all that lies beside and below it, which it may name."""
+    """Names, sizes and times of a scene's file and of every file in its folder, which the scene may refer to."""
     folder = Path(scene).parent
     if not Path(scene).is_file():
         return []
@@ -119,19 +124,19 @@ def files_beside(scene):
 
 
 class Builds:
-    """What tells one build of a sampler from another: the pixels of small pictures of a scene.
+    """Identifies the build of a sampler by the pixels of two small probe renders of a scene.
 
-    One is wide, to see a whole tile of a table; one has as many samples as are measured.
+    One is wide enough to cover a whole tile of a table; the other has as many samples as will be measured.
     """
 
     def __init__(self, program, most_spp, store):
         self.program, self.most_spp, self.store = program, most_spp, store
         self._found = {}
-        self._rates = {}  # samples per second of each scene, for an estimate
+        self._rates = {}  # samples per second of each scene, to estimate times
         try:
             self._program_sha256 = sha256_of(program)
         except OSError as error:
-            raise RenderError(f"there is no path tracer {program} ({error.strerror}); build it with scripts/setup") from None
+            raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); build it with scripts/setup") from None
 
     def key(self, view, label):
         at = (view.scene, label)
@@ -166,7 +171,7 @@ class Builds:
         return {"pixels": digest.hexdigest(), "rate": samples / max(seconds, 1e-3)}
 
     def estimate(self, samples):
-        """Seconds of {scene: samples}, all threads busy; too many while other programs run."""
+        """Estimated seconds for {scene: samples} with all threads busy; too high if other programs ran meanwhile."""
         return sum(count / self._rates[scene] for scene, count in samples.items() if scene in self._rates)
 
 
@@ -176,7 +181,7 @@ def seeds_up_to(most_spp, limit=None):
 
 
 def plan(views, labels, seeds, kept=()):
-    """The tasks; kept: the views whose pictures of the first seed are kept."""
+    """The tasks. kept: the views whose pictures of the first seed are kept."""
     tasks = []
     for view in views:
         for label in labels:
@@ -196,12 +201,12 @@ def load_reference(path, view):
 
 
 def reference_folder(view):
-    """A folder for each view, so that programs that run at once do not share a record."""
+    """One folder per view, so that programs running at the same time do not share a record."""
     return cache_folder() / "references" / f"{scene_label(view.scene)}-{view.name}"
 
 
 def render_reference(program, view, spp, report=lambda share: None):
-    """The Reference of a view, rendered unless it is kept; spp is a multiple of 32."""
+    """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
     request = view.request("sobol", spp, REFERENCE_SEED, exposure="auto" if view.exposure is None else 0.0)
     return load_reference(make_reference(program, request, reference_folder(view), report), view)
 
@@ -221,7 +226,7 @@ def render_references(program, views, spp):
 
 
 def pictures_of(program, task):
-    """Yields (spp, picture) for the counts of a task."""
+    """Yields (spp, picture) for each sample count of a task."""
     variant = task.variant
     request = task.view.request(variant.sampler, 1, task.seed, mask=variant.mask)
     if variant.declare:
@@ -238,7 +243,7 @@ def wants_flip(task, spp, flip):
 
 
 def measure(program, task, reference, flip=True):
-    """(rows, pictures): a row for each count; pictures where the task keeps them."""
+    """(rows, pictures): one row per sample count, and the pictures if the task keeps them."""
     rows, pictures = [], {}
     for spp, picture in pictures_of(program, task):
         row = {"spp": spp, **all_errors(picture, reference.picture, reference.exposure),
@@ -249,12 +254,12 @@ def measure(program, task, reference, flip=True):
             row["spectrum"] = radial_spectrum(luminance_error(picture, reference.picture))[1].tolist()
         rows.append(row)
         if task.keep_pictures and spp in SHOWN_COUNTS:
-            pictures[str(spp)] = np.minimum(picture, 65000).astype(np.float16)  # to look at
+            pictures[str(spp)] = np.minimum(picture, 65000).astype(np.float16)  # only for display
     return rows, pictures
 
 
 class Run:
-    """Everything that a set of tasks needs: rendered now, or found."""
+    """Runs a set of tasks, or finds their results in the cache."""
 
     def __init__(self, program, folder, most_spp, jobs, flip=True):
         self.program, self.jobs, self.flip = program, jobs, flip
@@ -269,7 +274,7 @@ class Run:
                 "flip": any(wants_flip(task, spp, self.flip) for spp in task.counts)}
 
     def measure(self, task, reference):
-        """(rows, pictures) of a task; other judgements replace it, and add to the key what theirs depend on."""
+        """(rows, pictures) of a task. A subclass that measures differently also extends key()."""
         return measure(self.program, task, reference, self.flip)
 
     def results(self, references, tasks):
@@ -289,8 +294,8 @@ class Run:
             samples = {}
             for task in left:
                 samples[task.view.scene] = samples.get(task.view.scene, 0) + task.cost
-            print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} are left, about "
-                  f"{duration(self.builds.estimate(samples))} and what measuring takes", file=sys.stderr)
+            print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} left to render in about "
+                  f"{duration(self.builds.estimate(samples))}, plus the time to measure", file=sys.stderr)
         progress = Progress(max(total, 1), "samples")
         progress("pictures", done, found=True)
 
@@ -299,7 +304,7 @@ class Run:
             self.store.save(keys[task], *found)
             return found
 
-        # Long ones first, so that the processors end together.
+        # Long tasks first, so that all processors finish at about the same time.
         pool = ThreadPoolExecutor(self.jobs)
         try:
             running = {pool.submit(make, task): task for task in sorted(left, key=lambda task: -task.cost)}
@@ -310,14 +315,14 @@ class Run:
                     done += task.cost
                     progress(f"{task.view.label}, {task.label}, seed {task.seed}", done, found=False)
         finally:
-            # Those that have begun end, in seconds, and are kept.
+            # Running tasks finish within seconds, and their results are kept.
             pool.shutdown(cancel_futures=True)
             progress.close()
         return results
 
 
 class Cells:
-    """What was measured, by view, sampler and count: for each measure a list with a value for each seed."""
+    """Results by view, sampler and sample count: for each measure a list with one value per seed."""
 
     def __init__(self, results):
         self.values, self.pictures = {}, {}
@@ -334,7 +339,7 @@ class Cells:
         return self.values.get((view, label, spp), {}).get(measure)
 
     def csv_text(self):
-        """A row for each cell: root mean squares over seeds."""
+        """One row per cell: root mean squares over seeds."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         names = (*MEASURES, "flip")

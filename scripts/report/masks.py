@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks, time against error: `scripts/bench masks` writes docs/report/masks.*
+"""Compares the mask generators, time against error: `scripts/bench masks` writes docs/report/masks.*
 
-Runs the program bench_masks, and programs of other libraries where some are given, keeps their rows as CSV, and
-makes of them the tables of masks.md and the pictures: time against error, time against size, spectra.
+Runs the program bench_masks, and generators of other libraries if given, and writes their results as CSV, the tables in
+masks.md and plots of time against error, time against size, and spectra.
 """
 
 import argparse
@@ -14,14 +14,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 import bluenoise
-from report.files import write_text, written_beside
+from report.files import write_text
+from report.plots import plt, save
 
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
 LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64),
@@ -32,7 +29,7 @@ PEER_COLOURS = ("tab:purple", "tab:brown", "tab:pink", "tab:olive")
 
 
 def run_bench(program, arguments):
-    """The rows of bench_masks as dicts; what it complains about goes to the terminal."""
+    """The rows of bench_masks as dicts; its error messages go to the terminal."""
     result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True, check=False)
     if result.returncode != 0:
         sys.exit(f"bench: {program} failed with status {result.returncode}")
@@ -40,8 +37,8 @@ def run_bench(program, arguments):
 
 
 def run_peer(name, command, size, repeats):
-    """A row of another library's mask maker. `command WIDTH HEIGHT FILE` writes the ranks to FILE as little-endian
-    32-bit numbers and prints the seconds that making them took: by the wall clock, then of processor time."""
+    """A row for another library's generator. `command WIDTH HEIGHT FILE` writes ranks to FILE as little-endian 32-bit
+    integers and prints the wall-clock time and the CPU time it took, in seconds."""
     seconds = []
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ranks"
@@ -60,8 +57,8 @@ def run_peer(name, command, size, repeats):
 
 
 def textbook(size, sigma, seed):
-    """Void-and-cluster as Ulichney wrote it, in double precision, for comparison: three phases, a random initial
-    pattern of a tenth of the texels, a Gaussian over the whole torus, no shortcuts."""
+    """Void-and-cluster as Ulichney published it, in double precision, for comparison: three phases, a random initial
+    pattern of a tenth of the texels, an untruncated Gaussian on the torus, no optimisations."""
     offsets = np.minimum(np.arange(size), size - np.arange(size))
     gaussian = np.exp(-(offsets[:, None] ** 2 + offsets[None, :] ** 2) / (2 * sigma**2))
     rng = np.random.default_rng(seed)
@@ -107,8 +104,8 @@ def textbook(size, sigma, seed):
 
 
 def low_frequency(masks):
-    """For each grey level, the mean power (white noise: 1) of the thresholded masks below half the principal
-    frequency."""
+    """For each grey level, the mean power of the thresholded masks below half the principal frequency; white noise has
+    power 1."""
     height, width = masks[0].shape
     frequency = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None, :])
     powers = []
@@ -138,7 +135,7 @@ def time_text(seconds):
 
 
 def table(rows):
-    lines = ["| method | time | processor time | per texel | E_0.75 | E_1 | E_1.5 | E_2 |", "| --- |" + " ---: |" * 7]
+    lines = ["| method | time | CPU time | per texel | E_0.75 | E_1 | E_1.5 | E_2 |", "| --- |" + " ---: |" * 7]
     for row in rows:
         texels = int(row["width"]) * int(row["height"]) * int(row["depth"])
         seconds, cpu = float(row["seconds"]), float(row["cpu_seconds"])
@@ -168,7 +165,7 @@ def plot_times(rows, peers, size, path):
             name = label(row)
             axis.plot(1e3 * float(row["cpu_seconds"]), float(row[key]), "o", color=colour_of(row, peers),
                       label=name)
-        axis.set(xscale="log", xlabel="processor time in ms", ylabel=f"E_{key[2:]}", title=f"{size}x{size}: error {key[2:]} against time")
+        axis.set(xscale="log", xlabel="CPU time in ms", ylabel=f"E_{key[2:]}", title=f"{size}x{size}: error {key[2:]} against time")
         axis.grid(True, which="both", alpha=0.25)
     axes[0].legend(fontsize=7)
     flat = [row for row in rows if row["depth"] in ("1", 1) and row["method"] not in ("white", "builtin")]
@@ -177,14 +174,14 @@ def plot_times(rows, peers, size, path):
         axes[2].plot([int(row["width"]) for row in chosen], [1e3 * float(row["cpu_seconds"]) for row in chosen],
                      marker="o", markersize=3, color=colour_of(chosen[0], peers), label=name,
                      linestyle=":" if chosen[0]["threads"] in ("2", 2) else "-")
-    axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="processor time in ms", title="time against size")
+    axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="CPU time in ms", title="time against size")
     axes[2].grid(True, which="both", alpha=0.25)
     axes[2].legend(fontsize=7)
     save(figure, path)
 
 
 def plot_spectra(groups, path):
-    """Radially averaged power of the masks, and of their thresholded patterns at two grey levels."""
+    """Radially averaged power spectra of the masks and of their thresholded patterns at two grey levels."""
     figure, axes = plt.subplots(1, 3, figsize=(15, 4.2))
     for name, masks in groups.items():
         size = masks[0].shape[0]
@@ -207,13 +204,6 @@ def plot_spectra(groups, path):
     save(figure, path)
 
 
-def save(figure, path):
-    figure.tight_layout()
-    with written_beside(path) as beside:
-        figure.savefig(beside, dpi=80)
-    plt.close(figure)
-
-
 def level_table(groups):
     lines = ["| mask | " + " | ".join(f"{a}/{b}" for a, b in LEVELS) + " |", "| --- |" + " ---: |" * len(LEVELS)]
     for name, masks in groups.items():
@@ -234,10 +224,9 @@ def generated_masks(size, quick):
 
 def report_text(rows, groups, anisotropies, command):
     parts = ["# Masks: time against error", "",
-             f"Printed by `{command}`. Times are medians, by the wall clock and of the processor (of all threads",
-             "together; on a busy machine it is the one to compare); time per texel is the processor's. Errors are means",
-             "over the seeds of `bn_mask_error`, lower is better. One thread unless another number is given; `white` is",
-             "white noise.", "",
+             f"Printed by `{command}`. Times are medians of wall-clock time and of CPU time (summed over threads, and more",
+             "reliable on a busy machine); time per texel is CPU time. Errors are means of `bn_mask_error` over seeds; lower",
+             "is better. One thread unless stated otherwise; `white` is white noise.", "",
              "![Time against error and size](masks_times.png)", ""]
     for size in sorted({int(row["width"]) for row in rows if row["depth"] in ("1", 1)}):
         chosen = [row for row in rows if int(row["width"]) == size and row["depth"] in ("1", 1)]
@@ -246,12 +235,12 @@ def report_text(rows, groups, anisotropies, command):
     if deep:
         parts += ["## 64x64x64", "", table(deep), ""]
     parts += ["## Every grey level", "",
-              "Power of thresholded masks below half the principal frequency, white noise 1, against void-and-cluster as",
-              "it was published, in double precision without shortcuts (`textbook`), 64x64:", "",
+              "Power of thresholded masks below half the principal frequency, relative to white noise, compared with",
+              "void-and-cluster as published, in double precision without optimisations (`textbook`), 64x64:", "",
               level_table(groups), "",
               "![Radially averaged power spectra](masks_spectra.png)", "",
               "## Anisotropy", "",
-              "Of the mean spectrum of 16 masks of 128x128, in dB; -12 is what 16 perfectly isotropic ones have:", ""]
+              "Anisotropy of the mean spectrum of 16 masks of 128x128, in dB; 16 perfectly isotropic masks have -12:", ""]
     parts += [f"* {name}: {value:.1f}" for name, value in anisotropies.items()]
     return "\n".join(parts) + "\n"
 
@@ -260,12 +249,11 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/bench masks", description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/tests/bench/bench_masks", help=argparse.SUPPRESS)
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
-                        help="another library's mask maker: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as "
-                             "little-endian 32-bit numbers and prints the seconds that took, by the wall clock and of the "
-                             "processor")
+                        help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
+                             "32-bit integers and prints the wall-clock time and the CPU time in seconds")
     parser.add_argument("--peer-size", type=int, default=128, help="width and height for peers (default 128)")
     parser.add_argument("--quick", action="store_true", help="sizes up to 256 only")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     options = parser.parse_args()
 
     rows, peers = run_bench(options.program, ["--quick"] if options.quick else []), []

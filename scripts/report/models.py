@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers on other people's models: `scripts/bench models FOLDER...` writes docs/report/models.*
+"""Compares the samplers on third-party models: `scripts/bench models FOLDER...` writes docs/report/models.*
 
 Renders every .gltf, .glb and .obj below the folders with every sampler, several seeds and 1, 4, 16 and 64 samples per
-pixel, through the file's own camera or one that frames it, lit by the file's lights or else by the path tracer's sky,
-and displayed at the exposure that the path tracer finds for its reference. References and measured rows are kept in ~/.cache/libbn: an
-interrupted run goes on where it was. A folder's SOURCES.csv (file,publisher,source,licence) says where files come from.
+pixel, through the file's own camera or one that frames the model, lit by the file's lights or else by the path tracer's sky,
+and displayed at the exposure that the path tracer picks for the reference. References and results are cached in
+~/.cache/libbn, so an interrupted run resumes. A SOURCES.csv (file,publisher,source,licence) in a folder gives the
+origin of its files.
 """
 
 import argparse
@@ -14,10 +15,6 @@ import statistics
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 from . import gains, variants
@@ -27,8 +24,8 @@ from .files import write_text
 from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, Gains
 from .image_error import measure_name
 from .judge import Cells, Run, plan, render_reference
+from .plots import finish, plt, save
 from .renderer import RenderError
-from .renders_plots import finish, save
 from .renders_report import gain_table, md_table, samplers_tables
 from .views import View
 
@@ -41,7 +38,7 @@ SOURCE_FIELDS = ("file", "publisher", "source", "licence")
 
 
 def models_below(folders):
-    """{path: folder it was found below}, in order of their names."""
+    """{path: the given folder that contains it}, sorted by name."""
     found = {}
     for folder in folders:
         for path in sorted(folder.rglob("*")):
@@ -55,12 +52,12 @@ def read_sources(path):
     with open(path, newline="", encoding="utf-8") as file:
         reader = csv.DictReader(file)
         if not set(SOURCE_FIELDS) <= set(reader.fieldnames or ()):
-            raise OSError(f"{path} needs the columns {','.join(SOURCE_FIELDS)} in its first line")
+            raise OSError(f"{path} must have the columns {','.join(SOURCE_FIELDS)}")
         return {row["file"]: {name: (row[name] or "").strip() for name in SOURCE_FIELDS} for row in reader}
 
 
 def source_of(path, root):
-    """The row of the nearest SOURCES.csv that names the file, relative to itself; empty texts if there is none."""
+    """The row for this file in the nearest SOURCES.csv that lists it; empty strings if there is none."""
     for folder in path.parents:
         sources = folder / "SOURCES.csv"
         if sources.is_file():
@@ -73,7 +70,7 @@ def source_of(path, root):
 
 
 def names_of(paths):
-    """{path: a short name}: its stem, with as many folders before it as tell it from others."""
+    """{path: short name}: the file's stem, preceded by as many folders as make it unique."""
     names, stems = {}, {}
     for path in paths:
         stems.setdefault(path.stem, []).append(path)
@@ -87,7 +84,7 @@ def names_of(paths):
 
 
 def run_models(options, paths, seeds):
-    """(results of all tasks, {view: Reference}, {path: the line that says why it failed})."""
+    """(results of all tasks, {view: Reference}, {path: error message})."""
     work = Run(options.pathtracer, "models", max(COUNTS), options.jobs, not options.no_flip)
     results, references, failures = {}, {}, {}
     for i, path in enumerate(paths):
@@ -96,7 +93,7 @@ def run_models(options, paths, seeds):
         try:
             reference = render_reference(options.pathtracer, view, options.reference_spp)
             if not reference.picture.any():
-                raise RenderError("nothing is visible: the picture is black")
+                raise RenderError("the picture is black: nothing is visible")
             results.update(work.results({view: reference}, plan((view,), options.labels, seeds)))
             references[view] = reference
         except RenderError as error:
@@ -105,7 +102,7 @@ def run_models(options, paths, seeds):
 
 
 def cell_text(found, view, measure, spp):
-    """1.83 / 1.20 / 0.98: against white, sobol and OpenQMC."""
+    """For example "1.83 / 1.20 / 0.98": against white, sobol and OpenQMC."""
     texts = []
     for than in found.thans()[:3]:
         logs = found.logs(view, "blue", spp, measure, than)
@@ -115,7 +112,7 @@ def cell_text(found, view, measure, spp):
 
 
 def models_table(found, names, measure):
-    """A row for each model, and the means."""
+    """One row per model, then the means."""
     rows = [[names[view], *(cell_text(found, view, measure, spp) for spp in COUNTS)] for view in found.views]
     means = []
     for spp in COUNTS:
@@ -133,41 +130,42 @@ def sources_table(found, names, sources):
             shares += [f"{own:.2g}", f"{100 * own / statistics.mean(errors):.0f} %" if min(errors) > 0 else ""]
         linked = f"[{names[view]}]({row['source']})" if row["source"] else names[view]
         rows.append([linked, row["publisher"], row["licence"], *shares])
-    return md_table(["model", "publisher", "licence", "own error as displayed", f"of blue's at {COUNTS[-1]} spp",
-                     "own RMSE", f"of blue's at {COUNTS[-1]} spp"], rows)
+    return md_table(["model", "publisher", "licence", "reference error as displayed", f"of blue's at {COUNTS[-1]} spp",
+                     "reference RMSE", f"of blue's at {COUNTS[-1]} spp"], rows)
 
 
 def report_text(options, found, names, sources, failures):
     publishers = {row["publisher"] for row in sources.values() if row["publisher"]}
     count = len(found.views)
-    parts = ["# Other people's models", "", f"Printed by `{options.command}`.", "",
+    parts = ["# Third-party models", "", f"Printed by `{options.command}`.", "",
              f"{count} model{'s' if count != 1 else ''}"
              + (f" of {len(publishers)} publisher{'s' if len(publishers) != 1 else ''}" if publishers else "")
-             + f", {options.size[0]}x{options.size[1]} pixels, {options.seeds} seeds, against references of "
-             f"{options.reference_spp} samples per pixel (`sobol`, another seed). The camera is the file's own, or one that "
-             "frames the model; light comes from the file, or from the path tracer's sky where the file has none. As displayed "
-             "means at the exposure that the path tracer finds for the reference (`--exposure auto`).", "",
-             "## Times less error", "",
-             "Geometric means over models and seeds, with 95 % intervals of a bootstrap that draws both again. A model is left "
-             f"out at a count where blue's error is less than {REFERENCE_MARGIN:g} times the reference's own.", ""]
+             + f", {options.size[0]}x{options.size[1]} pixels, {options.seeds} seeds, against references with "
+             f"{options.reference_spp} samples per pixel (`sobol`, a different seed). The camera is the file's own, or one that "
+             "frames the model; the light comes from the file, or from the path tracer's sky if the file has none. \"As displayed\" "
+             "means at the exposure that the path tracer picks for the reference (`--exposure auto`).", "",
+             "## Error reduction", "",
+             "Each number says how many times smaller blue's error is: geometric means over models and seeds, with 95 % intervals "
+             "of a bootstrap that resamples both. A model is excluded at sample counts where blue's error is less than "
+             f"{REFERENCE_MARGIN:g} times the error of the reference itself.", ""]
     for measure in HEADLINE_MEASURES:
         if "blue" in found.labels:
             parts += [f"### blue, {measure_name(measure)}", "", gain_table(found, COUNTS, found.thans(), measure), ""]
-    parts += ["![Gains on every model](models.png)", "",
-              "## Every sampler", "", "White noise's error over each sampler's.", ""]
+    parts += ["![Error reduction on each model](models.png)", "",
+              "## Every sampler", "", "White noise's error divided by each sampler's.", ""]
     parts += samplers_tables(found, COUNTS, (*HEADLINE_MEASURES, "displayed", "rmse", "trimmed_2.1", "flip"))
     thans = " / ".join("OpenQMC" if than == BEST_PEER else than for than in found.thans()[:3])
-    parts += ["## Every model", "", f"How many times less error blue has than {thans}; - where the reference is too coarse.", ""]
+    parts += ["## Every model", "", f"How many times smaller blue's error is than that of {thans}; - where the reference is too noisy to tell.", ""]
     for measure in HEADLINE_MEASURES:
         parts += [f"### {measure_name(measure)}", "", models_table(found, names, measure), ""]
-    parts += ["## Where they come from, and the references' own error", "", sources_table(found, names, sources), ""]
-    parts += ["## What failed", ""]
-    parts += [f"- {name}: {line}" for name, line in failures.items()] or ["Nothing."]
+    parts += ["## Sources, and the error of the references", "", sources_table(found, names, sources), ""]
+    parts += ["## Failures", ""]
+    parts += [f"- {name}: {line}" for name, line in failures.items()] or ["None."]
     return "\n".join([*parts, ""])
 
 
 def plot(found, path):
-    """A dot for each model, the mean and its interval beside them."""
+    """One dot per model, with the mean and its interval beside them."""
     thans = found.thans()[:3]
     figure, axes = plt.subplots(1, len(thans), figsize=(4 * len(thans), 4.2), squeeze=False)
     for axis, than in zip(axes[0], thans):
@@ -176,7 +174,7 @@ def plot(found, path):
                 logs = [found.logs(view, "blue", spp, measure, than) for view in found.views
                         if found.is_judged(view, "blue", spp, measure)]
                 values = sorted(math.exp(np.mean(own)) for own in logs if own is not None)
-                # Spread to the sides in order, so that equal ones do not hide each other.
+                # Spread horizontally, so that equal values do not hide each other.
                 places = spp * shift * 1.06 ** np.linspace(-1, 1, len(values)) if values else []
                 axis.plot(places, values, ".", color=colour, markersize=4, alpha=.5)
                 gain = found.gain("blue", spp, measure, than)
@@ -187,7 +185,7 @@ def plot(found, path):
         axis.axhline(1, color="0.3", linewidth=.8)
         finish(axis, f"{'best of OpenQMC' if than == BEST_PEER else than} / blue", "samples per pixel")
         axis.set_xticks(COUNTS)
-    axes[0][0].set_ylabel("times less error")
+    axes[0][0].set_ylabel("error reduction (times)")
     axes[0][0].legend(fontsize="small")
     save(figure, path)
 
@@ -195,10 +193,10 @@ def plot(found, path):
 def parse_options(arguments):
     parser = argparse.ArgumentParser(
         prog="scripts/bench models", description=__doc__.splitlines()[0],
-        epilog="A SOURCES.csv with the columns file,publisher,source,licence, in the folder of a file or above, says where it "
-               "comes from. What follows -- goes to the path tracer as it is: scripts/bench models folder -- --env sky")
-    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="where models are looked for, in depth")
-    parser.add_argument("--size", type=parse_size, default=SIZE, metavar="WxH", help=f"default {SIZE[0]}x{SIZE[1]}")
+        epilog="A SOURCES.csv with the columns file,publisher,source,licence, in a file's folder or above it, gives the "
+               "file's origin. Arguments after -- are passed to the path tracer: scripts/bench models folder -- --env sky")
+    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="folder to search recursively for models")
+    parser.add_argument("--size", type=parse_size, default=SIZE, metavar="WxH", help=f"picture size (default {SIZE[0]}x{SIZE[1]})")
     variants.add_option(parser, SAMPLERS)
     add_common_options(parser, REFERENCE_SPP, "out/models")
     arguments, more = list(arguments), ()
@@ -211,8 +209,8 @@ def parse_options(arguments):
     options.command += "".join(f" {word}" for word in (("--", *more) if more else ()))
     for folder in options.folders:
         if not folder.is_dir():
-            parser.error(f"there is no folder {folder}")
-        # The folders' names are of one machine.
+            parser.error(f"folder {folder} does not exist")
+        # Local folder names do not belong in a report.
         options.command = options.command.replace(f" {folder}", " FOLDER", 1)
     options.seeds = options.seeds or SEEDS
     return options
@@ -222,8 +220,8 @@ def run(arguments):
     options = parse_options(arguments)
     roots = models_below(options.folders)
     if not roots:
-        raise OSError(f"there is no {', '.join(ENDINGS)} below {', '.join(map(str, options.folders))}")
-    sources = {path: source_of(path, root) for path, root in roots.items()}  # refused before hours are spent
+        raise OSError(f"no {', '.join(ENDINGS)} file below {', '.join(map(str, options.folders))}")
+    sources = {path: source_of(path, root) for path, root in roots.items()}  # fails before hours of rendering
     names = names_of(list(roots))
     results, references, failures = run_models(options, list(roots), dict.fromkeys(COUNTS, options.seeds))
     failures = {names[path]: line.replace(str(path), names[path]) for path, line in failures.items()}

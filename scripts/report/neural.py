@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks by a network, time against error: `scripts/bench neural` writes docs/report/neural.* and docs/neural.png
+"""Compares neural masks with others, time against error: `scripts/bench neural` writes docs/report/neural.*
 
-Times the network that ships beside this library's other mask makers at sizes up to 2048, on one thread and on all,
-adds the rows of other networks from a file, and makes of them the tables of neural.md, the plots, and the README's
-picture of masks, spectra and thresholded patterns.
+Times the built-in network and the library's other mask generators at sizes up to 2048, on one thread and on all, adds
+results of other networks from a file, and writes the tables and plots of neural.md, and docs/neural.png with masks,
+spectra and thresholded patterns.
 """
 
 import argparse
@@ -14,17 +14,14 @@ import statistics
 import time
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image, ImageDraw
 
 import bluenoise
-from report.files import write_image, write_text, written_beside
+from report.files import write_image, write_text
 from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
+from report.plots import plt, save
 
 ROOT = Path(__file__).resolve().parents[2]
 FAST = ROOT / "libbn/data/neural_fast.onnx"
@@ -36,9 +33,9 @@ COLOURS = {"network": "tab:red", "fast network": "tab:pink", "void-and-cluster":
            "anneal": "tab:orange", "white": "0.6"}
 PAPER_COLOURS = ("tab:purple", "tab:brown", "tab:olive", "tab:cyan", "black")
 
-# Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a circle of 5 texels' radius for
-# each texel it sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15
-# before and after, about 2 operations each.
+# Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a disc of radius 5 for each texel it
+# sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15 before and
+# after, with about 2 operations each.
 VOID_AND_CLUSTER_FLOP = 81
 RELAX_FLOP = 2 * 60
 ANNEAL_FLOP = 2 * 2 * 225
@@ -51,7 +48,7 @@ class Method:
 
 
 def methods(models, most):
-    """`models` maps the names of networks to None for the one that ships, or to a path."""
+    """`models` maps names of networks to a path, or to None for the built-in one."""
     made = []
     for name, path in models.items():
         generators = {}
@@ -91,7 +88,7 @@ def errors_of(masks):
 
 
 def measure(chosen, sizes, threads, quick):
-    """Rows as dicts. The methods of one size take turns, so that a busy machine slows all of them alike."""
+    """Rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
     rows = []
     for size in sizes:
         jobs = [(method, count) for method in chosen if size in method.sizes
@@ -99,7 +96,7 @@ def measure(chosen, sizes, threads, quick):
         repeats = repeats_of(size, quick)
         times = [[] for _ in jobs]
         masks = [[] for _ in jobs]
-        # The first is not counted, it meets cold memory; at the largest sizes that makes no difference.
+        # The first run is a warm-up, which makes no difference at the largest sizes.
         for seed in range(-1 if size < 2048 else 0, repeats):
             for job, (method, count) in enumerate(jobs):
                 if method.name == "anneal" and len(times[job]) >= (1 if method.options == "1000 sweeps" else 3):
@@ -110,7 +107,7 @@ def measure(chosen, sizes, threads, quick):
                 if seed < 0 and method.name != "anneal":
                     continue
                 times[job].append((wall, cpu))
-                # Errors of large masks take longer than the masks, and hardly differ between seeds.
+                # Measuring large masks takes longer than generating them, and errors hardly differ between seeds.
                 if count == 1 and len(masks[job]) < (1 if size >= 512 else repeats):
                     masks[job].append(ranks)
         errors = {}
@@ -128,7 +125,7 @@ def measure(chosen, sizes, threads, quick):
 
 
 def paper_rows(path, sizes):
-    """Rows of another program's file: columns name, size, seconds, threads, e_1, e_1.5, flop_per_texel."""
+    """Rows from a CSV with the columns name, size, seconds, threads, e_1, e_1.5, flop_per_texel."""
     with open(path, newline="", encoding="utf-8") as file:
         return [{"method": row["name"], "options": "", "width": int(row["size"]), "threads": int(row["threads"]),
                  "repeats": "", "seconds": row["seconds"], "cpu_seconds": row["seconds"], "e_1": row["e_1"],
@@ -142,7 +139,7 @@ def label(row):
 
 
 def microseconds(row):
-    """Of the processor, per texel."""
+    """CPU time per texel."""
     return 1e6 * float(row["cpu_seconds"]) / int(row["width"]) ** 2
 
 
@@ -154,7 +151,7 @@ def flop_text(text):
 
 
 def table(rows):
-    lines = ["| method | time | processor time | per texel | FLOP per texel | E_1 | E_1.5 |", "| --- |" + " ---: |" * 6]
+    lines = ["| method | time | CPU time | per texel | FLOP per texel | E_1 | E_1.5 |", "| --- |" + " ---: |" * 6]
     for row in sorted(rows, key=lambda row: float(row["cpu_seconds"])):
         times = time_text(float(row["seconds"])), time_text(float(row["cpu_seconds"]))
         lines.append(f"| {label(row)} | {times[0]} | {times[1]} | {1e3 * microseconds(row):.0f} ns | "
@@ -167,8 +164,8 @@ def colour_of(row, others):
 
 
 def plot(rows, sizes, path):
-    """Error against time per texel, at the size where other networks were measured and at a large one; time against
-    size. One legend for all three."""
+    """Error against time per texel, at the size of the other networks' results and at a large size, and time against
+    size, with one legend."""
     others = [name for name in dict.fromkeys(row["method"] for row in rows) if name not in COLOURS]
     rows = [row for row in rows if row["method"] != "white"]
     marks = {}
@@ -183,7 +180,7 @@ def plot(rows, sizes, path):
             for error, style in (("e_1", "full"), ("e_1.5", "none")):
                 axis.plot(microseconds(row), float(row[error]), fillstyle=style, linestyle="none",
                           **style_of(row, others, marks))
-        axis.set(xscale="log", xlabel="microseconds of the processor per texel", ylabel="E_1 (filled), E_1.5 (open)",
+        axis.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (filled), E_1.5 (open)",
                  ylim=(0, None), title=f"{size}x{size}: error against time, one thread")
         axis.grid(True, which="both", alpha=0.25)
     for name in dict.fromkeys(label(row) for row in rows):
@@ -191,14 +188,12 @@ def plot(rows, sizes, path):
         axes[2].plot([int(row["width"]) for row in chosen], [1e3 * float(row["seconds"]) for row in chosen], label=name,
                      markersize=4, linestyle=":" if int(chosen[0]["threads"]) > 1 else "-",
                      **style_of(chosen[0], others, marks))
-    axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds by the wall clock",
+    axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="wall-clock milliseconds",
                 title="time against size")
     axes[2].grid(True, which="both", alpha=0.25)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="lower center", ncol=5, fontsize=8)
     figure.tight_layout(rect=(0, 0.16, 1, 1))
-    with written_beside(path) as beside:
-        figure.savefig(beside, dpi=80)
-    plt.close(figure)
+    save(figure, path, laid_out=True)
 
 
 def style_of(row, others, marks):
@@ -206,11 +201,11 @@ def style_of(row, others, marks):
     return {"color": colour_of(row, others), "marker": "o^sD"[options.index(row["options"]) % 4]}
 
 
-# ---- Quality of the network that ships ----------------------------------------------------------------------------
+# ---- Quality of the built-in network
 
 
 def quality_table(generator, seeds):
-    """Errors over seeds at shapes of every kind."""
+    """Errors over seeds for different shapes."""
     lines = [f"| shape | E_1, mean of {seeds} | largest | E_1.5, mean | largest |", "| --- |" + " ---: |" * 4]
     for height, width in QUALITY_SHAPES:
         figures = np.array([errors_of([generator.mask((height, width), seed=seed)]) for seed in range(seeds)])
@@ -220,7 +215,7 @@ def quality_table(generator, seeds):
 
 
 def fixed_pattern(generator, count, size=32):
-    """The deviation, over texels, of the mean of the masks of `count` seeds, over what independent masks have."""
+    """The standard deviation over texels of the mean of `count` masks, relative to that of independent masks."""
     total = np.zeros((size, size))
     for seed in range(count):
         total += bluenoise.to_float(generator.mask((size, size), seed=seed))
@@ -228,13 +223,13 @@ def fixed_pattern(generator, count, size=32):
 
 
 def spectrum_picture(masks, size):
-    """The mean power spectrum, zero in the middle, grey level 0 to 2 times white noise's."""
+    """The mean power spectrum, zero frequency in the middle, grey from 0 to 2 times white noise."""
     power = np.mean([bluenoise.power_spectrum(ranks) for ranks in masks], axis=0)
     return Image.fromarray(np.uint8(np.clip(np.fft.fftshift(power) * 127.5, 0, 255))).resize((size, size), Image.NEAREST)
 
 
 def picture(groups, path):
-    """A row for each kind of mask: the mask, its spectrum, and its patterns at three grey levels."""
+    """One row per kind of mask: the mask, its spectrum, and its patterns at three grey levels."""
     side, gap, head = 192, 8, 20
     columns = ["ranks", "power spectrum", "1/16", "1/4", "1/2"]
     sheet = Image.new("L", (len(columns) * (side + gap) + gap, len(groups) * (side + gap + head) + gap), 255)
@@ -260,45 +255,45 @@ def level_table(groups):
 
 
 def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, levels, command, threads):
-    parts = ["# Masks by a network: time against error", "",
-             f"Printed by `{command}`. Times are the least of the repeats, by the wall clock and of the",
-             "processor (of all threads together; on a busy machine it is the one to compare), on 1 thread unless said",
-             f"otherwise ({threads} is every core of that machine); the methods of one size took turns. Time per texel is",
-             "the processor's. Errors are means over the seeds of `bn_mask_error`, lower is better. FLOP per texel are",
-             "multiplications and additions of the inner loop (of the network, two for each weight of a convolution and",
-             "one for every other value made), margins and sorting left out; void-and-cluster's, relaxation's and",
-             "annealing's are integer operations.", ""]
+    parts = ["# Neural masks: time against error", "",
+             f"Printed by `{command}`. Times are minima over repeats of wall-clock time and of CPU time (summed over",
+             "threads, and more reliable on a busy machine), on 1 thread unless stated otherwise",
+             f"({threads} threads are all cores of the machine); the methods for one size were interleaved. Time per texel is",
+             "CPU time. Errors are means of `bn_mask_error` over seeds; lower is better. FLOP per texel counts the",
+             "multiplications and additions of the inner loop (for a network, two per convolution weight and one per other",
+             "computed value), without margins and sorting; those of void-and-cluster, relaxation and annealing are integer",
+             "operations.", ""]
     for name, path in models.items():
         content = (path or ROOT / "libbn/data/neural.onnx").read_bytes()
         operations, weights = cost(content)
         radius = metadata(content)["bn.receptive_radius"]
-        parts.append(f"* {name}: {weights} weights, {len(content)} bytes, {operations} FLOP per texel, sees {radius} texels "
-                     "around.")
+        parts.append(f"* {name}: {weights} weights, {len(content)} bytes, {operations} FLOP per texel, receptive radius {radius} "
+                     "texels.")
     parts += ["", "![Error against time, time against size](neural.png)", ""]
     for size in sizes:
         parts += [f"## {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
     decibels = ", ".join(f"{name} {value:.1f}" for name, value in anisotropy.items())
-    parts += ["## Every size and seed", "", "The network that ships; 16x16 is the smallest size that is promised anything.",
+    parts += ["## Every size and seed", "", "The built-in network; quality is only promised from 16x16 on.",
               "", quality, "",
-              f"The mean of the 32x32 masks of {flatness[1]} seeds deviates from flat by {flatness[0]:.3f} times what",
-              "independent white noise would (1: no fixed pattern). Anisotropy of the mean spectrum of",
-              f"{masks} masks of 128x128, in dB ({-10 * np.log10(masks):.0f} is what perfectly isotropic ones have):",
+              f"The mean of {flatness[1]} masks of 32x32 deviates from flat {flatness[0]:.3f} times as much as the mean of",
+              "independent white noise (1: no fixed pattern). Anisotropy of the mean spectrum of",
+              f"{masks} masks of 128x128, in dB (perfectly isotropic masks have {-10 * np.log10(masks):.0f}):",
               f"{decibels}.", "",
               "## Every grey level", "",
-              "Power of thresholded masks below half the principal frequency, white noise 1:", "", levels, ""]
+              "Power of thresholded masks below half the principal frequency, relative to white noise:", "", levels, ""]
     return "\n".join(parts)
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench neural", description=__doc__.splitlines()[0])
     parser.add_argument("--paper", type=Path, metavar="FILE",
-                        help="rows of other networks, as `python -m bn_trainer table` writes them (default "
-                             "docs/report/paper.csv, where there is one)")
-    parser.add_argument("--model", action="append", default=[], metavar="NAME=FILE", help="another network, an ONNX file")
-    parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a try, not a measurement")
-    parser.add_argument("--again", action="store_true", help="keep the times of neural.csv, make all else anew")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
-    parser.add_argument("--picture", type=Path, default=None, help="the README's picture (default docs/neural.png)")
+                        help="results of other networks, as written by `python -m bn_trainer table` (default "
+                             "docs/report/paper.csv, if it exists)")
+    parser.add_argument("--model", action="append", default=[], metavar="NAME=FILE", help="an ONNX file of another network to include")
+    parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
+    parser.add_argument("--again", action="store_true", help="keep the times in neural.csv and redo everything else")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+    parser.add_argument("--picture", type=Path, default=None, help="picture of masks, spectra and patterns (default docs/neural.png)")
     options = parser.parse_args()
     paper = options.paper or (ROOT / "docs/report/paper.csv")
     models = {"network": None, "fast network": FAST}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a network costs: a reader of ONNX files that counts operations per texel, in a few lines and without packages.
+"""The cost of a network: a small ONNX reader, without dependencies, that counts operations per texel.
 
-Counted are two operations for each weight of a convolution, one for its bias, and one for every value that another operator
-makes; copies (concatenation, slices) count nothing. Margins are left out. Field numbers are those of onnx.proto."""
+It counts two operations per weight of a convolution, one per bias, and one per value computed by other operators; copies
+(concatenation, slices) are free. Margins are ignored. Field numbers are those of onnx.proto."""
 
 COPIES = {"Concat", "Slice", "Identity", "Split", "Constant", "Reshape", "Shape", "Gather", "Unsqueeze", "Squeeze", "Cast",
           "Pad", "Transpose", "Expand"}
@@ -82,7 +82,7 @@ def cost(model):
         elif kind == "Concat":
             made = sum(channels.get(name, 1) for name in inputs)
         elif kind not in COPIES:
-            for name in inputs:  # a constant of several channels spreads what it meets
+            for name in inputs:  # a constant with several channels broadcasts
                 shape = shapes.get(name, [])
                 if len(shape) >= 3:
                     made = max(made, shape[-3])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A report page in one file: pictures are inside it, so it opens from disk, can be mailed, and asks no network.
+"""A self-contained HTML report: pictures are embedded, so it opens from disk, can be mailed and needs no network.
 
-The parts below are texts of HTML. A page reads from pictures to plots to tables: what a visitor sees needs no words,
-and who wants figures scrolls down.
+The functions below return HTML. A page goes from pictures to plots to tables: the result is visible first, and the
+figures follow.
 """
 
 import base64
@@ -71,12 +71,12 @@ def paragraph(text):
 
 
 def table(header, rows, highlighted=(), rules=(), colours=None):
-    """Rows of texts. highlighted: indices of rows to tint; rules: of rows with a line above them.
+    """Rows of strings. highlighted: indices of rows to highlight; rules: indices of rows with a line above.
 
     colours: {text of a first cell: colour of a dot before it}.
     """
     highlighted, rules, rows = set(highlighted), set(rules), [list(map(str, row)) for row in rows]
-    # Sentences wrap, figures do not.
+    # Wrap sentences, not figures.
     wraps = [max((len(row[i]) for row in rows), default=0) > 40 for i in range(len(header))]
 
     def cell(i, text):
@@ -94,7 +94,7 @@ def table(header, rows, highlighted=(), rules=(), colours=None):
 
 
 def image(picture, alt, factor=1):
-    """A Pillow image, factor x factor page pixels for each of its own."""
+    """A Pillow image, each pixel shown as factor x factor page pixels."""
     data = io.BytesIO()
     picture.save(data, "PNG", optimize=True)
     source = base64.b64encode(data.getvalue()).decode()
@@ -103,7 +103,7 @@ def image(picture, alt, factor=1):
 
 
 def pictures(cells, row_names, column_names, caption=""):
-    """A grid of Pillow images, cells[row][column]. A narrow window scrolls it: pixels are not resampled."""
+    """A grid of Pillow images, cells[row][column]. It scrolls in a narrow window: pixels are not resampled."""
     head = "".join(f"<th>{html.escape(name)}</th>" for name in column_names)
     room = 1080 // max(1, len(column_names))
     body = "".join(f"<tr><th>{html.escape(name)}</th>" + "".join(
@@ -114,41 +114,41 @@ def pictures(cells, row_names, column_names, caption=""):
 
 
 def svg(figure, fit=True):
-    """A Matplotlib figure as the text of an SVG file; fit: cut to what is drawn, which takes as long as drawing."""
+    """A Matplotlib figure as SVG. fit: crop to the drawing, which takes as long as drawing it."""
     data = io.StringIO()
     figure.savefig(data, format="svg", bbox_inches="tight" if fit else None, transparent=True)
     return data.getvalue()
 
 
 def chart(figure, caption=""):
-    """A figure of a Matplotlib figure or of the text of an SVG file, as wide as its place."""
+    """A Matplotlib figure or SVG text, scaled to the available width."""
     text = figure if isinstance(figure, str) else svg(figure)
     return (f'<figure class="card chart">{text[text.index("<svg"):]}'
             f"<figcaption>{html.escape(caption)}</figcaption></figure>")
 
 
 def grid(parts):
-    """Parts side by side where there is room, in rows that are full; one under the other where there is none."""
+    """Parts side by side in full rows where there is room, else one below the other."""
     parts = list(parts)
     columns = 3 if len(parts) % 3 == 0 else min(2, len(parts))
     return f'<div class=grid style="--columns:{columns}">{"".join(parts)}</div>'
 
 
 def facts(pairs, columns=4):
-    """A strip of headlines: (a few characters, what they are)."""
+    """A strip of headlines: pairs of (short value, caption)."""
     inside = "".join(f"<div class=fact><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>"
                      for value, what in pairs)
     return f'<div class=facts style="--columns:{columns}">{inside}</div>'
 
 
 def folded(summary, parts, shown=False):
-    """Parts under a line that opens and closes them."""
+    """Parts below a line that shows and hides them."""
     return (f"<details{' open' if shown else ''}><summary>{html.escape(summary)}</summary><div>{''.join(parts)}</div>"
             "</details>")
 
 
 def page(title, sections, lead="", footer=""):
-    """The whole page; sections are (heading, list of parts made by the functions above), the lead a sentence or two."""
+    """The whole page. sections: pairs of (heading, list of parts); lead: a sentence or two."""
     links = "".join(f'<a href="#part-{i}">{html.escape(heading)}</a>' for i, (heading, _) in enumerate(sections))
     body = "\n".join(f'<section id="part-{i}"><h2>{html.escape(heading)}</h2>\n' + "\n".join(parts) + "</section>"
                      for i, (heading, parts) in enumerate(sections))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One colour and one marker for each sampler in every plot of rendered pictures, told apart without colour too, and
-plain numbers along logarithmic axes."""
+"""A colour and a marker for each sampler, so that plots also work without colour, and plain numbers on logarithmic
+axes."""
 
-# The hues of Okabe and Ito's palette, which stay apart for colour-blind eyes.
+# Okabe and Ito's palette, which is safe for colour-blind readers.
 STYLES = {
     "white": ("#767676", "o"),
     "sobol": ("#d55e00", "s"),
@@ -18,7 +18,7 @@ MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"))
 
 
 def style(name, names):
-    """Keyword arguments of a Matplotlib line for one of `names`."""
+    """Keyword arguments for a Matplotlib line of one of `names`."""
     others = [other for other in names if other not in STYLES]
     colour, marker = STYLES.get(name) or MORE[others.index(name) % len(MORE)]
     return {"color": colour, "marker": marker, "markersize": 4, "label": name,
@@ -26,7 +26,7 @@ def style(name, names):
 
 
 def plain_numbers(*axes):
-    """Numbers at decades and at about half of them; the other lines of a logarithmic axis have no room for any."""
+    """Labels at decades and their middles only; the other lines of a logarithmic axis have no room."""
     for axis in axes:
         axis.set_major_formatter(lambda value, _: f"{value:g}")
         axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == "3" else "")

@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers of other libraries that a build may hold, so that they stand in the same tables as libbn's.
+"""Samplers of other libraries that a build can include, for comparison with libbn's in the same tables.
 
-`scripts/bench PART --openqmc DIR` builds with the checkout of OpenQMC in DIR and hands the option on to the part:
+`scripts/bench PART --openqmc DIR` builds with the checkout of OpenQMC in DIR and passes the option to the part:
 
     peers.add_option(parser)
     options = parser.parse_args(arguments)
     samplers += peers.chosen(options.openqmc, options.pathtracer)
 
-A report names its command with `--openqmc DIR`, wherever the folder was.
+A report quotes its command with `--openqmc DIR`, not the actual folder.
 """
 
 import subprocess
 import sys
 
-# The path tracer's names of OpenQMC's blue-noise samplers.
+# The path tracer's names for OpenQMC's blue-noise samplers.
 PEERS = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
 
 
 def listed(program):
-    """Those of PEERS that the path tracer has, by its own --list; none if it does not run."""
+    """The PEERS that the path tracer lists with --list; none if it cannot be run."""
     try:
         listing = subprocess.run([program, "--list"], check=False, capture_output=True, text=True).stdout
     except OSError:
@@ -29,13 +29,13 @@ def listed(program):
 
 def add_option(parser):
     parser.add_argument("--openqmc", metavar="DIR",
-                        help="build with the checkout of OpenQMC in DIR, and compare with its samplers too")
+                        help="build with the checkout of OpenQMC in DIR and include its samplers")
 
 
 def chosen(openqmc, program):
-    """The peers to compare with: all with --openqmc, none without. Exits with one line if the build lacks them."""
+    """The peers to compare with: all with --openqmc, else none. Exits with one line if the build lacks them."""
     if not openqmc:
         return ()
     if listed(program) != PEERS:
-        sys.exit(f"bench: {program} has no samplers of OpenQMC; build it with scripts/setup -DBN_OPENQMC={openqmc}")
+        sys.exit(f"bench: {program} was built without OpenQMC; build it with scripts/setup -DBN_OPENQMC={openqmc}")
     return PEERS

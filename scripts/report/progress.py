@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a long run is: one line on a terminal, nothing in a pipe."""
+"""Progress of a long run: one line on a terminal, nothing in a pipe."""
 
 import sys
 import time
@@ -11,17 +11,17 @@ def duration(seconds):
 
 
 class Progress:
-    """Told what is done of `total` units, it shows the share, the rate and the time left.
+    """Shows the share done of `total` units, the rate and the time left.
 
-    What was found from before costs no time and does not count in the rate: it is known by its being done at once,
-    or from `found` where several things are done at the same time.
+    Results from the cache do not count towards the rate. They are recognised by taking no time, or by `found` where
+    several things run at once.
     """
 
     def __init__(self, total, unit="spp", stream=None):
         self.total, self.unit, self.stream = total, unit, stream or sys.stderr
         self.shown = self.stream.isatty()
         self.last_done, self.last_time = 0.0, time.monotonic()
-        self.made, self.busy = 0.0, 0.0  # what was really made now, and its seconds
+        self.made, self.busy = 0.0, 0.0  # units done in this run, and the seconds they took
 
     def __call__(self, what, done, found=None):
         now = time.monotonic()

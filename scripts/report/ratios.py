@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ratios of errors over seeds: geometric means, their 95 % intervals, and tests that count how many were made.
+"""Ratios of errors over seeds: geometric means, 95 % intervals, and tests corrected for their number.
 
-Errors of different pictures differ by factors, so everything is done on logarithms: the mean of the logarithms of
-the ratios of n seeds is the geometric mean, and Student's t with n - 1 degrees of freedom gives the interval. Means
-over scenes add the variances of independent ones (degrees of freedom after Welch and Satterthwaite).
+Errors of different pictures vary by factors, so all statistics use logarithms: the mean log ratio over n seeds gives the
+geometric mean, and Student's t with n - 1 degrees of freedom gives its interval. Means over scenes add the variances of
+independent scenes, with Welch-Satterthwaite degrees of freedom.
 """
 
 import dataclasses
@@ -17,7 +17,7 @@ LEVEL = 0.95
 
 @dataclasses.dataclass(frozen=True)
 class Ratio:
-    """A geometric mean: log_mean and the standard error of that (NaN from one seed alone)."""
+    """A geometric mean as log_mean with its standard error (NaN for a single seed)."""
 
     log_mean: float
     standard_error: float
@@ -28,7 +28,7 @@ class Ratio:
         return math.exp(self.log_mean)
 
     def bound(self, share):
-        """The value under which the true one lies with the probability `share`."""
+        """The bound below which the true value lies with probability `share`."""
         return math.exp(self.log_mean + stats.t.ppf(share, self.freedom) * self.standard_error)
 
     @property
@@ -40,7 +40,7 @@ class Ratio:
         return self.bound((1 + LEVEL) / 2)
 
     def chance_below_one(self):
-        """One-sided p-value of so low a ratio, were the true one 1. 1 when there is one seed alone."""
+        """One-sided p-value of a ratio this low if the true ratio is 1; 1 for a single seed."""
         if not self.freedom >= 1 or math.isnan(self.standard_error):
             return 1.0
         if self.standard_error == 0:
@@ -49,11 +49,11 @@ class Ratio:
 
 
 def ratio(above, below):
-    """Of two lists of errors, one pair for each seed."""
+    """The Ratio of two lists of errors, paired by seed."""
     if len(above) != len(below) or not above:
-        raise ValueError(f"{len(above)} and {len(below)} errors do not make pairs")
+        raise ValueError(f"{len(above)} and {len(below)} errors cannot be paired")
     if min(*above, *below) <= 0:
-        raise ValueError("errors are positive")
+        raise ValueError("errors must be positive")
     logs = np.log(above) - np.log(below)
     error = float(np.std(logs, ddof=1) / math.sqrt(len(logs))) if len(logs) > 1 else math.nan
     return Ratio(float(np.mean(logs)), error, len(logs) - 1)
@@ -68,11 +68,11 @@ def geometric_mean(ratios):
 
 
 def worse_cells(cells, false_alarms=0.01):
-    """Of {name: Ratio}: (certain, suspected) names, most certain first.
+    """(certain, suspected) names of a {name: Ratio}, most certain first.
 
-    Certain ones are below 1 after Holm's correction for the number of cells: that any is named although no true
-    ratio is below 1 has a probability of at most `false_alarms`. Suspected ones have a 95 % interval below 1; of so
-    many cells 2.5 % would be there by chance.
+    Certain ones are below 1 after Holm's correction for the number of cells: if no true ratio is below 1, the probability
+    that any is named is at most `false_alarms`. Suspected ones have a 95 % interval below 1, as 2.5 % of all cells would
+    by chance.
     """
     chances = sorted((cell.chance_below_one(), str(name), name) for name, cell in cells.items())
     certain = []
@@ -85,8 +85,8 @@ def worse_cells(cells, false_alarms=0.01):
 
 
 def seconds_to_error(seconds, errors, wanted):
-    """When a run whose error falls as it goes on first reaches an error, between two counts on straight lines of
-    log error over log seconds. NaN if it never does; the first second there is if it is there from the beginning."""
+    """The time at which a progressive run first reaches an error, by log-log interpolation between its sample counts.
+    NaN if it never does; its first time if the first error is small enough already."""
     for i, error in enumerate(errors):
         if error <= wanted:
             if i == 0:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders through the path tracer that are made once and kept while nothing they depend on has changed.
+"""Runs the path tracer and caches its pictures while nothing they depend on changes.
 
-A file is valid while its record in renders.json names the same request (options and the SHA-256 of the path
-tracer, which holds libbn) and the file has the bytes that were written then. References take minutes: they are
-rendered in parts, so that an interrupted one goes on where it was, and are valid while the path tracer still
-gives the same bits for one sample in every pixel, so that a change of another sampler leaves them alone.
+A file is valid if its record in renders.json names the same request (options and the SHA-256 of the path tracer, which
+contains libbn) and its contents are unchanged. References take minutes: they are rendered in parts, so that an
+interrupted one resumes, and remain valid while the path tracer gives the same bits for one sample in every pixel, so
+that changes to other samplers do not affect them.
 """
 
 import dataclasses
@@ -22,32 +22,32 @@ from .files import read_exr, sha256_of, write_exr, write_text
 
 
 class RenderError(Exception):
-    """The path tracer failed; the message is its own line."""
+    """The path tracer failed; the message is what it printed."""
 
 
 def cache_folder():
-    """Where references and measured rows outlive a build: $XDG_CACHE_HOME/libbn, by default ~/.cache/libbn."""
+    """The cache of references and results, which outlives a build: $XDG_CACHE_HOME/libbn, by default ~/.cache/libbn."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "libbn"
 
 
 def run_pathtracer(program, arguments):
-    """What it printed. RenderError has its own line when it fails."""
+    """Returns its standard output. Raises RenderError with its error message if it fails."""
     try:
         done = subprocess.run([program, *map(str, arguments)], check=False, stdin=subprocess.DEVNULL,
                               capture_output=True, text=True)
     except OSError as error:
-        raise RenderError(f"{program} does not run ({error.strerror}); build it with scripts/setup") from None
-    # Ended by the signal, or by itself: what it left then is not whole.
+        raise RenderError(f"cannot run {program} ({error.strerror}); build it with scripts/setup") from None
+    # Killed by the signal, or exited because of it: its output is incomplete.
     if done.returncode in (-signal.SIGINT, 128 + signal.SIGINT):
         raise KeyboardInterrupt
     if done.returncode != 0:
-        raise RenderError(done.stderr.strip() or f"{program} ended with {done.returncode}")
+        raise RenderError(done.stderr.strip() or f"{program} failed with exit status {done.returncode}")
     return done.stdout
 
 
 @dataclasses.dataclass(frozen=True)
 class Request:
-    """What decides a picture."""
+    """Everything that determines a picture."""
 
     sampler: str
     spp: int
@@ -56,10 +56,10 @@ class Request:
     width: int = 256
     height: int = 256
     first_sample: int = 0
-    exposure: float | str = 0.0  # stops, or auto; of the preview only
-    declared: int = 0  # samples the sampler is told of; 0: none
-    mask: str = ""  # of the sampler "mask"; empty: the path tracer's default
-    more: tuple = ()  # further options, as they are
+    exposure: float | str = 0.0  # of the preview, in stops, or "auto"
+    declared: int = 0  # sample count passed to the sampler; 0: none
+    mask: str = ""  # for the sampler "mask"; empty: the path tracer's default
+    more: tuple = ()  # further options of the path tracer
 
     def arguments(self):
         return ["--scene", self.scene, "--sampler", self.sampler, "--spp", str(self.spp),
@@ -69,16 +69,16 @@ class Request:
                 *(["--mask", self.mask] if self.mask else []), *self.more]
 
     def key(self):
-        """All that decides the picture, for a record; options that are not used are not in it."""
+        """Everything that determines the picture, for a record, without unused options."""
         key = dataclasses.asdict(self)
         return {name: value for name, value in key.items() if value or name not in ("declared", "mask", "more")}
 
 
 def progressive(program, request, counts, threads=None, read=read_exr):
-    """Yields (spp, picture, attributes) for each of the ascending counts, as one run that goes on shows them.
+    """Yields (spp, picture, attributes) for each of the ascending counts, as in one progressive run.
 
-    Each sample is rendered once: pictures are means of the parts so far, in double. Of the attributes, seconds
-    and rays are sums over the parts. read(path) gives (array, attributes) of a part: the picture, or more of its layers.
+    Each sample is rendered once: pictures are means of the parts so far, in double precision. The attributes seconds and
+    rays are sums over the parts. read(path) gives (array, attributes) of a part: the picture, or further layers too.
     """
     total, first, sums = 0.0, 0, {"seconds": 0.0, "rays": 0}
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
@@ -96,22 +96,22 @@ def progressive(program, request, counts, threads=None, read=read_exr):
 
 
 class Renderer:
-    """Renders into one folder, which it keeps the records of."""
+    """Renders into one folder and keeps its records."""
 
     def __init__(self, program, folder, threads=None):
         self.program = Path(program)
         self.folder = Path(folder)
-        self.threads = threads  # None: all
+        self.threads = threads  # None: all cores
         try:
             self._program_sha256 = sha256_of(self.program)
         except OSError as error:
-            raise RenderError(f"there is no path tracer {program} ({error.strerror}); "
+            raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); "
                               "build it with scripts/setup") from None
         self._records_path = self.folder / "renders.json"
         try:
             self._records = json.loads(self._records_path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            self._records = {}  # none yet, or not ours: everything is rendered again
+            self._records = {}  # missing or damaged: everything is rendered again
 
     def _key(self, request, **more):
         return {"program": self._program_sha256, **request.key(), **more}
@@ -125,9 +125,9 @@ class Renderer:
         write_text(self._records_path, json.dumps(self._records, indent=1, sort_keys=True) + "\n")
 
     def render(self, request, name, **more):
-        """The path of the EXR `name`; a preview PNG lies beside it. Rendered unless it is there already.
+        """The path of the EXR `name`, with a preview PNG beside it, rendered unless it is valid already.
 
-        more: what else must be as it was then, besides the request and the program.
+        more: further conditions for validity, besides the request and the program.
         """
         path, key = self.folder / name, self._key(request, **more)
         if not self._valid(path, key) or not path.with_suffix(".png").is_file():
@@ -140,16 +140,15 @@ class Renderer:
     def reference(self, request, name, part_count=64, report=lambda fraction: None):
         """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
 
-        Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS: half of what its
-        two halves differ by; its layer firstHalf is the mean of the first half (read_first_half). meanError is the
-        standard error of its mean luminance, from the parts.
-        report(fraction) is called as parts are done.
+        Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS, as half the difference of
+        its two halves; its layer firstHalf is the mean of the first half (read_first_half). meanError is the standard
+        error of its mean luminance, from the parts. report(fraction) is called after each part.
         """
         if request.spp % part_count or part_count % 2:
-            raise ValueError(f"{request.spp} samples do not divide into {part_count} equal parts in two halves")
+            raise ValueError(f"{request.spp} samples cannot be split into {part_count} equal parts in two halves")
         path = self.folder / name
         last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
-        # The path tracer may be the same and the files of a scene other ones.
+        # The path tracer may be unchanged while the scene's files are not.
         probe_name = f"{path.stem}-probe.exr"
         if Path(request.scene).exists():
             self._records.pop(probe_name, None)

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The judge of the samplers, rendered scenes: `scripts/bench renders` writes docs/report/renders.*
+"""Compares the samplers on rendered scenes: `scripts/bench renders` writes docs/report/renders.*
 
 Renders views of every built-in scene with every sampler at 1 to 64 samples per pixel and several seeds, measures each
-picture against a reference, times progressive runs, and makes of it renders.md with its plots and renders_headline.csv
-in docs/report, and renders.html, renders.csv and a sheet of pictures in out/renders. References and measured rows are
-kept in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run goes on where it was, and after a change of one
-sampler only that one is rendered again.
+picture against a reference and times progressive runs. Writes renders.md with its plots and renders_headline.csv to
+docs/report, and renders.html, renders.csv and a contact sheet to out/renders. References and results are cached in
+~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
 import argparse
@@ -25,7 +24,7 @@ REFERENCE_SPP = 2048
 
 
 def furnace(options, run):
-    """Rows of the scene whose every pixel is known: {label, mean and worst pixel relative to what they should be}."""
+    """One dict per sampler for the furnace scene, whose pixels are known: relative error of the mean and the worst pixel."""
     view = views.View("furnace", "a", *(options.size or (96, 96)))
     rows = []
     for label in options.labels:
@@ -34,7 +33,7 @@ def furnace(options, run):
         found = run.store.load(key)
         if not found:
             (_, picture), = pictures_of(options.pathtracer, task)
-            # Walls that glow with 1/2 and return 1/2, cut off after 8 bounces.
+            # The walls emit 1/2 and reflect 1/2; paths end after 8 bounces.
             share = picture.astype(np.float64) / (1 - 0.5**9) - 1
             found = [{"mean": float(share.mean()), "worst": float(np.abs(share).max())}], {}
             run.store.save(key, *found)
@@ -46,12 +45,12 @@ def parse_options(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench renders", description=__doc__.splitlines()[0])
     views.add_options(parser)
     variants.add_option(parser)
-    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="counts up to N, at most 256 (default 64)")
-    parser.add_argument("--size", type=parse_size, metavar="WxH", help="this size for every view, for a trial")
+    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest sample count, at most 256 (default 64)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all views, for a quick trial")
     add_common_options(parser, REFERENCE_SPP, "out/renders")
-    parser.add_argument("--no-times", action="store_true", help="leave out what is timed; those need a quiet machine")
-    parser.add_argument("--retime", action="store_true", help="time again what was timed before")
-    parser.add_argument("--embree", metavar="PROGRAM", help="the path tracer of Embree's tools (default: looked for)")
+    parser.add_argument("--no-times", action="store_true", help="skip the timings, which need an idle machine")
+    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
+    parser.add_argument("--embree", metavar="PROGRAM", help="the path tracer of embree-tools (default: search PATH)")
     options = parser.parse_args(arguments)
     finish_options(parser, options, "renders", arguments)
     options.seeds = seeds_up_to(options.spp, options.seeds)
@@ -70,7 +69,7 @@ def run(arguments):
     times = None if options.no_times else speed.measure_all(options, work.store, [
         (view, references[view], work.builds.key(view, "blue")) for view in first_views if view.scene in views.DIRECT])
     report = Report(options, cells, references, furnaces, times)
-    # What the text speaks of is there before the text.
+    # Write the text last, after the files it refers to.
     renders_plots.draw_all(report, options.out, options.pages)
     write_text(options.pages / "renders.csv", cells.csv_text())
     write_text(options.pages / "renders.html", renders_page.html_page(report))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `scripts/bench renders`: two pictures under a slider, plots, and its tables."""
+"""The HTML page of `scripts/bench renders`: a slider that compares two pictures, plots and tables."""
 
 import math
 import statistics
@@ -24,7 +24,7 @@ def slider(report, counts):
 
 
 def headlines(report, counts):
-    """Blue's gains as displayed, where there are seeds enough."""
+    """Blue's gains as displayed, where there are enough seeds."""
     found = []
     for than in report.gains.thans()[:3]:
         for spp in counts:
@@ -37,7 +37,7 @@ def headlines(report, counts):
 
 
 def overall(report, measure):
-    """The chart of all scenes and views: each sampler against white noise, with the interval of blue."""
+    """Gains over white noise, over all scenes and views, with the interval of blue."""
     found = {label: {spp: (gain.value, gain.low, gain.high) for spp in report.counts
                      if (gain := report.gains.gain(label, spp, measure, "white"))} for label in report.labels}
     return curves.gain_lines(found, report.labels, measure_name(measure), "white", banded=("blue",))
@@ -71,20 +71,20 @@ def html_page(report):
         side += [page.facts(facts, len(counts)), page.paragraph(
             f"The sampler blue, {measure_name('displayed_2.1')}: geometric means over {len(report.scenes)} scenes and "
             f"{len(report.views)} views, with 95 % intervals.")]
-    plots = [page.paragraph("How many times less error than white noise, over all scenes and views; the band is the interval "
-                            "of blue:"),
+    plots = [page.paragraph("Error reduction over white noise, over all scenes and views; the band is the interval of "
+                            "blue:"),
              page.grid(page.chart(overall(report, measure)) for measure in HEADLINE_MEASURES),
-             page.paragraph(f"Each scene, {measure_name(first)}, the mean of its views:"),
+             page.paragraph(f"Each scene, {measure_name(first)}, mean over its views:"),
              page.grid(page.chart(of_scene(report, scene, first)) for scene in report.scenes)]
     figures = []
     for measure in HEADLINE_MEASURES if "blue" in report.labels else ():
-        figures += [page.paragraph(f"Times less error with blue than with each of these, {measure_name(measure)}:"),
+        figures += [page.paragraph(f"Error reduction of blue over each of these, {measure_name(measure)}:"),
                     page.table(("samples per pixel", *report.gains.thans()), gain_rows(report, measure))]
     aims = report.aims()
-    figures += [page.paragraph("Aims; those that were missed are tinted:"),
-                page.table(("what", "aim", "measured", ""), aims, [i for i, row in enumerate(aims) if row[3] != "met"])]
+    figures += [page.paragraph("Targets; missed ones are highlighted:"),
+                page.table(("what", "target", "measured", ""), aims, [i for i, row in enumerate(aims) if row[3] != "met"])]
     lead = ("The built-in scenes of libbn's example path tracer. Drag the divider, or move it with the arrow keys; the blur "
-            "shows what is left from a distance. The pictures are of each scene's first view, the figures of all.")
+            "shows what remains visible from a distance. The pictures show each scene's first view, the figures cover all.")
     return page.page("Samplers in rendered scenes", [("Side by side", side), ("Plots", plots), ("Tables", figures)], lead,
                      f"Measured by {report.options.command}. All figures are in docs/report/renders.md and in renders.csv "
                      "beside this page.")

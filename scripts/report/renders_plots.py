@@ -1,12 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plots and the sheet of pictures of `scripts/bench renders`, from its report."""
+"""The plots and the contact sheet of `scripts/bench renders`."""
 
-import io
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 
@@ -16,24 +10,25 @@ from .gains import BEST_PEER, HEADLINE_MEASURES
 from .image_error import blurred, error_image, luminance_error, measure_name, radial_spectrum
 from .judge import SHOWN_COUNTS
 from .palette import plain_numbers, style
+from .plots import finish, plt, save
 from .views import EXPOSURES
 
 PICTURE_COUNT = 4
 
 
 def draw_all(report, folder, large):
-    """Plots go to `folder`, the sheet of pictures to `large`."""
+    """Writes the plots to `folder` and the contact sheet to `large`."""
     plot_gains(report.gains, report.counts, folder / "renders_gain.png")
     plot_views(report, folder / "renders_views.png")
     plot_spectra(report, folder / "renders_spectra.png")
     if report.times and report.times["runs"]:
         plot_times(report, folder / "renders_time.png")
-    # 256 colours are enough for a sheet like this, and a third of the bytes.
+    # 256 colours suffice for a contact sheet, at a third of the size.
     write_image(large / "renders_pictures.png", picture_sheet(report).quantize(256, dither=0))
 
 
 def plot_gains(gains, counts, path):
-    """Every sampler against white noise, as displayed and raw, with the interval of blue."""
+    """Error reduction of every sampler over white noise, as displayed and raw, with the interval of blue."""
     figure, axes = plt.subplots(1, len(HEADLINE_MEASURES), figsize=(12, 4.4), sharey=True)
     for axis, measure in zip(axes, HEADLINE_MEASURES):
         for label in gains.labels:
@@ -46,13 +41,13 @@ def plot_gains(gains, counts, path):
                     axis.fill_between(list(found), [gain.low for gain in found.values()],
                                       [gain.high for gain in found.values()], color=own["color"], alpha=.15, linewidth=0)
         finish(axis, measure_name(measure), "samples per pixel")
-    axes[0].set_ylabel("times less error than white")
+    axes[0].set_ylabel("error reduction over white (times)")
     axes[0].legend(fontsize="small")
     save(figure, path)
 
 
 def plot_views(report, path):
-    """How blue stands against others in every view of each scene, as displayed."""
+    """Error reduction of blue over the other samplers in every view, as displayed."""
     measure, thans = "displayed_2.1", report.gains.thans()[:3]
     figure, axes = plt.subplots(len(thans), len(report.scenes), figsize=(2.3 * len(report.scenes) + 1, 2.4 * len(thans)),
                                 sharex=True, sharey="row", squeeze=False)
@@ -73,7 +68,7 @@ def plot_views(report, path):
         finish(axis, axis.get_title(), "")
     for axis in axes[-1]:
         axis.set_xlabel("samples per pixel")
-    figure.suptitle(f"{measure_name(measure)}: a line for each view" + (
+    figure.suptitle(f"{measure_name(measure)}: one line per view" + (
         ", grey: held out" if any(view.held_out for view in report.views) else ""), fontsize=10)
     save(figure, path)
 
@@ -95,7 +90,7 @@ def plot_times(report, path):
 
 
 def plot_spectra(report, path):
-    """Of each scene's first view."""
+    """Error spectra of each scene's first view."""
     counts = [spp for spp in SHOWN_COUNTS if spp in report.counts]
     figure, axes = plt.subplots(len(counts), len(report.scenes), figsize=(2.4 * len(report.scenes) + 1, 2.3 * len(counts)),
                                 sharex=True, sharey=True, squeeze=False)
@@ -119,20 +114,6 @@ def plot_spectra(report, path):
     save(figure, path)
 
 
-TICKS = (.05, .1, .2, .3, .5, .7, .8, .9, 1, 1.1, 1.25, 1.5, 2, 3, 4, 6, 8, 12, 16)
-
-
-def finish(axis, title, label):
-    axis.set(title=title, xlabel=label, xscale="log", yscale="log")
-    axis.set_xscale("log", base=2)
-    for which in (axis.xaxis, axis.yaxis):
-        which.set_major_formatter(lambda value, _: f"{value:g}")
-        which.set_minor_formatter(lambda value, _: "")
-    low, high = axis.get_ylim()
-    axis.set_yticks([tick for tick in TICKS if low <= tick <= high])
-    axis.grid(True, which="major", alpha=.25)
-
-
 def shown(report, scene, label, spp):
     view = report.first_view(scene)
     picture = report.references[view].picture if label is None else report.cells.pictures[view, label, spp]
@@ -140,7 +121,7 @@ def shown(report, scene, label, spp):
 
 
 def picture_sheet(report):
-    """Each scene with white, sobol and blue: the picture, and what a blur leaves of its error."""
+    """Each scene with white, sobol and blue: the picture, and its error after a blur."""
     spp = PICTURE_COUNT if PICTURE_COUNT in report.counts else report.counts[0]
     labels = [label for label in ("white", "sobol", "blue") if label in report.labels]
     rows = []
@@ -152,22 +133,13 @@ def picture_sheet(report):
         scale = max(float(np.quantile(np.abs(errors["white"]), 0.95)), 1e-12)
         rows.append([[fitted(shown(report, scene, label, spp)),
                       fitted(grey(error_image(errors[label], scale)))] for label in labels])
-    return sheet(rows, report.scenes, labels, f"{spp} samples per pixel, and the error after sigma 1.0 (grey is none)")
+    return sheet(rows, report.scenes, labels, f"{spp} samples per pixel, and the error after sigma 1.0 (grey is zero)")
 
 
 def fitted(image, side=176):
-    """The picture in the middle of a square, no pixel resampled: what is larger is cut."""
+    """The picture centred in a square, scaled by a whole number and cropped, never resampled."""
     factor = max(1, side // max(image.size))
     image = image.resize((image.width * factor, image.height * factor), 0)
     square = Image.new("RGB", (side, side), "white")
     square.paste(image, ((side - image.width) // 2, (side - image.height) // 2))
     return square
-
-
-def save(figure, path):
-    """As a PNG of few colours: plots have few, and are a third as large so."""
-    figure.tight_layout()
-    data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=80)
-    plt.close(figure)
-    write_image(path, Image.open(data).convert("RGB").quantize(96, dither=0))

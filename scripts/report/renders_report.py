@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `scripts/bench renders` measured, as tables: gains, spread over views, aims, tests, times."""
+"""The text of renders.md: gains, spread over views, targets, statistical tests and times."""
 
 import math
 import statistics
@@ -14,7 +14,7 @@ from .ratios import ratio, seconds_to_error, worse_cells
 from .variants import SIDE_SEEDS
 from .views import DIRECT, SETS
 
-# What blue is to reach after sigma 2.1, as displayed and raw, in the geometric mean over the scenes lit directly.
+# Targets for blue after sigma 2.1, as displayed and raw: geometric means over the directly lit scenes.
 AIMS = {"sobol": {n: 1.25 for n in (1, 2, 4, 8, 16, 32, 64)}}
 SECONDS_AIM = 1 / 8
 Z_SPP, Z_SEEDS, FALSE_ALARMS = 16, 16, 0.01
@@ -34,7 +34,7 @@ def md_table(header, rows):
 
 
 def gain_table(gains, counts, thans, measure):
-    """A row for each count: how many times less error blue has than each of `thans`, with intervals."""
+    """One row per sample count: how many times smaller blue's error is than that of each of `thans`, with intervals."""
     rows = []
     for spp in counts:
         found = [gains.gain("blue", spp, measure, than) for than in thans]
@@ -44,7 +44,7 @@ def gain_table(gains, counts, thans, measure):
 
 
 def samplers_table(gains, counts, measure):
-    """Every sampler against white noise."""
+    """Every sampler compared with white noise."""
     rows = []
     for label in gains.labels:
         if label != "white":
@@ -55,7 +55,7 @@ def samplers_table(gains, counts, measure):
 
 
 def samplers_tables(gains, counts, measures):
-    """Headings and tables of the measures that were taken: FLIP may be left out."""
+    """A heading and a table for each measure that was taken; FLIP is optional."""
     parts = []
     for measure in measures:
         if any(gains.gain("sobol", spp, measure, "white") for spp in counts):
@@ -93,7 +93,7 @@ class Report:
     # ---- Spread over views
 
     def spread(self, scene, label, spp, measure, than):
-        """The gains of single views, geometric means over seeds."""
+        """{view: gain}: geometric means over seeds."""
         found = {}
         for view in self.views_of((scene,)):
             logs = self.gains.logs(view, label, spp, measure, than)
@@ -113,10 +113,10 @@ class Report:
             rows.append([scene, *cells])
         return md_table([f"{than} / blue", *map(str, counts)], rows)
 
-    # ---- Aims
+    # ---- Targets
 
     def aims(self):
-        """[(what, aim, measured, verdict)] of all that has one."""
+        """[(what, target, measured, verdict)]."""
         rows = []
         if self.direct and "blue" in self.labels:
             for measure in HEADLINE_MEASURES:
@@ -124,7 +124,7 @@ class Report:
                     for spp, aim in aims.items():
                         gain = self.gains.gain("blue", spp, measure, than, self.direct)
                         if gain:
-                            rows.append((f"{than} / blue, {spp} spp, {measure_name(measure)}, lit directly",
+                            rows.append((f"{than} / blue, {spp} spp, {measure_name(measure)}, directly lit scenes",
                                          f"at least {aim}", gain.text(), verdict(gain, aim)))
             for measure in (*HEADLINE_MEASURES, "flip"):
                 for than in ("white", "sobol"):
@@ -132,11 +132,11 @@ class Report:
                     found = [(gain, spp) for gain, spp in found if gain]
                     if found:
                         gain, spp = min(found, key=lambda item: item[0].value)
-                        rows.append((f"{than} / blue, {measure_name(measure)}, all scenes, the least over counts",
+                        rows.append((f"{than} / blue, {measure_name(measure)}, all scenes, smallest over sample counts",
                                      "at least 1.0", f"{gain.text()} at {spp} spp", verdict(gain, 1.0)))
             certain, _ = worse_cells(self.against_sobol(), FALSE_ALARMS)
             if max(self.options.seeds.values()) > 1:
-                rows.append(("cells in which blue is worse than sobol", "none", str(len(certain)),
+                rows.append(("cells where blue is worse than sobol", "none", str(len(certain)),
                              "missed" if certain else "met"))
         furnace = max((abs(row["mean"]) for row in self.furnaces), default=0)
         rows.append(("furnace, mean of the picture", f"within {100 * FURNACE_AIM:g} %", f"{100 * furnace:.4f} %",
@@ -155,14 +155,14 @@ class Report:
         shares = self.seconds_shares("blue")
         if shares:
             mean = math.exp(statistics.mean(math.log(share) for share in shares))
-            rows.append((f"seconds of blue to white's error at {self.times['spp']} spp", f"at most {SECONDS_AIM:.3f}",
+            rows.append((f"blue's time to white's error at {self.times['spp']} spp", f"at most {SECONDS_AIM:.3f}",
                          f"{mean:.3f}", "met" if mean <= SECONDS_AIM else "missed"))
         share = self.times["shares"].get("blue")
         if share is not None:
-            rows.append(("share of cornell spent in sampling, blue", f"at most {100 * SHARE_AIM:.0f} %",
+            rows.append(("share of cornell's render time spent sampling, blue", f"at most {100 * SHARE_AIM:.0f} %",
                          f"{100 * share:.1f} %", "met" if share <= SHARE_AIM else "missed"))
         speedup = statistics.median(one / two for one, two in self.times["threads"])
-        rows.append(("two threads against one", f"{THREADS_AIM} times", f"{speedup:.2f}",
+        rows.append(("speedup of two threads", f"{THREADS_AIM} times", f"{speedup:.2f}",
                      "met" if speedup >= THREADS_AIM else "missed"))
         embree = self.times["embree"]
         if embree and "pairs" in embree:
@@ -174,7 +174,7 @@ class Report:
     # ---- Never worse than sobol
 
     def against_sobol(self):
-        """{(view, spp, measure): Ratio} of every cell in which blue could be worse than sobol."""
+        """{(view, spp, measure): Ratio} of sobol to blue for every RMSE cell."""
         cells = {}
         for view in self.views:
             for spp in self.counts:
@@ -187,16 +187,15 @@ class Report:
 
     def worse_text(self):
         if max(self.options.seeds.values()) == 1:
-            return "One seed says nothing about noise."
+            return "This test needs more than one seed."
         cells = self.against_sobol()
         certain, suspected = worse_cells(cells, FALSE_ALARMS)
-        lines = [f"Every view, count and blur is a cell: {len(cells)} of `blue` against `sobol`, RMSE. A cell is "
-                 "*worse* when its mean over seeds is below 1 by a one-sided t-test after Holm's correction for their "
-                 f"number, so that one would be named without cause with a chance of {100 * FALSE_ALARMS:g} %. It is "
-                 f"*suspected* when only its own 95 % interval lies below 1: of {len(cells)} cells "
-                 f"{len(cells) * 0.025:.0f} would by chance.", ""]
-        lines.append(f"{len(certain) or 'No'} cell{'s are' if len(certain) > 1 else ' is'} worse, {len(suspected)} more suspected"
-                     + (f"; {MOST_LISTED} are listed." if len(certain) + len(suspected) > MOST_LISTED else "."))
+        lines = [f"Each combination of view, sample count and blur is a cell: {len(cells)} cells of `blue` against `sobol`, RMSE. A "
+                 "cell counts as *worse* if a one-sided t-test over seeds with Holm's correction finds its ratio below 1; the "
+                 f"probability of any false alarm is {100 * FALSE_ALARMS:g} %. It is *suspected* if only its own 95 % interval "
+                 f"lies below 1; about {len(cells) * 0.025:.0f} of {len(cells)} cells would be by chance.", ""]
+        lines.append(f"{len(certain) or 'No'} cell{'s are' if len(certain) > 1 else ' is'} worse, {len(suspected)} suspected"
+                     + (f"; the first {MOST_LISTED} are listed." if len(certain) + len(suspected) > MOST_LISTED else "."))
         listed = ([(name, "worse") for name in certain] + [(name, "suspected") for name in suspected])[:MOST_LISTED]
         if listed:
             lines += ["", md_table(["view", "spp", "measure", "sobol / blue", "95 % interval", ""], [
@@ -208,7 +207,7 @@ class Report:
     # ---- Unbiasedness
 
     def z_rows(self):
-        """([(view, label, z)], limit of |z|) at the count nearest to Z_SPP that has the most seeds up to Z_SEEDS."""
+        """([(view, label, z)], limit of |z|), at the largest sample count up to Z_SPP with the most seeds, at most Z_SEEDS."""
         spp = max((n for n in self.counts if n <= Z_SPP), key=lambda n: (min(self.options.seeds[n], Z_SEEDS), n))
         rows, chances = [], []
         for view in self.views:
@@ -227,27 +226,27 @@ class Report:
     def z_text(self):
         rows, limit = self.z_rows()
         if not rows:
-            return "One seed says nothing about the mean."
+            return "This test needs more than one seed."
         worst = {}
         for view, label, z in rows:
             at = view.scene, label
             worst[at] = max(worst.get(at, 0.0), z, key=abs)
         table = md_table(["z", *self.labels], [[scene, *(f"{worst[scene, label]:+.2f}" if (scene, label) in worst else ""
                                                          for label in self.labels)] for scene in self.scenes])
-        return (f"The mean luminance of the picture over the seeds of {self.z_spp} samples per pixel, less that of the reference, "
-                "over its standard error and the reference's own; of each scene the view in which it is greatest. Of all "
-                f"{len(rows)} together one beyond {limit:.2f} would be there without cause with a chance of at most "
-                f"{100 * FALSE_ALARMS:g} %.\n\n{table}")
+        return (f"z is the difference between the mean luminance of pictures with {self.z_spp} samples per pixel and that of the "
+                "reference, divided by their combined standard error; the table shows the view with the largest |z| of each "
+                f"scene. If all were unbiased, the probability that any of the {len(rows)} values exceeds {limit:.2f} would be at "
+                f"most {100 * FALSE_ALARMS:g} %.\n\n{table}")
 
     def furnace_text(self):
         rows = [[row["sampler"], f"{100 * row['mean']:+.4f} %", f"{100 * row['worst']:.2f} %"] for row in self.furnaces]
-        return ("The closed glowing cube, 64 samples per pixel: how far the mean and the worst pixel are from what they are "
-                "known to be.\n\n" + md_table(["sampler", "mean", "worst pixel"], rows))
+        return ("A closed glowing cube, whose pixels are all known, at 64 samples per pixel: relative error of the mean and of the "
+                "worst pixel.\n\n" + md_table(["sampler", "mean", "worst pixel"], rows))
 
     # ---- Times
 
     def seconds_to_white(self, label):
-        """{scene: (seconds of label, seconds of white)} to white's blurred error at its last count."""
+        """{scene: (seconds of label, seconds of white)} to reach white's blurred error at its last sample count."""
         result = {}
         for scene, runs in self.times["runs"].items():
             last = runs["white"][-1]
@@ -262,12 +261,12 @@ class Report:
 
     def times_text(self):
         if self.times is None:
-            return "Nothing was timed in this run (`--no-times`)."
+            return "This run did not measure times (`--no-times`)."
         times, parts = self.times, []
-        parts += [f"On {times['machine']}.", "", "### Seconds to an error", "",
-                  f"Seconds of one thread until the error after sigma 2.1 is that of white noise at {times['spp']} samples per "
-                  f"pixel: progressive runs of {times['rounds']} seeds in turn (`pathtracer --convergence`), medians of seconds and "
-                  "of errors at each count, straight lines of logarithms between counts.", ""]
+        parts += [f"On {times['machine']}.", "", "### Time to reach an error", "",
+                  f"Seconds, on one thread, until the error after sigma 2.1 equals that of white noise at {times['spp']} samples per "
+                  f"pixel: interleaved progressive runs of {times['rounds']} seeds (`pathtracer --convergence`), medians of seconds and "
+                  "errors at each sample count, log-log interpolation between them.", ""]
         if times["runs"]:
             labels = list(next(iter(times["runs"].values())))
             rows = []
@@ -281,30 +280,30 @@ class Report:
             for label in labels:
                 shares = self.seconds_shares(label)
                 means.append(f"**{math.exp(statistics.mean(map(math.log, shares))):.3f}**" if shares else "")
-            rows.append(["**geometric mean of the shares**", "", *means])
+            rows.append(["**geometric mean of the ratios to white**", "", *means])
             parts += [md_table(["scene", "error", *labels], rows), "", "![Error against seconds](renders_time.png)", ""]
-        parts += ["### Share of sampling", "",
-                  f"The share of the frame's time that drawing samples takes on `cornell`, {TIMED_NOTE}.", "",
+        parts += ["### Time spent sampling", "",
+                  f"The share of `cornell`'s render time that is spent drawing samples, {TIMED_NOTE}.", "",
                   md_table(["sampler", "share"], [[label, f"{100 * share:.1f} %"] for label, share in times["shares"].items()])
                   if times["shares"] else "This path tracer does not report it.", "",
                   "### Threads and rays", ""]
         pairs = times["threads"]
         big = f"{times['big'][0]}x{times['big'][1]}"
-        parts += [f"Seconds of one thread over seconds of two, `cornell`, {big} pixels, 16 samples per pixel, "
-                  f"{len(pairs)} pairs in turn: median **{statistics.median(one / two for one, two in pairs):.2f}** ("
+        parts += [f"Speedup of two threads over one, `cornell`, {big} pixels, 16 samples per pixel, "
+                  f"{len(pairs)} interleaved pairs: median **{statistics.median(one / two for one, two in pairs):.2f}** ("
                   + ", ".join(f"{one / two:.2f}" for one, two in pairs) + ").", ""]
         embree = times["embree"]
         if embree is None:
-            parts.append("Embree's own path tracer was not found (Debian: `apt-get install embree-tools`), so nothing is "
-                         "said of rays per second beside it.")
+            parts.append("Rays per second are not compared, because Embree's own path tracer was not found (Debian: "
+                         "`apt-get install embree-tools`).")
         elif "failed" in embree:
-            parts.append(f"Embree's own path tracer did not render the box: {embree['failed']}")
+            parts.append(f"Embree's own path tracer failed to render the box: {embree['failed']}")
         else:
             ours, theirs = zip(*embree["pairs"])
             relative = [a / b for a, b in embree["pairs"]]
-            parts.append(f"Rays per second of one thread on the Cornell box, {big} pixels, 8 samples per pixel, beside the path "
-                         f"tracer of Embree's tools (`{embree['program']}`; its box is lit from one point under the lamp), "
-                         f"{len(ours)} pairs in turn: median {statistics.median(ours):.2f} million, theirs "
+            parts.append(f"Rays per second of one thread on the Cornell box, {big} pixels, 8 samples per pixel, compared with the "
+                         f"path tracer of embree-tools (`{embree['program']}`; its box is lit by a point light under the lamp), "
+                         f"{len(ours)} interleaved pairs: median {statistics.median(ours):.2f} million, Embree's "
                          f"{statistics.median(theirs):.2f} million, ratio **{statistics.median(relative):.2f}** ("
                          + ", ".join(f"{r:.2f}" for r in relative) + ").")
         return "\n".join(parts)
@@ -322,26 +321,25 @@ class Report:
             rows.append([view.label, f"{view.width}x{view.height}", *(f"{own[measure]:.5f}" for measure in HEADLINE_MEASURES),
                          *shares])
         names = [measure_name(measure) for measure in HEADLINE_MEASURES]
-        return md_table(["view", "pixels", *names, *(f"of blue's at {last} spp, {name}" for name in names)], rows)
+        return md_table(["view", "pixels", *names, *(f"share of blue's at {last} spp, {name}" for name in names)], rows)
 
     def left_out_text(self):
         found = [(measure, spp, views) for measure in HEADLINE_MEASURES for spp in self.counts
                  if (views := self.gains.left_out(spp, measure))]
         if not found:
-            return "No gain was left out."
-        return "Left out of the gains of blue: " + "; ".join(
+            return "No view is excluded."
+        return "Excluded from the gains of blue: " + "; ".join(
             f"{measure_name(measure)} at {spp} spp: {', '.join(view.label for view in views)}"
             for measure, spp, views in found) + "."
 
     def peers_text(self):
         if not self.gains.peers:
-            return ("OpenQMC's samplers are not in this run: `--openqmc DIR`, a checkout of it, puts them into every table.")
+            return ("This run does not include OpenQMC's samplers; `--openqmc DIR` adds them from a checkout.")
         best = {measure: ", ".join(f"{self.gains.best_peer(spp, measure)} at {spp}" for spp in self.counts)
                 for measure in HEADLINE_MEASURES}
-        return (f"*{BEST_PEER}* is the one of its three samplers with the least error in the geometric mean over all views at "
-                f"that count: {best['displayed_2.1']} samples per pixel as displayed, {best['rmse_2.1']} by RMSE. *{BEST_PEER_EACH}* "
-                "takes another one for each view, whichever came out best there, which nobody could know before and which "
-                "favours them.")
+        return (f"*{BEST_PEER}* is the one of its three samplers with the smallest geometric-mean error over all views at that sample "
+                f"count: as displayed, {best['displayed_2.1']} samples per pixel; by RMSE, {best['rmse_2.1']}. *{BEST_PEER_EACH}* picks "
+                "the best of the three for each view with hindsight, which favours OpenQMC.")
 
     def text(self):
         options = self.options
@@ -350,36 +348,39 @@ class Report:
         small, large = ("x".join(map(str, size)) for size in (sizes[0], sizes[-1]))
         parts = ["# Rendered scenes", "", f"Printed by `{options.command}`.", "",
                  f"{len(self.scenes)} built-in scenes of the example path tracer from {len(self.views)} views ({options.views}: "
-                 f"{SETS[options.views]}), {small} to {large} pixels, against references of {options.reference_spp} samples per "
-                 "pixel (`sobol`, another seed). Sizes have no common factor and every view turns, moves and zooms the camera a "
-                 "little, because what blue noise gains along an edge depends on how the edge lies on the grid.", "",
-                 f"Seeds: {seeds} samples per pixel ({SIDE_SEEDS} at most of `zorder` and `mask`; FLIP of {FLIP_SEEDS} at "
-                 f"{', '.join(map(str, FLIP_COUNTS))}). `blue`, `sobol`, `white`, `mask` and OpenQMC's are progressive runs, stopped at "
-                 "each count; `zorder` is told each count, which it needs.", "",
-                 "## Times less error", "",
-                 "Geometric means over scenes, views and seeds, with 95 % intervals of a bootstrap that draws scenes, views and "
-                 f"seeds again. A view is left out where blue's error is less than {REFERENCE_MARGIN:g} times the reference's own.", ""]
+                 f"{SETS[options.views]}), {small} to {large} pixels, against references with {options.reference_spp} samples per "
+                 "pixel (`sobol`, a different seed). Picture sizes have no common factor, and every view rotates, moves and zooms "
+                 "the camera slightly: the gain of blue noise along an edge depends on how the edge is aligned with the pixel "
+                 "grid.", "",
+                 f"Number of seeds: {seeds} samples per pixel (at most {SIDE_SEEDS} for `zorder` and `mask`; FLIP uses {FLIP_SEEDS}, at "
+                 f"{', '.join(map(str, FLIP_COUNTS))} samples). `blue`, `sobol`, `white`, `mask` and OpenQMC's samplers render one "
+                 "progressive run, measured at each sample count; `zorder` renders each count separately, because it must know the "
+                 "count.", "",
+                 "## Error reduction", "",
+                 "Each number says how many times smaller blue's error is: geometric means over scenes, views and seeds, with 95 % "
+                 "intervals of a bootstrap that resamples all three. A view is excluded where blue's error is less than "
+                 f"{REFERENCE_MARGIN:g} times the error of the reference itself.", ""]
         for measure in HEADLINE_MEASURES:
             if "blue" in self.labels:
                 parts += [f"### blue, {measure_name(measure)}", "",
                           gain_table(self.gains, self.counts, self.gains.thans(), measure), ""]
-        parts += [self.peers_text(), "", "![Times less error than white noise](renders_gain.png)", "",
-                  "## What the measures are for", "", *(f"- {text}" for text in WHAT_FOR.values()), "",
+        parts += [self.peers_text(), "", "![Error reduction over white noise](renders_gain.png)", "",
+                  "## The error measures", "", *(f"- {text}" for text in WHAT_FOR.values()), "",
                   "## Spread over views", "",
-                  "The geometric mean over a scene's views, and the least and the greatest of them.", ""]
+                  "The geometric mean over a scene's views, followed by the smallest and the largest.", ""]
         for measure in HEADLINE_MEASURES:
             for than in self.gains.thans()[:3]:
                 parts += [f"### {than} / blue, {measure_name(measure)}", "", self.spread_table(than, measure), ""]
         parts += ["![Every view](renders_views.png)", "",
-                  "## Aims", "", md_table(["what", "aim", "measured", ""], [list(row) for row in self.aims()]), "",
-                  "## All samplers", "", "White noise's error over each sampler's, over all scenes and views.", ""]
+                  "## Targets", "", md_table(["what", "target", "measured", ""], [list(row) for row in self.aims()]), "",
+                  "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and views.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
         parts += ["## Spectra of the error", "", "![Spectra](renders_spectra.png)", "",
                   "## Never worse than sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.z_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",
-                  "## The references' own error", "",
-                  "Half of what their two halves differ by, and that as a share of blue's error at the last count. It is part of "
-                  "every figure, and makes gains at high counts look smaller than they are.", "", self.references_table(), "",
+                  "## The error of the references", "",
+                  "Half the difference between the two halves of each reference, also as a share of blue's error at the largest "
+                  "sample count. It contributes to every figure, and makes gains at high sample counts look smaller than they are.", "", self.references_table(), "",
                   self.left_out_text(), ""]
         return "\n".join(parts)

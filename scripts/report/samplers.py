@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
+"""Measures the screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
 
-Runs the programs bench_samplers and bench_draws, keeps their rows in out/samplers, and makes of them the tables of
-samplers.md and the pictures: error against samples per pixel and against the time spent drawing, spectra of error images.
+Runs the programs bench_samplers and bench_draws, writes their results to out/samplers, and the tables in samplers.md
+with plots of error against samples per pixel and against time, and spectra of error images, to docs/report.
 """
 
 import argparse
@@ -13,24 +13,20 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from report import peers
-from report.files import write_text, written_beside
+from report.files import write_text
 from report.image_error import radial_spectrum, windowed_power
 from report.palette import plain_numbers, style
-from report.renders_plots import save
+from report.plots import plt, save
 from report.renders_report import md_table
 
 SAMPLERS = ("white", "sobol", "zorder", "mask", "blue")
-BASE = "sobol"  # which all are related to
+BASE = "sobol"  # the baseline of all ratios
 QUICK = ("white", BASE, "blue")
-SIZE, DOMAINS, INTEGRANDS = 128, 16, 48  # of bench_samplers
+SIZE, DOMAINS, INTEGRANDS = 128, 16, 48  # as in bench_samplers
 FIGURES = {
     "half-planes-01": "Half-planes in dimensions (0,1)",
     "half-planes-23": "Half-planes in dimensions (2,3)",
@@ -40,25 +36,25 @@ FIGURES = {
 }
 WHAT = {
     "products": "Half-planes in (0,1) and in (2,3) of one domain, multiplied.",
-    "siblings": "A half-plane in each of two domains of a family, multiplied: all six relations, and all pairs, in turn.",
-    "steps": "x < c and y < c at irrational places, in (0,1) of domains with keys 4k, blurred along the edge only: the edges of "
-             "a picture that are parallel to its sides.",
+    "siblings": "A half-plane in each of two domains of a family, multiplied, for all six pairs of siblings and all pairs of dimensions.",
+    "steps": "x < c and y < c at irrational c, in (0,1) of domains with keys 4k, blurred along the edge only: edges parallel to "
+             "the sides of the picture.",
 }
 PLOTTED = ("half-planes-01", "products")
 BLURS = ("2.1", "1.0", "0.0")
 SPECTRA_COUNTS = (1, 4, 16)
-# Centre and radius of the discs of the spectra, the first of which is shown, and the places of their steps.
+# Centres and radii of the discs for the spectra (the first is shown), and the positions of the steps.
 DISCS = ((0.4, 0.45, 0.35), (0.63, 0.37, 0.27), (0.29, 0.71, 0.23))
 STEPS = (0.236, 0.618, 0.854)
 RINGS, DIRECTIONS, GREYS = 8, 8, 16
 
 
 def run_program(program, arguments):
-    """What it wrote; progress goes to the terminal."""
+    """Returns its standard output; progress goes to the terminal."""
     try:
         result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, check=False)
     except OSError as error:
-        sys.exit(f"bench: {program} does not run ({error.strerror}); build it with scripts/setup")
+        sys.exit(f"bench: cannot run {program} ({error.strerror}); build it with scripts/setup")
     if result.returncode != 0:
         sys.exit(f"bench: {program} failed with status {result.returncode}")
     return result.stdout
@@ -70,10 +66,10 @@ def run_bench(program, arguments):
 
 
 def run_all(program, samplers):
-    """Every row, two samplers at a time, those that take longest first."""
+    """The rows of all samplers, two at a time, slowest first."""
     def run(name):
         rows = run_bench(program, ["--samplers", name])
-        print(f"bench: {name} is measured", file=sys.stderr)
+        print(f"bench: measured {name}", file=sys.stderr)
         return rows
 
     slow = sorted(samplers, key=lambda name: (name != "zorder", name not in peers.PEERS))
@@ -89,7 +85,7 @@ def errors(rows, sampler, figure, sigma):
 
 
 def ratios(rows, sampler, figure, sigma):
-    """{spp: RMSE over that of BASE}"""
+    """{spp: RMSE relative to that of BASE}"""
     base = errors(rows, BASE, figure, sigma)
     return {spp: error / base[spp] for spp, error in errors(rows, sampler, figure, sigma).items()}
 
@@ -109,7 +105,7 @@ def table(rows, figure, sigma):
 
 
 def summary_table(rows):
-    """blue, and the least of OpenQMC's at each count."""
+    """blue, and the best of OpenQMC's samplers at each count."""
     lines, others = [], [name for name in names_in(rows) if name in peers.PEERS]
     for figure, name in FIGURES.items():
         lines.append(ratio_row(f"{name}: blue", ratios(rows, "blue", figure, "2.1")))
@@ -142,7 +138,7 @@ def plot_spp(rows, path):
 
 
 def draw_times(draws):
-    """{sampler: nanoseconds of its fastest single 4-D draw}, for one bn_draw_4d(), bn_sample_4d() or peer's draw."""
+    """{sampler: nanoseconds of its fastest single 4-D draw}: bn_draw_4d(), bn_sample_4d() or a peer's draw."""
     times = {}
     for row in draws:
         if row["form"] in ("inline", "single", "peer"):
@@ -161,7 +157,7 @@ def draws_table(draws):
 
 
 def plot_time(rows, draws, path):
-    """RMSE after a blur of 2.1 pixels against the time a pixel's draws of one domain take."""
+    """RMSE after a blur of 2.1 pixels against the time to draw one domain per pixel."""
     figure, axes = plt.subplots(1, len(PLOTTED), figsize=(12, 4.6))
     names, times = names_in(rows), draw_times(draws)
     for axis, what in zip(axes, PLOTTED):
@@ -170,7 +166,7 @@ def plot_time(rows, draws, path):
             if name in times and found:
                 axis.plot([spp * times[name] for spp in found], list(found.values()), **line(name, names))
         axis.set(xscale="log", yscale="log", title=f"{FIGURES[what]}, sigma 2.1",
-                 xlabel="nanoseconds per pixel spent drawing one domain")
+                 xlabel="nanoseconds per pixel to draw one domain")
         axis.grid(True, which="both", alpha=0.25)
         plain_numbers(axis.xaxis, axis.yaxis)
     axes[0].set_ylabel("RMSE")
@@ -181,7 +177,7 @@ def plot_time(rows, draws, path):
 # ---- Spectra of error images
 
 def draw_samples(program, name, spp):
-    """What a sampler draws in the second member of a family, each with a seed: float32 [DOMAINS][SIZE][SIZE][spp][4]."""
+    """A sampler's draws in the second member of a family, one seed each: float32 [DOMAINS][SIZE][SIZE][spp][4]."""
     raw = run_program(program, ["--samples", name, str(spp)])
     return np.frombuffer(raw, np.float32).reshape(DOMAINS, SIZE, SIZE, spp, 4)
 
@@ -193,11 +189,11 @@ def disc_errors(samples):
 
 
 def anisotropy(power):
-    """(frequency, dB): variance over squared mean of the directions of a power spectrum [SIZE][SIZE], on rings."""
+    """(frequency, dB): on rings of a power spectrum [SIZE][SIZE], variance over squared mean across directions."""
     y, x = np.meshgrid(np.fft.fftfreq(SIZE), np.fft.fftfreq(SIZE), indexing="ij")
     frequency = np.hypot(x, y)
     ring = np.where(frequency > 0, np.floor(frequency * 2 * RINGS), RINGS).astype(int)
-    # The axes and the diagonals are in the middle of theirs.
+    # Axes and diagonals lie in the middle of their sectors.
     direction = np.round(np.arctan2(y, x) / np.pi * DIRECTIONS).astype(int) % DIRECTIONS
     found = []
     for k in range(RINGS):
@@ -207,24 +203,24 @@ def anisotropy(power):
 
 
 def greys(values, low, high):
-    """From 0 to 1 in few steps, which a PNG holds in few bytes."""
+    """Values from 0 to 1 in few steps, to keep the PNG small."""
     return np.round(np.clip((values - low) / (high - low), 0, 1) * (GREYS - 1)) / (GREYS - 1)
 
 
 def axes_ratio(samples):
-    """How unlike the low-frequency error of steps is along the two axes: the ratio of the powers, 1 where there is no difference."""
+    """The ratio of the low-frequency power of the error of steps along the two axes; 1 if there is no difference."""
     logs = []
     for d in range(4):
         for place in STEPS:
             error = (samples[..., d] < place).mean(axis=-1) - place
             along = [np.mean(gaussian_filter1d(error, 2.1, axis=axis, mode="wrap") ** 2, axis=(1, 2)) for axis in (1, 2)]
-            # In each pair the first stands for x and the second for y.
+            # The first dimension of each pair belongs to x, the second to y.
             logs.append((-1) ** d * np.log(along[0] / along[1]))
     return float(np.exp(abs(np.mean(logs))))
 
 
 def plot_spectra(program, names, path):
-    """Error images of a disc, spectra of such images in two dimensions, radial ones, and their anisotropy. Returns
+    """Error images of a disc, their spectra in two dimensions and radially averaged, and their anisotropy. Returns
     {name: {spp: axes_ratio()}}."""
     figure, axes = plt.subplots(2 * len(SPECTRA_COUNTS), len(names) + 1, width_ratios=[*([1] * len(names)), 1.6],
                                 figsize=(1.5 * len(names) + 3.4, 3.4 * len(SPECTRA_COUNTS)), layout="constrained")
@@ -260,43 +256,41 @@ def plot_spectra(program, names, path):
         axis.yaxis.tick_right()
     axes[-1, -1].set_xlabel("cycles per pixel")
     figure.legend(*axes[0, -1].get_legend_handles_labels(), loc="outside lower center", ncols=len(names), fontsize=8)
-    with written_beside(path) as beside:  # in all colours: with few, greys would take those of the lines
-        figure.savefig(beside, dpi=80)
-    plt.close(figure)
+    save(figure, path, colours=256, laid_out=True)  # with fewer colours, greys would replace those of the lines
     return unlike
 
 
 def report_text(rows, draws, unlike, command):
     names = names_in(rows)
     parts = ["# Screen-space error of the samplers", "", f"Printed by `{command}`.", "",
-             f"Every figure is an error over that of `{BASE}` (independent Owen-scrambled Sobol' in each pixel) in the same run;",
-             "below 1 is better. An integrand has the same form in every pixel; the image of per-pixel errors is blurred with a",
-             f"Gaussian of sigma pixels and its RMSE taken, over {SIZE}x{SIZE} pixels without a margin of 8; the mean is over",
-             f"{INTEGRANDS} integrands of a kind in each of {DOMAINS} domains, which have a seed each and take turns as members of",
-             "their families. Sigma 0.0 is the error of each pixel by itself. One run of a sampler is stopped at every count;",
-             "`zorder` is told each count, which it needs.", ""]
+             f"Every figure is an error relative to that of `{BASE}` (independent Owen-scrambled Sobol' in each pixel) in the same",
+             "run; below 1 is better. Every pixel integrates the same function. The image of per-pixel errors is blurred with a",
+             f"Gaussian of sigma pixels; its RMSE is taken over {SIZE}x{SIZE} pixels without a margin of 8 and averaged over",
+             f"{INTEGRANDS} integrands of a kind in each of {DOMAINS} domains. Each domain has its own seed, and domains cycle through",
+             "the members of their families. Sigma 0.0 is the error without blur. Samplers run progressively and are measured at",
+             "every sample count; `zorder` is run for each count separately, because it must know the count.", ""]
     if set(peers.PEERS) & set(names):
-        parts += ["OpenQMC's samplers are used the same way: domains of a family are `newDomain()` with the keys 4k to 4k + 3 of",
-                  "one parent, steps are taken in the first pair.", ""]
+        parts += ["OpenQMC's samplers are used in the same way: the domains of a family are `newDomain()` with the keys 4k to",
+                  "4k + 3 of one parent; steps use the first pair of dimensions.", ""]
     parts += ["## blue, sigma 2.1", "", summary_table(rows), "",
               "![Error against samples per pixel](samplers_spp.png)", "",
               "## Spectra of error images", "",
-              f"Of discs, in dimensions (0,1) of a domain that is not the position in the pixel, over {DOMAINS} domains: above an",
-              "error image and radially averaged power, below the power in two dimensions (frequency 0 in the middle, black is a",
-              "hundredth of white noise) and its anisotropy on rings, the variance over eight directions over the squared mean. That of",
-              "`white` is what remains by chance.", "",
+              f"The integrands are discs in dimensions (0,1) of a domain other than the position in the pixel, over {DOMAINS} domains.",
+              "Upper rows: an error image and the radially averaged power. Lower rows: the power in two dimensions (frequency 0 in the",
+              "middle, black is a hundredth of white noise) and its anisotropy on rings, the variance over eight directions divided by",
+              "the squared mean. The anisotropy of `white` is due to chance alone.", "",
               "![Error images, their spectra and anisotropy](samplers_spectra.png)", "",
-              "Low-frequency power of the error of steps in such domains, along one axis over along the other, sigma 2.1; 1 is even:", "",
+              "Ratio of the low-frequency power of the error of steps along the two axes in such domains, sigma 2.1; 1 is balanced:", "",
               md_table(["sampler", *map(str, SPECTRA_COUNTS)], [ratio_row(name, unlike[name]) for name in names]), ""]
     if draws:
-        parts += ["## Time of a draw", "",
-                  "Nanoseconds per 4-D draw on one core (`bench_draws`), drawn as a path does: six domains for each of",
-                  "16 indices, pixel after pixel. The inline form of `bn_draw.h`, a call of `bn_sample_4d()`, and beside",
-                  "them `bn_sample_block()`, which draws one domain of many pixels at once. The time is the least of",
-                  "many short ones in turn; only ratios travel from machine to machine.", ""]
+        parts += ["## Time per draw", "",
+                  "Nanoseconds per 4-D draw on one core (`bench_draws`), in the order of a path tracer: six domains for each of",
+                  "16 indices, pixel after pixel. Columns: the inline form in `bn_draw.h`, a call of `bn_sample_4d()`, and",
+                  "`bn_sample_block()`, which draws one domain of many pixels at once. Each time is the minimum of many short,",
+                  "interleaved measurements; only ratios are comparable between machines.", ""]
         if any(row["form"] == "peer" for row in draws):
-            parts += ["OpenQMC is measured by the same program, inlined too: a sampler for each pixel and index,",
-                      "`newDomain()` for each domain, `drawSample<4>()`.", ""]
+            parts += ["The same program measures OpenQMC, also inlined: a sampler for each pixel and index, `newDomain()` for each",
+                      "domain, and `drawSample<4>()`.", ""]
         parts += [draws_table(draws), "", "![Error against time](samplers_time.png)", ""]
     for figure, name in FIGURES.items():
         parts += [f"## {name}", ""]
@@ -321,11 +315,11 @@ def main():
     parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
     parser.add_argument("--pathtracer", default="build/examples/pathtracer/pathtracer", help=argparse.SUPPRESS)
     peers.add_option(parser)
-    parser.add_argument("--quick", action="store_true", help=f"{', '.join(QUICK)} only")
-    parser.add_argument("--again", action="store_true", help="take the rows measured before instead of measuring")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder (default docs/report)")
+    parser.add_argument("--quick", action="store_true", help=f"measure {', '.join(QUICK)} only")
+    parser.add_argument("--again", action="store_true", help="use the results of the previous run instead of measuring")
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, default=Path("out/samplers"), metavar="FOLDER",
-                        help="folder of the rows (default out/samplers)")
+                        help="folder for the CSV files (default out/samplers)")
     options = parser.parse_args()
 
     files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the path tracer's seconds buy: time to an error, the share spent in sampling, threads, and rays per second
-beside the path tracer of Embree's own tools.
+"""Timings of the path tracer: time to reach an error, share of time spent sampling, thread scaling, and rays per second
+compared with the path tracer of embree-tools.
 
-Everything compared is run in turn, and medians are taken, so that what else the machine does falls on all alike.
-Timed runs have one thread unless they are about threads, and nothing else runs beside them.
+Compared runs are interleaved and medians taken, so that other load on the machine affects all alike. Timed runs use one
+thread, except to measure thread scaling, and run one at a time.
 """
 
 import os
@@ -26,7 +26,7 @@ from .variants import VARIANTS
 TIMED_SAMPLERS = ("white", "sobol", "blue")
 TIMED_SPP = 64
 ROUNDS = 5
-FIRST_SEED = 1000  # none of those of the tables
+FIRST_SEED = 1000  # not used in the tables
 PAIRS = 5
 THREADS = 2
 
@@ -39,18 +39,18 @@ def timed(program, arguments, threads, folder):
 
 
 def progressive_runs(program, view, reference, spp, rounds, folder, step):
-    """{sampler: rows of spp, seconds and errors, medians over `rounds` seeds} of one view."""
+    """{sampler: rows of spp, seconds and errors, medians over `rounds` seeds} for one view."""
     found = {}
     for seed in range(FIRST_SEED, FIRST_SEED + rounds):
         for sampler in TIMED_SAMPLERS:
-            step(f"{view.label}, {sampler}, in seconds")
+            step(f"timing {view.label}, {sampler}")
             rows = run_convergence(program, view.request(sampler, spp, seed), reference, folder / "run.exr", 1)
             found.setdefault(sampler, []).append(rows)
     return {sampler: over_seeds(runs) for sampler, runs in found.items()}
 
 
 def sampling_shares(program, variants, size, folder):
-    """{label: share of the frame spent in drawing, median of three} on cornell, as the path tracer reports it."""
+    """{label: share of cornell's render time spent sampling, median of three}, as the path tracer reports it."""
     shares = {}
     for _ in range(3):
         for label, variant in variants.items():
@@ -63,17 +63,17 @@ def sampling_shares(program, variants, size, folder):
 
 
 def thread_pairs(program, size, spp, folder, step):
-    """[(seconds of one thread, seconds of two)], in turn."""
+    """[(seconds of one thread, seconds of two)], interleaved."""
     pairs = []
     for _ in range(PAIRS):
-        step("one thread and two")
+        step("timing one thread and two")
         pairs.append(tuple(float(timed(program, Request("blue", spp, 0, "cornell", *size).arguments(), n, folder)[1]
                                  ["seconds"]) for n in (1, THREADS)))
     return pairs
 
 
 def find_embree(wanted=None):
-    """The path tracer of Embree's tools, by any of its names, or None: `pathtracer` may be another program."""
+    """The path tracer of embree-tools under any of its names, or None; `pathtracer` may be another program."""
     for name in [wanted] if wanted else ["embree_pathtracer", "pathtracer"]:
         path = shutil.which(name)
         if path:
@@ -88,11 +88,11 @@ def find_embree(wanted=None):
 
 
 def embree_pairs(program, embree, size, spp, folder, step):
-    """Millions of rays per second of both on the Cornell box, in turn. Both count every ray they trace, shadow rays
-    too; Embree's reads the box from a file. See embree_scene.py for what differs."""
+    """Millions of rays per second of both path tracers on the Cornell box, interleaved. Both count every ray, including
+    shadow rays; Embree's reads the box from a file. embree_scene.py lists the differences."""
     scene = folder / "cornell.xml"
     scene.write_text(cornell_xml(), encoding="utf-8")
-    # Its length counts the ray from the camera, our depth the surfaces after that.
+    # Embree counts path segments including the camera ray, we count surfaces.
     common = [embree, "-i", scene, *CORNELL_VIEW, "--size", *size, "--spp", spp, "--max-path-length", 9, "--threads", 1]
     pairs = []
     for _ in range(PAIRS):
@@ -103,13 +103,13 @@ def embree_pairs(program, embree, size, spp, folder, step):
         found = re.search(r"BENCHMARK_RENDER_MRAYPS_AVG\s+([0-9.]+)", done.stdout)
         if done.returncode != 0 or not found:
             lines = (done.stderr or done.stdout).strip().splitlines()
-            return {"failed": lines[-1] if lines else f"it ended with {done.returncode}"}
+            return {"failed": lines[-1] if lines else f"exit status {done.returncode}"}
         pairs.append((1e-6 * int(attributes["rays"]) / float(attributes["seconds"]), float(found[1])))
     return {"pairs": pairs, "program": Path(embree).name}
 
 
 def machine():
-    """A line about what was timed on."""
+    """One line that describes the machine."""
     model = platform.processor() or platform.machine()
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
@@ -122,15 +122,15 @@ def machine():
 
 
 def measure_all(options, store, views):
-    """Everything timed, as one dict; kept like pictures are, until --retime or another build of blue.
+    """All timings as one dict; cached like pictures, until --retime or a new build of blue.
 
-    views: (view, its judge.Reference, build of blue) of each scene that is timed.
+    views: (view, its judge.Reference, build of blue) for each timed scene.
     """
     trial = options.size is not None
     spp, rounds = min(TIMED_SPP, max(options.seeds)), 2 if trial else ROUNDS
     embree = find_embree(options.embree)
     if options.embree and not embree:
-        print(f"bench: {options.embree} is not the path tracer of Embree's tools; its row is left out", file=sys.stderr)
+        print(f"bench: {options.embree} is not the path tracer of embree-tools; its row is omitted", file=sys.stderr)
     size, big = (192, 192), (128, 128) if trial else (256, 256)
     key = {"timed": [[view.scene, view.size, view.camera, reference.key(), build] for view, reference, build in views],
            "labels": list(options.labels), "settings": [size, big, spp, rounds, embree], "machine": machine()}
@@ -151,7 +151,7 @@ def measure_all(options, store, views):
             for view, reference, _ in views:
                 result["runs"][view.scene] = progressive_runs(options.pathtracer, view, reference.path, spp, rounds, folder,
                                                               step)
-            step("share of sampling")
+            step("timing the sampling")
             result["shares"] = sampling_shares(options.pathtracer, {label: VARIANTS[label] for label in options.labels},
                                                size, folder)
             result["threads"] = thread_pairs(options.pathtracer, big, 16, folder, step)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What blue noise buys, in one table: `scripts/bench summary` puts it into README.md
+"""The README's table of error reductions: `scripts/bench summary` writes it into README.md
 
-From the gains that `scripts/bench renders` and `scripts/bench models` left in docs/report: times less error than white
-noise, Sobol' and the best of OpenQMC, over scenes and views and over other people's models, as displayed and raw.
+It reads what `scripts/bench renders` and `scripts/bench models` wrote to docs/report: how many times smaller blue's error
+is than that of white noise, Sobol' and the best of OpenQMC, over scenes and views and over third-party models.
 """
 
 import argparse
@@ -20,11 +20,11 @@ BEGIN, END = "<!-- table: scripts/bench summary -->\n", "<!-- end of the summary
 
 
 class SummaryError(Exception):
-    """One line that says what to do."""
+    """The message tells the user what to do."""
 
 
 def over(gains):
-    """'6 scenes, 12 views' or '27 models' of what was judged; '12 to 10' where counts leave some out."""
+    """What the gains cover: '6 scenes, 12 views' or '27 models'; a range if some sample counts exclude some."""
     def spread(numbers, what):
         low, high = min(numbers), max(numbers)
         return f"{high if low == high else f'{low} to {high}'} {what}{'' if high == 1 else 's'}"
@@ -35,7 +35,7 @@ def over(gains):
 
 
 def table(parts):
-    """parts: tables of gains.read_rows(), one after the other."""
+    """One Markdown table from a list of tables of gains.read_rows()."""
     thans = [than for than in THANS if any(key[3] == than for gains in parts for key in gains)]
     rows = []
     for gains in parts:
@@ -52,7 +52,7 @@ def table(parts):
 def read_parts(folder):
     parts = [(folder / f"{name}_headline.csv", f"scripts/bench {name}") for name in ("renders", "models")]
     found = [read_rows(path) for path, _ in parts if path.is_file()]
-    missing = [f"{path} is missing: {command} writes it" for path, command in parts if not path.is_file()]
+    missing = [f"{path} is missing; run {command}" for path, command in parts if not path.is_file()]
     if not found:
         raise SummaryError("; ".join(missing))
     return found, missing
@@ -61,7 +61,7 @@ def read_parts(folder):
 def update_readme(readme, text):
     old = readme.read_text(encoding="utf-8")
     if old.count(BEGIN) != 1 or old.count(END) != 1 or old.index(BEGIN) > old.index(END):
-        raise SummaryError(f"{readme} has lost the marks of its table: {BEGIN.strip()} and {END.strip()}")
+        raise SummaryError(f"{readme} must contain the table markers {BEGIN.strip()} and {END.strip()}, once each")
     before, after = old.split(BEGIN)[0], old.split(END)[1]
     write_text(readme, f"{before}{BEGIN}\n{text}\n\n{END}{after}")
 
@@ -69,9 +69,9 @@ def update_readme(readme, text):
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="scripts/bench summary", description=__doc__.splitlines()[0])
     parser.add_argument("--report", type=Path, default=Path("docs/report"), metavar="FOLDER",
-                        help="where the two commands wrote (default docs/report)")
+                        help="folder with the results of both commands (default docs/report)")
     parser.add_argument("--readme", type=Path, default=Path("README.md"), help=argparse.SUPPRESS)
-    parser.add_argument("--print", action="store_true", help="print the table and leave README.md alone")
+    parser.add_argument("--print", action="store_true", help="print the table without changing README.md")
     options = parser.parse_args(arguments)
     try:
         parts, missing = read_parts(options.report)

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers that are compared, each as it is used."""
+"""The samplers that are compared, each in its intended use."""
 
 import argparse
 import dataclasses
 
 from .peers import PEERS
 
-# Few seeds are enough for what no headline is made of.
+# A few seeds suffice for samplers that no headline figure depends on.
 SIDE_SEEDS = 3
 
 
 @dataclasses.dataclass(frozen=True)
 class Variant:
-    """declare: the sampler is told each count, which makes a run of each; counts: those it has, or None for all."""
+    """declare: the sampler must be told the sample count, so each count is a run of its own. counts: None for all."""
 
     sampler: str
     declare: bool = False
@@ -29,7 +29,7 @@ VARIANTS = {
     "white": Variant("white"),
     "sobol": Variant("sobol"),
     "zorder": Variant("zorder", declare=True, most_seeds=SIDE_SEEDS),
-    # A mask makes the first sample; from 4 samples on it is sobol, more or less.
+    # The mask provides the first sample; from 4 samples on this is nearly the same as sobol.
     "mask": Variant("mask", counts=TO_64, most_seeds=SIDE_SEEDS),
     "mask, neural": Variant("mask", mask="neural", counts=TO_64, most_seeds=SIDE_SEEDS),
     **{name: Variant(name) for name in PEERS},
@@ -37,7 +37,7 @@ VARIANTS = {
 }
 ALWAYS = ("white", "sobol")
 DEFAULT = ("white", "sobol", "zorder", "mask", "blue")
-# Names on the command line have no comma in them.
+# Names on the command line contain no comma.
 OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS if name not in PEERS}
 
 
@@ -45,18 +45,18 @@ def parse_samplers(text):
     words = [word for word in text.split(",") if word]
     unknown = [word for word in words if word not in OPTION_NAMES]
     if unknown or not words:
-        raise argparse.ArgumentTypeError(f"there is no sampler '{', '.join(unknown)}'; known are: {', '.join(OPTION_NAMES)}")
+        raise argparse.ArgumentTypeError(f"unknown sampler '{', '.join(unknown)}'; choose from {', '.join(OPTION_NAMES)}")
     return tuple(OPTION_NAMES[word] for word in words)
 
 
 def add_option(parser, default=DEFAULT):
-    """--samplers; chosen(options.samplers, peers) are the labels."""
+    """Adds --samplers; chosen(options.samplers, peers) gives the labels."""
     names = {label: name for name, label in OPTION_NAMES.items()}
     parser.add_argument("--samplers", type=parse_samplers, default=default, metavar="A,B,...",
-                        help=f"of {', '.join(OPTION_NAMES)} (default {','.join(names[label] for label in default)}); "
-                             f"{' and '.join(ALWAYS)} are always there")
+                        help=f"samplers out of {', '.join(OPTION_NAMES)} (default {','.join(names[label] for label in default)}); "
+                             f"{' and '.join(ALWAYS)} are always included")
 
 
 def chosen(labels, peers=()):
-    """Labels in the order of VARIANTS, with those that ratios need and the peers of the build."""
+    """Labels in the order of VARIANTS, including those that ratios need and the peers in the build."""
     return tuple(label for label in VARIANTS if label in labels or label in ALWAYS or label in peers)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The views that samplers are judged from: eight of every built-in scene.
+"""The views used to compare samplers: eight of every built-in scene.
 
-How much blue noise gains along an edge depends on how the edge lies on the grid of pixels, and so on the picture's
-size: one size of one scene proves nothing. The sizes here have no common factor within a view or over the views
-of a scene, and each view turns, moves and zooms the scene's camera a little, so that no edge keeps its place.
+The gain of blue noise along an edge depends on how the edge is aligned with the pixel grid, and so on the picture size:
+a single size of a single scene proves nothing. The sizes here have no common factor within a view or across the views of
+a scene, and each view rotates, moves and zooms the camera slightly, so that no edge stays in place.
 """
 
 import argparse
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from .renderer import Request
 
-DIRECT = ("cornell", "penumbra", "glossy", "lens")  # most light comes straight from a source
+DIRECT = ("cornell", "penumbra", "glossy", "lens")  # mostly direct lighting
 SCENES = (*DIRECT, "glass", "interior")
 
 # Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
@@ -25,10 +25,10 @@ CAMERAS = {
     "glass": ((0, 1.45, 5), (0.02, 0.42, 0), 29.68445),
     "interior": ((1.9, 1.5, 2.6), (-0.5, 1.1, -1.6), 49.40486),
 }
-# Stops by which a scene's picture is made brighter where it is shown.
+# Exposure of a scene's displayed picture, in stops.
 EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 
-# Pairwise coprime; small ones, because a view costs its pixels, and one large picture for each scene.
+# Pairwise coprime. Small, because cost grows with pixels; each scene also gets one large picture.
 SIZES = (121, 125, 127, 128, 131, 137, 139, 149, 151, 157, 163, 167, 169, 173)
 LARGE = ((397, 269), (389, 271), (383, 277), (379, 281), (373, 283), (367, 293))
 NAMES = "abcdefgh"
@@ -38,14 +38,14 @@ TURN, SHIFT, ZOOM = 3.0, 0.02, 0.06  # degrees, share of the distance to the tar
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """A scene, built in or a file, from one camera at one size."""
+    """A built-in scene or a file, seen by one camera at one size."""
 
     scene: str
     name: str
     width: int
     height: int
     camera: tuple = ()  # options of the path tracer
-    exposure: float | None = None  # stops of the picture as displayed; None: the path tracer's for the reference
+    exposure: float | None = None  # of the displayed picture, in stops; None: chosen by the path tracer for the reference
     core: bool = False
     held_out: bool = False  # never used to choose or tune anything
 
@@ -66,16 +66,16 @@ class View:
 
 
 def _matching(round_number):
-    """The pairs of SIZES in one round of a tournament: no two rounds have a pair in common."""
+    """Pairs of SIZES as in one round of a round-robin tournament: no pair occurs in two rounds."""
     count = len(SIZES) - 1
     ring = [(round_number + i) % count for i in range(count)]
     pairs = [(ring[0], count), *((ring[i], ring[count - i]) for i in range(1, len(SIZES) // 2))]
-    # Upright and lying pictures in turn.
+    # Alternate portrait and landscape.
     return [(SIZES[a], SIZES[b]) if (SIZES[a] > SIZES[b]) == (i % 2 == 0) else (SIZES[b], SIZES[a]) for i, (a, b) in enumerate(pairs)]
 
 
 def _spread(index, count):
-    """Numbers in [-1, 1] that are far apart for neighbouring indices: multiples of roots of the generalised golden ratio."""
+    """A low-discrepancy sequence in [-1, 1]: multiples of powers of the generalised golden ratio."""
     root = 2.0
     for _ in range(40):
         root = (1 + root) ** (1 / (count + 1))
@@ -83,7 +83,7 @@ def _spread(index, count):
 
 
 def _camera(scene, index):
-    """Options for the scene's camera, turned about its place, moved to a side and up, and zoomed."""
+    """Options for the scene's camera, rotated, shifted and zoomed."""
     (eye, target, fov) = CAMERAS[scene]
     yaw, pitch, side, up, zoom = _spread(index, 5)
     forward = [b - a for a, b in zip(eye, target)]
@@ -112,14 +112,14 @@ def _views_of(scene):
 ALL = tuple(view for scene in SCENES for view in _views_of(scene))
 SETS = {
     "core": "two views of each scene",
-    "tuning": "those that may be used to choose and tune",
-    "held-out": "those that never are",
-    "all": "every view",
+    "tuning": "views that may be used to choose and tune",
+    "held-out": "views that are never used to choose or tune",
+    "all": "all views",
 }
 
 
 def chosen(name="core", scenes=SCENES, size=None):
-    """The views of a set and of some scenes; size: (width, height) in place of their own."""
+    """The views of a set and of some scenes; size: (width, height) to use instead of their own."""
     wanted = {"core": lambda view: view.core, "tuning": lambda view: not view.held_out,
               "held-out": lambda view: view.held_out, "all": lambda view: True}[name]
     found = tuple(view for view in ALL if wanted(view) and view.scene in scenes)
@@ -130,14 +130,14 @@ def parse_scenes(text):
     names = [name for name in text.split(",") if name]
     unknown = [name for name in names if name not in SCENES]
     if unknown or not names:
-        raise argparse.ArgumentTypeError(f"there is no scene '{', '.join(unknown)}'; known are: {', '.join(SCENES)}")
+        raise argparse.ArgumentTypeError(f"unknown scene '{', '.join(unknown)}'; choose from {', '.join(SCENES)}")
     return tuple(scene for scene in SCENES if scene in names)
 
 
 def add_options(parser):
-    """--views, --all-views and --scenes; chosen(options.views, options.scenes) are the views."""
+    """Adds --views, --all-views and --scenes; chosen(options.views, options.scenes) gives the views."""
     parser.add_argument("--views", choices=SETS, default="core", metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, what in SETS.items()) + " (default core)"))
     parser.add_argument("--all-views", dest="views", action="store_const", const="all", help="the same as --views all")
     parser.add_argument("--scenes", type=parse_scenes, default=SCENES, metavar="A,B,...",
-                        help=f"of {', '.join(SCENES)} (default all)")
+                        help=f"scenes out of {', '.join(SCENES)} (default all)")

@@ -29,7 +29,7 @@ def test_verdict_names_the_better_one_and_how_sure_that_is():
         text = comparison.verdict(left, right, errors, 0.0)
         low, high = map(float, re.search(r"of blue is 2.00 times smaller \((.*) to (.*) over 3 seeds\)", text).groups())
         assert low < 2 < high
-    assert comparison.verdict("blue", "sobol", errors, 0.0).endswith("Over 3 seeds neither is ahead.")
+    assert comparison.verdict("blue", "sobol", errors, 0.0).endswith("No significant difference over 3 seeds.")
     assert "smaller" not in comparison.verdict("white", "blue", {"white": [2.0], "blue": [1.0]}, 0.0)
 
 

@@ -100,7 +100,7 @@ def supports_files(pathtracer, folder):
     (["no-such-scene"], "no-such-scene"),
     (["cornell", "--samplers", "white,no-such"], "no-such"),
     (["cornell", "--", "--no-such-option"], "no-such-option"),
-    (["missing.gltf"], "there is no file missing.gltf"),
+    (["missing.gltf"], "missing.gltf does not exist"),
     (["cornell", "--size", "0x9"], "WIDTHxHEIGHT"),
     (["cornell", "--reference-spp", "33"], "multiple of 32"),
 ], ids=str)

@@ -81,7 +81,7 @@ def test_missing_package(monkeypatch):
         correctness.main([])
 
 
-@pytest.mark.parametrize("words, said", [(["--scenes", "attic"], "there is no scene 'attic'"), (["--seeds", "2"], "at least 3"),
+@pytest.mark.parametrize("words, said", [(["--scenes", "attic"], "unknown scene 'attic'"), (["--seeds", "2"], "at least 3"),
                                          (["--size", "4x64"], "at least 8x8")])
 def test_bad_options(words, said, capsys):
     with pytest.raises(SystemExit) as stopped:

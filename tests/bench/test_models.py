@@ -78,7 +78,7 @@ def test_every_model_has_a_row_and_what_fails_is_listed(pathtracer, folder, tmp_
     readme.write_text(f"before\n{summary.BEGIN}old\n{summary.END}after\n", encoding="utf-8")
     summary.main(["--report", str(out), "--readme", str(readme)])
     captured = capsys.readouterr()
-    assert "renders_headline.csv is missing: scripts/bench renders writes it" in captured.err
+    assert "renders_headline.csv is missing; run scripts/bench renders" in captured.err
     lines = readme.read_text(encoding="utf-8").splitlines()
     assert lines[0] == "before" and lines[-1] == "after" and "old" not in lines
     found = gains.read_rows(out / "models_headline.csv")
@@ -115,10 +115,10 @@ def test_a_readme_without_marks_is_left_alone(tmp_path):
          "views": 2, "left_out": 0}])
     readme = tmp_path / "README.md"
     readme.write_text("no marks", encoding="utf-8")
-    with pytest.raises(SystemExit, match="lost the marks"):
+    with pytest.raises(SystemExit, match="must contain the table markers"):
         summary.main(["--report", str(tmp_path), "--readme", str(readme)])
     assert readme.read_text(encoding="utf-8") == "no marks"
-    with pytest.raises(SystemExit, match="scripts/bench models writes it"):
+    with pytest.raises(SystemExit, match="run scripts/bench models"):
         summary.main(["--report", str(tmp_path / "none")])
 
 
@@ -130,13 +130,13 @@ def test_names_tell_files_apart(tmp_path):
 def test_sources_without_their_columns_are_refused(tmp_path):
     (tmp_path / "SOURCES.csv").write_text("name,url\n")
     (tmp_path / "a.obj").write_text(TENT.format(height=1))
-    with pytest.raises(SystemExit, match="needs the columns file,publisher,source,licence"):
+    with pytest.raises(SystemExit, match="must have the columns file,publisher,source,licence"):
         models.main([str(tmp_path)])
 
 
 def test_folders_without_models_are_refused(tmp_path, capsys):
-    with pytest.raises(SystemExit, match="there is no .gltf, .glb, .obj below"):
+    with pytest.raises(SystemExit, match="no .gltf, .glb, .obj file below"):
         models.main([str(tmp_path)])
     with pytest.raises(SystemExit):
         models.main([str(tmp_path / "none")])
-    assert "there is no folder" in capsys.readouterr().err
+    assert "does not exist" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures are made once, made again when what they depend on changes, and finished where they were left."""
 
+import os
 import subprocess
 
 import numpy as np
@@ -129,6 +130,19 @@ def test_a_file_that_fails_leaves_nothing(tmp_path):
         beside.write_text("new")
         raise ZeroDivisionError
     assert kept.read_text() == "old" and list(tmp_path.iterdir()) == [kept]
+
+
+def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(tmp_path, monkeypatch):
+    path, names, steps = tmp_path / "a.txt", [], []
+    for call in ("fsync", "replace"):
+        monkeypatch.setattr(os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given)))
+    for _ in range(2):
+        with written_beside(path) as beside:
+            assert beside.parent.stat().st_mode & 0o077 == 0, "others could put a link in the way"
+            names.append(beside)
+            beside.write_text("new")
+    assert names[0] != names[1] and steps == ["fsync", "replace"] * 2
+    assert path.read_text() == "new" and list(tmp_path.iterdir()) == [path]
 
 
 def test_exr_keeps_what_is_written(tmp_path):

@@ -42,7 +42,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
         return real(program, task, *more)
 
     monkeypatch.setattr(judge, "measure", counted)
-    with pytest.raises(SystemExit, match="run it again"):
+    with pytest.raises(SystemExit, match="run the command again"):
         renders.main(arguments(pathtracer, out))
     assert not out.exists() and 0 < len(made) < 16
 
@@ -159,9 +159,9 @@ def made_up(blue, seeds=8, own=0.0):
 def test_gains_and_aims_of_figures_made_up():
     report = made_up(0.25)
     aims = {row[0]: row[3] for row in report.aims()}
-    assert aims["sobol / blue, 1 spp, RMSE after sigma 2.1, lit directly"] == "met"
-    assert aims["sobol / blue, 16 spp, RMSE as displayed after sigma 2.1, lit directly"] == "met"
-    assert aims["cells in which blue is worse than sobol"] == aims["greatest |z| of a mean"] == "met"
+    assert aims["sobol / blue, 1 spp, RMSE after sigma 2.1, directly lit scenes"] == "met"
+    assert aims["sobol / blue, 16 spp, RMSE as displayed after sigma 2.1, directly lit scenes"] == "met"
+    assert aims["cells where blue is worse than sobol"] == aims["greatest |z| of a mean"] == "met"
     assert "No cell is worse" in report.worse_text()
     assert "| 4.0" in report.text() and "| 2.0" in report.text()
 
@@ -169,22 +169,22 @@ def test_gains_and_aims_of_figures_made_up():
 def test_what_misses_its_aim_is_said():
     report = made_up(0.6, own=0.01)
     aims = {row[0]: row[3] for row in report.aims()}
-    assert aims["sobol / blue, 16 spp, RMSE after sigma 2.1, lit directly"] == "missed"
-    assert aims["greatest |z| of a mean"] == aims["cells in which blue is worse than sobol"] == "missed"
+    assert aims["sobol / blue, 16 spp, RMSE after sigma 2.1, directly lit scenes"] == "missed"
+    assert aims["greatest |z| of a mean"] == aims["cells where blue is worse than sobol"] == "missed"
     assert report.worse_text().count("| worse |") == 2 * 3
 
 
 def test_one_seed_is_no_evidence():
     report = made_up(0.6, seeds=1)
-    assert "One seed" in report.worse_text() and "One seed" in report.z_text()
+    assert "more than one seed" in report.worse_text() and "more than one seed" in report.z_text()
     assert not any("worse" in row[0] or "|z|" in row[0] for row in report.aims())
 
 
-@pytest.mark.parametrize("words, said", [(["--scenes", "cornell,attic"], "there is no scene 'attic'"),
-                                         (["--samplers", "red"], "there is no sampler 'red'"),
+@pytest.mark.parametrize("words, said", [(["--scenes", "cornell,attic"], "unknown scene 'attic'"),
+                                         (["--samplers", "red"], "unknown sampler 'red'"),
                                          (["--reference-spp", "100"], "a multiple of 32"),
                                          (["--views", "none"], "invalid choice"),
-                                         (["--seeds", "0"], "a whole number from 1")])
+                                         (["--seeds", "0"], "a positive integer")])
 def test_bad_options(words, said, capsys):
     with pytest.raises(SystemExit) as stopped:
         renders.main(words)

@@ -133,7 +133,7 @@ def test_runs_are_not_mixed_up(tmp_path):
     with pytest.raises(TrainerError, match="seed=4"):
         paper.train(dataclasses.replace(TINY, seed=4), tmp_path, resume=True)
     (tmp_path / "checkpoint.pt").write_bytes(b"something else")
-    with pytest.raises(TrainerError, match="no checkpoint"):
+    with pytest.raises(TrainerError, match="not a checkpoint"):
         paper.train(TINY, tmp_path, resume=True)
 
 

@@ -134,7 +134,7 @@ def test_two_processes_train_as_one(tmp_path, trainer_environment):
         ({"size": "8"}, "train.size must be 16 to 4096"),
         ({"rate": "1e-3\nspeed = 3"}, "[train] knows iterations"),
         ({"tail": "1\n[extra]"}, "a configuration has the tables model, loss, train"),
-        ({"tail": "1 ="}, "is no TOML"),
+        ({"tail": "1 ="}, "is not valid TOML"),
     ],
 )
 def test_hostile_configurations(tmp_path, capsys, changes, message):
@@ -157,12 +157,12 @@ def test_other_mistakes_are_one_line(tmp_path, capsys):
     capsys.readouterr()
     for arguments, message in (
         (["train", "--config", str(tmp_path / "none.toml")], "cannot read the configuration"),
-        (["train"], "name a configuration"),
-        (["train", "--config", str(path), "--folder", str(run)], "holds a run already"),
-        (["train", "--resume", "--folder", str(tmp_path / "nothing")], "there is no checkpoint in"),
-        (["train", "--resume", "--folder", str(tmp_path / "broken")], "no checkpoint, or a damaged one"),
+        (["train"], "give a configuration"),
+        (["train", "--config", str(path), "--folder", str(run)], "already contains a run"),
+        (["train", "--resume", "--folder", str(tmp_path / "nothing")], "contains no checkpoint"),
+        (["train", "--resume", "--folder", str(tmp_path / "broken")], "not a checkpoint, or is damaged"),
         (["train", "--config", str(path), "--folder", str(tmp_path / "file" / "run")], "file"),
-        (["export", str(bad), "-o", str(tmp_path / "x.onnx")], "no checkpoint, or a damaged one"),
+        (["export", str(bad), "-o", str(tmp_path / "x.onnx")], "not a checkpoint, or is damaged"),
         (["export", str(tmp_path / "none.pt"), "-o", str(tmp_path / "x.onnx")], "cannot read the checkpoint"),
         (["evaluate", str(tmp_path / "none.onnx")], "cannot read"),
     ):

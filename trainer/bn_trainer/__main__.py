@@ -18,21 +18,21 @@ def whole(least: int):  # type: ignore[no-untyped-def]
         except ValueError:
             value = least - 1
         if value < least:
-            raise argparse.ArgumentTypeError(f"must be a whole number from {least} on, not {text!r}")
+            raise argparse.ArgumentTypeError(f"must be an integer of at least {least}, not {text!r}")
         return value
 
     return read
 
 
 def add_train(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", type=Path, help="TOML file, see trainer/configs")
+    parser.add_argument("--config", type=Path, help="TOML file; see trainer/configs")
     parser.add_argument("--folder", type=Path, metavar="FOLDER",
-                        help="for config, log and checkpoints; default ~/.cache/bn_trainer/<name of the config>")
-    parser.add_argument("--resume", action="store_true", help="go on with the run in the folder, exactly as if never stopped")
+                        help="folder for configuration, log and checkpoints (default ~/.cache/bn_trainer/<name of the config>)")
+    parser.add_argument("--resume", action="store_true", help="continue the run in the folder, with results as if it had never stopped")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
-    parser.add_argument("--threads", type=whole(0), default=0, help="default 0: torch's own choice")
-    parser.add_argument("--stop-after", type=whole(0), default=0, metavar="N", help="stop after N iterations in all")
-    parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--threads", type=whole(0), default=0, help="threads of torch (default 0: torch chooses)")
+    parser.add_argument("--stop-after", type=whole(0), default=0, metavar="N", help="stop after N iterations in total")
+    parser.add_argument("--quiet", action="store_true", help="do not show progress")
 
 
 def run_train(options: argparse.Namespace) -> int:
@@ -44,10 +44,10 @@ def run_train(options: argparse.Namespace) -> int:
 
 
 def add_evaluate(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, help="checkpoint (.pt) or ONNX file (.onnx)")
-    parser.add_argument("--seeds", type=whole(1), default=20)
-    parser.add_argument("--flatness-seeds", type=whole(0), default=1000, help="0: leave the mean over masks out")
-    parser.add_argument("--threads", type=whole(0), default=0)
+    parser.add_argument("model", type=Path, help="a checkpoint (.pt) or an ONNX file (.onnx)")
+    parser.add_argument("--seeds", type=whole(1), default=20, help="seeds per size (default 20)")
+    parser.add_argument("--flatness-seeds", type=whole(0), default=1000, help="masks in the test for a fixed pattern (default 1000; 0 skips it)")
+    parser.add_argument("--threads", type=whole(0), default=0, help="threads of torch (default 0: torch chooses)")
 
 
 def run_evaluate(options: argparse.Namespace) -> int:
@@ -62,8 +62,8 @@ def run_evaluate(options: argparse.Namespace) -> int:
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("checkpoint", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True, help="ONNX file")
+    parser.add_argument("checkpoint", type=Path, help="the checkpoint to export")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the ONNX file to write")
 
 
 def run_export(options: argparse.Namespace) -> int:
@@ -76,21 +76,21 @@ def run_export(options: argparse.Namespace) -> int:
 
 
 OWN = {
-    "train": ("train a network; resumes exactly", add_train, run_train),
-    "evaluate": ("print the quality and the cost of a model", add_evaluate, run_evaluate),
-    "export": ("write the model of a checkpoint as ONNX", add_export, run_export),
+    "train": ("train a network", add_train, run_train),
+    "evaluate": ("print the quality and cost of a model", add_evaluate, run_evaluate),
+    "export": ("write a checkpoint's model as ONNX", add_export, run_export),
 }
-#: Commands that are modules with add_arguments(parser) and main(options).
+#: Commands implemented by modules with add_arguments(parser) and main(options).
 MODULES = {
     "train-paper": ("paper.perceptron", "train the paper's perceptron"),
-    "table": ("paper.table", "the paper's Table I on a stated protocol"),
-    "wronski": ("paper.wronski", "optimise a mask by gradient descent through spectrum and histogram"),
+    "table": ("paper.table", "reproduce the paper's Table I"),
+    "wronski": ("paper.wronski", "optimise masks by gradient descent, without a network"),
 }
 
 
 def main(arguments: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
-    parser = argparse.ArgumentParser(prog="python -m bn_trainer", description="Trains libbn's network.")
+    parser = argparse.ArgumentParser(prog="python -m bn_trainer", description="Trains, evaluates and exports libbn's network.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (help_text, add, run) in OWN.items():
         child = commands.add_parser(name, help=help_text)
@@ -98,7 +98,7 @@ def main(arguments: list[str] | None = None) -> int:
         child.set_defaults(run_command=run)
     for name, (module_name, help_text) in MODULES.items():
         child = commands.add_parser(name, help=help_text)
-        # Loaded only when asked for: they need more packages.
+        # Imported on demand, because they need more packages.
         if arguments[:1] == [name]:
             module = importlib.import_module(f".{module_name}", __package__)
             module.add_arguments(child)
@@ -110,7 +110,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"bn_trainer: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("bn_trainer: stopped; go on with train --resume", file=sys.stderr)
+        print("bn_trainer: interrupted; continue with --resume", file=sys.stderr)
         return 130
 
 

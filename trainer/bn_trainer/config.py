@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Configurations: TOML files with the tables [model], [loss] and [train]. Every key is checked."""
+"""Configurations: TOML files with the tables [model], [loss] and [train]. All keys are checked."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 
 
 class TrainerError(Exception):
-    """What the user can put right, said in one line."""
+    """An error that the user can fix; the message is one line."""
 
 
 @dataclasses.dataclass(frozen=True)
 class ModelConfig:
-    channels: list[int]  # of every step
-    kernels: list[int]  # of every step, odd
-    sigma: float = 0.92  # of the kernels to start from, in texels
-    first_rate: float = 4.0  # of the first step to start from; geometric down to
-    last_rate: float = 0.5
+    channels: list[int]  # one per step
+    kernels: list[int]  # one per step, odd
+    sigma: float = 0.92  # of the initial kernels, in texels
+    first_rate: float = 4.0  # initial rate of the first step; geometric decrease to
+    last_rate: float = 0.5  # that of the last
 
     def check(self) -> None:
         need(1 <= len(self.channels) <= 64, "model.channels must name 1 to 64 steps", self.channels)
@@ -34,13 +34,13 @@ class ModelConfig:
 @dataclasses.dataclass(frozen=True)
 class LossConfig:
     sigmas: list[float]  # viewing blurs, in texels
-    shares: list[float]  # of their squared errors in the loss
+    shares: list[float]  # weights of their squared errors
     scale: float = 100.0  # of the errors
-    ramp: float = 10.0  # weight of the distance of sorted values from a ramp
-    inner: float = 0.5  # weight of the same loss after each of the inner steps drawn
-    inner_steps: int = 4  # how many are drawn, anew for every iteration
-    tail: int = 5  # inner steps are drawn from all but so many last ones
-    damping: float = 0.7  # of gradients that pass from a step to the one before: see train.py
+    ramp: float = 10.0  # weight of the distance between sorted values and a ramp
+    inner: float = 0.5  # weight of the loss after each sampled inner step
+    inner_steps: int = 4  # number of inner steps sampled in each iteration
+    tail: int = 5  # inner steps are sampled from all but this many last ones
+    damping: float = 0.7  # of gradients passed from a step to the previous one; see train.py
 
     def check(self) -> None:
         need(1 <= len(self.sigmas) <= 8, "loss.sigmas must be 1 to 8 numbers", self.sigmas)
@@ -59,14 +59,14 @@ class LossConfig:
 class TrainConfig:
     iterations: int
     seed: int = 0
-    size: int = 64  # of the square torus trained on, in texels
-    batch: int = 4  # images per iteration, over all processes
+    size: int = 64  # side of the square training masks, in texels
+    batch: int = 4  # masks per iteration, over all processes
     rate: float = 1e-3  # Adam's, after the warm-up
-    last_rate: float = 1e-5  # at the end; a cosine in between
+    last_rate: float = 1e-5  # at the end, after a cosine decay
     warmup: int = 100  # iterations
-    clip: float = 1.0  # largest norm of the gradient
-    average: float = 0.998  # decay of the averaged weights, which are what counts
-    bfloat16: bool = False  # autocast; faster where the processor has it
+    clip: float = 1.0  # maximum norm of the gradient
+    average: float = 0.998  # decay of the averaged weights, which make the final model
+    bfloat16: bool = False  # autocast; faster where the hardware supports it
     log_every: int = 50  # iterations
     check_every: int = 500  # iterations between checkpoints
 
@@ -109,7 +109,7 @@ def _table(kind: type, name: str, given: Any) -> Any:
     need(isinstance(given, dict), f"{name} must be a table", given)
     fields = {field.name: field for field in dataclasses.fields(kind)}
     for key, value in given.items():
-        need(key in fields, f"[{name}] knows {', '.join(fields)}", key)
+        need(key in fields, f"the keys of [{name}] are {', '.join(fields)}", key)
         need(_fits(str(fields[key].type), value), f"{name}.{key} must be of type {fields[key].type}", value)
     for key, field in fields.items():
         if field.default is dataclasses.MISSING:
@@ -122,7 +122,7 @@ def _table(kind: type, name: str, given: Any) -> Any:
 def from_dict(given: dict[str, Any]) -> Config:
     kinds = {"model": ModelConfig, "loss": LossConfig, "train": TrainConfig}
     for key in given:
-        need(key in kinds, f"a configuration has the tables {', '.join(kinds)}", key)
+        need(key in kinds, f"the tables of a configuration are {', '.join(kinds)}", key)
     return Config(**{name: _table(kind, name, given.get(name, {})) for name, kind in kinds.items()})
 
 
@@ -137,7 +137,7 @@ def load(path: Path) -> Config:
     except OSError as error:
         raise TrainerError(f"cannot read the configuration {path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise TrainerError(f"{path} is no TOML: {error}") from None
+        raise TrainerError(f"{path} is not valid TOML: {error}") from None
     try:
         return from_dict(given)
     except TrainerError as error:

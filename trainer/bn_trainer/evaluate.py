@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality and cost of a model. Ranks and errors are libbn's, through the package `bluenoise`."""
+"""Quality and cost of a model. libbn computes the errors, through the package `bluenoise`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SEEDS = 20
 ANISOTROPY_MASKS = 16
 FLATNESS_SEEDS, FLATNESS_SIZE = 1000, 32
 
-#: Noise (h + 2r, w + 2r) to values (h, w).
+#: Maps noise (h + 2r, w + 2r) to values (h, w).
 Network = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
 
 
@@ -32,24 +32,24 @@ def bluenoise() -> Any:
     try:
         import bluenoise as package
     except ImportError:
-        raise TrainerError("the referee is the package bluenoise; install it: pip install . (in the repository)") from None
+        raise TrainerError("evaluation needs the package bluenoise; run pip install . in the repository") from None
     return package
 
 
 def network_of(path: Path) -> tuple[Network, int, str]:
-    """A checkpoint, run by torch, or an ONNX file, run by ONNX Runtime: the network, its radius, and its cost in words."""
+    """The network in a checkpoint (run by torch) or an ONNX file (run by ONNX Runtime), its radius, and its cost as text."""
     if path.suffix != ".onnx":
         model = load_model(path)
         parameters = sum(p.numel() for p in model.parameters())
         cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.1f} kFLOP per texel, radius {model.receptive_radius}"
         return torch_network(model), model.receptive_radius, cost
-    # Without this ONNX Runtime may report its use over the network.
+    # ONNX Runtime may otherwise send telemetry.
     os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
     try:
         import onnx
         import onnxruntime
     except ImportError:
-        raise TrainerError("to evaluate an ONNX file install onnx and onnxruntime") from None
+        raise TrainerError("evaluating an ONNX file needs the packages onnx and onnxruntime") from None
     try:
         data = path.read_bytes()
         proto = onnx.load_from_string(data)
@@ -59,8 +59,8 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
     except OSError as error:
         raise TrainerError(f"cannot read {path}: {error.strerror}") from None
-    except Exception:  # onnx and ONNX Runtime raise whatever their parsers met
-        raise TrainerError(f"{path} is no model of this library") from None
+    except Exception:  # the parsers of onnx and ONNX Runtime raise many types
+        raise TrainerError(f"{path} is not a model for this library") from None
 
     def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         return np.asarray(session.run(None, {"noise": noise[None, None]})[0][0, 0])
@@ -71,7 +71,7 @@ def network_of(path: Path) -> tuple[Network, int, str]:
 
 
 def flop_of(proto: Any) -> int:
-    """Multiplications and additions per texel of the convolutions of a graph without strides."""
+    """Multiplications and additions per texel in the convolutions of a graph without strides."""
     weights = {t.name: t.dims for t in proto.graph.initializer}
     return sum(2 * int(np.prod(weights[node.input[1]])) for node in proto.graph.node if node.op_type == "Conv")
 
@@ -85,7 +85,7 @@ def torch_network(model: Relaxation) -> Network:
 
 
 def values_of(network: Network, radius: int, height: int, width: int, seed: int) -> npt.NDArray[np.float32]:
-    """The mask of a seed, as the network's values. Noise is torch's of the seed."""
+    """The network's values for a seed, from torch's noise for that seed."""
     noise = torch.rand(1, 1, height, width, generator=torch.Generator().manual_seed(seed))
     return network(wrap(noise, radius).numpy()[0, 0])
 
@@ -97,7 +97,7 @@ def ranks_of(values: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
 
 
 def errors(network: Network, radius: int, height: int, width: int, seeds: int) -> npt.NDArray[np.float64]:
-    """E_sigma of every seed and every sigma of SIGMAS, (seeds, 4)."""
+    """E_sigma for every seed and every sigma in SIGMAS, (seeds, 4)."""
     package = bluenoise()
     return np.array([
         [figures[f"e_{sigma:g}"] for sigma in SIGMAS]
@@ -106,7 +106,7 @@ def errors(network: Network, radius: int, height: int, width: int, seeds: int) -
 
 
 def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_SEEDS, out: Any = None) -> None:
-    """Prints the quality and the cost of a checkpoint or an ONNX file."""
+    """Prints the quality and cost of a checkpoint or an ONNX file."""
     out = out or sys.stdout
     package = bluenoise()
     network, radius, cost = network_of(path)
@@ -124,14 +124,14 @@ def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_S
     print(f"anisotropy over {ANISOTROPY_MASKS} masks of 128x128: {package.anisotropy(masks):.1f} dB", file=out)
     if flatness_seeds:
         spread, expected, worst = flatness(network, radius, flatness_seeds)
-        print(f"mean over {flatness_seeds} masks of {FLATNESS_SIZE}x{FLATNESS_SIZE}: standard deviation between texels "
-              f"{spread:.5f}, independent masks {expected:.5f}; largest of any row, column or phase {worst:.1f} of its own", file=out)
+        print(f"mean over {flatness_seeds} masks of {FLATNESS_SIZE}x{FLATNESS_SIZE}: standard deviation over texels "
+              f"{spread:.5f}, expected {expected:.5f}; largest row, column or phase mean {worst:.1f} standard deviations", file=out)
 
 
 def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:
-    """Is there a pattern all masks share? The deviation between texels of the mean over masks; that of independent
-    uniform values; and the largest mean of a row, a column or a phase of 2x2 or 4x4, in its standard deviations had
-    texels nothing to do with each other (blue noise: less than those)."""
+    """Tests for a pattern shared by all masks. Returns the standard deviation over texels of the mean over masks; the
+    value expected for independent uniform masks; and the largest mean of a row, a column or a phase of period 2 or 4, in
+    standard deviations of independent texels (blue noise has less)."""
     size = FLATNESS_SIZE
     total = np.zeros((size, size))
     for seed in range(seeds):

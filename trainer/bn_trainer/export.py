@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Export to ONNX in the form libbn reads, checked before the file appears.
+"""Export to ONNX in the form libbn reads, verified before the file is written.
 
-One input `noise`, float32 (1, 1, h + 2r, w + 2r), uniform in [0, 1); one output `values`, (1, C, h, w); the graph pads
-nothing. Metadata: `bn.receptive_radius` r, `bn.align` 1 (any origin and extent will do), `bn.version` 1. One file, no
-external data, standard operators only.
+One input `noise`, float32 (1, 1, h + 2r, w + 2r), uniform in [0, 1); one output `values`, (1, C, h, w); no padding in the
+graph. Metadata: `bn.receptive_radius` r, `bn.align` 1 (any origin and extent), `bn.version` 1. A single file without
+external data, with standard operators only.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from .model import Relaxation, Step
 
 OPSET, IR_VERSION = 18, 9
 CHECK_SIZES = ((16, 16), (64, 64), (33, 57), (96, 20))
-#: Root mean square difference. Steps amplify rounding a hundredfold, so single texels may differ by more where sums are
-#: taken in another order.
+#: Root mean square difference. Steps amplify rounding errors a hundredfold, so single texels may differ by more if the
+#: order of summation differs.
 TOLERANCE = 1e-4
 #: Largest file libbn embeds.
 MOST_BYTES = 1 << 20
 
 
 class _FoldedStep(nn.Module):
-    """A step as three plain convolutions, all that depends on parameters alone computed beforehand."""
+    """A step as plain convolutions, with everything that depends only on parameters precomputed."""
 
     def __init__(self, step: Step) -> None:
         super().__init__()
@@ -77,7 +77,7 @@ def onnx_bytes(model: Relaxation) -> bytes:
     try:
         import onnx
     except ImportError:
-        raise TrainerError("export needs the packages onnx and onnxscript: pip install ./trainer") from None
+        raise TrainerError("export needs the packages onnx and onnxscript; run pip install ./trainer") from None
 
     radius = model.receptive_radius
     extent = 2 * radius + 32
@@ -108,19 +108,19 @@ def onnx_bytes(model: Relaxation) -> bytes:
                 dimension.dim_param = name
     onnx.checker.check_model(proto, full_check=True)
     if any(node.domain not in ("", "ai.onnx") for node in proto.graph.node):
-        raise TrainerError("the exported graph has operators of its own")
+        raise TrainerError("the exported graph contains non-standard operators")
     return bytes(proto.SerializeToString())
 
 
 def check(model: Relaxation, data: bytes) -> str:
-    """Compares the file with torch at several sizes; says what was compared, or raises TrainerError."""
+    """Compares the file with torch at several sizes. Returns a summary, or raises TrainerError if they differ."""
     from onnx.reference import ReferenceEvaluator
 
     import onnx
 
     runs = {"the ONNX reference": ReferenceEvaluator(onnx.load_from_string(data)).run}
     try:
-        # Without this ONNX Runtime may report its use over the network.
+        # ONNX Runtime may otherwise send telemetry.
         os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
         import onnxruntime
 
@@ -132,7 +132,7 @@ def check(model: Relaxation, data: bytes) -> str:
         pass
     worst = largest = 0.0
     for height, width in CHECK_SIZES:
-        # The reference is slow: one size is enough for it where there is a runtime.
+        # The reference evaluator is slow, so use it for one size only if ONNX Runtime is available.
         names = list(runs) if (height, width) == CHECK_SIZES[0] else list(runs)[-1:]
         margin = 2 * model.receptive_radius
         noise = torch.rand(1, 1, height + margin, width + margin, generator=torch.Generator().manual_seed(height))
@@ -151,7 +151,7 @@ def check(model: Relaxation, data: bytes) -> str:
 
 
 def export(model: Relaxation, path: Path) -> dict[str, object]:
-    """Writes the model, complete or not at all. Returns its SHA-256, size and what it was compared with."""
+    """Writes the model atomically. Returns its SHA-256, its size and a summary of the comparison."""
     data = onnx_bytes(model)
     if len(data) > MOST_BYTES:
         raise TrainerError(f"the model takes {len(data)} bytes; libbn embeds at most {MOST_BYTES}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are complete or not there: written beside their place, then renamed. Checkpoints."""
+"""Atomic file writes, and checkpoints."""
 
 from __future__ import annotations
 
@@ -16,24 +16,18 @@ from .model import Relaxation
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Calls write with a path beside `path`, then renames; leaves nothing behind when it fails."""
+    """Calls write with a path in a private folder next to `path`, flushes that file to disk and renames it to `path`.
+    On failure `path` is untouched."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        with tempfile.TemporaryDirectory(prefix=".bn_trainer-", dir=path.parent) as folder:
+            beside = Path(folder) / path.name
+            write(beside)
+            with open(beside, "r+b") as file:
+                os.fsync(file.fileno())
+            os.replace(beside, path)
     except OSError as error:
         raise TrainerError(f"cannot write {path}: {error.strerror}") from None
-    os.close(handle)
-    beside = Path(name)
-    try:
-        write(beside)
-        umask = os.umask(0)
-        os.umask(umask)
-        beside.chmod(0o666 & ~umask)
-        os.replace(beside, path)
-    except OSError as error:
-        raise TrainerError(f"cannot write {path}: {error.strerror}") from None
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def model_of(config: Config) -> Relaxation:
@@ -47,18 +41,18 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise TrainerError(f"cannot read the checkpoint {path}: {error.strerror}") from None
     except Exception:  # torch raises whatever its parser met
-        raise TrainerError(f"{path} is no checkpoint, or a damaged one") from None
+        raise TrainerError(f"{path} is not a checkpoint, or is damaged") from None
     if not isinstance(checkpoint, dict) or checkpoint.get("format") != "bn_trainer 1":
-        raise TrainerError(f"{path} is no checkpoint of this trainer")
+        raise TrainerError(f"{path} is not a checkpoint of this trainer")
     return checkpoint
 
 
 def load_model(path: Path) -> Relaxation:
-    """The averaged model of a checkpoint, ready to evaluate."""
+    """The averaged model of a checkpoint, in evaluation mode."""
     checkpoint = load_checkpoint(path)
     model = model_of(from_dict(checkpoint["config"]))
     try:
         model.load_state_dict(checkpoint["average"])
     except (RuntimeError, KeyError):
-        raise TrainerError(f"{path} does not hold the model its configuration describes") from None
+        raise TrainerError(f"{path}: the weights do not fit the model in its configuration") from None
     return model.eval().requires_grad_(False)

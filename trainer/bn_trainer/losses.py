@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The dithering error as a loss, over all thresholds at once, on exact ranks.
+"""The dithering error as a loss: over all thresholds at once, on exact ranks.
 
-With values r uniform in [0, 1] the squared error E_sigma^2, averaged over all thresholds, is
-1/6 - 1/2 sum over offsets of W(offset) mean |r_p - r_(p + offset)|, W the toroidal Gaussian of sigma sqrt(2) with sum 1.
-Its gradient is a sum of signs, taken in the same pass. Ranks are no function with a gradient; to first order a
-rank moves with its value less what all values of about that rank do together, so the gradient handed back is less
-its moving average in sorted order.
+For values r uniform in [0, 1], the squared error E_sigma^2 averaged over all thresholds is
+1/6 - 1/2 sum over offsets of W(offset) mean |r_p - r_(p + offset)|, where W is the toroidal Gaussian of sigma sqrt(2) with
+sum 1. Its gradient is a sum of signs, computed in the same pass. Ranks are not differentiable, but to first order a rank
+follows its value minus the common movement of all values of similar rank; the backward pass therefore subtracts a moving
+average, in sorted order, from the gradient.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from torch.nn import functional as F
 
 
 def gaussian_weights(extent: int, sigma: float) -> Tensor:
-    """The toroidal Gaussian of the transfer function exp(-2 pi^2 sigma^2 f^2), extent taps, sum 1 (float64)."""
+    """The toroidal Gaussian with transfer function exp(-2 pi^2 sigma^2 f^2): extent taps with sum 1 (float64)."""
     f = torch.fft.fftfreq(extent, dtype=torch.float64)
     return torch.fft.ifft(torch.exp(-2 * math.pi**2 * sigma**2 * f**2)).real
 
 
 def pair_weights(height: int, width: int, sigmas: list[float], shares: list[float]) -> dict[tuple[int, int], float]:
-    """Half of the offsets (y, x) and their weights: the mixture over sigmas of E_sigma^2, each times its share."""
+    """Half of the offsets (y, x) and their weights in the mixture of E_sigma^2 over sigmas, weighted by shares."""
     table = torch.zeros(height, width, dtype=torch.float64)
     for sigma, share in zip(sigmas, shares, strict=True):
         wide = sigma * math.sqrt(2)
@@ -35,7 +35,7 @@ def pair_weights(height: int, width: int, sigmas: list[float], shares: list[floa
         for x in range(-(width // 2), width - width // 2):
             weight = float(table[y % height, x % width])
             if (y, x) != (0, 0) and y * y + x * x <= reach * reach and weight > 1e-7 * float(table[0, 0]):
-                # An offset and its negative make the same pairs.
+                # An offset and its negative give the same pairs.
                 key = min((y % height, x % width), (-y % height, -x % width))
                 pairs[key] = pairs.get(key, 0.0) + weight
     return {((y + height // 2) % height - height // 2, (x + width // 2) % width - width // 2): w
@@ -43,7 +43,7 @@ def pair_weights(height: int, width: int, sigmas: list[float], shares: list[floa
 
 
 class _PairSum(torch.autograd.Function):
-    """sum over pairs of w mean |r_p - r_(p + offset)|, one value per image."""
+    """The sum over offsets of w mean |r_p - r_(p + offset)|, one value per mask."""
 
     @staticmethod
     def forward(ctx, ranks, offsets, weights, reach):  # type: ignore[no-untyped-def]
@@ -82,13 +82,13 @@ class _PairSum(torch.autograd.Function):
 
 
 class DitheringError:
-    """The mixture of E_sigma^2 of masks with values uniform in [0, 1], shape (n, height, width), as (n,)."""
+    """The mixture of E_sigma^2, as (n,), for masks (n, height, width) with values uniform in [0, 1]."""
 
     def __init__(self, height: int, width: int, sigmas: list[float], shares: list[float]) -> None:
         pairs = pair_weights(height, width, sigmas, shares)
         self.offsets = list(pairs)
         self.weights = list(pairs.values())
-        # The Gaussian's far tail is left out; texels that far apart differ by 1/3 on average.
+        # The far tail of the Gaussian is omitted; texels that far apart differ by 1/3 on average.
         centre = sum(share * float(gaussian_weights(height, s * math.sqrt(2))[0] * gaussian_weights(width, s * math.sqrt(2))[0])
                      for s, share in zip(sigmas, shares))
         left_out = sum(shares) - centre - sum(self.weights)
@@ -101,7 +101,7 @@ class DitheringError:
 
 
 class _Ranks(torch.autograd.Function):
-    """(rank + 0.5) / count of every value in its image, with the gradient a rank has."""
+    """(rank + 0.5) / count of each value in its mask, with the gradient described at the top."""
 
     @staticmethod
     def forward(ctx, values, order, window):  # type: ignore[no-untyped-def]
@@ -130,7 +130,7 @@ class _Ranks(torch.autograd.Function):
 
 
 def rank_and_ramp(values: Tensor, window_share: float = 1 / 32) -> tuple[Tensor, Tensor]:
-    """Ranks of the images (n, h, w) and, per image, the mean squared distance of the sorted values from the ramp."""
+    """Ranks of the masks (n, h, w) and, per mask, the mean squared distance between the sorted values and a ramp."""
     flat = values.reshape(values.shape[0], -1)
     ordered, order = torch.sort(flat, dim=1, stable=True)
     count = flat.shape[1]

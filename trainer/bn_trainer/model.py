@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network: a learned relaxation, stride 1, for any size.
+"""The network: a learned relaxation with stride 1, for masks of any size.
 
 Summed over all thresholds, the squared dithering error of a mask is a constant minus a sum over pairs of
-W(p - q) |r_p - r_q|, so its gradient at p is a blurred sign of r_p - r_q. That sign separates into slices: with
-ramps F_c(r) = clip(a_c r + b_c, 0, 1) it is a sum over c of G_c(r_p) F_c(r_q), G_c a combination of the ramps. One
-step is therefore: ramps of the values, one depthwise convolution, a pointwise mixing, the product with the ramps
-of the texel itself, a sum, and a pointwise correction that keeps the histogram flat. Kernels, ramps, mixing and
-correction of every step are learned. Kernels have the eight symmetries of the square, so they favour no axis and
-have few parameters. Steps start as the relaxation of `bn_relax`, step and softness falling geometrically.
+W(p - q) |r_p - r_q|, so its gradient at p is a blurred sign of r_p - r_q. That sign is separable: with ramps
+F_c(r) = clip(a_c r + b_c, 0, 1) it is a sum over c of G_c(r_p) F_c(r_q), where G_c is a combination of the ramps. One step
+therefore consists of ramps of the values, one depthwise convolution, a pointwise mixing, a product with the ramps of the
+texel itself, a sum, and a pointwise correction that keeps the histogram flat. Kernels, ramps, mixing and correction are
+learned for each step. Kernels have the eight symmetries of the square, so they favour no axis and have few parameters.
+Initially the steps equal the relaxation of `bn_relax`, with geometrically decreasing step and softness.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from torch.nn import functional as F
 
 
 def orbit_map(size: int) -> Tensor:
-    """For a size x size kernel, which of its free parameters each tap uses under the eight symmetries."""
+    """The index of the free parameter used by each tap of a size x size kernel with the eight symmetries."""
     half = size // 2
     keys: dict[tuple[int, int], int] = {}
     taps = []
@@ -30,9 +30,8 @@ def orbit_map(size: int) -> Tensor:
 
 
 class _Depthwise(torch.autograd.Function):
-    """Depthwise convolution with symmetric kernels, given by their free parameters (channels, orbits). The gradients
-    are one more convolution and sums over the texels of each orbit: on a processor several times faster than those
-    that come with torch."""
+    """Depthwise convolution with symmetric kernels, given by their free parameters (channels, orbits). The backward pass
+    is one more convolution and sums over the texels of each orbit, on a CPU several times faster than torch's own."""
 
     @staticmethod
     def forward(ctx, values, taps, orbit):  # type: ignore[no-untyped-def]
@@ -64,7 +63,7 @@ class _Depthwise(torch.autograd.Function):
 
 
 class Step(nn.Module):
-    """One step: values (n, 1, h + 2m, w + 2m) in, (n, 1, h, w) out, m = kernel // 2."""
+    """One step: maps values (n, 1, h + 2m, w + 2m) to (n, 1, h, w), with m = kernel // 2."""
 
     TAP_SCALE = 0.2
     orbit: Tensor
@@ -75,14 +74,14 @@ class Step(nn.Module):
         super().__init__()
         self.channels, self.kernel, self.margin = channels, kernel, kernel // 2
         self.register_buffer("orbit", orbit_map(kernel), persistent=False)
-        # Parameters are of order one, so that one rate suits all; these scales make them what is used.
+        # Parameters are of order one, so that a single learning rate suits all; they are scaled where used.
         self.rate = rate
         c = torch.arange(channels, dtype=torch.float32)
-        # Ramps side by side over [0, 1]: how many neighbours lie above the middle of each.
+        # Adjacent ramps over [0, 1]; blurred, they estimate how many neighbours lie above the middle of each.
         self.slope = nn.Parameter(torch.ones(channels))
         self.offset = nn.Parameter(-c / channels)
-        # Gates: the constant 1, then ramps from one middle to the next. Differences of neighbours are hats that say
-        # to which ramp a value belongs.
+        # Gates: the constant 1, then ramps from one middle to the next. Differences of adjacent gates are hat functions
+        # that select the ramp to which a value belongs.
         self.gate_slope = nn.Parameter(torch.where(c > 0, 1.0, 0.0))
         self.gate_offset = nn.Parameter(torch.where(c > 0, 0.5 - c, float(channels)) / channels)
 
@@ -96,7 +95,7 @@ class Step(nn.Module):
 
         self.register_buffer("hats", torch.eye(channels) - torch.diag(torch.ones(channels - 1), -1), persistent=False)
         self.register_buffer("expected", 1 - (c + 0.5) / channels, persistent=False)
-        # Between hats and what lies above each ramp beyond what is expected: there, parameters act apart from each other.
+        # Maps the excess above each ramp to hats; in this basis the parameters act independently.
         self.mix = nn.Parameter(-torch.eye(channels))
         self.bias = nn.Parameter(torch.zeros(channels))
         self.keep = nn.Parameter(torch.tensor(1.0))
@@ -106,7 +105,7 @@ class Step(nn.Module):
         return F.conv2d(values, weight, self.channels * offset).clamp(0.0, 1.0)
 
     def mixing(self) -> tuple[Tensor, Tensor]:
-        """Weight and bias of the pointwise mixing: from ramps around to factors of the gates."""
+        """Weight and bias of the pointwise mixing, from blurred ramps to factors of the gates."""
         hats = self.rate * self.hats
         return hats @ self.mix, hats @ (self.bias - self.mix @ self.expected)
 
@@ -122,13 +121,13 @@ class Step(nn.Module):
         mixed = F.conv2d(around, mix[:, :, None, None], bias)
         inner = values[:, :, m : values.shape[2] - m, m : values.shape[3] - m]
         gates = self.ramps(inner, self.gate_slope, self.gate_offset)
-        # A convolution with ones, not a sum: runtimes keep their blocked layout up to here.
+        # A convolution with ones instead of a sum lets runtimes keep their blocked layout.
         ones = torch.ones(1, self.channels, 1, 1, dtype=values.dtype, device=values.device)
         return self.keep * inner + F.conv2d(gates * mixed, ones)
 
 
 class Relaxation(nn.Module):
-    """Steps one after the other. `receptive_radius` is the sum of their margins."""
+    """A sequence of steps. `receptive_radius` is the sum of their margins."""
 
     def __init__(self, channels: list[int], kernels: list[int], *, sigma: float = 0.92, first_rate: float = 4.0,
                  last_rate: float = 0.2) -> None:
@@ -142,22 +141,22 @@ class Relaxation(nn.Module):
 
     @staticmethod
     def finish(values: Tensor) -> Tensor:
-        """Into [0, 1], but for rare outliers, which libbn clamps in windows. What is beyond the ends is squeezed, not cut
-        off: that would make ties, and ties rows of dots in the lightest patterns."""
+        """Maps values to [0, 1], except for rare outliers, which libbn clamps in windows. Values beyond the ends are
+        compressed, not clipped: clipping creates ties, and ties create rows of dots in the lightest patterns."""
         end = 1 / 256
         middle = values.clamp(end, 1 - end)
         return middle + (values - middle) / 64
 
     def forward(self, noise: Tensor) -> Tensor:
-        """Noise (n, 1, h + 2r, w + 2r), uniform in [0, 1), to values (n, 1, h, w); the unpadded graph."""
+        """Maps noise (n, 1, h + 2r, w + 2r), uniform in [0, 1), to values (n, 1, h, w), without padding."""
         values = noise
         for step in self.steps:
             values = step(values)
         return self.finish(values)
 
     def torus(self, noise: Tensor, damping: float = 1.0) -> list[Tensor]:
-        """Values (n, 1, h, w) after every step on a torus; the last is the output. Gradients that pass from a step
-        to the one before are multiplied by `damping`."""
+        """Values (n, 1, h, w) after each step on a torus; the last are the output. Gradients passed from a step to the
+        previous one are multiplied by `damping`."""
         values, after = noise, []
         for step in self.steps:
             if damping != 1:
@@ -168,12 +167,12 @@ class Relaxation(nn.Module):
         return after
 
     def flop_per_texel(self) -> int:
-        """Multiplications and additions per output texel, margins aside."""
+        """Multiplications and additions per output texel, ignoring margins."""
         return sum(2 * s.channels * (s.kernel**2 + s.channels + 4) + 2 for s in self.steps) + 6
 
 
 def wrap(values: Tensor, margin: int) -> Tensor:
-    """A toroidal margin, also one wider than the extent."""
+    """Adds a toroidal margin, which may be wider than the extent."""
     height, width = values.shape[-2:]
     if margin > min(height, width):
         ys, xs = (torch.arange(-margin, extent + margin, device=values.device) % extent for extent in (height, width))

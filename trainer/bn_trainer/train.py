@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Training. Adam on fresh white noise, weights averaged over iterations.
+"""Training: Adam on fresh white noise, with weights averaged over iterations.
 
-Steps amplify small differences, so the gradient of the last step's error with respect to an early step's parameters is
-noise (between images it has no common direction from about six steps back). Each step is therefore trained
-on the error after it and a few more: errors after several steps are summed, and gradients fade as they pass back.
+Steps amplify small differences, so the gradient of the final error with respect to an early step's parameters is noise
+(about six steps back, it has no common direction between masks). Each step is therefore trained mainly on the error
+after it and after the next few steps: errors after several steps are summed, and gradients are damped on their way back.
 
-Everything that is drawn is a function of seed and iteration, not of what was drawn before, so a run that was stopped
-goes on exactly as if it had not been, and processes (`torchrun`) share the batch that one would have.
+All random numbers are functions of seed and iteration, so a resumed run continues exactly as if it had never stopped, and
+several processes (`torchrun`) share the batch of a single one.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ LOG_COLUMNS = ["iteration", "loss", "e_1", "e_1.5", "rate", "seconds"]
 
 
 def noise(seed: int, iteration: int, shape: tuple[int, ...]) -> Tensor:
-    """White noise in [0, 1), the same on every machine, from (seed, iteration)."""
+    """White noise in [0, 1), a function of (seed, iteration), equal on every machine."""
     generator = torch.Generator().manual_seed(random.Random(f"{seed}:{iteration}").getrandbits(63))
     return torch.rand(shape, generator=generator)
 
 
 class Progress:
-    """One line, drawn over itself, on a terminal; plain lines now and then in a pipe."""
+    """Progress: one updated line on a terminal, occasional lines in a pipe."""
 
     def __init__(self, quiet: bool) -> None:
         self.quiet, self.terminal, self.last = quiet, sys.stderr.isatty(), 0.0
@@ -61,7 +61,7 @@ def clock(seconds: float) -> str:
 
 
 class Trainer:
-    """Model, averaged model, optimiser and the number of iterations done."""
+    """Model, averaged model, optimiser and number of completed iterations."""
 
     def __init__(self, config: Config, device: torch.device) -> None:
         self.config, self.device, self.iteration = config, device, 0
@@ -77,7 +77,7 @@ class Trainer:
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=config.train.rate, betas=(0.9, 0.99))
         size, loss = config.train.size, config.loss
         self.error = DitheringError(size, size, loss.sigmas, loss.shares)
-        # Fixed seeds, apart from those trained on.
+        # Fixed noise that training does not use.
         self.held_out = noise(config.train.seed, -1, (4, 1, size, size)).to(device)
         self.gauges = [DitheringError(size, size, [sigma], [1.0]) for sigma in (1.0, 1.5)]
 
@@ -117,7 +117,7 @@ class Trainer:
             for gradient, part in zip(gradients, flat[:-1].split([g.numel() for g in gradients])):
                 gradient.copy_(part.view_as(gradient))
         norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), t.clip)
-        # One wild image must not undo an hour: such a step is left out, on all processes alike.
+        # A single bad mask must not ruin a run, so skip such a step, on all processes alike.
         if bool(torch.isfinite(norm)):
             self.optimiser.step()
         self.iteration += 1
@@ -129,7 +129,7 @@ class Trainer:
 
     @torch.no_grad()
     def measure(self) -> tuple[float, float]:
-        """E_1 and E_1.5 of the averaged model on fixed seeds."""
+        """E_1 and E_1.5 of the averaged model on fixed noise."""
         ranks, _ = rank_and_ramp(self.average.torus(self.held_out)[-1][:, 0])
         e1, e15 = (float(gauge(ranks).mean().clamp(min=0).sqrt()) for gauge in self.gauges)
         return e1, e15
@@ -151,7 +151,7 @@ class Trainer:
             self.optimiser.load_state_dict(checkpoint["optimiser"])
             self.iteration = int(checkpoint["iteration"])
         except (RuntimeError, KeyError, ValueError):
-            raise TrainerError("the checkpoint does not fit its configuration; start without --resume") from None
+            raise TrainerError("the checkpoint does not match its configuration; start without --resume") from None
 
 
 def append_log(path: Path, row: list[str]) -> None:
@@ -164,7 +164,7 @@ def append_log(path: Path, row: list[str]) -> None:
 
 
 def trim_log(path: Path, iteration: int) -> None:
-    """Drops the lines after a checkpoint's iteration, which will be written again."""
+    """Drops rows after a checkpoint's iteration, which will be written again."""
     if not path.exists():
         return
     with open(path, newline="") as file:
@@ -185,10 +185,10 @@ def default_folder(config_path: Path) -> Path:
 
 def train(config_path: Path | None, folder: Path | None, *, resume: bool = False, device: str = "cpu",
           threads: int = 0, stop_after: int = 0, quiet: bool = False) -> Path:
-    """Trains and returns the checkpoint. `resume` goes on from the folder's checkpoint, with its configuration;
-    `stop_after` stops after so many iterations in all, to be resumed later."""
+    """Trains, and returns the path of the checkpoint. `resume` continues from the folder's checkpoint with its
+    configuration; `stop_after` stops after that many iterations in total, to be resumed later."""
     if config_path is None and folder is None:
-        raise TrainerError("name a configuration (--config) or a run folder to go on with (--resume --folder FOLDER)")
+        raise TrainerError("give a configuration (--config) or a run folder to resume (--resume --folder FOLDER)")
     if folder is None:
         assert config_path is not None
         folder = default_folder(config_path)
@@ -197,7 +197,7 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
         torch.set_num_threads(threads)
     where = torch.device(device)
     if where.type == "cuda" and not torch.cuda.is_available():
-        raise TrainerError("there is no CUDA device; leave out --device")
+        raise TrainerError("no CUDA device is available; use --device cpu")
     workers = int(os.environ.get("WORLD_SIZE", "1"))
     if workers > 1:
         if where.type == "cuda":
@@ -216,9 +216,9 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     newest, best, log = folder / "checkpoint.pt", folder / "best.pt", folder / "log.csv"
     checkpoint = load_checkpoint(newest) if resume and newest.exists() else None
     if resume and checkpoint is None and config is None:
-        raise TrainerError(f"there is no checkpoint in {folder}; name a configuration (--config)")
+        raise TrainerError(f"{folder} contains no checkpoint; give a configuration (--config)")
     if not resume and newest.exists():
-        raise TrainerError(f"{folder} holds a run already; go on with --resume, or name another folder with --folder")
+        raise TrainerError(f"{folder} already contains a run; continue it with --resume or choose another --folder")
     if checkpoint is not None:
         config = configs.from_dict(checkpoint["config"])
     assert config is not None
@@ -239,7 +239,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     total = config.train.iterations
     end = min(total, stop_after) if stop_after else total
     begun, before = time.monotonic(), trainer.iteration
-    loss, errors, text = math.nan, (math.nan, math.nan), "nothing left to do"
+    loss, errors, text = math.nan, (math.nan, math.nan), "nothing to do"
     while trainer.iteration < end:
         loss = trainer.step()
         done = trainer.iteration

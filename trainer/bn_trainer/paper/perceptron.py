@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The perceptron of Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022).
 
-One network for one size: n = size^2 white values in [-1, 1] go in, two layers of 100 and one of n units with tanh
-between and behind, n values of a mask come out. It learns from three losses on its output alone: `blue_spectrum_loss`
-(little power at low frequencies), `uniform_spectrum_loss` (no structure in the spectrum) and `histogram_loss` (every
-value equally often), weighed 0.1, 0.01 and 2.2; Adam at 5e-4, batches of 64, 12 epochs of 32,000 white inputs.
+Each size has its own network: n = size^2 white values in [-1, 1], two layers of 100 units and one of n, each followed by
+tanh, and n mask values as output. Three losses act on the output: `blue_spectrum_loss` (little power at low frequencies),
+`uniform_spectrum_loss` (no structure in the spectrum) and `histogram_loss` (a flat histogram), with weights 0.1, 0.01 and
+2.2. Adam at 5e-4, batches of 64, 12 epochs of 32,000 white inputs.
 
-`histogram = "mean"` averages the histogram term over texels as the paper does; `"sum"` adds it up as Wronski does, from
-whom the three losses come ("Optimizing blue noise dithering", 2020), which makes it size^2 times stronger.
+`histogram = "mean"` averages the histogram loss over texels, as in the paper; `"sum"` sums it, as in Wronski's "Optimizing
+blue noise dithering" (2020), from which the three losses come. This makes it size^2 times stronger.
 
-What the text leaves open is done as its authors' published program does: the spectrum is the absolute value of the
-unscaled transform, losses are means over all frequencies, weights start Glorot-uniform with biases of 0, Adam's epsilon is
-1e-7. That program itself trains on 6,400 inputs, not 32,000. Differences from it: the inputs come from a counter-based
-generator, so that they need not be kept and a run can be resumed exactly; values are pulled to the place that their rank
-has on the ramp in place of a sort with a gradient, which is the same loss with the same gradient.
+Where the text is ambiguous, this follows the authors' published program: the spectrum is the absolute value of the
+unscaled transform, losses are means over all frequencies, weights are initialised Glorot-uniform with zero biases, and
+Adam's epsilon is 1e-7. (That program trains on 6,400 inputs, not 32,000.) Two things differ: inputs come from a
+counter-based generator, so that they need no storage and runs resume exactly; and values are pulled to the position of
+their rank on the ramp instead of being sorted, which gives the same loss and gradient.
 
 `python -m bn_trainer train-paper --config configs/paper-64.toml` trains: 6,000 iterations of 0.05 s at 64x64 and of
 0.16 s at 128x128 on one core.
@@ -44,7 +44,7 @@ PROGRESS_SECONDS = 10.0
 
 @dataclasses.dataclass(frozen=True)
 class PaperConfig:
-    """What a run of the paper's training is made of; the defaults are the paper's."""
+    """The settings of a training run; the defaults are the paper's."""
 
     size: int = 128
     histogram: str = "mean"
@@ -75,14 +75,14 @@ class PaperConfig:
 
 
 def read_config(path: Path) -> PaperConfig:
-    """A PaperConfig from a TOML file. Raises TrainerError with the name of what it does not know."""
+    """A PaperConfig from a TOML file. Raises TrainerError for unknown or wrong settings."""
     try:
         with open(path, "rb") as file:
             values = tomllib.load(file)
     except OSError as error:
         raise TrainerError(f"cannot read the configuration {path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise TrainerError(f"{path} is no TOML: {error}") from None
+        raise TrainerError(f"{path} is not valid TOML: {error}") from None
     known = {field.name: type(field.default) for field in dataclasses.fields(PaperConfig)}
     for name, value in values.items():
         if name not in known:
@@ -96,7 +96,7 @@ def read_config(path: Path) -> PaperConfig:
 
 
 class Perceptron(torch.nn.Module):
-    """n-hidden-hidden-n with tanh; (batch, size, size) in [-1, 1] to the same shape in (-1, 1)."""
+    """n-hidden-hidden-n with tanh: maps (batch, size, size) in [-1, 1] to the same shape in (-1, 1)."""
 
     def __init__(self, size: int, hidden: int = 100, generator: Optional[torch.Generator] = None) -> None:
         super().__init__()
@@ -116,9 +116,9 @@ class Perceptron(torch.nn.Module):
 
 
 def spectrum(masks: Tensor) -> Tensor:
-    """Absolute values of the unscaled Fourier transform of masks (..., size, size), the constant at [0, 0].
+    """Absolute values of the unscaled Fourier transform of masks (..., size, size), frequency 0 at [0, 0].
 
-    Only half is transformed: the value at -f is that at f.
+    Only half is computed: the values at -f and f are equal.
     """
     half = torch.fft.rfft2(masks).abs()
     mirrored = half[..., 1 : (masks.shape[-1] + 1) // 2].flip(-2, -1).roll(1, -2)
@@ -126,10 +126,10 @@ def spectrum(masks: Tensor) -> Tensor:
 
 
 def low_frequency_weights(size: int, cutoff: float = 0.7) -> Tensor:
-    """max(cutoff - x^2 - y^2, 0) / cutoff, squared, for a spectrum with the constant at [0, 0].
+    """The square of max(cutoff - x^2 - y^2, 0) / cutoff, for a spectrum with frequency 0 at [0, 0].
 
-    x and y go from 1 to -1 over a spectrum whose constant is at [size / 2, size / 2], both ends included, as in the paper
-    and in Wronski's program; so the weights are half a step off centre.
+    x and y run from 1 to -1, inclusive, over a spectrum with frequency 0 at [size / 2, size / 2], as in the paper and in
+    Wronski's program; the weights are therefore half a step off centre.
     """
     square = torch.linspace(1, -1, size).square()
     weights = ((cutoff - square[:, None] - square[None, :]).clamp(min=0) / cutoff).square()
@@ -137,13 +137,13 @@ def low_frequency_weights(size: int, cutoff: float = 0.7) -> Tensor:
 
 
 def blue_spectrum_loss(amplitude: Tensor, weights: Tensor) -> Tensor:
-    """Mean over frequencies and masks of weights * amplitude^2: power where there should be none."""
+    """Mean over frequencies and masks of weights * amplitude^2: unwanted power."""
     return (weights * amplitude.square()).mean()
 
 
 def uniform_spectrum_loss(amplitude: Tensor) -> Tensor:
-    """Mean over frequencies and masks of the squares of the spectrum's Laplacian (over 5) and of its two differences
-    (over 2), on a torus."""
+    """Mean over frequencies and masks of the squared Laplacian (divided by 5) and the two squared differences (divided by
+    2) of the spectrum, on a torus."""
     down = amplitude - amplitude.roll(1, -2)
     right = amplitude - amplitude.roll(1, -1)
     laplacian = (down.roll(-1, -2) - down + right.roll(-1, -1) - right) / 5
@@ -151,7 +151,7 @@ def uniform_spectrum_loss(amplitude: Tensor) -> Tensor:
 
 
 def histogram_loss(masks: Tensor, reduction: str = "mean") -> Tensor:
-    """Squares of sorted values minus a ramp from -1 to 1, mean or sum over texels, mean over masks."""
+    """Squared difference between sorted values and a ramp from -1 to 1: mean or sum over texels, mean over masks."""
     flat = masks.flatten(1)
     order = np.argsort(flat.detach().cpu().numpy(), axis=1)
     ramp = np.linspace(-1, 1, flat.shape[1], dtype=np.float32)
@@ -162,7 +162,7 @@ def histogram_loss(masks: Tensor, reduction: str = "mean") -> Tensor:
 
 
 def paper_loss(masks: Tensor, config: PaperConfig, weights: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-    """The weighted sum of the three losses, and the three by name. masks (batch, size, size); `weights` are
+    """The weighted sum of the three losses, and the losses by name, for masks (batch, size, size). `weights` is
     low_frequency_weights(config.size, config.cutoff)."""
     amplitude = spectrum(masks)
     terms = {
@@ -176,7 +176,7 @@ def paper_loss(masks: Tensor, config: PaperConfig, weights: Tensor) -> tuple[Ten
 
 
 def white_noise(size: int, seed: int, indices: Iterable[int]) -> Tensor:
-    """White noise in [-1, 1), float32 (count, size, size): element i depends on (seed, indices[i]) alone."""
+    """White noise in [-1, 1), float32 (count, size, size): element i depends only on (seed, indices[i])."""
     indices = list(indices)
     noise = np.empty((len(indices), size * size), np.float32)
     for row, index in zip(noise, indices):
@@ -185,21 +185,21 @@ def white_noise(size: int, seed: int, indices: Iterable[int]) -> Tensor:
 
 
 def batch_indices(config: PaperConfig, iteration: int) -> np.ndarray:
-    """Which of the config's inputs make up the batch of an iteration: every epoch is a new order of all of them."""
+    """Indices of the inputs in the batch of an iteration; each epoch is a new permutation of all inputs."""
     epoch, step = divmod(iteration, config.iterations_per_epoch)
     order = np.random.default_rng([config.seed, epoch]).permutation(config.inputs)
     return order[step * config.batch : (step + 1) * config.batch]
 
 
 def generate(model: Perceptron, seeds: Iterable[int], size: int) -> np.ndarray:
-    """Masks of unseen white inputs, one per seed: float32 (count, size, size) in (-1, 1)."""
+    """Masks for inputs not used in training, one per seed: float32 (count, size, size) in (-1, 1)."""
     test_inputs = 1 << 62  # far from the indices that training uses
     with torch.no_grad():
         return model(white_noise(size, test_inputs, seeds)).numpy()
 
 
 class PaperTraining:
-    """A run: model, optimiser and the number of iterations done. Saved and loaded whole, so resuming is exact."""
+    """The complete state of a run, so that resuming is exact: model, optimiser and iteration count."""
 
     def __init__(self, config: PaperConfig) -> None:
         self.config = config
@@ -210,7 +210,7 @@ class PaperTraining:
         self.seconds = 0.0
 
     def step(self) -> dict[str, float]:
-        """One iteration; returns the loss and its three terms as floats."""
+        """Runs one iteration and returns the loss and its three terms."""
         start = time.perf_counter()
         noise = white_noise(self.config.size, self.config.seed, batch_indices(self.config, self.iteration))
         loss, terms = paper_loss(self.model(noise), self.config, self.weights)
@@ -222,14 +222,14 @@ class PaperTraining:
         return {"loss": loss.item(), **{name: term.item() for name, term in terms.items()}}
 
     def save(self, path: Path) -> None:
-        """Writes the run to a file that is there whole or not at all."""
+        """Writes the run to a file, atomically."""
         state = {"config": dataclasses.asdict(self.config), "iteration": self.iteration, "seconds": self.seconds,
                  "model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
         write_atomically(path, lambda beside: torch.save(state, beside))
 
     @staticmethod
     def load(path: Path) -> PaperTraining:
-        """Reads what `save` wrote. Raises TrainerError when the file cannot be read or is something else."""
+        """Reads a file written by `save`. Raises TrainerError if it cannot be read or is something else."""
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
             run = PaperTraining(PaperConfig(**state["config"]))
@@ -238,18 +238,18 @@ class PaperTraining:
             run.iteration, run.seconds = state["iteration"], state["seconds"]
         except OSError as error:
             raise TrainerError(f"cannot read the checkpoint {path}: {error.strerror}") from None
-        except Exception:  # torch raises whatever its parser met
-            raise TrainerError(f"{path} is no checkpoint of train-paper, or a damaged one") from None
+        except Exception:  # torch's parser raises many types
+            raise TrainerError(f"{path} is not a checkpoint of train-paper, or is damaged") from None
         return run
 
 
 def train(config: PaperConfig, folder: Path, iterations: Optional[int] = None, resume: bool = False,
           report: Callable[[str], None] = print) -> PaperTraining:
-    """Trains in a run folder: config.json, log.csv, checkpoint.pt. Stops after `iterations` where given (a run can be
-    resumed later), else at the config's end. Returns the run."""
+    """Trains in a run folder with config.json, log.csv and checkpoint.pt. Stops after `iterations` in total, or at the
+    end of the configuration; a stopped run can be resumed. Returns the run."""
     checkpoint, log = folder / "checkpoint.pt", folder / "log.csv"
     if checkpoint.exists() and not resume:
-        raise TrainerError(f"{checkpoint} exists: give --resume to go on with it, or another folder")
+        raise TrainerError(f"{checkpoint} exists; continue it with --resume or choose another --folder")
     if resume and checkpoint.exists():
         run = PaperTraining.load(checkpoint)
         if run.config != config:
@@ -278,7 +278,7 @@ def train(config: PaperConfig, folder: Path, iterations: Optional[int] = None, r
 
 
 def keep_log_until(log: Path, iteration: int) -> None:
-    """Drops rows of the log that a killed run wrote after its last checkpoint; writes the header of a new one."""
+    """Drops log rows that a killed run wrote after its last checkpoint; starts a new log with its header."""
     rows = log.read_text(encoding="utf-8").splitlines()[1:] if log.exists() else []
     rows = [row for row in rows if int(row.split(",")[0]) <= iteration]
     text = "\n".join(["iteration,loss,uniform,histogram,blue", *rows]) + "\n"
@@ -288,11 +288,11 @@ def keep_log_until(log: Path, iteration: int) -> None:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", required=True, type=Path, help="a TOML file such as configs/paper-64.toml")
     parser.add_argument("--folder", type=Path, metavar="FOLDER",
-                        help="for config, log and checkpoint; default ~/.cache/bn_trainer/<name of the config>")
-    parser.add_argument("--seed", type=int, help="in place of the config's")
-    parser.add_argument("--stop-after", type=int, metavar="N", help="stop after N iterations in all; --resume goes on")
-    parser.add_argument("--resume", action="store_true", help="go on from the folder's checkpoint where there is one")
-    parser.add_argument("--threads", type=int, default=1, help="of torch (default 1)")
+                        help="folder for configuration, log and checkpoint (default ~/.cache/bn_trainer/<name of the config>)")
+    parser.add_argument("--seed", type=int, help="seed to use instead of the configuration's")
+    parser.add_argument("--stop-after", type=int, metavar="N", help="stop after N iterations in total; continue with --resume")
+    parser.add_argument("--resume", action="store_true", help="continue from the folder's checkpoint if there is one")
+    parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
 
 
 def main(options: argparse.Namespace) -> None:

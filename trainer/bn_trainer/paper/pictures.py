@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures for `bn_trainer table`, and the error of their 1-bit dithering: what is left of it after a Gaussian blur."""
+"""Test pictures for `bn_trainer table`, and the error of their 1-bit dithering after a Gaussian blur."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PICTURE_SIZE = 256
 
 
 def floyd_steinberg(picture: np.ndarray) -> np.ndarray:
-    """Error diffusion, row by row from the left (Floyd and Steinberg, 1976): a yardstick that no mask reaches."""
+    """Error diffusion, row by row from the left (Floyd and Steinberg, 1976): a benchmark that no mask reaches."""
     height, width = picture.shape
     values = np.zeros((height + 1, width + 2))
     values[:-1, 1:-1] = picture
@@ -33,7 +33,7 @@ def floyd_steinberg(picture: np.ndarray) -> np.ndarray:
 
 
 def synthetic_pictures() -> dict[str, np.ndarray]:
-    """A grey ramp, a radial gradient, and a scene of three lit balls over a chequered floor: float32 in [0, 1]."""
+    """A grey ramp, a radial gradient, and three lit spheres over a chequered floor: float32 in [0, 1]."""
     n = PICTURE_SIZE
     y, x = (np.mgrid[0:n, 0:n].astype(np.float32) + 0.5) / n
     ramp = x.copy()
@@ -52,7 +52,7 @@ def synthetic_pictures() -> dict[str, np.ndarray]:
 
 
 def read_picture(argument: str) -> tuple[str, np.ndarray]:
-    """NAME@X,Y, a picture file and the corner of the part that is used, as grey values in [0, 1]."""
+    """(name, grey values in [0, 1]) of the part of a picture file given by FILE@X,Y, its upper left corner."""
     path, _, corner = argument.partition("@")
     try:
         left, top = (int(word) for word in corner.split(",")) if corner else (0, 0)
@@ -62,12 +62,12 @@ def read_picture(argument: str) -> tuple[str, np.ndarray]:
         raise TrainerError(f"--picture {argument}: {error}; give FILE or FILE@X,Y") from None
     part = grey[top : top + PICTURE_SIZE, left : left + PICTURE_SIZE]
     if left < 0 or top < 0 or part.shape != (PICTURE_SIZE, PICTURE_SIZE):
-        raise TrainerError(f"--picture {argument}: no {PICTURE_SIZE}x{PICTURE_SIZE} texels at {left},{top} of {path}")
+        raise TrainerError(f"--picture {argument}: {path} has no {PICTURE_SIZE}x{PICTURE_SIZE} pixels at {left},{top}")
     return Path(path).stem, part
 
 
 def blur(images: Tensor, sigma: float) -> Tensor:
-    """Gaussian blur of images (count, height, width), edges mirrored."""
+    """Gaussian blur of images (count, height, width) with mirrored edges."""
     radius = int(np.ceil(4 * sigma))
     kernel = torch.exp(-0.5 * (torch.arange(-radius, radius + 1) / sigma).square())
     kernel = kernel / kernel.sum()
@@ -77,13 +77,13 @@ def blur(images: Tensor, sigma: float) -> Tensor:
 
 
 def dithering_errors(values: np.ndarray, picture: np.ndarray, sigmas: Sequence[float]) -> np.ndarray:
-    """RMSE of 1-bit dithering after blurs of these sigmas, (sigmas, masks)."""
+    """RMSE of 1-bit dithering after blurs with these sigmas, (sigmas, masks)."""
     repeats = PICTURE_SIZE // values.shape[-1] + 1
     tiled = np.tile(values, (1, repeats, repeats))[:, :PICTURE_SIZE, :PICTURE_SIZE]
     return blurred_errors((picture + tiled >= 1).astype(np.float32), picture, sigmas)
 
 
 def blurred_errors(dithered: np.ndarray, picture: np.ndarray, sigmas: Sequence[float]) -> np.ndarray:
-    """RMSE of dithered pictures (count, height, width) after blurs of these sigmas, (sigmas, count)."""
+    """RMSE of dithered pictures (count, height, width) after blurs with these sigmas, (sigmas, count)."""
     difference = torch.from_numpy(dithered - picture)
     return np.array([[blur(part[None], sigma).square().mean().sqrt().item() for part in difference] for sigma in sigmas])

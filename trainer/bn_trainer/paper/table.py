@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's Table I made again: `python -m bn_trainer table` writes docs/report/paper.md, paper.csv and paper.png.
+"""Reproduces the paper's Table I: `python -m bn_trainer table` writes docs/report/paper.md, paper.csv and paper.png.
 
-1-bit dithering of pictures of 256x256 with each method's masks, tiled; the error is the root mean square over texels of
-the Gaussian blur of dithered minus original (edges mirrored), mean and deviation over masks. A texel becomes white when
-picture + threshold >= 1, the threshold being (rank + 1/2) / n, or (output + 1) / 2 of a network's or Wronski's raw output.
-The same command measures why the paper's masks fall short: histogram, thresholded patterns, how alike they are.
+Pictures of 256x256 are dithered to 1 bit with tiled masks of each method. The error is the root mean square of the blurred
+difference between dithered and original picture (Gaussian, mirrored edges): mean and standard deviation over masks. A
+texel becomes white if picture + threshold >= 1, with the threshold (rank + 1/2) / n, or (output + 1) / 2 for the raw output
+of a network or of Wronski's method. The command also measures why the paper's masks fall short: their histograms,
+thresholded patterns and similarity.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_stei
 from ..train import default_folder
 
 ROOT = Path(__file__).resolve().parents[3]
-SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the first columns are for TABLE_SIGMA
+SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the error columns use TABLE_SIGMA
 TABLE_SIGMA = 1.0
-CALIBRATING = 8  # masks per method by which the blur is found at which void-and-cluster has the paper's ratio
+CALIBRATING = 8  # masks per method used to find the blur at which void-and-cluster has the paper's ratio
 LEVELS = (1 / 16, 1 / 4, 1 / 2)
-MEASURED = 16  # masks per method whose E and spectra are measured
-# RMSE of Table I of the paper (picture and blur not published), and seconds at 64 and 128
+MEASURED = 16  # masks per method for E and spectra
+# RMSE in Table I of the paper (which states neither picture nor blur), and seconds at 64 and 128
 PUBLISHED_RMSE = {"white": 0.069, "perceptron": 0.046, "wronski": 0.046, "void-and-cluster": 0.029}
 PUBLISHED_SECONDS = {"perceptron": {64: 0.0167, 128: 0.0189}, "wronski": {64: 280, 128: 1590},
                      "void-and-cluster": {64: 0.64, 128: 2.97}}
@@ -48,16 +49,16 @@ PUBLISHED_SECONDS = {"perceptron": {64: 0.0167, 128: 0.0189}, "wronski": {64: 28
 class Method:
     name: str
     size: int
-    kind: str  # key of the published figures
+    kind: str  # key into the published figures
     values: np.ndarray  # thresholds in [0, 1], float32 (masks, size, size)
     seconds: float  # per mask, one thread
     flop_per_texel: float = float("nan")
-    raw: bool = False  # thresholds are a network's outputs, not ranks
+    raw: bool = False  # thresholds are raw outputs, not ranks
     note: str = ""
 
 
 def ranks_of(values: np.ndarray) -> np.ndarray:
-    """Ranks of masks (masks, height, width) along each mask, ties by position, as thresholds (rank + 1/2) / n."""
+    """Ranks within each of the masks (masks, height, width), ties by position, as thresholds (rank + 1/2) / n."""
     flat = values.reshape(len(values), -1)
     order = np.argsort(flat, axis=1, kind="stable")
     places = np.empty(flat.shape, np.float32)
@@ -66,7 +67,7 @@ def ranks_of(values: np.ndarray) -> np.ndarray:
 
 
 def timed(make: Callable[[int], np.ndarray], seeds: Iterable[int]) -> tuple[np.ndarray, float]:
-    """The masks of the seeds one by one, and the median of the seconds each took."""
+    """One mask per seed, and the median time per mask in seconds."""
     masks, seconds = [], []
     for seed in seeds:
         start = time.perf_counter()
@@ -76,15 +77,15 @@ def timed(make: Callable[[int], np.ndarray], seeds: Iterable[int]) -> tuple[np.n
 
 
 def neural_maker(size: int, model: Optional[Path]) -> tuple[Optional[Callable[[int], np.ndarray]], str]:
-    """A function seed -> ranks of this library's network, or of the ONNX file `model`, and where it comes from; None and
-    the reason where the library has no network or finds no ONNX Runtime."""
+    """A function seed -> ranks for this library's network or the ONNX file `model`, and its name; or None and the reason
+    if the library has no network or does not find ONNX Runtime."""
     try:
         generator = bluenoise.NeuralGenerator(model, threads=1)
     except (AttributeError, ValueError, OSError, RuntimeError) as error:
         if model is not None:
             raise TrainerError(f"--model {model}: {error}") from None
         return None, str(error)
-    return lambda seed: generator.mask((size, size), seed), model.name if model else "the network that ships"
+    return lambda seed: generator.mask((size, size), seed), model.name if model else "the built-in network"
 
 
 def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method]:
@@ -95,7 +96,7 @@ def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method
     methods.append(Method("void-and-cluster", size, "void-and-cluster", ranks_of(masks), seconds))
     make, source = neural_maker(size, model)
     if make is None:
-        say(f"without this library's network: {source}")
+        say(f"skipping this library's network: {source}")
     else:
         masks, seconds = timed(make, seeds)
         methods.append(Method("this library's network", size, "ours", ranks_of(masks), seconds, note=source))
@@ -103,14 +104,14 @@ def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method
 
 
 def perceptron_methods(folder: Path, size: int, count: int) -> list[Method]:
-    """Raw outputs and exact ranks of a trained perceptron; nothing where the folder holds no checkpoint."""
+    """Raw outputs and exact ranks of a trained perceptron; empty if the folder contains no checkpoint."""
     checkpoint = folder / "checkpoint.pt"
     if not checkpoint.exists():
-        say(f"without {folder.name}: no {checkpoint} (train-paper makes it)")
+        say(f"skipping {folder.name}: {checkpoint} does not exist (run train-paper)")
         return []
     run = perceptron.PaperTraining.load(checkpoint)
     if run.config.size != size:
-        raise TrainerError(f"{checkpoint} is of size {run.config.size}, not {size}")
+        raise TrainerError(f"{checkpoint} has size {run.config.size}, not {size}")
     masks, seconds = timed(lambda seed: perceptron.generate(run.model, [seed], size)[0], range(count))
     name = "perceptron" + (", summed histogram" if run.config.histogram == "sum" else "")
     flop = sum(2 * layer.weight.numel() for layer in run.model.layers) / size**2
@@ -129,7 +130,7 @@ def wronski_method(size: int, count: int, iterations: int) -> Method:
 
 
 def calibrated_sigma(white: Method, void_and_cluster: Method, pictures: list[np.ndarray]) -> float:
-    """The blur at which void-and-cluster's error, over white noise's, is the paper's: so its figures can be compared."""
+    """The blur at which the ratio of void-and-cluster's error to white noise's equals the paper's."""
     target = PUBLISHED_RMSE["void-and-cluster"] / PUBLISHED_RMSE["white"]
 
     def ratio(sigma: float) -> float:
@@ -137,7 +138,7 @@ def calibrated_sigma(white: Method, void_and_cluster: Method, pictures: list[np.
                 for method in (white, void_and_cluster)]
         return sums[1] / sums[0]
 
-    low, high = 0.3, 3.0  # the ratio falls from 1 as sigma grows
+    low, high = 0.3, 3.0  # the ratio decreases from 1 with sigma
     for _ in range(10):
         middle = (low + high) / 2
         low, high = (middle, high) if ratio(middle) > target else (low, middle)
@@ -145,7 +146,7 @@ def calibrated_sigma(white: Method, void_and_cluster: Method, pictures: list[np.
 
 
 def threshold_error(values: np.ndarray, sigma: float) -> float:
-    """E_sigma of thresholds as they are (bn_mask_error takes ranks): values (height, width) in [0, 1]."""
+    """E_sigma of raw thresholds, values (height, width) in [0, 1]; bn_mask_error takes ranks."""
     height, width = values.shape
     square = torch.fft.fftfreq(height)[:, None].square() + torch.fft.rfftfreq(width).square()
     transfer = torch.exp(-2 * np.pi**2 * sigma**2 * square)
@@ -155,8 +156,8 @@ def threshold_error(values: np.ndarray, sigma: float) -> float:
 
 
 def mask_figures(method: Method) -> dict[Any, float]:
-    """E_1, E_1.5, histogram deviation and power below half the principal frequency per level of a method's masks, means
-    over at most MEASURED of them; how alike all are, and the least and the most deviation."""
+    """Means over at most MEASURED of a method's masks of E_1, E_1.5, the standard deviation of values, and the power below
+    half the principal frequency for each level; the similarity of all masks; and the extreme standard deviations."""
     values = method.values[:MEASURED]
     measured = [bluenoise.measure(mask) for mask in values]
     if method.raw:
@@ -173,8 +174,8 @@ def mask_figures(method: Method) -> dict[Any, float]:
 
 
 def likeness(values: np.ndarray) -> float:
-    """The mean size of the correlation between two masks of a method: 1 for one and the same mask or its negative, about
-    0.8 / sqrt(n) for independent masks of n texels. NaN for a single mask."""
+    """The mean absolute correlation between two masks of a method: 1 for equal or inverted masks, about 0.8 / sqrt(n) for
+    independent masks of n texels. NaN for a single mask."""
     flat = values.reshape(len(values), -1).astype(np.float64)
     flat -= flat.mean(axis=1, keepdims=True)
     flat /= np.linalg.norm(flat, axis=1, keepdims=True)
@@ -183,7 +184,7 @@ def likeness(values: np.ndarray) -> float:
 
 
 def descent_figures(size: int, iterations: Sequence[int], count: int = 2) -> list[tuple[int, float, float]]:
-    """Loss and E_1 on the way of Wronski's descent: rows (iterations, loss, E_1)."""
+    """Loss and E_1 during Wronski's descent: rows (iterations, loss, E_1)."""
     rows = []
     for steps in iterations:
         losses = []
@@ -211,12 +212,12 @@ def markdown(header: list[str], rows: list[list[str]]) -> str:
 
 def error_table(methods: list[Method], pictures: list[str], errors: list[dict[str, np.ndarray]],
                 diffused: dict[str, np.ndarray], sigmas: list[float]) -> str:
-    """errors: method index -> picture -> (sigmas, masks); diffused: picture -> (sigmas, 1). The last sigma is the
-    calibrated one."""
+    """errors: method index -> picture -> (sigmas, masks); diffused: picture -> (sigmas, 1). The last sigma is the calibrated
+    one."""
     at = sigmas.index(TABLE_SIGMA)
     white = {m.size: np.mean([errors[i][p].mean(1) for p in pictures], axis=0)
              for i, m in enumerate(methods) if m.kind == "white"}
-    header = ["mask", "masks", *pictures, "mean", *(f"ratio, sigma {sigma:g}" for sigma in sigmas), "the paper's ratio"]
+    header = ["mask", "masks", *pictures, "mean", *(f"ratio, sigma {sigma:g}" for sigma in sigmas), "published ratio"]
     named = [(f"{m.size}x{m.size} {m.name}", m.kind, m.size, errors[i]) for i, m in enumerate(methods)]
     rows = []
     for name, kind, size, by_picture in [*named, ("error diffusion", "", methods[0].size, diffused)]:
@@ -232,8 +233,8 @@ def error_table(methods: list[Method], pictures: list[str], errors: list[dict[st
 
 
 def figure_table(methods: list[Method], figures: list[dict[Any, float]]) -> str:
-    header = ["mask", "time per mask", "the paper's", "FLOP per texel", "E_1", "E_1.5", "deviation",
-              "grey < 1/4", *(f"at 1/{round(1 / level)}" for level in LEVELS), "alike"]
+    header = ["mask", "time per mask", "published", "FLOP per texel", "E_1", "E_1.5", "deviation",
+              "grey < 1/4", *(f"at 1/{round(1 / level)}" for level in LEVELS), "similarity"]
     rows = []
     for method, values in zip(methods, figures):
         published = PUBLISHED_SECONDS.get(method.kind, {}).get(method.size)
@@ -250,63 +251,63 @@ def report_text(methods: list[Method], figures: list[dict[Any, float]], tables: 
     notes = dict.fromkeys(f"{m.size}x{m.size} {m.name}: {m.note}" for m in methods if m.note and "exact" not in m.name)
     parts = [
         "# The paper, reproduced",
-        filled(f"""Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN 2022), made
-        again by `{command_text(options)}` in trainer/, which printed this page. Its README tells how the perceptrons are
-        trained."""),
+        filled(f"""A reproduction of Giunchi, Sztrajman and Steed, "Fast blue-noise generation via unsupervised learning" (IJCNN
+        2022). Printed by `{command_text(options)}` in trainer/; trainer/bn_trainer/paper/README.md describes how the
+        perceptrons are trained."""),
         "![Masks, their spectra, thresholded patterns](paper.png)",
-        filled("""*Of each method a mask, the mean spectrum of several (zero in the middle, white noise mid-grey), the mask
-        thresholded at 1/16, 1/4 and 1/2, and a part of the scene dithered with it.*"""),
+        filled("""*For each method: a mask, the mean spectrum of several masks (frequency 0 in the middle, white noise mid-grey),
+        the mask thresholded at 1/16, 1/4 and 1/2, and part of the dithered scene.*"""),
         "## Table I",
-        filled(f"""Root mean square error of 1-bit dithering of {PICTURE_SIZE}x{PICTURE_SIZE} pictures after a Gaussian of
-        sigma {TABLE_SIGMA:g} texel (edges mirrored), mean and deviation over masks, tiled; then the mean over the pictures,
-        and its ratio to white noise's after several blurs. The paper gives white .069, its network .046, Wronski .046,
-        void-and-cluster .029, but neither picture nor blur, so ratios are what to compare: after a blur of
-        {sigmas[-1]:g} texels this table's void-and-cluster has the paper's ratio, and that column is to be held against the
-        last. Perceptrons and Wronski are thresholded as they come out, unless ranks are made exact. Error diffusion is
-        Floyd and Steinberg's, a yardstick that no mask reaches."""),
+        filled(f"""Root mean square error of {PICTURE_SIZE}x{PICTURE_SIZE} pictures, dithered to 1 bit with tiled masks, after a
+        Gaussian of sigma {TABLE_SIGMA:g} texel (mirrored edges): mean and standard deviation over masks, then the mean over
+        the pictures and its ratio to that of white noise after several blurs. The paper reports .069 for white noise, .046
+        for its network, .046 for Wronski and .029 for void-and-cluster, but states neither picture nor blur, so only ratios
+        can be compared. After a blur of {sigmas[-1]:g} texels, void-and-cluster has the published ratio here; compare that
+        column with the last. The outputs of perceptrons and of Wronski's method are thresholded directly, unless marked as
+        exact ranks. Error diffusion is Floyd and Steinberg's, a benchmark that no mask reaches."""),
         error,
         "## Why its masks fall short",
-        filled("""Time is per mask, one at a time (Wronski's in one batch), on one thread of a shared machine; the
-        paper's is from its own. E_1 and E_1.5 are the dithering errors over all grey levels (white noise .115 and
-        .076). Deviation is that of the values in [0, 1], .289 when every value is equally often. Powers have white
-        noise at 1: of the grey mask below a quarter cycle per texel, and of patterns thresholded at 1/16, 1/4 and 1/2
-        below half their principal frequency. Alike is the mean size of the correlation between two masks of a method: 1
-        for one and the same mask or its negative."""),
+        filled("""Time is per mask, one at a time (Wronski's method as one batch), on one thread of a shared machine; published
+        times are from the authors' machine. E_1 and E_1.5 are the dithering errors over all grey levels (white noise: .115
+        and .076). Deviation is the standard deviation of the values in [0, 1]; a flat histogram has .289. Powers are relative
+        to white noise: of the grey mask below a quarter cycle per texel, and of patterns thresholded at 1/16, 1/4 and 1/2
+        below half their principal frequency. Similarity is the mean absolute correlation between two masks of a method; 1
+        means equal or inverted masks."""),
         figure,
         *explanation(methods, figures, descent),
-        filled("Trained or made: " + "; ".join(notes) + "."),
+        filled("Training and generation: " + "; ".join(notes) + "."),
     ]
     return "\n\n".join(parts) + "\n"
 
 
 def explanation(methods: list[Method], figures: list[dict[Any, float]],
                 descent: list[tuple[int, float, float]]) -> list[str]:
-    """Paragraphs in which every figure is one of this run's."""
+    """Paragraphs whose figures all come from this run."""
     found = {(m.size, m.name): values for m, values in zip(methods, figures)}
     size = max(m.size for m in methods)
     paragraphs = []
     raw, exact = found.get((size, "perceptron")), found.get((size, "perceptron, ranks made exact"))
     if raw:
-        paragraphs += [filled(f"""**Its losses see grey levels, not patterns.** At {size}x{size} the perceptron's grey mask has
-        {raw["grey"]:.3f} of white noise's power below a quarter cycle per texel, but a mask is used thresholded, and there
-        its patterns have {raw[1 / 16]:.2f} at 1/16 and {raw[1 / 4]:.2f} at 1/4.""")]
-    paragraphs += [filled(f"""That is the losses' doing, not the network's: Wronski's descent drives the same losses down
-    texel by texel, and E_1 does not follow. After
+        paragraphs += [filled(f"""**The losses measure the grey mask, not its patterns.** At {size}x{size} the perceptron's grey mask
+        has {raw["grey"]:.3f} of white noise's power below a quarter cycle per texel. But masks are used thresholded, and the
+        thresholded patterns have {raw[1 / 16]:.2f} at 1/16 and {raw[1 / 4]:.2f} at 1/4.""")]
+    paragraphs += [filled(f"""The losses are the cause, not the network: Wronski's descent minimises the same losses texel by
+    texel, and E_1 does not follow. After
     {listed(f"{count:,}" for count, _, _ in descent)} iterations the loss is {listed(f"{loss:.3g}" for _, loss, _ in descent)}
     and E_1 {listed(f"{error:.4f}" for _, _, error in descent)}.""")]
     if raw:
-        paragraphs += [filled(f"""**Its histogram is held loosely.** The paper averages the histogram term over texels where
-        Wronski adds it up, which makes it {size * size:,} times weaker beside the spectra: the values' deviation is
-        {raw["deviation"]:.3f}, and with exact ranks E_1 goes from {raw["e_1"]:.4f} to {exact["e_1"]:.4f}.""")]
+        paragraphs += [filled(f"""**The histogram is only weakly constrained.** The paper averages the histogram loss over texels,
+        Wronski sums it. The average is {size * size:,} times weaker relative to the spectral losses: the deviation of the values
+        is {raw["deviation"]:.3f}, and exact ranks change E_1 from {raw["e_1"]:.4f} to {exact["e_1"]:.4f}.""")]
         summed = found.get((size, "perceptron, summed histogram"))
         if summed:
             exact = found[(size, "perceptron, summed histogram, ranks made exact")]
-            paragraphs[-1] = filled(f"""{paragraphs[-1]} With the term summed the deviation is {summed["deviation"]:.3f},
-            and E_1 {summed["e_1"]:.4f} and {exact["e_1"]:.4f}.""")
-        paragraphs += [filled(f"""**Nothing asks for masks that differ.** No loss compares two masks, and 100 hidden units are all
-        that can tell one from another: two masks of this perceptron correlate by {raw["alike"]:.2f} on average, up to sign;
-        two of white noise by {found[(size, "white noise")]["alike"]:.3f}. Between a mask and its negative lie grey ones: the
-        deviation of its masks' values goes from {raw["least"]:.3f} to {raw["most"]:.3f}.""")]
+            paragraphs[-1] = filled(f"""{paragraphs[-1]} With the summed loss the deviation is {summed["deviation"]:.3f},
+            and E_1 is {summed["e_1"]:.4f}, or {exact["e_1"]:.4f} with exact ranks.""")
+        paragraphs += [filled(f"""**Nothing makes masks differ.** No loss compares two masks, and only 100 hidden units distinguish
+        them: the mean absolute correlation of two masks is {raw["alike"]:.2f} for this perceptron and
+        {found[(size, "white noise")]["alike"]:.3f} for white noise. Between a mask and its inverse there are grey ones: the
+        deviation of the values ranges from {raw["least"]:.3f} to {raw["most"]:.3f}.""")]
     return paragraphs
 
 
@@ -330,9 +331,9 @@ def command_text(options: argparse.Namespace) -> str:
 
 
 def contact_sheet(methods: list[Method], size: int) -> Image.Image:
-    """Rows: methods of a size; columns: mask, mean spectrum, thresholded at LEVELS, a part of the dithered scene.
+    """Rows: the methods of a size. Columns: mask, mean spectrum, patterns at LEVELS, part of the dithered scene.
 
-    Of masks and patterns a part of at most 64x64 is shown, twice as large."""
+    At most 64x64 texels of masks and patterns are shown, enlarged twice."""
     chosen = [method for method in methods if method.size == size and method.kind != "perceptron exact"]
     part, scale, gap, left, top = min(size, 64), 2, 8, 236, 26
     cell = part * scale
@@ -360,7 +361,7 @@ def contact_sheet(methods: list[Method], size: int) -> Image.Image:
 
 
 def csv_text(methods: list[Method], figures: list[dict[Any, float]]) -> str:
-    """Rows for `scripts/bench neural`: the paper's networks and Wronski."""
+    """Rows for `scripts/bench neural`: the paper's networks and Wronski's method."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["name", "size", "seconds", "threads", "e_1", "e_1.5", "flop_per_texel"])
@@ -373,17 +374,16 @@ def csv_text(methods: list[Method], figures: list[dict[Any, float]]) -> str:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=Path, default=default_folder(Path("paper-64.toml")).parent,
-                        help="folder with the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
+                        help="folder that contains the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
                              "train-paper (default ~/.cache/bn_trainer)")
-    parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128], help="default 64 128")
+    parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128], help="mask sizes (default 64 128)")
     parser.add_argument("--masks", type=int, default=100, help="masks per method (default 100)")
-    parser.add_argument("--wronski-masks", type=int, default=8, help="default 8")
-    parser.add_argument("--wronski-iterations", type=int, default=1000, help="default 1000")
+    parser.add_argument("--wronski-masks", type=int, default=8, help="masks by Wronski's method (default 8)")
+    parser.add_argument("--wronski-iterations", type=int, default=1000, help="iterations of Wronski's method (default 1000)")
     parser.add_argument("--picture", action="append", default=[], metavar="FILE[@X,Y]",
-                        help="dither this picture too: 256x256 texels of it with that corner")
-    parser.add_argument("--model", type=Path, help="an ONNX model for this library's network, in ONNX Runtime, in place of "
-                                                   "the one that bluenoise has")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "report", help="folder (default docs/report)")
+                        help="also dither 256x256 pixels of this picture, from the given upper left corner")
+    parser.add_argument("--model", type=Path, help="an ONNX model to use instead of the library's built-in network")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "report", help="folder for the report (default docs/report)")
 
 
 def main(options: argparse.Namespace) -> None:
@@ -414,7 +414,7 @@ def main(options: argparse.Namespace) -> None:
     tables = error_table(methods, list(pictures), errors, diffused, sigmas), figure_table(methods, figures)
     text = report_text(methods, figures, tables, descent, sigmas, options)
     rows = csv_text(methods, figures)
-    sheet = contact_sheet(methods, max(options.sizes))
+    sheet = contact_sheet(methods, max(options.sizes)).quantize(64, dither=Image.Dither.NONE)  # a smaller file
     write_atomically(options.out / "paper.md", lambda path: path.write_text(text, encoding="utf-8"))
     write_atomically(options.out / "paper.csv", lambda path: path.write_text(rows, encoding="utf-8"))
     write_atomically(options.out / "paper.png", lambda path: sheet.save(path, format="PNG"))

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wronski, "Optimizing blue noise dithering: backpropagation through Fourier transform and sorting" (2020).
 
-No network: the texels of the mask themselves are the parameters, and descend the losses that the paper took over from
-here (see perceptron.py), the histogram term added up over texels. Start: white noise of the seed. His step rule is plain
-gradient descent, `rule="descent"`; `rule="adam"`, the default, reaches a far lower loss in the same number of
-iterations, its rate falling to 0 as a half cosine. Masks are independent of each other and run as one batch.
+The texels of the mask are optimised directly, without a network, from white noise, with the losses that the paper later
+adopted (see perceptron.py) and the histogram loss summed over texels. Wronski uses plain gradient descent,
+`rule="descent"`; the default, `rule="adam"` with a cosine decay of the rate to 0, reaches a much lower loss in the same
+number of iterations. Masks are independent of each other and run as one batch.
 
-One iteration of a mask of n texels is a transform there and back, a sort and about 60 operations per texel; 1,000 take 1 s
-per mask of 64x64 and 6 s of 128x128 on one core.
+One iteration for a mask of n texels is a forward and an inverse transform, a sort and about 60 operations per texel; 1,000
+iterations take 1 s per mask at 64x64 and 6 s at 128x128 on one core.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from ..config import TrainerError
 from ..files import write_atomically
 
 RATES = {"adam": 0.03, "descent": 0.4}
-INPUTS = 1 << 61  # the seed of the starting noise, apart from those of perceptron.py
+INPUTS = 1 << 61  # seed of the initial noise, different from those in perceptron.py
 
 
 def optimise(size: int, seeds: Sequence[int], iterations: int = 1000, rule: str = "adam", rate: Optional[float] = None,
              config: Optional[perceptron.PaperConfig] = None,
              progress: Optional[Callable[[int, float, dict[str, float]], object]] = None) -> np.ndarray:
-    """Masks of the seeds after `iterations`: float32 (len(seeds), size, size), about uniform in [-1, 1].
+    """One mask per seed: float32 (len(seeds), size, size), nearly uniform in [-1, 1].
 
-    `config` is a perceptron.PaperConfig whose weights, cutoff and histogram count (default: the paper's with "sum");
-    `progress(iteration, loss, terms)` is called after every iteration, the loss being the mean over masks.
+    `config` supplies weights, cutoff and histogram (default: the paper's with "sum"). `progress(iteration, loss, terms)`
+    is called after every iteration with the mean loss over masks.
     """
     if rule not in RATES:
         raise TrainerError(f"rule must be one of {', '.join(RATES)}, not {rule!r}")
     if iterations < 0 or len(seeds) == 0:
-        raise TrainerError(f"iterations must be at least 0 and seeds not empty, not {iterations} and {seeds}")
+        raise TrainerError(f"iterations must be at least 0 and seeds must not be empty, not {iterations} and {seeds}")
     rate = RATES[rule] if rate is None else rate
     config = perceptron.PaperConfig(size=size, histogram="sum") if config is None else config
     weights = perceptron.low_frequency_weights(size, config.cutoff)
@@ -52,7 +52,7 @@ def optimise(size: int, seeds: Sequence[int], iterations: int = 1000, rule: str 
             optimiser.param_groups[0]["lr"] = rate * 0.5 * (1 + math.cos(math.pi * iteration / iterations))
         loss, terms = perceptron.paper_loss(masks, config, weights)
         optimiser.zero_grad()
-        (loss * len(seeds)).backward()  # the loss is a mean over masks; each shall descend as if it were alone
+        (loss * len(seeds)).backward()  # the loss is a mean over masks; this makes them independent
         optimiser.step()
         if progress:
             progress(iteration + 1, loss.item(), {name: term.item() for name, term in terms.items()})
@@ -60,25 +60,25 @@ def optimise(size: int, seeds: Sequence[int], iterations: int = 1000, rule: str 
 
 
 def flop_per_texel(size: int, iterations: int) -> float:
-    """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences,
-    their gradients and the step; the sort's comparisons are not counted."""
+    """Floating-point operations per texel: two real transforms of 2.5 n log2 n, and 60 for weights, differences, their
+    gradients and the update. The comparisons of the sort are not counted."""
     return iterations * (2 * 2.5 * math.log2(size * size) + 60)
 
 
 def save_array(path: Path, masks: np.ndarray) -> None:
-    with open(path, "wb") as file:  # np.save adds a suffix to names
+    with open(path, "wb") as file:  # given a name, np.save would add a suffix
         np.save(file, masks)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--size", type=int, default=64, help="width and height (default 64)")
-    parser.add_argument("--seed", type=int, default=0, help="of the first mask; the next ones count up (default 0)")
+    parser.add_argument("--size", type=int, default=64, help="width and height in texels (default 64)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the first mask; the others follow (default 0)")
     parser.add_argument("--count", type=int, default=1, help="number of masks (default 1)")
-    parser.add_argument("--iterations", type=int, default=1000, help="default 1000")
-    parser.add_argument("--rule", choices=sorted(RATES), default="adam", help="step rule (default adam)")
+    parser.add_argument("--iterations", type=int, default=1000, help="number of iterations (default 1000)")
+    parser.add_argument("--rule", choices=sorted(RATES), default="adam", help="update rule (default adam)")
     parser.add_argument("--rate", type=float, help=f"step size (default {RATES})")
-    parser.add_argument("--threads", type=int, default=1, help="of torch (default 1)")
-    parser.add_argument("--out", type=Path, required=True, help="a .npy file: float32 (count, size, size) in about [-1, 1]")
+    parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
+    parser.add_argument("--out", type=Path, required=True, help="the .npy file to write: float32 (count, size, size), nearly in [-1, 1]")
 
 
 def main(options: argparse.Namespace) -> None:
