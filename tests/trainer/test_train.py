@@ -132,8 +132,8 @@ def test_two_processes_train_as_one(tmp_path, trainer_environment):
         ({"iterations": "0"}, "train.iterations must be 1 to"),
         ({"batch": "true"}, "train.batch must be of type int"),
         ({"size": "8"}, "train.size must be 16 to 4096"),
-        ({"rate": "1e-3\nspeed = 3"}, "[train] knows iterations"),
-        ({"tail": "1\n[extra]"}, "a configuration has the tables model, loss, train"),
+        ({"rate": "1e-3\nspeed = 3"}, "the keys of [train] are iterations"),
+        ({"tail": "1\n[extra]"}, "the tables of a configuration are model, loss, train"),
         ({"tail": "1 ="}, "is not valid TOML"),
     ],
 )
