@@ -27,12 +27,12 @@ const ConductorTable &conductor_table() {
             for (int c = 0; c < SIZE; ++c) {
                 const Vec3 o = direction_of_cosine(cosine_of_entry(c));
                 row[static_cast<size_t>(c)] = mean_over_normals(alpha, o, [&](Vec3 h) {
-                    const Vec3 in = 2 * dot(o, h) * h - o;
-                    return in.z > 0 ? kept(alpha, o, in) : 0.0f;
+                    const Vec3 wi = 2 * dot(o, h) * h - o;
+                    return wi.z > 0 ? kept(alpha, o, wi) : 0.0f;
                 });
                 edge[static_cast<size_t>(c)] = mean_over_normals(alpha, o, [&](Vec3 h) {
-                    const Vec3 in = 2 * dot(o, h) * h - o;
-                    return in.z > 0 ? schlick_edge(dot(o, h)) * kept(alpha, o, in) : 0.0f;
+                    const Vec3 wi = 2 * dot(o, h) * h - o;
+                    return wi.z > 0 ? schlick_edge(dot(o, h)) * kept(alpha, o, wi) : 0.0f;
                 });
             }
             t.mean_loss[static_cast<size_t>(r)] = 1 - hemispherical_mean(row.data());

@@ -32,9 +32,9 @@ inline Vec3 direction_of_cosine(float cosine) {
     return {std::sqrt(1 - cosine * cosine), 0, cosine};
 }
 
-// What a visible normal keeps of the light that it sends from o to `in`.
-inline float kept(float alpha, Vec3 o, Vec3 in) {
-    return std::abs(in.z) * ggx_shadowing(alpha, o, in) / ggx_masking(alpha, o);
+// What a visible normal keeps of the light that it sends from o to `wi`.
+inline float kept(float alpha, Vec3 o, Vec3 wi) {
+    return std::abs(wi.z) * ggx_shadowing(alpha, o, wi) / ggx_masking(alpha, o);
 }
 
 // The mean of a function of visible normals, seen from o in the xz-plane. The facets that matter

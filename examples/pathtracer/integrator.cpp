@@ -32,6 +32,193 @@ const Light &choose_light(const Scene &scene, Vec2 &u) {
     return scene.lights[choice.index];
 }
 
+// A path on its way from the camera.
+struct Path {
+    PixelSample sample;
+    PathCounters *counters;
+    Draw
+        u; // of the ray's domain: pair (0,1) sent the ray, pair (2,3) chooses the light where it ends
+    Ray ray;
+    Vec3 throughput = {1, 1, 1};
+    Vec3 radiance = {0, 0, 0};
+    // How the ray was found: with what density per steradian, against how many light samples. None
+    // for rays that no light sample could have found, which are the camera's and those of mirrors.
+    float scatter_pdf = 1, light_samples = 0;
+    bool seen = true; // by the camera, straight or through mirrors and smooth glass
+};
+
+Draw counted_draw(const PixelSample &sample, uint32_t domain, int dimensions,
+                  PathCounters &counters) {
+    ++(dimensions == 2 ? counters.draws_2d : counters.draws_4d);
+    return draw(sample, domain, dimensions);
+}
+
+Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCounters &counters) {
+    const Integrator::RayDomains &domains = integrator.rays[0];
+    const Draw u = counted_draw(sample, domains.ray, domains.dimensions, counters);
+    const Vec2 pixel = {static_cast<float>(sample.x) + u.u[0],
+                        static_cast<float>(sample.y) + u.u[1]};
+    return {sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
+}
+
+// ---- Light that a ray runs into
+
+// The density with which light samples would have found the path's ray: those that choose `light`
+// find it with `light_pdf`.
+float light_samples_pdf(const Path &path, const Light &light, float light_pdf) {
+    return path.light_samples * light.probability * light_pdf;
+}
+
+// Adds what the ray meets, weighed against the light samples that could have found it.
+void add_found_light(Path &path, float other_pdf, Vec3 emitted) {
+    path.radiance += power_heuristic(path.scatter_pdf, other_pdf) * (path.throughput * emitted);
+}
+
+void add_environment(const Scene &scene, Path &path) {
+    if (!scene.environment) return;
+    const Environment &environment = *scene.environment;
+    const Vec3 direction = path.ray.direction;
+    float pdf = 0;
+    if (path.light_samples > 0 && scene.environment_light >= 0)
+        pdf = light_samples_pdf(path, scene.lights[static_cast<size_t>(scene.environment_light)],
+                                environment_pdf(environment, direction));
+    add_found_light(path, pdf, environment_radiance(environment, direction));
+}
+
+void add_emission(const Scene &scene, Path &path, const Hit &hit) {
+    const int32_t number = scene.surfaces[hit.triangle].light;
+    if (number < 0) return;
+    const Light &light = scene.lights[static_cast<size_t>(number)];
+    const float cosine = -dot(hit.normal, path.ray.direction);
+    if (!(cosine > 0) && !light.both_sides) return;
+    float pdf = 0;
+    if (path.light_samples > 0)
+        pdf = light_samples_pdf(path, light, light_pdf(light, hit.distance, cosine));
+    const Vec3 emitted =
+        light.mapped ? emission_at(scene, {hit.triangle, hit.u, hit.v}) : light.radiance;
+    add_found_light(path, pdf, emitted);
+}
+
+// ---- The surface where a ray ends
+
+struct Vertex {
+    Vec3 point;
+    float distance; // that the ray came
+    bool front;     // of the triangle is where it came from
+    Vec3 normal;    // geometric, on the side where the ray came from
+    Frame frame;    // around the normal it is shaded with
+    Vec3 shading_normal;
+    Vec3 wo; // to where the ray came from, in the frame
+
+    // Rays start on the side they leave to.
+    Vec3 start(Vec3 wi) const { return offset_point(point, wi.z > 0 ? normal : -normal, distance); }
+    // Directions on which the shading normal and the triangle do not agree carry nothing.
+    bool agree(Vec3 wi, Vec3 direction) const { return (wi.z > 0) == (dot(normal, direction) > 0); }
+};
+
+Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
+    Vertex v;
+    const Vec3 to_origin = -ray.direction;
+    v.front = dot(hit.normal, to_origin) > 0;
+    v.normal = v.front ? hit.normal : -hit.normal;
+    v.shading_normal =
+        scene.normals.empty() && scene.maps.empty()
+            ? v.normal
+            : shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, to_origin);
+    v.point = ray.origin + hit.distance * ray.direction;
+    v.distance = hit.distance;
+    v.frame = frame_around(v.shading_normal);
+    v.wo = to_local(v.frame, to_origin);
+    return v;
+}
+
+// The material of a hit. `textured` holds it where something differs from place to place.
+const Material &material_of_hit(const Scene &scene, const Hit &hit,
+                                std::optional<Material> &textured) {
+    const Material &base = scene.materials[scene.surfaces[hit.triangle].material];
+    if (base.maps < 0) return base;
+    textured = material_at(scene, base, {hit.triangle, hit.u, hit.v});
+    return *textured;
+}
+
+// ---- Next event estimation
+
+// A point on the light, moved off it to the side where its light leaves.
+Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
+    if (!(light.area > 0)) return sample.point;
+    const bool leaves_front = dot(light.normal, sample.direction) < 0;
+    return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
+}
+
+// Adds the light of the point that u chooses, one of `count`.
+void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
+                      const Material &material, Vec2 u, uint32_t count) {
+    const Scene &scene = *integrator.scene;
+    const Light &light = choose_light(scene, u);
+    const LightSample sample = light_sample(light, v.point, u);
+    if (!(sample.pdf > 0)) return;
+    const Vec3 wi = to_local(v.frame, sample.direction);
+    const Vec3 scattered = material_eval(material, v.front, v.wo, wi);
+    if (!(max_component(scattered) > 0) || !v.agree(wi, sample.direction)) return;
+    ++path.counters->rays;
+    if (occluded(*integrator.geometry, v.start(wi), shadow_ray_end(light, sample))) return;
+    const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
+    const float weight = light_has_extent(light)
+                             ? power_heuristic(pdf, material_pdf(material, v.front, v.wo, wi))
+                             : 1;
+    const Vec3 emitted = light.mapped
+                             ? emission_at(scene, {light.triangle, sample.place.x, sample.place.y})
+                             : sample.radiance;
+    path.radiance += (weight / pdf) * (path.throughput * scattered * emitted);
+}
+
+// Adds the light of points on lights. Returns how many were chosen.
+uint32_t add_light_samples(const Integrator &integrator, Path &path, const Vertex &v,
+                           const Material &material, uint32_t bounce) {
+    const Scene &scene = *integrator.scene;
+    if (material_is_smooth(material) || scene.lights.empty()) return 0;
+    const uint32_t count = bounce == 0 ? scene.light_samples : 1;
+    for (uint32_t k = 0; k < count; ++k) {
+        Vec2 u = pair23(path.u);
+        if (bounce == 0 && integrator.first_light_apart) {
+            ++path.counters->draws_2d;
+            u = pair01(draw_split(path.sample, integrator.first_light, count, k));
+        }
+        add_light_sample(integrator, path, v, material, u, count);
+    }
+    return count;
+}
+
+// ---- The next ray
+
+// Makes the path go on in a direction that the material chooses, or returns false where it ends,
+// by roulette too.
+bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Material &material,
+             uint32_t bounce) {
+    const Integrator::RayDomains &domains = integrator.rays[bounce + 1];
+    const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
+    Draw choices{};
+    if (roulette || material_reads_lobe(material))
+        choices = counted_draw(path.sample, domains.choices, 2, *path.counters);
+    path.u = counted_draw(path.sample, domains.ray, domains.dimensions, *path.counters);
+    const MaterialSample sample =
+        material_sample(material, v.front, v.wo, pair01(path.u), choices.u[0]);
+    if (!(sample.pdf > 0)) return false;
+    const Vec3 direction = to_world(v.frame, sample.wi);
+    if (!v.agree(sample.wi, direction)) return false;
+    path.throughput *= sample.weight;
+    if (roulette) {
+        // The share of light the bounce keeps, so that survivors carry on undimmed.
+        const float survival = std::min(max_component(sample.weight), 1.0f);
+        if (choices.u[1] >= survival) return false;
+        path.throughput = (1 / survival) * path.throughput;
+    }
+    path.ray = {v.start(sample.wi), direction};
+    path.scatter_pdf = sample.pdf;
+    path.seen = path.seen && material_is_smooth(material);
+    return true;
+}
+
 } // namespace
 
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
@@ -57,151 +244,34 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
                       PathCounters &counters) {
     const Scene &scene = *integrator.scene;
     const Camera &camera = scene.camera;
-
-    // ---- The camera ray
-    const PixelSample sample = {integrator.sampler, x, y, index};
-    const auto counted_draw = [&](uint32_t domain, int dimensions) {
-        ++(dimensions == 2 ? counters.draws_2d : counters.draws_4d);
-        return draw(sample, domain, dimensions);
-    };
-    // Of the ray's domain: pair (0,1) sent the ray, pair (2,3) chooses the light where it ends.
-    Draw u = counted_draw(integrator.rays[0].ray, integrator.rays[0].dimensions);
-    Ray ray = camera_ray(camera, {static_cast<float>(x) + u.u[0], static_cast<float>(y) + u.u[1]},
-                         pair23(u));
+    Path path = camera_path(integrator, {integrator.sampler, x, y, index}, counters);
     PathSample result{};
-    Vec3 &radiance = result.radiance;
-    Vec3 throughput = {1, 1, 1};
-    // How the ray was found: with what density per steradian, against how many light samples. None
-    // for rays that no light sample could have found, which are the camera's and those of mirrors.
-    float scatter_pdf = 1, light_samples = 0;
-    bool seen = true; // by the camera, straight or through mirrors and smooth glass
-
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
         ++counters.rays;
-        const bool met = intersect(*integrator.geometry, ray, seen, hit);
-
-        // ---- Light that the ray ran into
-        if (!met) {
-            if (!scene.environment) break;
-            const Environment &environment = *scene.environment;
-            const float found =
-                light_samples > 0 && scene.environment_light >= 0
-                    ? light_samples *
-                          scene.lights[static_cast<size_t>(scene.environment_light)].probability *
-                          environment_pdf(environment, ray.direction)
-                    : 0;
-            radiance += power_heuristic(scatter_pdf, found) *
-                        (throughput * environment_radiance(environment, ray.direction));
+        if (!intersect(*integrator.geometry, path.ray, path.seen, hit)) {
+            add_environment(scene, path);
             break;
         }
-        const Surface surface = scene.surfaces[hit.triangle];
-        const Vec3 out = -ray.direction;
-        const float facing = dot(hit.normal, out); // > 0: the front is seen
-        const bool front = facing > 0;
-        if (surface.light >= 0 &&
-            (front || scene.lights[static_cast<size_t>(surface.light)].both_sides)) {
-            const Light &light = scene.lights[static_cast<size_t>(surface.light)];
-            const float found = light_samples > 0 ? light_samples * light.probability *
-                                                        light_pdf(light, hit.distance, facing)
-                                                  : 0;
-            const Vec3 shining =
-                light.mapped ? emission_at(scene, {hit.triangle, hit.u, hit.v}) : light.radiance;
-            radiance += power_heuristic(scatter_pdf, found) * (throughput * shining);
-        }
-        const Material &even = scene.materials[surface.material];
-        std::optional<Material> varied; // where something differs from place to place
-        if (even.maps >= 0) varied = material_at(scene, even, {hit.triangle, hit.u, hit.v});
-        const Material &material = varied ? *varied : even;
-        const Vec3 normal = front ? hit.normal : -hit.normal; // geometric, on the side of `out`
-        const Vec3 shading =
-            scene.normals.empty() && scene.maps.empty()
-                ? normal
-                : shading_normal(scene, hit.triangle, hit.u, hit.v, hit.normal, out);
-        const Vec3 place = ray.origin + hit.distance * ray.direction;
+        add_emission(scene, path, hit);
+        std::optional<Material> textured;
+        const Material &material = material_of_hit(scene, hit, textured);
+        const Vertex vertex = vertex_at(scene, path.ray, hit);
         if (bounce == 0) {
             result.hit = true;
             result.albedo = material_albedo(material);
-            result.normal = shading;
-            result.depth = dot(place - camera.position, camera.forward);
+            result.normal = vertex.shading_normal;
+            result.depth = dot(vertex.point - camera.position, camera.forward);
         }
         if (bounce == integrator.max_depth) {
-            counters.cut_off += static_cast<double>(luminance(throughput));
+            counters.cut_off += static_cast<double>(luminance(path.throughput));
             break;
         }
-
-        // ---- The surface, seen from its own frame
-        const Frame frame = frame_around(shading);
-        const Vec3 local_out = to_local(frame, out);
-        if (!(local_out.z > 0)) break;
-        // Rays start on the side they leave to. Directions on which the shading normal and the
-        // triangle do not agree carry nothing.
-        const auto start = [&](float side) {
-            return offset_point(place, side > 0 ? normal : -normal, hit.distance);
-        };
-        const auto agree = [&](float local_z, Vec3 direction) {
-            return (local_z > 0) == (dot(normal, direction) > 0);
-        };
-
-        // ---- Next event: points on lights
-        const bool smooth = material_is_smooth(material);
-        const uint32_t count = smooth || scene.lights.empty() ? 0
-                               : bounce == 0                  ? scene.light_samples
-                                                              : 1;
-        for (uint32_t k = 0; k < count; ++k) {
-            Vec2 point = pair23(u);
-            if (bounce == 0 && integrator.first_light_apart) {
-                ++counters.draws_2d;
-                point = pair01(draw_split(sample, integrator.first_light, count, k));
-            }
-            const Light &light = choose_light(scene, point);
-            const LightSample to_light = light_sample(light, place, point);
-            if (!(to_light.pdf > 0)) continue;
-            const Vec3 in = to_local(frame, to_light.direction);
-            const Vec3 scattered = material_eval(material, front, local_out, in);
-            if (!(max_component(scattered) > 0) || !agree(in.z, to_light.direction)) continue;
-            ++counters.rays;
-            const Vec3 end = light.area > 0 ? offset_point(to_light.point,
-                                                           dot(light.normal, to_light.direction) < 0
-                                                               ? light.normal
-                                                               : -light.normal,
-                                                           0)
-                                            : to_light.point;
-            if (occluded(*integrator.geometry, start(in.z), end)) continue;
-            const float pdf = static_cast<float>(count) * light.probability * to_light.pdf;
-            const float weight =
-                light_has_extent(light)
-                    ? power_heuristic(pdf, material_pdf(material, front, local_out, in))
-                    : 1;
-            const Vec3 shining =
-                light.mapped
-                    ? emission_at(scene, {light.triangle, to_light.place.x, to_light.place.y})
-                    : to_light.radiance;
-            radiance += (weight / pdf) * (throughput * scattered * shining);
-        }
-
-        // ---- The next ray, and roulette for it
-        const Integrator::RayDomains &next = integrator.rays[bounce + 1];
-        const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
-        Draw choices{};
-        if (roulette || material_reads_lobe(material)) choices = counted_draw(next.choices, 2);
-        u = counted_draw(next.ray, next.dimensions);
-        const MaterialSample scatter =
-            material_sample(material, front, local_out, pair01(u), choices.u[0]);
-        if (!(scatter.pdf > 0)) break;
-        const Vec3 direction = to_world(frame, scatter.in);
-        if (!agree(scatter.in.z, direction)) break;
-        throughput *= scatter.weight;
-        if (roulette) {
-            // The share of light the bounce keeps, so that survivors carry on undimmed.
-            const float survival = std::min(max_component(scatter.weight), 1.0f);
-            if (choices.u[1] >= survival) break;
-            throughput = (1 / survival) * throughput;
-        }
-        ray = {start(scatter.in.z), direction};
-        scatter_pdf = scatter.pdf;
-        seen = seen && smooth;
-        light_samples = static_cast<float>(count); // 0 after a mirror
+        if (!(vertex.wo.z > 0)) break;
+        const uint32_t count = add_light_samples(integrator, path, vertex, material, bounce);
+        if (!scatter(integrator, path, vertex, material, bounce)) break;
+        path.light_samples = static_cast<float>(count); // 0 after a mirror
     }
+    result.radiance = path.radiance;
     return result;
 }

@@ -77,21 +77,21 @@ Vec3 fresnel_multiple(const Material &m, float mean_loss) {
     return {one(m.albedo.x, m.edge.x), one(m.albedo.y, m.edge.y), one(m.albedo.z, m.edge.z)};
 }
 
-Vec3 conductor_eval(const Material &m, Vec3 out, Vec3 in) {
+Vec3 conductor_eval(const Material &m, Vec3 wo, Vec3 wi) {
     const float alpha = alpha_of(m);
-    const Vec3 h = normalize_or(out + in, {0, 0, 1});
-    const float facets = 0.25f * ggx_density(alpha, h) * ggx_shadowing(alpha, out, in) * in.z;
+    const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
+    const float facets = 0.25f * ggx_density(alpha, h) * ggx_shadowing(alpha, wo, wi) * wi.z;
     const ConductorEnergy e = conductor_energy(m);
     const float wide =
-        e.mean_loss >= LEAST_LOSS ? loss(e, out.z) * loss(e, in.z) * in.z / (PI * e.mean_loss) : 0;
-    return facets * fresnel_conductor(m, dot(out, h)) + wide * fresnel_multiple(m, e.mean_loss);
+        e.mean_loss >= LEAST_LOSS ? loss(e, wo.z) * loss(e, wi.z) * wi.z / (PI * e.mean_loss) : 0;
+    return facets * fresnel_conductor(m, dot(wo, h)) + wide * fresnel_multiple(m, e.mean_loss);
 }
 
-float conductor_pdf(const Material &m, Vec3 out, Vec3 in) {
+float conductor_pdf(const Material &m, Vec3 wo, Vec3 wi) {
     const float alpha = alpha_of(m);
-    const Vec3 h = normalize_or(out + in, {0, 0, 1});
-    const float wide = loss(conductor_energy(m), out.z);
-    return (1 - wide) * 0.25f * ggx_masking(alpha, out) * ggx_density(alpha, h) + wide * in.z / PI;
+    const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
+    const float wide = loss(conductor_energy(m), wo.z);
+    return (1 - wide) * 0.25f * ggx_masking(alpha, wo) * ggx_density(alpha, h) + wide * wi.z / PI;
 }
 
 MaterialSample nothing() {
@@ -109,89 +109,89 @@ float loss(const Material &m, bool front, float cosine) {
                     1 - interpolate(m.energy->kept[front ? 0 : 1], std::sqrt(std::abs(cosine))));
 }
 
-// The facet that sends light from `in` to `out`. False when none does.
-bool dielectric_facet(Vec3 out, Vec3 in, float eta, Vec3 &h) {
-    h = normalize_or(in.z > 0 ? out + in : out + eta * in, {0, 0, 1});
+// The facet that sends light from `wi` to `wo`. False when none does.
+bool dielectric_facet(Vec3 wo, Vec3 wi, float eta, Vec3 &h) {
+    h = normalize_or(wi.z > 0 ? wo + wi : wo + eta * wi, {0, 0, 1});
     if (h.z < 0) h = -h;
-    return dot(out, h) > 0 && (dot(in, h) > 0) == (in.z > 0);
+    return dot(wo, h) > 0 && (dot(wi, h) > 0) == (wi.z > 0);
 }
 
 // The derivative of a facet's normal by the direction it sends light to or from.
-float dielectric_jacobian(Vec3 out, Vec3 in, Vec3 h, float eta) {
-    const float to_out = dot(out, h), to_in = dot(in, h);
-    if (in.z > 0) return 1 / (4 * to_out);
-    const float sum = to_out + eta * to_in;
-    return eta * eta * std::abs(to_in) / (sum * sum);
+float dielectric_jacobian(Vec3 wo, Vec3 wi, Vec3 h, float eta) {
+    const float wo_h = dot(wo, h), wi_h = dot(wi, h);
+    if (wi.z > 0) return 1 / (4 * wo_h);
+    const float sum = wo_h + eta * wi_h;
+    return eta * eta * std::abs(wi_h) / (sum * sum);
 }
 
-Vec3 dielectric_eval(const Material &m, bool front, Vec3 out, Vec3 in) {
-    const bool reflected = in.z > 0;
+Vec3 dielectric_eval(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    const bool reflected = wi.z > 0;
     const float eta = relative_ior(m, front), alpha = alpha_of(m);
     float facets = 0;
     Vec3 h;
-    if (dielectric_facet(out, in, eta, h)) {
-        const float fresnel = fresnel_dielectric(dot(out, h), eta);
+    if (dielectric_facet(wo, wi, eta, h)) {
+        const float fresnel = fresnel_dielectric(dot(wo, h), eta);
         facets = (reflected ? fresnel : 1 - fresnel) * ggx_density(alpha, h) *
-                 ggx_shadowing(alpha, out, in) * std::abs(in.z) * dot(out, h) *
-                 dielectric_jacobian(out, in, h, eta);
+                 ggx_shadowing(alpha, wo, wi) * std::abs(wi.z) * dot(wo, h) *
+                 dielectric_jacobian(wo, wi, h, eta);
     }
     const int near = front ? 0 : 1, far = reflected ? near : 1 - near;
     const float passed = m.energy->passed_loss[near], mean_loss = m.energy->mean_loss[far];
     const float share = reflected ? 1 - passed : passed;
-    const float wide = mean_loss > 0 ? share * loss(m, front, out.z) * loss(m, far == 0, in.z) *
-                                           std::abs(in.z) / (PI * mean_loss)
+    const float wide = mean_loss > 0 ? share * loss(m, front, wo.z) * loss(m, far == 0, wi.z) *
+                                           std::abs(wi.z) / (PI * mean_loss)
                                      : 0;
     return (facets + wide) * (reflected ? Vec3{1, 1, 1} : m.albedo);
 }
 
-float dielectric_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
-    const bool reflected = in.z > 0;
+float dielectric_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    const bool reflected = wi.z > 0;
     const float eta = relative_ior(m, front), alpha = alpha_of(m);
-    const float wide = loss(m, front, out.z);
+    const float wide = loss(m, front, wo.z);
     const float passed = m.energy->passed_loss[front ? 0 : 1];
     float facets = 0;
     Vec3 h;
-    if (dielectric_facet(out, in, eta, h)) {
-        const float fresnel = fresnel_dielectric(dot(out, h), eta);
-        facets = (reflected ? fresnel : 1 - fresnel) * ggx_visible_density(alpha, out, h) *
-                 dielectric_jacobian(out, in, h, eta);
+    if (dielectric_facet(wo, wi, eta, h)) {
+        const float fresnel = fresnel_dielectric(dot(wo, h), eta);
+        facets = (reflected ? fresnel : 1 - fresnel) * ggx_visible_density(alpha, wo, h) *
+                 dielectric_jacobian(wo, wi, h, eta);
     }
-    return (1 - wide) * facets + wide * (reflected ? 1 - passed : passed) * std::abs(in.z) / PI;
+    return (1 - wide) * facets + wide * (reflected ? 1 - passed : passed) * std::abs(wi.z) / PI;
 }
 
 // ---- Sampling
 
-MaterialSample sample_smooth(const Material &m, bool front, Vec3 out, float lobe) {
-    const Vec3 mirrored = {-out.x, -out.y, out.z};
-    if (m.kind == Material::CONDUCTOR) return {mirrored, fresnel_conductor(m, out.z), 1, true};
-    if (std::abs(m.ior - 1) < SAME_IOR) return {-out, m.albedo, 1, true};
+MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe) {
+    const Vec3 mirrored = {-wo.x, -wo.y, wo.z};
+    if (m.kind == Material::CONDUCTOR) return {mirrored, fresnel_conductor(m, wo.z), 1, true};
+    if (std::abs(m.ior - 1) < SAME_IOR) return {-wo, m.albedo, 1, true};
     const float eta = relative_ior(m, front);
-    const float fresnel = fresnel_dielectric(out.z, eta);
+    const float fresnel = fresnel_dielectric(wo.z, eta);
     if (lobe < fresnel) return {mirrored, {1, 1, 1}, fresnel, true};
-    Vec3 in;
-    if (!refract(out, {0, 0, 1}, eta, in)) return nothing();
-    return {in, m.albedo, 1 - fresnel, true};
+    Vec3 wi;
+    if (!refract(wo, {0, 0, 1}, eta, wi)) return nothing();
+    return {wi, m.albedo, 1 - fresnel, true};
 }
 
 // A direction of a rough material's mixture.
-bool sample_rough(const Material &m, bool front, Vec3 out, Vec2 u, float lobe, Vec3 &in) {
+bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Vec3 &wi) {
     const bool metal = m.kind == Material::CONDUCTOR;
-    const float wide = metal ? loss(conductor_energy(m), out.z) : loss(m, front, out.z);
+    const float wide = metal ? loss(conductor_energy(m), wo.z) : loss(m, front, wo.z);
     if (u.x < wide) {
-        in = square_to_cosine_hemisphere({u.x / wide, u.y});
-        if (!metal && lobe < m.energy->passed_loss[front ? 0 : 1]) in.z = -in.z;
+        wi = square_to_cosine_hemisphere({u.x / wide, u.y});
+        if (!metal && lobe < m.energy->passed_loss[front ? 0 : 1]) wi.z = -wi.z;
         return true;
     }
     const Vec3 h =
-        ggx_visible_normal(alpha_of(m), out, square_to_disc({(u.x - wide) / (1 - wide), u.y}));
-    const float cosine = dot(out, h);
+        ggx_visible_normal(alpha_of(m), wo, square_to_disc({(u.x - wide) / (1 - wide), u.y}));
+    const float cosine = dot(wo, h);
     if (!(cosine > 0)) return false;
     const float eta = relative_ior(m, front);
     if (metal || lobe < fresnel_dielectric(cosine, eta)) {
-        in = normalize(2 * cosine * h - out);
-        return in.z > 0;
+        wi = normalize(2 * cosine * h - wo);
+        return wi.z > 0;
     }
-    return refract(out, h, eta, in) && in.z < 0;
+    return refract(wo, h, eta, wi) && wi.z < 0;
 }
 
 } // namespace
@@ -238,27 +238,27 @@ void material_prepare(Material &m) {
     e.passed_loss[1] = passed[1] * e.mean_loss[0] / larger;
 }
 
-Vec3 specular_eval(const Material &m, bool front, Vec3 out, Vec3 in) {
-    if (material_is_smooth(m) || in.z == 0) return {0, 0, 0};
-    if (m.kind == Material::DIELECTRIC) return dielectric_eval(m, front, out, in);
+Vec3 specular_eval(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    if (material_is_smooth(m) || wi.z == 0) return {0, 0, 0};
+    if (m.kind == Material::DIELECTRIC) return dielectric_eval(m, front, wo, wi);
     if (m.kind == Material::METALLIC_ROUGHNESS)
-        return in.z > 0 ? mixture_value(m, out, in).eval : Vec3{0, 0, 0};
-    return in.z > 0 ? conductor_eval(m, out, in) : Vec3{0, 0, 0};
+        return wi.z > 0 ? mixture_value(m, wo, wi).eval : Vec3{0, 0, 0};
+    return wi.z > 0 ? conductor_eval(m, wo, wi) : Vec3{0, 0, 0};
 }
 
-float specular_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
-    if (material_is_smooth(m) || in.z == 0) return 0;
-    if (m.kind == Material::DIELECTRIC) return dielectric_pdf(m, front, out, in);
-    if (m.kind == Material::METALLIC_ROUGHNESS) return in.z > 0 ? mixture_value(m, out, in).pdf : 0;
-    return in.z > 0 ? conductor_pdf(m, out, in) : 0;
+float specular_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    if (material_is_smooth(m) || wi.z == 0) return 0;
+    if (m.kind == Material::DIELECTRIC) return dielectric_pdf(m, front, wo, wi);
+    if (m.kind == Material::METALLIC_ROUGHNESS) return wi.z > 0 ? mixture_value(m, wo, wi).pdf : 0;
+    return wi.z > 0 ? conductor_pdf(m, wo, wi) : 0;
 }
 
-MaterialSample specular_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe) {
-    if (material_is_smooth(m)) return sample_smooth(m, front, out, u.x);
-    if (m.kind == Material::METALLIC_ROUGHNESS) return mixture_sample(m, out, u);
-    Vec3 in;
-    if (!sample_rough(m, front, out, u, lobe, in)) return nothing();
-    const float pdf = specular_pdf(m, front, out, in);
+MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
+    if (material_is_smooth(m)) return sample_smooth(m, front, wo, u.x);
+    if (m.kind == Material::METALLIC_ROUGHNESS) return mixture_sample(m, wo, u);
+    Vec3 wi;
+    if (!sample_rough(m, front, wo, u, lobe, wi)) return nothing();
+    const float pdf = specular_pdf(m, front, wo, wi);
     if (!(pdf > 0) || !std::isfinite(pdf)) return nothing();
-    return {in, (1 / pdf) * specular_eval(m, front, out, in), pdf, false};
+    return {wi, (1 / pdf) * specular_eval(m, front, wo, wi), pdf, false};
 }

@@ -2,8 +2,8 @@
 // Surface scattering: three functions, eval, sample and pdf, with a case for each kind of material.
 //
 // Directions are unit vectors that point away from the surface, in a local frame whose +z is the
-// normal on the side of `out`, where the path comes from the camera; `in` is where light comes
-// from. Densities are per steradian. `front` says whether `out` is on the front of the surface.
+// normal on the side of `wo`, where the path comes from the camera; `wi` is where light comes
+// from. Densities are per steradian. `front` says whether `wo` is on the front of the surface.
 //
 // What a path carries is radiance over the squared index of refraction, which stays the same along
 // a refracted ray: dielectrics need no factor for rays that come together in the denser medium, and
@@ -65,36 +65,36 @@ inline bool material_is_smooth(const Material &m) {
 }
 
 struct MaterialSample {
-    Vec3 in;
+    Vec3 wi;
     Vec3 weight; // eval / pdf
     float pdf;   // 0: no direction found, the path ends
     bool smooth; // pdf is a probability, and nothing else finds this direction
 };
 
 // The same three for all kinds but the diffuse.
-Vec3 specular_eval(const Material &m, bool front, Vec3 out, Vec3 in);
-float specular_pdf(const Material &m, bool front, Vec3 out, Vec3 in);
-MaterialSample specular_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe);
+Vec3 specular_eval(const Material &m, bool front, Vec3 wo, Vec3 wi);
+float specular_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi);
+MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe);
 
-// The scattering function times the cosine of `in`.
-inline Vec3 material_eval(const Material &m, bool front, Vec3 out, Vec3 in) {
-    if (m.kind != Material::DIFFUSE) return specular_eval(m, front, out, in);
-    return (std::max(0.0f, in.z) / PI) * m.albedo;
+// The scattering function times the cosine of `wi`.
+inline Vec3 material_eval(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    if (m.kind != Material::DIFFUSE) return specular_eval(m, front, wo, wi);
+    return (std::max(0.0f, wi.z) / PI) * m.albedo;
 }
 
-// The density with which material_sample chooses `in`.
-inline float material_pdf(const Material &m, bool front, Vec3 out, Vec3 in) {
-    if (m.kind != Material::DIFFUSE) return specular_pdf(m, front, out, in);
-    return std::max(0.0f, in.z) / PI;
+// The density with which material_sample chooses `wi`.
+inline float material_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    if (m.kind != Material::DIFFUSE) return specular_pdf(m, front, wo, wi);
+    return std::max(0.0f, wi.z) / PI;
 }
 
 // Lobes are chosen by u.x, which is then stretched over the lobe. Rough glass alone cannot: its
 // Fresnel term depends on the facet that u chose, so `lobe` decides between reflection and
 // transmission there.
-inline MaterialSample material_sample(const Material &m, bool front, Vec3 out, Vec2 u, float lobe) {
-    if (m.kind != Material::DIFFUSE) return specular_sample(m, front, out, u, lobe);
-    const Vec3 in = square_to_cosine_hemisphere(u);
-    return {in, m.albedo, in.z / PI, false};
+inline MaterialSample material_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
+    if (m.kind != Material::DIFFUSE) return specular_sample(m, front, wo, u, lobe);
+    const Vec3 wi = square_to_cosine_hemisphere(u);
+    return {wi, m.albedo, wi.z / PI, false};
 }
 
 // The share of light that comes back, about: what pictures of albedo show. White for glass.

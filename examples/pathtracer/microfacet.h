@@ -67,11 +67,11 @@ inline float fresnel_dielectric(float cosine, float eta) {
 
 // The direction opposite to o after refraction by a facet of normal h, o.h > 0. False when nothing
 // passes.
-inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &in) {
+inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
     const float cosine = dot(o, h);
     const float squared_sine = (1 - cosine * cosine) / (eta * eta);
     if (squared_sine >= 1) return false;
     const float far_cosine = std::sqrt(1 - squared_sine);
-    in = normalize((-1 / eta) * o + (cosine / eta - far_cosine) * h);
+    wi = normalize((-1 / eta) * o + (cosine / eta - far_cosine) * h);
     return true;
 }

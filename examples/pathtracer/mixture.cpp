@@ -88,10 +88,10 @@ Left left_at(const Mixture &x, FacetAlbedo f) {
     return {std::max(0.0f, 1 - f.at(x.coat) - x.coat_multiple * lost), lost};
 }
 
-// The share of directions that are sampled by facets: by what they return at the cosine of `out`,
+// The share of directions that are sampled by facets: by what they return at the cosine of `wo`,
 // as the rest is sampled by its cosine.
-float facet_share(const Mixture &x, Vec3 out, Left &left) {
-    const FacetAlbedo f = facet_albedo(x, out.z);
+float facet_share(const Mixture &x, Vec3 wo, Left &left) {
+    const FacetAlbedo f = facet_albedo(x, wo.z);
     left = left_at(x, f);
     const float facets = luminance(x.reflectance) * f.bound + f.edge;
     const float rest = luminance(x.ground) * left.by_coat * x.mean_left +
@@ -99,47 +99,47 @@ float facet_share(const Mixture &x, Vec3 out, Left &left) {
     return rest > 0 ? std::clamp(facets / (facets + rest), 0.1f, 0.99f) : 1;
 }
 
-float mixture_facet_pdf(const Mixture &x, Vec3 out, Vec3 h) {
-    return 0.25f * ggx_masking(x.alpha, out) * ggx_density(x.alpha, h);
+float mixture_facet_pdf(const Mixture &x, Vec3 wo, Vec3 h) {
+    return 0.25f * ggx_masking(x.alpha, wo) * ggx_density(x.alpha, h);
 }
 
-MixtureValue value_of(const Mixture &x, Vec3 out, Vec3 in) {
-    const Vec3 h = normalize_or(out + in, {0, 0, 1});
+MixtureValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
+    const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
     Left near;
-    const float share = facet_share(x, out, near);
-    const Left far = left_at(x, facet_albedo(x, in.z));
-    const float facets = 0.25f * ggx_density(x.alpha, h) * ggx_shadowing(x.alpha, out, in) * in.z;
-    const float edge = schlick_edge(dot(out, h));
-    const float flat = in.z / PI;
+    const float share = facet_share(x, wo, near);
+    const Left far = left_at(x, facet_albedo(x, wi.z));
+    const float facets = 0.25f * ggx_density(x.alpha, h) * ggx_shadowing(x.alpha, wo, wi) * wi.z;
+    const float edge = schlick_edge(dot(wo, h));
+    const float flat = wi.z / PI;
     return {(facets * (1 - edge)) * x.reflectance +
                 Vec3{facets * edge, facets * edge, facets * edge} +
                 (flat * near.by_coat * far.by_coat) * x.ground +
                 (flat * near.by_facets * far.by_facets) * x.multiple,
-            share * mixture_facet_pdf(x, out, h) + (1 - share) * flat};
+            share * mixture_facet_pdf(x, wo, h) + (1 - share) * flat};
 }
 
 } // namespace
 
-MixtureValue mixture_value(const Material &m, Vec3 out, Vec3 in) {
-    return value_of(mixture(m), out, in);
+MixtureValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
+    return value_of(mixture(m), wo, wi);
 }
 
-MaterialSample mixture_sample(const Material &m, Vec3 out, Vec2 u) {
+MaterialSample mixture_sample(const Material &m, Vec3 wo, Vec2 u) {
     const Mixture x = mixture(m);
     Left left;
-    const float share = facet_share(x, out, left);
-    Vec3 in;
+    const float share = facet_share(x, wo, left);
+    Vec3 wi;
     // u.x chooses the lobe, and what is left of it is stretched to [0, 1) again.
     if (u.x < share) {
         u.x = std::min(u.x / share, 1 - DRAW_STEP);
-        const Vec3 h = ggx_visible_normal(x.alpha, out, square_to_disc(u));
-        in = normalize(2 * dot(out, h) * h - out);
+        const Vec3 h = ggx_visible_normal(x.alpha, wo, square_to_disc(u));
+        wi = normalize(2 * dot(wo, h) * h - wo);
     } else {
         u.x = std::min((u.x - share) / (1 - share), 1 - DRAW_STEP);
-        in = square_to_cosine_hemisphere(u);
+        wi = square_to_cosine_hemisphere(u);
     }
-    if (!(in.z > 0)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
-    const MixtureValue value = value_of(x, out, in);
+    if (!(wi.z > 0)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
+    const MixtureValue value = value_of(x, wo, wi);
     if (!(value.pdf > 0) || !std::isfinite(value.pdf)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
-    return {in, (1 / value.pdf) * value.eval, value.pdf, false};
+    return {wi, (1 / value.pdf) * value.eval, value.pdf, false};
 }

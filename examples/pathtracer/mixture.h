@@ -4,13 +4,13 @@
 
 #include "material.h"
 
-// The scattering function times the cosine of `in`, and the density with which mixture_sample()
+// The scattering function times the cosine of `wi`, and the density with which mixture_sample()
 // chooses it.
 struct MixtureValue {
     Vec3 eval;
     float pdf;
 };
 
-MixtureValue mixture_value(const Material &material, Vec3 out, Vec3 in);
+MixtureValue mixture_value(const Material &material, Vec3 wo, Vec3 wi);
 
-MaterialSample mixture_sample(const Material &material, Vec3 out, Vec2 u);
+MaterialSample mixture_sample(const Material &material, Vec3 wo, Vec2 u);

@@ -113,26 +113,25 @@ Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices
     return middle;
 }
 
-Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 out) {
+Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     // The least cosine between the surface and the mirrored direction.
-    const float facing = dot(geometric, out);
+    const float facing = dot(geometric, wo);
     const float least = std::min(0.9f * facing, 0.01f);
     // What is seen from behind is taken as seen from its edge.
-    const float aside = dot(normal, out);
-    if (aside < 0) normal = normalize_or(normal - aside * out, geometric);
-    const Vec3 mirrored = 2 * std::max(aside, 0.0f) * normal - out;
+    const float aside = dot(normal, wo);
+    if (aside < 0) normal = normalize_or(normal - aside * wo, geometric);
+    const Vec3 mirrored = 2 * std::max(aside, 0.0f) * normal - wo;
     const float below = least - dot(mirrored, geometric);
     if (!(below > 0)) return normal;
     // Moved along the normal until it is above, or straight up where that would take too long.
     const float rise = dot(normal, geometric);
     const Vec3 lifted =
         rise > 0.1f ? mirrored + (below / rise) * normal : mirrored + below * geometric;
-    return normalize_or(out + normalize_or(lifted, geometric), geometric);
+    return normalize_or(wo + normalize_or(lifted, geometric), geometric);
 }
 
-Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal,
-                    Vec3 out) {
-    const bool front = dot(normal, out) > 0;
+Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo) {
+    const bool front = dot(normal, wo) > 0;
     const Vec3 geometric = front ? normal : -normal;
     if (scene.normals.empty() && scene.maps.empty()) return geometric;
     Vec3 smooth = normal;
@@ -146,11 +145,11 @@ Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec
         scene.materials[scene.surfaces[triangle].material].kind != Material::DIFFUSE;
     if (!scene.maps.empty()) {
         const Vec3 bent = mapped_normal(scene, {triangle, u, v}, smooth);
-        if (mirrors || dot(front ? bent : -bent, out) > 0) smooth = bent;
+        if (mirrors || dot(front ? bent : -bent, wo) > 0) smooth = bent;
     }
     const Vec3 turned = front ? smooth : -smooth;
-    if (mirrors) return mirroring_normal(turned, geometric, out);
-    return dot(turned, out) > 0 ? turned : geometric;
+    if (mirrors) return mirroring_normal(turned, geometric, wo);
+    return dot(turned, wo) > 0 ? turned : geometric;
 }
 
 const std::vector<SceneEntry> &scene_entries() {

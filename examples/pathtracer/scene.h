@@ -68,17 +68,17 @@ void scene_finish(Scene &scene);
 // well.
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
-// The normal to shade a hit with: `normal`, turned to the side of `out`, or the one interpolated
+// The normal to shade a hit with: `normal`, turned to the side of `wo`, or the one interpolated
 // between vertices or bent by a map where there is such. Materials that reflect get one that
-// mirrors `out` above the surface, diffuse ones one that has `out` on its front.
-Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 out);
+// mirrors `wo` above the surface, diffuse ones one that has `wo` on its front.
+Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo);
 
-// A normal to shade with, bent as little as it takes that `out` is mirrored above the surface,
+// A normal to shade with, bent as little as it takes that `wo` is mirrored above the surface,
 // whose normal is `geometric`: else mirrors under a normal map have black spots where they would
 // show the inside of what they cover (Keller et al., "The Iray Light Transport Simulation and
-// Rendering System", 2017, adapt shading normals in this way). `out` is on the front of the
+// Rendering System", 2017, adapt shading normals in this way). `wo` is on the front of the
 // surface.
-Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 out);
+Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo);
 
 struct SceneEntry {
     const char *name;

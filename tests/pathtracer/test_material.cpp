@@ -94,15 +94,15 @@ std::vector<Case> rough_cases() {
 // Cells of the sphere: rows in the angle to the normal, columns in longitude.
 constexpr int ROWS = 32, COLUMNS = 24;
 
-int cell_of(Vec3 in) {
-    const float angle = std::atan2(std::sqrt(in.x * in.x + in.y * in.y), in.z) / PI;
-    const float turn = std::atan2(in.y, in.x) / (2 * PI) + 0.5f;
+int cell_of(Vec3 wi) {
+    const float angle = std::atan2(std::sqrt(wi.x * wi.x + wi.y * wi.y), wi.z) / PI;
+    const float turn = std::atan2(wi.y, wi.x) / (2 * PI) + 0.5f;
     return std::min(static_cast<int>(angle * ROWS), ROWS - 1) * COLUMNS +
            std::min(static_cast<int>(turn * COLUMNS), COLUMNS - 1);
 }
 
 // The integral of the pdf over each cell, by the midpoints of a fine grid.
-std::vector<double> cell_probabilities(const Case &c, Vec3 out) {
+std::vector<double> cell_probabilities(const Case &c, Vec3 wo) {
     const int fine_rows = 48, fine_columns = 64;
     const double pi = static_cast<double>(PI);
     std::vector<double> result(ROWS * COLUMNS);
@@ -112,11 +112,11 @@ std::vector<double> cell_probabilities(const Case &c, Vec3 out) {
             std::sin(angle) * pi / (ROWS * fine_rows) * 2 * pi / (COLUMNS * fine_columns);
         for (int x = 0; x < COLUMNS * fine_columns; ++x) {
             const double longitude = 2 * pi * ((x + 0.5) / (COLUMNS * fine_columns) - 0.5);
-            const Vec3 in = {static_cast<float>(std::sin(angle) * std::cos(longitude)),
+            const Vec3 wi = {static_cast<float>(std::sin(angle) * std::cos(longitude)),
                              static_cast<float>(std::sin(angle) * std::sin(longitude)),
                              static_cast<float>(std::cos(angle))};
             result[static_cast<size_t>(y / fine_rows * COLUMNS + x / fine_columns)] +=
-                solid_angle * static_cast<double>(material_pdf(c.material, c.front, out, in));
+                solid_angle * static_cast<double>(material_pdf(c.material, c.front, wo, wi));
         }
     }
     return result;
@@ -125,18 +125,18 @@ std::vector<double> cell_probabilities(const Case &c, Vec3 out) {
 void test_samples_follow_the_pdf() {
     uint64_t seed = 1;
     for (const Case &c : rough_cases()) {
-        const Vec3 out = direction(c.cosine, 0.4f);
-        const std::vector<double> expected = cell_probabilities(c, out);
+        const Vec3 wo = direction(c.cosine, 0.4f);
+        const std::vector<double> expected = cell_probabilities(c, wo);
         std::vector<double> counted(expected.size());
         const int count = 60000;
         int found = 0;
         Random random{seed++};
         for (int i = 0; i < count; ++i) {
             const Vec2 u = {random(), random()};
-            const MaterialSample s = material_sample(c.material, c.front, out, u, random());
+            const MaterialSample s = material_sample(c.material, c.front, wo, u, random());
             if (!(s.pdf > 0)) continue;
             ++found;
-            ++counted[static_cast<size_t>(cell_of(s.in))];
+            ++counted[static_cast<size_t>(cell_of(s.wi))];
         }
         double total = 0, chi_square = 0, rest_expected = 0, rest_counted = 0;
         int cells = 0;
@@ -172,15 +172,15 @@ void test_weight_is_eval_over_pdf() {
     Random random{7};
     for (const Case &c : rough_cases())
         for (int i = 0; i < 2000; ++i) {
-            const Vec3 out = direction(random(), 6 * random());
-            if (!(out.z > 0)) continue;
+            const Vec3 wo = direction(random(), 6 * random());
+            if (!(wo.z > 0)) continue;
             const Vec2 u = {random(), random()};
-            const MaterialSample s = material_sample(c.material, c.front, out, u, random());
+            const MaterialSample s = material_sample(c.material, c.front, wo, u, random());
             if (!(s.pdf > 0)) continue;
             CHECK(!s.smooth, "%s", c.name);
-            CHECK(std::abs(length(s.in) - 1) < 1e-5f, "%s: length %g", c.name, length(s.in));
-            const float pdf = material_pdf(c.material, c.front, out, s.in);
-            const Vec3 value = material_eval(c.material, c.front, out, s.in);
+            CHECK(std::abs(length(s.wi) - 1) < 1e-5f, "%s: length %g", c.name, length(s.wi));
+            const float pdf = material_pdf(c.material, c.front, wo, s.wi);
+            const Vec3 value = material_eval(c.material, c.front, wo, s.wi);
             CHECK(std::abs(pdf - s.pdf) <= 1e-4f * s.pdf, "%s: %g and %g", c.name, pdf, s.pdf);
             const float error = max_magnitude(value - s.pdf * s.weight);
             CHECK(error <= 1e-4f * s.pdf, "%s: off by %g of %g", c.name, error, s.pdf);
@@ -188,32 +188,32 @@ void test_weight_is_eval_over_pdf() {
         }
 }
 
-// f(o, i) = f(i, o), over the squared index of refraction of the side of `in` for what passes: the
+// f(o, i) = f(i, o), over the squared index of refraction of the side of `wi` for what passes: the
 // quantity carried is radiance over that square.
 void test_reciprocity() {
     Random random{11};
     for (const Case &c : rough_cases())
         for (int i = 0; i < 4000; ++i) {
-            const Vec3 out = direction(0.02f + 0.98f * random(), 6.2f * random());
-            Vec3 in = direction(0.02f + 0.98f * random(), 6.2f * random());
+            const Vec3 wo = direction(0.02f + 0.98f * random(), 6.2f * random());
+            Vec3 wi = direction(0.02f + 0.98f * random(), 6.2f * random());
             const bool passes = c.material.kind == Material::DIELECTRIC && random() < 0.5f;
             Vec3 there, back;
             float scale = 1;
             if (passes) {
-                // Seen from the other side, +z is the other way, and `in` is where the path comes
+                // Seen from the other side, +z is the other way, and `wi` is where the path comes
                 // from.
                 const auto turned = [](Vec3 v) { return Vec3{v.x, v.y, -v.z}; };
-                in.z = -in.z;
-                there = material_eval(c.material, c.front, out, in);
-                back = material_eval(c.material, !c.front, turned(in), turned(out));
+                wi.z = -wi.z;
+                there = material_eval(c.material, c.front, wo, wi);
+                back = material_eval(c.material, !c.front, turned(wi), turned(wo));
                 const float eta = c.front ? c.material.ior : 1 / c.material.ior;
                 scale = 1 / (eta * eta);
             } else {
-                there = material_eval(c.material, c.front, out, in);
-                back = material_eval(c.material, c.front, in, out);
+                there = material_eval(c.material, c.front, wo, wi);
+                back = material_eval(c.material, c.front, wi, wo);
             }
-            there = (scale / std::abs(in.z)) * there;
-            back = (1 / std::abs(out.z)) * back;
+            there = (scale / std::abs(wi.z)) * there;
+            back = (1 / std::abs(wo.z)) * back;
             const float error = max_magnitude(there - back);
             CHECK(error <= 2e-3f * max_component(there) + 1e-5f,
                   "%s, roughness %g, front %d, passes %d: %g and %g", c.name, c.material.roughness,
@@ -222,7 +222,7 @@ void test_reciprocity() {
 }
 
 // The share of light from all around that comes back in direction out.
-Vec3 albedo(const Material &m, bool front, Vec3 out, uint64_t seed, int side) {
+Vec3 albedo(const Material &m, bool front, Vec3 wo, uint64_t seed, int side) {
     Random random{seed};
     const float n = static_cast<float>(side);
     double sum[3] = {};
@@ -230,7 +230,7 @@ Vec3 albedo(const Material &m, bool front, Vec3 out, uint64_t seed, int side) {
         for (int x = 0; x < side; ++x) {
             const Vec2 u = {(static_cast<float>(x) + random()) / n,
                             (static_cast<float>(y) + random()) / n};
-            const MaterialSample s = material_sample(m, front, out, u, random());
+            const MaterialSample s = material_sample(m, front, wo, u, random());
             if (!(s.pdf > 0)) continue;
             sum[0] += static_cast<double>(s.weight.x);
             sum[1] += static_cast<double>(s.weight.y);
@@ -248,13 +248,13 @@ void test_white_furnace() {
     for (const float cosine : {1.0f, 0.8f, 0.5f, 0.2f, 0.05f})
         for (int r = 0; r <= 20; ++r) {
             const float roughness = static_cast<float>(r) / 20;
-            const Vec3 out = direction(cosine, 1);
-            const float metal = albedo(conductor({1, 1, 1}, roughness), true, out, 3, 200).y;
+            const Vec3 wo = direction(cosine, 1);
+            const float metal = albedo(conductor({1, 1, 1}, roughness), true, wo, 3, 200).y;
             CHECK(metal < 1.01f && metal > (roughness < 0.2f ? 0.93f : 0.99f),
                   "conductor, roughness %g, cosine %g: %g", roughness, cosine, metal);
             for (const bool front : {true, false})
                 for (const float ior : {1.33f, 1.5f, 2.4f, 0.8f}) {
-                    const float glass = albedo(dielectric(ior, roughness), front, out, 5, 120).y;
+                    const float glass = albedo(dielectric(ior, roughness), front, wo, 5, 120).y;
                     CHECK(glass < 1.012f && glass > (roughness < 0.35f ? 0.9f : 0.988f),
                           "dielectric %g, roughness %g, front %d, cosine %g: %g", ior, roughness,
                           front, cosine, glass);
@@ -284,10 +284,10 @@ void test_ends_of_the_mixture() {
         const Material metal = metallic_roughness(gold, 1, roughness);
         const Material same = conductor(gold, roughness);
         for (int i = 0; i < 1000; ++i) {
-            const Vec3 out = direction(0.05f + 0.95f * random(), 6.2f * random());
-            const Vec3 in = direction(0.05f + 0.95f * random(), 6.2f * random());
-            const Vec3 a = material_eval(metal, true, out, in);
-            const Vec3 b = material_eval(same, true, out, in);
+            const Vec3 wo = direction(0.05f + 0.95f * random(), 6.2f * random());
+            const Vec3 wi = direction(0.05f + 0.95f * random(), 6.2f * random());
+            const Vec3 a = material_eval(metal, true, wo, wi);
+            const Vec3 b = material_eval(same, true, wo, wi);
             CHECK(max_magnitude(a - b) < 2e-3f * max_component(b) + 1e-4f, "%g and %g", a.x, b.x);
         }
         const Material black = metallic_roughness({0, 0, 0}, 0, roughness);
@@ -306,33 +306,33 @@ void test_ends_of_the_mixture() {
 void test_single_scattering() {
     for (const float roughness : {0.4f, 0.7f, 1.0f})
         for (const float cosine : {1.0f, 0.5f, 0.2f}) {
-            const Vec3 out = direction(cosine, 1);
+            const Vec3 wo = direction(cosine, 1);
             const float alpha = roughness * roughness;
             Random random{11};
             const int count = 60000;
             double kept = 0;
             for (int i = 0; i < count; ++i) {
                 const Vec2 u = {random(), random()};
-                const Vec3 h = ggx_visible_normal(alpha, out, square_to_disc(u));
-                const Vec3 in = 2 * dot(out, h) * h - out;
-                if (!(in.z > 0)) continue;
-                // The share of facets seen from `out` that is seen from `in` as well.
-                kept += static_cast<double>(in.z * ggx_shadowing(alpha, out, in) /
-                                            ggx_masking(alpha, out));
+                const Vec3 h = ggx_visible_normal(alpha, wo, square_to_disc(u));
+                const Vec3 wi = 2 * dot(wo, h) * h - wo;
+                if (!(wi.z > 0)) continue;
+                // The share of facets seen from `wo` that is seen from `wi` as well.
+                kept += static_cast<double>(wi.z * ggx_shadowing(alpha, wo, wi) /
+                                            ggx_masking(alpha, wo));
             }
             const auto expected = static_cast<float>(kept / count);
             const float metal =
-                albedo(single_scattering(conductor({1, 1, 1}, roughness)), true, out, 3, 200).y;
+                albedo(single_scattering(conductor({1, 1, 1}, roughness)), true, wo, 3, 200).y;
             CHECK(std::abs(metal - expected) < 0.01f, "roughness %g, cosine %g: %g, not %g",
                   roughness, cosine, metal, expected);
             const Material mixture = metallic_roughness({1, 1, 1}, 1, roughness);
-            const float mixed = albedo(single_scattering(mixture), true, out, 3, 200).y;
+            const float mixed = albedo(single_scattering(mixture), true, wo, 3, 200).y;
             CHECK(std::abs(mixed - expected) < 0.01f, "roughness %g, cosine %g: %g, not %g",
                   roughness, cosine, mixed, expected);
             if (roughness < 0.7f) continue;
             const Material glass = dielectric(1.5f, roughness);
-            const float all = albedo(glass, true, out, 5, 120).y;
-            const float one = albedo(single_scattering(glass), true, out, 5, 120).y;
+            const float all = albedo(glass, true, wo, 5, 120).y;
+            const float one = albedo(single_scattering(glass), true, wo, 5, 120).y;
             CHECK(one < all - 0.01f && one > 0.3f, "roughness %g, cosine %g: %g of %g", roughness,
                   cosine, one, all);
         }
@@ -350,9 +350,9 @@ void test_conductor_colour() {
               "roughness %g: %g %g %g", roughness, seen.x, seen.y, seen.z);
     }
     // 82 degrees, where the edge tint is defined.
-    const Vec3 out = direction(1.0f / 7, 0);
-    const float plain = albedo(conductor({0.5f, 0.5f, 0.5f}, 0), true, out, 1, 4).x;
-    const float tinted = albedo(conductor({0.5f, 0.5f, 0.5f}, 0, {0.6f, 1, 1}), true, out, 1, 4).x;
+    const Vec3 wo = direction(1.0f / 7, 0);
+    const float plain = albedo(conductor({0.5f, 0.5f, 0.5f}, 0), true, wo, 1, 4).x;
+    const float tinted = albedo(conductor({0.5f, 0.5f, 0.5f}, 0, {0.6f, 1, 1}), true, wo, 1, 4).x;
     CHECK(std::abs(tinted - 0.6f * plain) < 1e-4f, "%g and %g", tinted, plain);
 }
 
@@ -362,19 +362,19 @@ void test_smooth_dielectric() {
     Random random{1};
     for (int i = 0; i < 2000; ++i) {
         const bool front = random() < 0.5f;
-        const Vec3 out = direction(1 - random() * 0.99f, 6 * random());
-        const MaterialSample s = material_sample(glass, front, out, {random(), random()}, random());
+        const Vec3 wo = direction(1 - random() * 0.99f, 6 * random());
+        const MaterialSample s = material_sample(glass, front, wo, {random(), random()}, random());
         CHECK(s.smooth && s.pdf > 0 && s.weight.x == 1, "pdf %g, weight %g", s.pdf, s.weight.x);
-        CHECK(max_component(material_eval(glass, front, out, s.in)) == 0, "not zero");
-        if (s.in.z > 0) continue;
+        CHECK(max_component(material_eval(glass, front, wo, s.wi)) == 0, "not zero");
+        if (s.wi.z > 0) continue;
         // Snell's law, and all three directions in one plane.
         const float eta = front ? 1.5f : 1 / 1.5f;
-        CHECK(std::abs(out.x + eta * s.in.x) < 1e-5f && std::abs(out.y + eta * s.in.y) < 1e-5f,
-              "cosine %g", out.z);
+        CHECK(std::abs(wo.x + eta * s.wi.x) < 1e-5f && std::abs(wo.y + eta * s.wi.y) < 1e-5f,
+              "cosine %g", wo.z);
     }
     // From within at a flat angle everything is reflected.
     const MaterialSample inside = material_sample(glass, false, direction(0.3f, 0), {0, 0}, 0.99f);
-    CHECK(inside.in.z > 0 && inside.pdf == 1, "pdf %g", inside.pdf);
+    CHECK(inside.wi.z > 0 && inside.pdf == 1, "pdf %g", inside.pdf);
 }
 
 // An index of refraction of 1 is no surface at all, however rough.
@@ -382,16 +382,16 @@ void test_same_ior() {
     for (const float roughness : {0.0f, 0.3f, 1.0f}) {
         const Material nothing = dielectric(1, roughness);
         for (const bool front : {true, false}) {
-            const Vec3 out = direction(0.4f, 2);
-            const MaterialSample s = material_sample(nothing, front, out, {0.3f, 0.6f}, 0);
-            CHECK(s.smooth && s.weight.x == 1 && max_magnitude(s.in + out) == 0, "bent");
+            const Vec3 wo = direction(0.4f, 2);
+            const MaterialSample s = material_sample(nothing, front, wo, {0.3f, 0.6f}, 0);
+            CHECK(s.smooth && s.weight.x == 1 && max_magnitude(s.wi + wo) == 0, "bent");
         }
         // Nearly 1 is nearly straight.
         const Material haze = dielectric(1.002f, roughness);
-        const Vec3 out = direction(0.6f, 2);
-        const MaterialSample s = material_sample(haze, true, out, {0.3f, 0.6f}, 0.5f);
-        CHECK(s.pdf > 0 && max_magnitude(s.in + out) < 0.05f && std::abs(s.weight.x - 1) < 0.05f,
-              "roughness %g: off by %g, weight %g", roughness, max_magnitude(s.in + out),
+        const Vec3 wo = direction(0.6f, 2);
+        const MaterialSample s = material_sample(haze, true, wo, {0.3f, 0.6f}, 0.5f);
+        CHECK(s.pdf > 0 && max_magnitude(s.wi + wo) < 0.05f && std::abs(s.weight.x - 1) < 0.05f,
+              "roughness %g: off by %g, weight %g", roughness, max_magnitude(s.wi + wo),
               s.weight.x);
     }
 }
@@ -420,13 +420,13 @@ void test_nothing_is_nan() {
                     for (const float x : corners)
                         for (const float y : corners)
                             for (const float lobe : corners) {
-                                const Vec3 out = direction(cosine, 0.7f);
+                                const Vec3 wo = direction(cosine, 0.7f);
                                 const MaterialSample s =
-                                    material_sample(m, front, out, {x, y}, lobe);
+                                    material_sample(m, front, wo, {x, y}, lobe);
                                 CHECK(std::isfinite(s.pdf) && s.pdf >= 0,
                                       "pdf %g, roughness %g, cosine %g", s.pdf, roughness, cosine);
                                 if (s.pdf == 0) continue;
-                                CHECK(is_finite(s.in) && is_finite(s.weight),
+                                CHECK(is_finite(s.wi) && is_finite(s.weight),
                                       "kind %d, ior %g, roughness %g, cosine %g, %g %g",
                                       static_cast<int>(m.kind), m.ior, roughness, cosine, x, y);
                                 CHECK(s.weight.x >= 0 && s.weight.x < 1000,
@@ -436,10 +436,10 @@ void test_nothing_is_nan() {
                                 for (const float other : cosines)
                                     for (const float sign : {-1.0f, 1.0f})
                                         for (const float longitude : {0.7f, 0.7f + PI, 2.0f}) {
-                                            Vec3 in = direction(other, longitude);
-                                            in.z *= sign;
-                                            const Vec3 f = material_eval(m, front, out, in);
-                                            const float p = material_pdf(m, front, out, in);
+                                            Vec3 wi = direction(other, longitude);
+                                            wi.z *= sign;
+                                            const Vec3 f = material_eval(m, front, wo, wi);
+                                            const float p = material_pdf(m, front, wo, wi);
                                             CHECK(is_finite(f) && f.x >= 0 && std::isfinite(p) &&
                                                       p >= 0,
                                                   "kind %d, ior %g, roughness %g, cosines %g %g: "

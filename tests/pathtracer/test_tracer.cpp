@@ -380,6 +380,51 @@ void test_light_samples() {
     }
 }
 
+// A floor in a room whose walls and ceiling shine sees the same light everywhere. Scattered rays and
+// light samples find it about equally well, so a wrong weight between them shows, for every number
+// of light samples. Nor does it matter whether the light is surfaces or a sky: half of one, as an
+// even one is left to scattered rays.
+void test_weights_of_light_samples() {
+    const auto glowing_room = [](Scene &scene) {
+        const uint32_t black = add_diffuse(scene, {0, 0, 0});
+        const Vec3 one = {1, 1, 1};
+        const Vec3 low[4] = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}};
+        const Vec3 up = {0, 1, 0};
+        for (int i = 0; i < 4; ++i)
+            add_light(scene, black, one, low[i], low[(i + 1) % 4], low[(i + 1) % 4] + up);
+        add_light(scene, black, one, low[0] + up, low[1] + up, low[2] + up);
+    };
+    const auto half_sky = [](Scene &scene) {
+        std::vector<Vec3> texels(16 * 8, {0, 0, 0});
+        for (size_t i = 0; i < texels.size(); ++i)
+            if (i % 16 < 8) texels[i] = {2, 2, 2};
+        scene.environment = std::make_shared<Environment>(environment_create(16, 8, texels));
+    };
+    const auto check = [](Scene scene, double expected, const char *what) {
+        scene_finish(scene);
+        CHECK(!scene.lights.empty(), "%s: no light to sample", what);
+        for (const uint32_t count : {1u, 2u, 8u}) {
+            scene.light_samples = count;
+            const double mean = picture(scene, {32, 1, count, "sobol"}).mean;
+            CHECK(std::abs(mean - expected) < 0.01 * expected,
+                  "%s, %u light samples: %g, should be %g", what, count, mean, expected);
+        }
+    };
+    const Camera camera = camera_look_at({0, 0.9f, 0}, {0, 0, 0}, {0, 0, -1}, 0.3f);
+    for (const bool metal : {false, true}) {
+        Scene room;
+        room.camera = camera;
+        const uint32_t floor =
+            metal ? add_conductor(room, {1, 1, 1}, 0.5f) : add_diffuse(room, {0.5f, 0.5f, 0.5f});
+        add_quad(room, floor, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1});
+        glowing_room(room);
+        check(room, metal ? 1 : 0.5, metal ? "metal in a glowing room" : "a glowing room");
+    }
+    Scene outside = floor_scene({0.5f, 0.5f, 0.5f});
+    half_sky(outside);
+    check(outside, 0.5, "half a sky");
+}
+
 // All rays of one point of the picture meet in the plane that is sharp.
 void test_lens() {
     Camera camera = camera_look_at({1, 2, 3}, {0, 0, -4}, {0, 1, 0}, 0.4f);
@@ -405,7 +450,7 @@ void test_lens() {
     CHECK(farthest < 0.2001f && farthest > 0.19f, "lens of radius %g", farthest);
 }
 
-// Whatever a normal map says, `out` is mirrored above the surface, and a normal that does so
+// Whatever a normal map says, `wo` is mirrored above the surface, and a normal that does so
 // already stays as it is. Near the limit the normal changes as little as what it is made of.
 void test_mirroring_normals() {
     Random random{5};
@@ -414,28 +459,28 @@ void test_mirroring_normals() {
             normalize_or({2 * random() - 1, 2 * random() - 1, 2 * random() - 1}, {0, 0, 1});
         return dot(v, around) < 0 ? -v : v;
     };
-    const auto mirrored = [](Vec3 n, Vec3 out) { return 2 * dot(n, out) * n - out; };
+    const auto mirrored = [](Vec3 n, Vec3 wo) { return 2 * dot(n, wo) * n - wo; };
     int kept = 0, bent = 0;
     for (int i = 0; i < 20000; ++i) {
         const Vec3 geometric = direction({0, 0, 1});
-        Vec3 out = direction(geometric);
+        Vec3 wo = direction(geometric);
         if (i % 4 == 0) // grazing
-            out = normalize(out + (0.001f - dot(out, geometric)) * geometric);
-        if (!(dot(out, geometric) > 1e-6f)) continue;
-        const Vec3 normal = direction(i % 3 == 0 ? out : geometric);
-        const Vec3 n = mirroring_normal(normal, geometric, out);
+            wo = normalize(wo + (0.001f - dot(wo, geometric)) * geometric);
+        if (!(dot(wo, geometric) > 1e-6f)) continue;
+        const Vec3 normal = direction(i % 3 == 0 ? wo : geometric);
+        const Vec3 n = mirroring_normal(normal, geometric, wo);
         CHECK(std::abs(length(n) - 1) < 1e-5f, "length %g", length(n));
-        CHECK(dot(n, out) > 0, "%g", dot(n, out));
-        const float above = dot(mirrored(n, out), geometric);
-        CHECK(above > -1e-6f, "mirrored at a cosine of %g, seen at %g", above, dot(out, geometric));
-        if (dot(normal, out) > 0 && dot(mirrored(normal, out), geometric) > 0.011f) {
+        CHECK(dot(n, wo) > 0, "%g", dot(n, wo));
+        const float above = dot(mirrored(n, wo), geometric);
+        CHECK(above > -1e-6f, "mirrored at a cosine of %g, seen at %g", above, dot(wo, geometric));
+        if (dot(normal, wo) > 0 && dot(mirrored(normal, wo), geometric) > 0.011f) {
             CHECK(length(n - normal) == 0, "changed by %g", length(n - normal));
             ++kept;
         } else if (length(n - normal) > 0.01f) {
             ++bent;
         }
         const Vec3 shifted = normalize(normal + 1e-3f * direction(geometric));
-        const Vec3 beside = mirroring_normal(shifted, geometric, out);
+        const Vec3 beside = mirroring_normal(shifted, geometric, wo);
         if (dot(normal, geometric) > 0.2f)
             CHECK(length(beside - n) < 0.03f, "%g away", length(beside - n));
     }
@@ -456,6 +501,7 @@ int main() {
     test_one_bright_texel();
     test_closed_white_box();
     test_light_samples();
+    test_weights_of_light_samples();
     test_camera_inside_glass();
     test_white_furnace();
     test_scale_and_place_do_not_matter();
