@@ -1,29 +1,45 @@
 /* SPDX-License-Identifier: Apache-2.0
- * libbn: blue noise for path tracers. This header is the whole public API and its manual.
+ * libbn: blue noise for path tracers. This header is the manual of the library: samples whose error
+ * is distributed as blue noise over the screen, dither masks, and measures of both.
+ *
+ * Two parts have headers of their own: bn_draw.h has the draws as inline functions, and neural.h
+ * makes masks with a neural network.
+ *
+ *     bn_sampler *sampler;
+ *     if (bn_sampler_create(NULL, &sampler) != BN_SUCCESS) return 1;
+ *     float u[4];
+ *     bn_sample_4d(sampler, x, y, index, domain, u);
+ *     bn_sampler_destroy(sampler);
  *
  * CONVENTIONS
  *
- * Results. Every function that can fail returns a bn_result; it prints nothing and never aborts.
- * Unless a function says otherwise, outputs are untouched when it fails.
+ * Results. Every function that can fail returns a bn_result. The library prints nothing and never
+ * ends the program. Unless a function says otherwise, a call that fails leaves its outputs
+ * untouched.
  *
- * Options. A function that takes an options structure accepts NULL for the defaults. Start from the
- * matching bn_*_options_default(), which fills struct_size, and change what you need. A structure
- * from an older, shorter version of this header gets defaults for what it lacks; one from a newer
- * version is accepted when the part this library does not know is all zero bytes, otherwise the
- * result is BN_ERROR_UNSUPPORTED.
+ * Options. A function that takes an options structure accepts NULL for the defaults. Otherwise
+ * start from the matching bn_*_options_default(), which fills in struct_size, and change what you
+ * need. Programs and libraries of different versions work together: options that an older, shorter
+ * structure lacks keep their defaults, and a newer, longer one is accepted as long as the options
+ * that this library does not know are all zero. If one is not, the result is BN_ERROR_UNSUPPORTED.
+ * A struct_size that was never set is BN_ERROR_INVALID_ARGUMENT.
  *
- * Arrays. Masks and images are row-major, x fastest: element (x, y, z) of a mask is at
- * ranks[(z * height + y) * width + x]. Every array comes with its element count; a count that is not
- * the product of the extents is BN_ERROR_SIZE_MISMATCH.
+ * Arrays. Masks and images are row-major, x fastest: texel (x, y, z) of a mask is
+ * ranks[(z * height + y) * width + x]. Every array comes with its number of elements. A count that
+ * differs from the product of the extents is BN_ERROR_SIZE_MISMATCH.
  *
- * Ranks. A mask holds every rank 0 .. count - 1 exactly once and tiles the plane (it is toroidal).
+ * Ranks. A mask holds each rank from 0 to count - 1 exactly once. It is toroidal: it tiles the
+ * plane without seams.
  *
- * Threads. Every function may be called from any number of threads. Objects are immutable once
- * created.
+ * Extents. A zero extent is BN_ERROR_INVALID_ARGUMENT. A mask of more than 2^31 - 1 texels is
+ * BN_ERROR_OUT_OF_MEMORY, whatever memory there is.
  *
- * Reproducibility. The samplers and the classical mask generators give the same bits for the same
- * seed on every machine, with every compiler and number of threads.
- */
+ * Threads. Any function may be called from any number of threads at once. Objects do not change
+ * after they are created.
+ *
+ * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any
+ * number of threads. The neural network is the one exception; see neural.h. A new version of the
+ * library may give other bits: CHANGELOG.md says so. */
 #ifndef BN_BN_H
 #define BN_BN_H
 
@@ -34,7 +50,7 @@
 extern "C" {
 #endif
 
-/* The one place that holds the version; the build files read it from here. */
+/* The version of this header. The build files read it from here. */
 #define BN_VERSION_MAJOR 0
 #define BN_VERSION_MINOR 1
 #define BN_VERSION_PATCH 0
@@ -57,51 +73,65 @@ typedef int32_t bn_result;
 
 enum {
     BN_SUCCESS = 0,
-    BN_ERROR_INVALID_ARGUMENT = 1, /* an argument is NULL, zero, not finite or out of its range */
-    BN_ERROR_SIZE_MISMATCH = 2,    /* an array's count is not the product of its extents */
-    BN_ERROR_OUT_OF_MEMORY = 3,    /* an allocation failed, or the work would not fit in memory */
-    BN_ERROR_BAD_DATA = 4,    /* ranks that are no permutation, NaN among values, a foreign file */
-    BN_ERROR_UNSUPPORTED = 5, /* an option of a newer header, or a combination not offered */
-    BN_ERROR_RUNTIME = 6,     /* ONNX Runtime is missing or failed */
-    BN_ERROR_IO = 7,          /* a file cannot be opened, read or written */
-    BN_ERROR_CANCELLED = 8    /* a progress callback asked to stop */
+    /* An argument is NULL, zero, not finite or out of range. */
+    BN_ERROR_INVALID_ARGUMENT = 1,
+    /* The count of an array is not the product of its extents. */
+    BN_ERROR_SIZE_MISMATCH = 2,
+    /* An allocation failed, or the data would be too large. */
+    BN_ERROR_OUT_OF_MEMORY = 3,
+    /* Ranks are not a permutation, there is a NaN among values, or a file is damaged or foreign. */
+    BN_ERROR_BAD_DATA = 4,
+    /* An option that only a newer version knows, or something this build does not offer. */
+    BN_ERROR_UNSUPPORTED = 5,
+    /* ONNX Runtime is missing or failed. */
+    BN_ERROR_RUNTIME = 6,
+    /* A file cannot be opened or read. */
+    BN_ERROR_IO = 7,
+    /* A progress callback asked to stop. */
+    BN_ERROR_CANCELLED = 8
 };
 
-/* A short English description of a result; never NULL, also for values that are no result. */
+/* A short English description of a result. Never NULL, not even for an unknown result. */
 BN_API const char *bn_result_string(bn_result result);
 
-/* The version of the library that is linked, as "major.minor.patch". */
+/* The version of the library that the program runs with, as "major.minor.patch". */
 BN_API const char *bn_version_string(void);
 
-/* Called now and then by long work with fraction in [0, 1], always from the calling thread.
- * Return non-zero to cancel: the work returns BN_ERROR_CANCELLED. */
+/* A progress callback. Long computations call it at short intervals, on the thread that called the
+ * function, with the fraction done so far, from 0 to 1. A non-zero return value cancels the
+ * computation, which then returns BN_ERROR_CANCELLED. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
 
-/* A domain names one decision of a path: "the lens", "the light sample of bounce 3". Samples of one
- * domain are well distributed over a pixel's indices and blue over the screen; samples of different
- * domains are independent. Derive domains along the call tree, so that adding a decision somewhere
- * does not change the samples of another:
+/* A domain identifies one decision along a path, such as the point on the lens or the light sample
+ * at bounce 3. Over the sample indices of a pixel, the samples of a domain are well distributed;
+ * over the screen, their error is blue noise. Samples of different domains are independent, except
+ * within a family (see below). Derive domains along the call tree, so that adding a decision in one
+ * place does not change the samples in another:
  *
  *     uint32_t frame   = bn_domain_child(BN_DOMAIN_ROOT, frame_number);
  *     uint32_t pixel   = bn_domain_child(frame, 0);
  *     uint32_t light   = bn_domain_child(frame, 1 + 2 * bounce);
  *     uint32_t scatter = bn_domain_child(frame, 2 + 2 * bounce);
  *
- * A domain has four dimensions: (0, 1) and (2, 3) are the pairs to spend on two-dimensional
- * decisions. With BLUE both pairs of a domain are stratified together as well, in all four
- * dimensions and over neighbouring pixels, and so, nearly, are any two of the four children that a
- * domain has by the keys 4 k to 4 k + 3: a family. So give decisions whose effects multiply, like the
- * position in the pixel and the point on a light, the two pairs of one domain, or keys of one family.
+ * A domain has four dimensions. (0, 1) and (2, 3) are the pairs to use for two-dimensional
+ * decisions.
  *
- * Draw the position in the pixel from dimensions (0, 1), as (x, y), of a domain whose key is a
- * multiple of four: these are also even along rows and columns of the picture, where edges that
- * are parallel to its sides add up errors over a line one pixel wide. */
+ * Families. The four children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, both
+ * pairs of a domain are stratified together, in all four dimensions and over neighbouring pixels.
+ * So, nearly, are any two members of a family. Use the two pairs of one domain, or members of one
+ * family, for decisions whose effects multiply, such as the position in the pixel and the point on
+ * a light.
+ *
+ * Position in the pixel. Draw it from dimensions (0, 1), as (x, y), of a domain whose key is a
+ * multiple of four. These dimensions are also well distributed along the rows and columns of the
+ * image. That helps at edges parallel to its sides, where the error gathers on a line one pixel
+ * wide. */
 #define BN_DOMAIN_ROOT 0u
 
-/* The child of a domain by a key: a hash of the domain and of key / 4, with key % 4 as the place in
- * the family. Any values are good. Cost: about a nanosecond. */
+/* The child of a domain: a hash of the domain and of key / 4, with key % 4 as the member of the
+ * family. Any values will do. Takes about a nanosecond. */
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* ---- Samplers */
@@ -109,40 +139,42 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 typedef struct bn_sampler bn_sampler;
 
 enum {
-    /* The sampler to use: progressive, blue on screen in both pairs of every domain. In each pixel
-     * every power-of-two prefix is a (0,m,2)-net in dimensions (0,1) and in (2,3), and every prefix
-     * of 4^m samples a (0,m,4)-net to base 4 in all four; taken over the pixels of an aligned block
-     * of 16^s, the same prefix is a (0, m + 2 s, 4)-net. Needs no sample count. docs/blue.md has the
-     * construction. */
+    /* The sampler to use. Progressive: it needs no sample count. The error is blue over the screen
+     * in both pairs of every domain. In each pixel, every prefix of 2^m samples is a (0, m, 2)-net
+     * in dimensions (0, 1) and in (2, 3), and every prefix of 4^m samples is a (0, m, 4)-net in
+     * base 4 in all four dimensions. Over the pixels of an aligned block of 16^s pixels, that
+     * prefix is a (0, m + 2 s, 4)-net. docs/blue.md has the construction. */
     BN_SAMPLER_BLUE = 0,
-    /* Owen-scrambled Sobol' (0,2)-sequences, padded, independent in each pixel: what to compare
-       with. */
+    /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
+     * of renderers, as a baseline. */
     BN_SAMPLER_SOBOL = 1,
-    /* Independent uniform numbers. */
+    /* Independent uniform random numbers. */
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka,
      * "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
      * Pixels", 2020). Good when exactly samples_per_pixel samples are taken, no better than SOBOL
-     * when stopped early. */
+     * when a pixel stops earlier. */
     BN_SAMPLER_ZORDER = 3,
-    /* A mask makes the first sample of every pixel, a digitally shifted, scrambled Sobol'
-     * (0,2)-sequence the others: the use of blue-noise textures, without their loss at higher
-     * counts. Blue at 1 sample, slightly at 2 and 3, about SOBOL from 4 on. */
+    /* The usual use of a blue-noise texture, without its loss at higher counts: the mask gives the
+     * first sample of every pixel, and a digitally shifted, scrambled Sobol' (0, 2)-sequence gives
+     * the others. Blue at 1 sample, slightly blue at 2 and 3, like SOBOL from 4 samples on. */
     BN_SAMPLER_MASK = 4
 };
 
 typedef struct bn_sampler_options {
     size_t struct_size; /* sizeof(bn_sampler_options) */
-    int32_t kind;       /* BN_SAMPLER_..., default BN_SAMPLER_BLUE */
-    /* Only ZORDER reads it: the count it is good at, rounded up to a power of two (at most 2^16); 0
-     * (default) is taken as 256. The other kinds are good at every count. Later indices remain valid
-     * in all of them. */
+    /* BN_SAMPLER_...; default BN_SAMPLER_BLUE. */
+    int32_t kind;
+    /* Only for ZORDER: the number of samples it is tuned for, rounded up to a power of two, at most
+     * 2^16; 0 (default) means 256. Later indices remain valid. The other kinds are good at every
+     * count and ignore it. */
     uint32_t samples_per_pixel;
-    /* Different seeds give independent pictures; default 0. */
+    /* Different seeds give independent images. Default 0. */
     uint64_t seed;
-    /* Kind MASK: a permutation, copied. NULL (default): the built-in 64x64. */
+    /* Only for MASK: the ranks of a mask, which are copied; NULL (default) means the built-in 64 x
+     * 64 mask. */
     const uint32_t *mask_ranks;
-    /* Extents of mask_ranks, in texels; 0 when mask_ranks is NULL. */
+    /* Extents of mask_ranks in texels; 0 when it is NULL. */
     uint32_t mask_width, mask_height;
 } bn_sampler_options;
 
@@ -151,20 +183,23 @@ static inline bn_sampler_options bn_sampler_options_default(void) {
     return options;
 }
 
-/* Creates a sampler. Errors: INVALID_ARGUMENT (sampler NULL, unknown kind, a mask with a zero
- * extent, extents without a mask, a mask given to another kind than MASK), BAD_DATA (mask_ranks is
- * no permutation), UNSUPPORTED, OUT_OF_MEMORY (also for a mask of more than 2^31 - 1 texels). On failure *sampler is NULL. */
+/* Creates a sampler of about 45 KiB; MASK takes 8 more bytes per texel. On failure *sampler is
+ * NULL. Errors: INVALID_ARGUMENT (sampler is NULL, the kind is unknown, a mask has a zero extent,
+ * extents were given without a mask, a mask was given to another kind than MASK), BAD_DATA
+ * (mask_ranks is not a permutation), OUT_OF_MEMORY, UNSUPPORTED. */
 BN_API bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **sampler);
+
+/* Destroys a sampler. NULL is allowed. */
 BN_API void bn_sampler_destroy(bn_sampler *sampler);
 
-/* Draws. The sample `index` of a pixel (x, y) in a domain: a pure function of its arguments, so
- * order, threads, tiles, crops and restarts cannot change it. Coordinates may be negative; every
- * index up to 2^32 - 1 is a new sample. Draws need a valid sampler, cannot fail, allocate nothing
- * and lock nothing.
+/* Draws sample number `index` of pixel (x, y) in a domain. The result depends on the arguments
+ * alone, so the order of draws, threads, tiles, crops and restarts cannot change it. Coordinates
+ * may be negative, and every index up to 2^32 - 1 gives a new sample. Draws need a valid sampler.
+ * They cannot fail, allocate nothing and take no locks.
  *
- * bn_sample_4d_u32 gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
- * 2^-24, always in [0, 1). The 2-D draw is the first two, the 1-D draw the first of the 4-D draw.
- */
+ * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
+ * 2^-24, always in [0, 1). The 2-D draw is the first two dimensions of the 4-D draw, the 1-D draw
+ * the first. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
 BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -174,34 +209,36 @@ BN_API void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32
 BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                              uint32_t domain, uint32_t out[4]);
 
-/* Many draws at once: out[height][width][index_count][4], bit-equal to bn_sample_4d. The block
- * covers pixels x0 .. x0 + width - 1, y0 .. y0 + height - 1 and indices first_index .. first_index
- * + index_count - 1. Errors: INVALID_ARGUMENT (sampler or out NULL, an extent zero, a range that
- * runs past the last coordinate or index), SIZE_MISMATCH. */
+/* Draws a block of samples, bit-equal to bn_sample_4d(): out[height][width][index_count][4], for
+ * pixels x0 to x0 + width - 1, y0 to y0 + height - 1 and indices first_index to first_index +
+ * index_count - 1. Errors: INVALID_ARGUMENT (sampler or out is NULL, an extent is zero, or the
+ * block runs past the last coordinate or index), SIZE_MISMATCH. */
 BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
-/* The tables of a sampler as one flat buffer, for the draws of a shader: bn_draw.glsl says what is
- * in it. With words NULL only *needed is set, to the number of words (42 KiB in all). needed may be
- * NULL otherwise. Errors: INVALID_ARGUMENT (sampler NULL, both words and needed NULL),
- * SIZE_MISMATCH (count is not the number of words). */
+/* Copies the tables of a sampler into one flat buffer, for drawing in a shader; bn_draw.glsl
+ * describes its contents. If `needed` is not NULL, it receives the number of words, which make 42
+ * KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is NULL, or both
+ * words and needed are), SIZE_MISMATCH (count is not the number of words). */
 BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
                                         size_t *needed);
 
 /* ---- Making masks */
 
-/* Void-and-cluster makes good masks in milliseconds, on one core. Relaxation is nearly as good and
- * uses all cores: for large masks. Annealing is slow and the best. All three give the same bits for
- * the same options on every machine and leave ranks as they were when they fail. */
+/* Three algorithms make masks. Void-and-cluster makes good masks in milliseconds on one core.
+ * Relaxation is nearly as good and uses all cores, for large masks. Annealing is slow and makes the
+ * best ones. */
 
 typedef struct bn_void_and_cluster_options {
     size_t struct_size; /* sizeof(bn_void_and_cluster_options) */
-    double sigma;       /* standard deviation of the Gaussian, in texels; default 1.5. About 1.5 is
-                           best seen from near, 1.9 from further away. In [0.25, 16] */
-    double initial_fraction; /* share of texels in the initial pattern; default 0.1, in (0, 0.5] */
-    uint64_t seed;           /* default 0 */
-    bn_progress progress;    /* default NULL */
+    /* Standard deviation of the Gaussian in texels, from 0.25 to 16. Default 1.5, which looks best
+     * from close up; from further away about 1.9 does. */
+    double sigma;
+    /* Share of texels in the initial pattern, above 0 and up to 0.5. Default 0.1. */
+    double initial_fraction;
+    uint64_t seed;        /* default 0 */
+    bn_progress progress; /* default NULL */
     void *progress_user;
 } bn_void_and_cluster_options;
 
@@ -211,12 +248,12 @@ static inline bn_void_and_cluster_options bn_void_and_cluster_options_default(vo
     return options;
 }
 
-/* Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993) on a
- * torus of width x height x depth texels; 1 for the extents a mask does not have. Any extents will
- * do. Writes every rank once; level with the method as published at every grey level, better at
- * both ends. Runs on the calling thread; about 0.2 microseconds per texel (2-D, sigma 1.5) and 14
- * bytes, both close to linear. Errors: INVALID_ARGUMENT (ranks NULL, a zero extent, an option out
- * of its range), SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels), CANCELLED,
+/* Makes a mask by void-and-cluster (Ulichney, "The void-and-cluster method for dither array
+ * generation", 1993) on a torus of width x height x depth texels. Any extents will do; pass 1 for
+ * those that the mask does not have. Quality equals that of the published method, and is better
+ * at both ends of the grey scale. Runs on the calling thread. Takes about 0.2 microseconds and 14
+ * bytes per texel (2-D, sigma 1.5); both grow almost linearly. Errors: INVALID_ARGUMENT (ranks is
+ * NULL, a zero extent, an option out of range), SIZE_MISMATCH, OUT_OF_MEMORY, CANCELLED,
  * UNSUPPORTED. */
 BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
                                      uint32_t height, uint32_t depth, uint32_t *ranks,
@@ -224,19 +261,23 @@ BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
 
 typedef struct bn_relax_options {
     size_t struct_size; /* sizeof(bn_relax_options) */
-    double sigma;       /* the viewing blur whose error falls, in texels; default 0.92, in
-                           [0.25, 2.5] */
-    double start_step;  /* how far the gradient moves values, in value ranges; default 4. To finish
-                           a mask from elsewhere take about 0.1. At most 8 */
-    double end_step;    /* default 0.05; geometric in between */
-    double start_softness; /* difference of values at which a pair's force is full, in value ranges;
-                              default 0.45, at most 0.49. To finish a mask take about 0.02 */
-    double end_softness;   /* default 0.008 */
-    uint32_t steps;        /* default 64 */
-    uint32_t threads;      /* 0 (default): one per processor. The result does not depend on it */
-    int32_t start_from_ranks; /* 0 (default): start from white noise of the seed; 1: from ranks */
-    uint64_t seed;            /* default 0 */
-    bn_progress progress;     /* default NULL; called before each step */
+    /* The viewing blur whose error is reduced, in texels, from 0.25 to 2.5. Default 0.92. */
+    double sigma;
+    /* How far a step moves values, as a multiple of the range of values: from start_step, at most
+     * 8, to end_step, geometrically. Defaults 4 and 0.05. To refine an existing mask, start from
+     * about 0.1. */
+    double start_step, end_step;
+    /* The difference of values from which a pair repels with full force, as a share of the range of
+     * values: from start_softness, at most 0.49, to end_softness, geometrically. Defaults 0.45 and
+     * 0.008. To refine an existing mask, start from about 0.02. */
+    double start_softness, end_softness;
+    uint32_t steps; /* default 64 */
+    /* 0 (default): one per processor. The result does not depend on it. */
+    uint32_t threads;
+    /* 0 (default): start from white noise. 1: start from the contents of ranks. */
+    int32_t start_from_ranks;
+    uint64_t seed;        /* default 0 */
+    bn_progress progress; /* default NULL; called before each step */
     void *progress_user;
 } bn_relax_options;
 
@@ -246,33 +287,38 @@ static inline bn_relax_options bn_relax_options_default(void) {
     return options;
 }
 
-/* Parallel relaxation of a mask: all texels move at once up the gradient of the closed form of
- * E_sigma, ranks are given anew after every step. The fastest way to large masks on several cores,
- * a little behind void-and-cluster in quality. ranks is read only with start_from_ranks. Errors:
- * INVALID_ARGUMENT, SIZE_MISMATCH, BAD_DATA (ranks to start from are no permutation), OUT_OF_MEMORY
- * (also for more than 2^31 - 1 texels), CANCELLED (ranks untouched), UNSUPPORTED. */
+/* Makes a 2-D mask by parallel relaxation: every step moves all texels at once along the gradient
+ * of the dithering error, then ranks them again. The fastest way to a large mask on several cores,
+ * a little behind void-and-cluster in quality. Errors: INVALID_ARGUMENT (ranks is NULL, a zero
+ * extent, an option out of range), SIZE_MISMATCH, BAD_DATA (the ranks to start from are not a
+ * permutation), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 BN_API bn_result bn_relax(const bn_relax_options *options, uint32_t width, uint32_t height,
                           uint32_t *ranks, size_t count);
 
 typedef struct bn_anneal_options {
     size_t struct_size; /* sizeof(bn_anneal_options) */
-    double sigma;       /* the viewing blur whose error is minimised, in texels; default 1, in
-                           [0.25, 4]. Texels interact by exp(-distance^2 / (4 sigma^2)) */
-    double far_sigma;   /* one channel: a second, wider blur; default 1.5, in [sigma, 4] */
-    double far_weight;  /* one channel: the weight of the second blur's squared error against the
-                           first's; default 1, 0 for none */
-    double value_sigma; /* several channels: how near values must be to repel each other; default
-                           1, in [0.01, 100] */
-    double start_temperature; /* as a share of all that one texel's pairs can gain; default 4e-4 */
-    double end_temperature;   /* default 2e-6; geometric in between. 0 < end <= start <= 1 */
-    uint32_t sweeps;          /* trial swaps per texel; default 1000 */
-    int32_t
-        order_ends; /* one channel: 1 (default): order the first and the last ranks, whose texels
-                       are too far apart for the blurs to see, as void-and-cluster does. 0: no */
-    int32_t
-        start_from_ranks; /* 0 (default): start from void-and-cluster of the seed; 1: from ranks */
+    /* The viewing blur whose error is minimised, in texels, from 0.25 to 4. Default 1. Texels
+     * interact by exp(-distance^2 / (4 sigma^2)). */
+    double sigma;
+    /* One channel only: a second, wider blur, from sigma to 4. Default 1.5. */
+    double far_sigma;
+    /* One channel only: the weight of the second blur's squared error relative to the first's; 0
+     * for none. Default 1. */
+    double far_weight;
+    /* Several channels only: how close values must be to repel each other, from 0.01 to 100.
+     * Default 1. */
+    double value_sigma;
+    /* Temperatures as a share of the most that the pairs of one texel can gain, with
+     * 0 < end <= start <= 1; geometric in between. Defaults 4e-4 and 2e-6. */
+    double start_temperature, end_temperature;
+    uint32_t sweeps; /* trial swaps per texel; default 1000 */
+    /* One channel only. 1 (default): order the first and the last ranks by void-and-cluster, since
+     * their texels are too far apart for the blurs to reach. 0: leave them. */
+    int32_t order_ends;
+    /* 0 (default): start from void-and-cluster. 1: start from the contents of ranks. */
+    int32_t start_from_ranks;
     uint64_t seed;        /* default 0 */
-    bn_progress progress; /* default NULL; called before each sweep */
+    bn_progress progress; /* default NULL */
     void *progress_user;
 } bn_anneal_options;
 
@@ -282,55 +328,62 @@ static inline bn_anneal_options bn_anneal_options_default(void) {
     return options;
 }
 
-/* Simulated annealing of a mask by swaps (Georgiev and Fajardo, "Blue-noise dithered sampling",
- * 2016): slow, and the best masks there are. ranks[channels][height][width], 1 to 4 channels, each
- * channel a permutation, on output and, with start_from_ranks, on input. One channel: minimises
- * E_sigma^2 + far_weight * E_far_sigma^2 of bn_mask_error, about 50 ns per trial. Several:
- * minimises the sum over pairs of texels of exp(-distance^2 / (4 sigma^2)) * exp(-|difference of
- * values|^(channels / 2) / value_sigma^2), values in [0, 1); about 1 microsecond. Errors:
- * INVALID_ARGUMENT, SIZE_MISMATCH (count is not width * height * channels), BAD_DATA (ranks to
- * start from are no permutation), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+/* Makes a 2-D mask by simulated annealing with swaps (Georgiev and Fajardo, "Blue-noise dithered
+ * sampling", 2016): slow, and the best masks there are. ranks[channels][height][width] has 1 to 4
+ * channels, each a permutation.
+ *
+ * With one channel it minimises E_sigma^2 + far_weight * E_far_sigma^2, where E is the error that
+ * bn_mask_error() measures. A trial swap takes about 50 ns.
+ *
+ * With several, it minimises the sum over pairs of texels of exp(-distance^2 / (4 sigma^2)) *
+ * exp(-|difference of values|^(channels / 2) / value_sigma^2), with values in [0, 1). A trial swap
+ * takes about 1 microsecond.
+ *
+ * Errors: INVALID_ARGUMENT (ranks is NULL, a zero extent, no channels or more than 4, an option out
+ * of range), SIZE_MISMATCH (count is not width * height * channels), BAD_DATA (the ranks to start
+ * from are not permutations), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
 BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uint32_t height,
                            uint32_t channels, uint32_t *ranks, size_t count);
 
-/* Ranks of values: ranks[i] is the number of values that are smaller than values[i], or equal and
- * at a smaller position. Linear time. Errors: INVALID_ARGUMENT (a NULL, zero count),
- * BAD_DATA (NaN), OUT_OF_MEMORY (also for more than 2^32 - 1 values). */
+/* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal ones
+ * that come before it. Linear time. Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a
+ * NaN), OUT_OF_MEMORY (also for more than 2^32 - 1 values). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A
- * rank that is not below count counts as count - 1; 0 for a count of 0. */
+ * rank of count or more counts as count - 1. The value is 0 for a count of 0. */
 BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
 /* ---- Built-in masks */
 
-/* Annealed for minutes: better than masks made on the spot. CC0-1.0. */
+/* Annealed for minutes, so better than masks made on the spot. CC0-1.0. */
 
-/* The built-in mask of size x size texels, its ranks 0 .. size * size - 1, in static storage. There
- * are 16, 32, 64, 128 and, unless the library was built with BN_SMALL_DATA, 256; NULL for other
- * sizes. */
+/* The built-in mask of size x size texels, with ranks from 0 to size * size - 1, in static storage.
+ * The sizes are 16, 32, 64, 128 and, unless the library was built with BN_SMALL_DATA, 256. NULL for
+ * any other size. */
 BN_API const uint16_t *bn_builtin_mask(uint32_t size);
 
-/* The same as 32-bit ranks. Errors: INVALID_ARGUMENT (ranks NULL, no such size), SIZE_MISMATCH. */
+/* Copies a built-in mask to 32-bit ranks. Errors: INVALID_ARGUMENT (ranks is NULL, or there is no
+ * such size), SIZE_MISMATCH. */
 BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count);
 
 /* ---- Measuring masks */
 
-/* The dithering error E_sigma of a 2-D mask, lower is better: the root mean square, over texels and
- * the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t, where m = (rank + 0.5) / count
- * and G_sigma is a toroidal Gaussian of sigma texels, applied as the transfer function exp(-2 pi^2
- * sigma^2 f^2). White noise has 0.1152 at sigma 1. Errors: INVALID_ARGUMENT (NULL, a zero extent,
- * sigma not finite or negative), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY (also for
- * more than 2^31 - 1 texels). */
+/* Computes the dithering error E_sigma of a 2-D mask; lower is better. It is the root mean square,
+ * over texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the
+ * value (rank + 0.5) / count, and G_sigma is a toroidal Gaussian of sigma texels, applied as the
+ * transfer function exp(-2 pi^2 sigma^2 f^2). White noise has 0.1152 at sigma 1. Errors:
+ * INVALID_ARGUMENT (a NULL, a zero extent, sigma negative or not finite), SIZE_MISMATCH, BAD_DATA
+ * (ranks is not a permutation), OUT_OF_MEMORY. */
 BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
                                double sigma, double *error);
 
-/* The power spectrum of a 2-D mask: power[v * width + u] is the squared magnitude of the discrete
- * Fourier transform at frequency (u / width, v / height) cycles per texel, over the sum of the
- * squared deviations of the ranks from their mean. So white noise has 1 everywhere; frequencies
- * above 1/2 are the negative ones less 1; the constant, power[0], is 0. Errors: INVALID_ARGUMENT
- * (NULL, a zero extent), SIZE_MISMATCH, BAD_DATA (no permutation), OUT_OF_MEMORY (also for more
- * than 2^31 - 1 texels). */
+/* Computes the power spectrum of a 2-D mask. power[v * width + u] is the squared magnitude of the
+ * discrete Fourier transform at frequency (u / width, v / height) cycles per texel, divided by the
+ * sum of the squared deviations of the ranks from their mean. White noise has a power of 1
+ * everywhere. Frequencies above 1/2 are negative: subtract 1. The constant term, power[0], is 0.
+ * Errors: INVALID_ARGUMENT (a NULL, a zero extent), SIZE_MISMATCH, BAD_DATA (ranks is not a
+ * permutation), OUT_OF_MEMORY. */
 BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height,
                                    size_t count, float *power);
 
@@ -338,14 +391,18 @@ BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32
 
 typedef struct bn_dither_options {
     size_t struct_size; /* sizeof(bn_dither_options) */
-    uint32_t levels;    /* evenly spaced output levels from 0 to 1, 2 (default) to 256 */
-    int32_t srgb;       /* 0 (default): keep local means of the values as they are. 1: values are
-                           sRGB-encoded, and so is the output; keep local means of their light */
-    int32_t channel_offset; /* 1 (default): each channel reads the mask at an offset of its own, so
-                               that the channels' errors do not correlate. 0: all read it alike */
-    const uint32_t
-        *mask_ranks;     /* a mask of any extents, tiled; NULL (default): the built-in 64x64 */
-    uint32_t mask_width; /* its extents, in texels; 0 when mask_ranks is NULL */
+    /* Evenly spaced output levels from 0 to 1; 2 (default) to 256. */
+    uint32_t levels;
+    /* 0 (default): keep the local mean of the values. 1: the values, and the output, are
+     * sRGB-encoded; keep the local mean of the light they stand for. */
+    int32_t srgb;
+    /* 1 (default): give each channel the mask at a different offset, so that errors do not
+     * correlate between channels. 0: give all channels the same one. */
+    int32_t channel_offset;
+    /* A mask of any extents, which is tiled; NULL (default) means the built-in 64 x 64 mask. */
+    const uint32_t *mask_ranks;
+    /* Extents of mask_ranks in texels; 0 when it is NULL. */
+    uint32_t mask_width;
     uint32_t mask_height;
 } bn_dither_options;
 
@@ -354,13 +411,13 @@ static inline bn_dither_options bn_dither_options_default(void) {
     return options;
 }
 
-/* Dithers an image[height][width][channels] of values in [0, 1] to few levels: a value v becomes
- * floor(v * (levels - 1) + t) / (levels - 1), t the mask's value (rank + 0.5) / texels at the
- * pixel. 0 and 1 stay 0 and 1; values outside count as the nearer of them. With srgb, v * (levels -
- * 1) has its fraction replaced by the one that gives v's light. `out` may be `image`. Errors:
- * INVALID_ARGUMENT (image or out NULL, a zero extent, levels, a mask with a zero extent or extents
- * without a mask), SIZE_MISMATCH, BAD_DATA (NaN in the image, ranks that are no permutation),
- * OUT_OF_MEMORY. */
+/* Dithers an image[height][width][channels] with values in [0, 1] to a few levels. A value v
+ * becomes floor(v * (levels - 1) + t) / (levels - 1), where t is the mask's value (rank + 0.5) /
+ * texels at that pixel. 0 stays 0 and 1 stays 1; values outside [0, 1] are clamped. With srgb, the
+ * fraction of v * (levels - 1) is replaced by the one that preserves the light of v. `out` may be
+ * the same array as `image`. Errors: INVALID_ARGUMENT (image or out is NULL, a zero extent, levels
+ * out of range, a mask with a zero extent, extents without a mask), SIZE_MISMATCH, BAD_DATA (a NaN
+ * in the image, or mask_ranks is not a permutation), OUT_OF_MEMORY, UNSUPPORTED. */
 BN_API bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
                            uint32_t height, uint32_t channels, float *out, size_t count);
 

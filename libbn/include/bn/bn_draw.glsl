@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of kinds BLUE, SOBOL and WHITE, written once: in the common subset of GLSL and C, which
- * bn_draw.h compiles as C. Bit-equal to bn_sample_4d().
+ * The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL and C; bn_draw.h compiles them
+ * as C. They are bit-equal to bn_sample_4d().
  *
- * In a shader (GLSL 4.30 or GLSL ES 3.10, no extensions) include this text after the buffer that
- * holds the tables, as bn_sampler_table_words() writes them:
+ * In a shader (GLSL 4.30 or GLSL ES 3.10, no extensions), declare a buffer that holds the words
+ * from bn_sampler_table_words(), then include this file:
  *
  *     #version 430
  *     layout(std430, binding = 0) readonly buffer bn_table { uint bn_words[]; };
@@ -11,9 +11,9 @@
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
  *
- * Coordinates are the bits of signed integers: uint(-1) is the column left of zero. The words may
- * lie in a texture as well. Names that begin with bn_ are taken. All arithmetic is on unsigned
- * integers of 32 bits. bn_draw.h says how BLUE works. */
+ * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
+ * The words may also come from a texture. Names that begin with bn_ are reserved. bn_draw.h
+ * explains how BLUE works. */
 #ifndef BN_DRAW_GLSL
 #define BN_DRAW_GLSL
 
@@ -51,7 +51,7 @@ struct bn_uint4 {
     BN_UINT x, y, z, w;
 };
 
-/* ---- Bits ---- */
+/* ---- Bits */
 
 /* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
  * "Prospecting for Hash Functions", 2018). */
@@ -61,8 +61,8 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
     return v ^ (v >> 15u);
 }
 
-/* bn_domain_child(): a hash of the parent and of the four that the key is in, and in the upper two
- * bits the place among the four. The draws hash what it gives once more. */
+/* bn_domain_child(): a hash of the parent and of key / 4, which is the same for a whole family,
+ * with the member of the family in the upper two bits. The draws hash the result once more. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
     return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
@@ -98,7 +98,7 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
     return digits;
 }
 
-/* ---- BLUE: a pixel in a domain, then its samples ---- */
+/* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
     BN_UINT place, block; /* the words that hold the pixel's digits */
@@ -111,8 +111,8 @@ struct bn_blue_pixel {
 BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
     bn_blue_pixel pixel;
     BN_UINT member = (domain >> 29u) & 6u;
-    /* The family, whose four members differ in the upper bits of the domain alone: the upper half of
-     * a product of 64 bits depends on all of it. */
+    /* The family: its four members differ only in the upper two bits of the domain. The upper half
+     * of a 64-bit product depends on every bit of it. */
     BN_UINT family = (domain << 2u) ^ BN_WORD(BN_SEED_AT);
     family = BN_MULTIPLY_HIGH(family, 0x7f4a7c15u) + family * 0x9e3779b9u + BN_WORD(BN_SEED_AT + 1u);
     /* The tile, reflected and shifted. */
@@ -131,8 +131,8 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_U
     return pixel;
 }
 
-/* What the shuffle is multiplied with so that bit 31 of the product is the flip of the first digit
- * of this index and its neighbour: one of its lower bits, or the sum of several. */
+/* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
+ * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. */
 BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     BN_UINT t = (index >> 1u) - 1u;
     BN_UINT flip = 2u << (t & 15u);
@@ -142,11 +142,11 @@ BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     return index < 2u ? 0u : flip;
 }
 
-/* The digits of an index, reversed and shuffled. Each digit is flipped by its later ones: by a
- * product, nested in the index from its top bit down, and the first digit also by random bits of its
- * own, which the product alone would leave equal in one of eight pairs of families over the first 16
- * samples of a pixel. Zero stays where it is, so that every power-of-two prefix is mapped to
- * itself. */
+/* The digits of an index, reversed and shuffled. Each digit is flipped depending on the later ones,
+ * through a product that is nested in the index from its top bit down. The first digit is also
+ * flipped by random bits of its own: by the product alone, one in eight pairs of families would
+ * flip it alike over the first 16 samples of a pixel. Zero maps to zero, so every power-of-two
+ * prefix maps to itself. */
 BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UINT flip) {
     return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }
@@ -186,7 +186,7 @@ BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT in
     return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE x, y, domain), index);
 }
 
-/* ---- SOBOL and WHITE ---- */
+/* ---- SOBOL and WHITE */
 
 BN_FUNCTION bn_uint4 bn_draw_sobol_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
                                         BN_UINT domain) {
@@ -215,7 +215,7 @@ BN_FUNCTION BN_UINT bn_draw_white_one(BN_UINT a, BN_UINT b, BN_UINT index) {
 BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
                                         BN_UINT domain) {
     bn_uint4 v;
-    /* Two chains of 32 bits: pixels that meet in one differ in the other. */
+    /* Two 32-bit hashes: pixels that collide in one differ in the other. */
     BN_UINT a = bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT))));
     BN_UINT b = bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ BN_WORD(BN_SEED_AT + 1u))));
     v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);

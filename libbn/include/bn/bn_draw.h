@@ -1,40 +1,45 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of bn.h as inline functions, for renderers that want them inside their own loops.
- * Bit-equal to bn_sample_4d_u32() and its relatives:
+ * The draws of bn.h as inline functions, for renderers that want them inside their own loops. They
+ * are bit-equal to bn_sample_4d_u32() and its relatives:
  *
  *     const bn_draw_table *table = bn_sampler_table(sampler);
  *     float u[4];
  *     bn_draw_4d(table, x, y, index, domain, u);
  *
- * The table lives as long as its sampler. Kinds BLUE, SOBOL and WHITE are drawn inline; for ZORDER
- * and MASK the inline form calls the library. The text of the draws is bn_draw.glsl, which shaders
- * include as it is: everything in it is 32-bit unsigned integer arithmetic.
+ * The table lives as long as its sampler. BLUE, SOBOL and WHITE are drawn inline; for ZORDER and
+ * MASK the inline functions call the library. The draws themselves are in bn_draw.glsl, which
+ * shaders include unchanged: all of it is 32-bit unsigned integer arithmetic.
  *
- * HOW BLUE WORKS. The samples of a pixel are a digital sequence: each bit of the index and each bit
- * of the pixel's label contributes a vector of digits to each of the four coordinates, and the
- * contributions are added without carry (XOR). The vectors are the coefficients of rational
+ * HOW BLUE WORKS
+ *
+ * The samples of a pixel are a digital sequence. Each bit of the sample index, and each bit of the
+ * pixel's label, contributes a vector of digits to each of the four coordinates. A sample is the
+ * sum of these vectors without carries (XOR). The vectors are the coefficients of rational
  * functions over the field of four elements ("pole order", docs/blue.md): the bits of the index
- * stand for powers of X, the bits of the label for fractions with one irreducible quadratic
- * denominator. Hence samples and pixels are stratified together: the first 4^k samples of all pixels
- * of an aligned block of 16^s pixels are a (0, k + 2 s, 4)-net to base 4 in all four dimensions, and
- * in one pixel every power of two is a (0, m, 2)-net to base 2 in (0, 1) and in (2, 3).
+ * belong to powers of X, those of the label to fractions with one irreducible quadratic
+ * denominator. That stratifies samples and pixels together. The first 4^k samples of all pixels in
+ * an aligned block of 16^s pixels are a (0, k + 2 s, 4)-net in base 4 in all four dimensions.
+ * Within one pixel, every prefix of 2^m samples is a (0, m, 2)-net in base 2 in dimensions (0, 1)
+ * and in (2, 3).
  *
  * Labels are places in a tile of 64 x 64 pixels. A search (libbn/tools/bn_bake_sampler.c) permuted
- * them within blocks of 4 x 4, which keeps those nets, and chose linear scramblings of the digits so
- * that the errors of neighbouring pixels cancel at 1, 2, 4 ... 256 samples.
+ * them within blocks of 4 x 4, which preserves the nets, and chose linear scramblings of the
+ * digits, so that the errors of neighbouring pixels cancel at 1, 2, 4 ... 256 samples.
  *
- * The four domains of a family, children of one parent by keys 4 k to 4 k + 3, have a denominator
- * and an order of the index each, found so that any two of them are stratified together too. They
- * share their shift of the tile and the shuffle of the index, which is nested, different in every
- * pixel, and independent between families. Dimensions (0, 1) of member 0 are made for the position
- * in the pixel: there errors are even along rows and columns as well, where the edges of a picture
- * run.
+ * The four domains of a family, the children of one parent with keys 4 k to 4 k + 3, have different
+ * denominators and different orders of the index, found so that any two of them are stratified
+ * together too. They share the shift of the tile and the shuffle of the index. The shuffle is
+ * nested, different in every pixel, and independent between families. Dimensions (0, 1) of member 0
+ * are made for the position in the pixel: their errors are also evenly distributed along rows and
+ * columns, the direction of most edges in a picture.
  *
- * WHAT IT COSTS. About 60 instructions on x86-64 for a draw of four dimensions, four loads of 8
- * to 16 bytes from 43 KiB of tables, of which the draws of one member visit half. Draws of many domains in
- * one pixel, or of many indices, share what they have in common when they are inlined into a loop.
- * Samples from 256 on add an XOR for each further bit of the index. With SSE2 the last step works on
- * the four dimensions at once; define BN_DRAW_PLAIN to do without: the same bits. */
+ * COST
+ *
+ * A draw of four dimensions takes about 60 instructions on x86-64 and four loads of 8 to 16 bytes,
+ * from 43 KiB of tables of which one member of a family uses half. Inlined into a loop, draws of
+ * many domains in one pixel, or of many indices, share their common work. Samples from index 256 on
+ * take one more XOR for each further bit of the index. With SSE2, the last step handles all four
+ * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2; the bits are the same. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
@@ -49,7 +54,7 @@
 extern "C" {
 #endif
 
-/* Changes whenever the layout of the tables or the values drawn from them change. */
+/* Increases with every change of the tables or of the values drawn from them. */
 #define BN_DRAW_TABLE_VERSION 4u
 
 typedef struct bn_draw_table {
@@ -59,11 +64,11 @@ typedef struct bn_draw_table {
     uint32_t reserved;
     const bn_sampler *sampler;
     const uint32_t *words; /* what bn_sampler_table_words() copies */
-    /* For the first 256 indices: the reversed index, and bn_draw_flip() of it. */
+    /* For the first 256 indices: the bit-reversed index, and bn_draw_flip() of the index. */
     struct {
         uint32_t reversed, flip;
     } index[256];
-    uint32_t reflections[16][4]; /* as masks; sixteen-byte aligned where samplers are */
+    uint32_t reflections[16][4]; /* as bit masks; aligned to 16 bytes */
 } bn_draw_table;
 
 /* The table of a sampler; valid until the sampler is destroyed. */
@@ -99,7 +104,7 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #undef BN_REVERSE_BITS
 #undef BN_MULTIPLY_HIGH
 
-/* ---- The first 256 samples of BLUE, quicker */
+/* ---- The first 256 samples of BLUE, faster */
 
 #if defined(BN_DRAW_SSE2)
 
@@ -127,7 +132,7 @@ static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_bl
 #endif
 
 static inline float bn_draw_float(uint32_t bits) {
-    /* 2^-24; C++11 has no hexadecimal floats. What is converted fits a signed integer. */
+    /* 2^-24 in decimal, as C++11 has no hexadecimal floats. 24 bits fit a signed integer. */
     return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
 }
 
@@ -169,7 +174,8 @@ static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t
     out[3] = v.w;
 }
 
-/* What bn_draw_4d() does not do at once: one copy per translation unit, called. */
+/* The cases that bn_draw_4d() does not handle inline. Called, so that there is one copy of it per
+ * translation unit. */
 #if defined(__GNUC__)
 __attribute__((noinline, unused)) static void
 #else

@@ -64,9 +64,9 @@ typedef struct bn_neural_options {
     const char *runtime_path;
     /* Threads that work on each mask or window; 0 (default): one per processor. */
     uint32_t threads;
-    /* Called by bn_neural_mask() and bn_neural_window() before each tile that the calling thread
-     * works on, a few times a second. A network used by several threads at once calls it from each
-     * of them. Default NULL. */
+    /* Called by bn_neural_mask() and bn_neural_window() at the start, and before each tile that the
+     * calling thread works on, which takes a fraction of a second. A network used by several
+     * threads at once calls it from each of them. Default NULL. */
     bn_progress progress;
     void *progress_user;
 } bn_neural_options;
@@ -90,16 +90,16 @@ static inline bn_neural_options bn_neural_options_default(void) {
  *   OUT_OF_MEMORY
  *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both
- * float32. The input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has shape
- * (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its metadata hold:
+ * float32. The input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has
+ * shape (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its metadata hold:
  *
  *   bn.version           1
  *   bn.receptive_radius  r, at most 256: how far a texel sees
- *   bn.align             at most 64: h, w and the position of the first texel are multiples of it. 1
- *                        for a network without strides. Callers of libbn may use any extents
- *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers separated
- *                        by commas. The i-th is 2^24 times the value below which i / 64 of the
- *                        outputs lie. bn_neural_window() uses them to make values uniform */
+ *   bn.align             h, w and the position of the first texel are multiples of this number, at
+ *                        most 64; 1 for a network without strides. Callers may use any extents
+ *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers with
+ *                        commas between them. The i-th is 2^24 times the value below which i / 64
+ *                        of the outputs lie. bn_neural_window() uses them to make values uniform */
 BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
 
 /* Closes a network. NULL is allowed. */
@@ -118,19 +118,20 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 BN_API bn_result bn_neural_mask(const bn_neural *neural, uint32_t width, uint32_t height,
                                 uint64_t seed, uint32_t *ranks, size_t count);
 
-/* Makes a window of width x height texels of the endless plane of a seed, its first texel at
- * (x0, y0): values[C][height][width] in [0, 1), uniform over the plane. Windows that overlap agree
+/* Makes a window of width x height texels of the endless plane of a seed, its first texel at (x0,
+ * y0): values[C][height][width] in [0, 1), uniform over the plane. Windows that overlap agree
  * within 1e-5. Coordinates run from -2^40 to 2^40. Fails like bn_neural_mask(), and with
- * INVALID_ARGUMENT for a window that reaches beyond the plane. If it fails after the work has begun,
- * the contents of values are undefined. */
+ * INVALID_ARGUMENT for a window that reaches beyond the plane. If it fails after the work has
+ * begun, the contents of values are undefined. */
 BN_API bn_result bn_neural_window(const bn_neural *neural, int64_t x0, int64_t y0, uint32_t width,
                                   uint32_t height, uint64_t seed, float *values, size_t count);
 
 /* The white noise that goes into the network, for training one or running it elsewhere:
  * noise[height][width] in [0, 1), a hash of the seed and the coordinates, the same bits everywhere.
  * A window shows what the network makes of the noise around it; a mask uses the noise from (0, 0),
- * repeated with the mask's extents. Errors: INVALID_ARGUMENT (noise NULL, a zero extent, coordinates
- * beyond +-2^41), SIZE_MISMATCH, OUT_OF_MEMORY (the extents exceed the address space). */
+ * repeated with the mask's extents. Errors: INVALID_ARGUMENT (noise NULL, a zero extent,
+ * coordinates beyond +-2^41), SIZE_MISMATCH, OUT_OF_MEMORY (the extents exceed the address space).
+ * */
 BN_API bn_result bn_neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                                  uint64_t seed, float *noise, size_t count);
 

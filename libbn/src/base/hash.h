@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * 64-bit hashes; the 32-bit ones that draws are made of are in bn_draw.glsl. */
+ * A 64-bit hash. The 32-bit hashes of the draws are in bn_draw.glsl. */
 #ifndef BN_HASH_H
 #define BN_HASH_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Reading option structures of older and newer headers. */
+ * Reads options structures of older and newer headers. */
 #ifndef BN_OPTIONS_H
 #define BN_OPTIONS_H
 

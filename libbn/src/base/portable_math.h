@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Exponential and logarithm from the four basic operations alone, so that they give the same bits
- * on every machine; the C library promises no such thing. Both are good to about 1e-15 relative. */
+ * Exponential and logarithm that give the same bits on every machine, which those of the C library
+ * need not. They use only the four basic operations. The relative error is about 1e-15. */
 #ifndef BN_PORTABLE_MATH_H
 #define BN_PORTABLE_MATH_H
 

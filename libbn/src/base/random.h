@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A sequential random generator for the mask makers. */
+ * A sequential random number generator for the mask generators. */
 #ifndef BN_RANDOM_H
 #define BN_RANDOM_H
 

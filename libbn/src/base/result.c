@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Results and the version as text. */
+ * Results and the version as strings. */
 #include <bn/bn.h>
 
 #define BN_STRINGIFY_(x) #x
@@ -12,17 +12,17 @@ const char *bn_result_string(bn_result result) {
     case BN_ERROR_INVALID_ARGUMENT:
         return "invalid argument";
     case BN_ERROR_SIZE_MISMATCH:
-        return "array count does not match the extents";
+        return "the count of an array does not match its extents";
     case BN_ERROR_OUT_OF_MEMORY:
         return "out of memory";
     case BN_ERROR_BAD_DATA:
         return "bad data";
     case BN_ERROR_UNSUPPORTED:
-        return "not supported by this version";
+        return "not supported by this version or build";
     case BN_ERROR_RUNTIME:
         return "ONNX Runtime is missing or failed";
     case BN_ERROR_IO:
-        return "input or output failed";
+        return "a file cannot be opened or read";
     case BN_ERROR_CANCELLED:
         return "cancelled";
     default:

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Teams of POSIX threads with a barrier of their own (the POSIX one is optional). */
+ * Teams of POSIX threads, with a barrier made of a mutex and a condition (the POSIX barrier is
+ * optional). */
 #define _POSIX_C_SOURCE 200809L
 #include "base/threads.h"
 
@@ -42,7 +43,7 @@ enum { BN_THREADS_MOST = 64 };
 struct bn_team {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
-    uint32_t size; /* 0 until all threads that could be had are there */
+    uint32_t size; /* 0 until all threads have been started */
     uint32_t waiting, generation, next;
     int stopped;
     bn_team_work work;

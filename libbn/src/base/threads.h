@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A team of threads that runs one function together, in steps. The one file that knows threads. */
+ * A team of threads that runs one function together, in steps. Only threads.c uses threads. */
 #ifndef BN_THREADS_H
 #define BN_THREADS_H
 
@@ -13,17 +13,18 @@ typedef void (*bn_team_work)(void *user, bn_team *team, uint32_t index, uint32_t
 /* The number of processors, at least 1. */
 uint32_t bn_thread_count(void);
 
-/* Runs work on `threads` threads, or on as many as can be had, and waits for all. Systems without
- * POSIX threads use the calling thread alone. */
+/* Runs work on `threads` threads, or on as many as the system allows, and waits for all of them.
+ * Systems without POSIX threads use only the calling thread. */
 void bn_team_run(uint32_t threads, bn_team_work work, void *user);
 
-/* Waits until all members have come here. What they wrote before is seen by all after. */
+/* A barrier: waits until all members have called it. What they wrote before is visible to all of
+ * them afterwards. */
 void bn_team_wait(bn_team *team);
 
-/* 0, 1, 2 ... in the order in which members ask, across all of them. */
+/* A counter that all members share: 0, 1, 2 ... */
 uint32_t bn_team_next(bn_team *team);
 
-/* From now on bn_team_next() gives UINT32_MAX. */
+/* Makes every later bn_team_next() return UINT32_MAX. */
 void bn_team_stop(bn_team *team);
 
 #endif

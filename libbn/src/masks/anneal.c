@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
- * arguments, starting points and the choice of energy. Cost: sweeps x texels trials. */
+ * arguments, the starting point and the choice of energy. Takes sweeps x texels trials. */
 #include "base/check.h"
 #include "base/memory.h"
 #include "base/options.h"
@@ -10,10 +10,10 @@
 #include <float.h>
 #include <string.h>
 
-/* Windows end where the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
+/* In sigmas: where windows end, as the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
 
-/* Texels of one value that are this many sigmas apart do not feel each other. */
+/* In sigmas: texels of one value that are this far apart do not interact. */
 static const double BN_ANNEAL_SPARSE = 10.0 / 3;
 
 static int good_options(const bn_anneal_options *o) {

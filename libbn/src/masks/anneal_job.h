@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What annealing of one channel and of several share. */
+ * What annealing of one and of several channels share. */
 #ifndef BN_ANNEAL_JOB_H
 #define BN_ANNEAL_JOB_H
 
@@ -12,8 +12,9 @@ typedef struct bn_anneal_job {
     const bn_anneal_options *options;
     uint32_t width, height, channels;
     uint32_t texels;
-    uint32_t reach[2];  /* half the window along x and y: no window meets itself around the torus */
-    uint32_t *ranks;    /* [channels][texels], worked on in place */
+    uint32_t
+        reach[2];    /* half the window along x and y, limited so that no window overlaps itself */
+    uint32_t *ranks; /* [channels][texels], worked on in place */
     const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
     bn_random random;
 } bn_anneal_job;
@@ -31,14 +32,14 @@ static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep) 
     return o->progress != NULL && o->progress(o->progress_user, (double)sweep / o->sweeps) != 0;
 }
 
-/* A texel at most three away from p in both axes; may be p. `choice` is below 49. */
+/* A texel at most three away from p along each axis, possibly p itself. `choice` is below 49. */
 static inline uint32_t bn_anneal_neighbour(const bn_anneal_job *job, uint32_t p, uint32_t choice) {
     uint32_t x = (p % job->width + 3 * job->width + choice % 7 - 3) % job->width;
     uint32_t y = (p / job->width + 3 * job->height + choice / 7 - 3) % job->height;
     return y * job->width + x;
 }
 
-/* The shorter way round from one coordinate to another. */
+/* The offset from one coordinate to another, the shorter way around the torus. */
 static inline int32_t bn_anneal_offset(uint32_t from, uint32_t to, uint32_t extent) {
     int32_t d = (int32_t)to - (int32_t)from, half = (int32_t)(extent / 2);
     return d > half ? d - (int32_t)extent : d < -half ? d + (int32_t)extent : d;

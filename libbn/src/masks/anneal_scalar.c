@@ -2,16 +2,16 @@
  * Annealing of one channel by the dithering error itself.
  *
  * Summed over all thresholds, the squared error E_sigma^2 is a constant minus the sum over pairs of
- * W(p - q) |r_p - r_q|, W the Gaussian of sigma sqrt(2) (the error's autocorrelation, and
- * |a - b| = a + b - 2 min(a, b)). Exchanging the ranks a < b of two texels changes it by the
- * difference of two sums of W clamp(r, a, b) over their windows, so a trial costs two windows of
- * 16-bit multiplications. Half of the trials are with a texel of a near rank, half with a near
- * texel. */
+ * W(p - q) |r_p - r_q|, where W is a Gaussian of sigma sqrt(2), the blur's autocorrelation. This
+ * follows from |a - b| = a + b - 2 min(a, b). Swapping the ranks a < b of two texels changes the
+ * sum by the difference of two sums of W clamp(r, a, b) over their windows, so a trial takes two
+ * windows of 16-bit multiplications. Half of the trials swap with a texel of similar rank, half
+ * with a texel nearby. */
 #include "masks/anneal_scalar.h"
 #include "base/memory.h"
 #include "simd/simd.h"
 
-enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* so that the difference of two windows fits 32 bits */ };
+enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* the difference of two windows fits 32 bits */ };
 
 typedef struct board {
     bn_anneal_job *job;
@@ -23,15 +23,15 @@ typedef struct board {
     uint32_t *positions;
 } board;
 
-/* Ranks in 16 bits, from -32768; in large masks several share a value, and those are never swapped
- * for gain. */
+/* A rank in 16 bits, from -32768. In large masks several ranks share a value; swapping those gains
+ * nothing. */
 static int16_t reduced(const board *b, uint32_t rank) {
     const uint32_t texels = b->job->texels;
     if (texels > 65536) rank = (uint32_t)((uint64_t)rank * 65536 / texels);
     return (int16_t)((int32_t)rank - 32768);
 }
 
-/* Writes a texel and its images in the margin. */
+/* Writes a texel and its copies in the margin. */
 static void place(board *b, uint32_t p, uint32_t rank) {
     const bn_anneal_job *job = b->job;
     const uint32_t x = p % job->width, y = p / job->width;
@@ -45,7 +45,7 @@ static void place(board *b, uint32_t p, uint32_t rank) {
     }
 }
 
-/* Tries to exchange the ranks of p and q; a loss up to `allowance` is accepted. */
+/* Swaps the ranks of p and q unless that loses more than `allowance`. */
 static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
     const bn_anneal_job *job = b->job;
     if (job->ranks[p] > job->ranks[q]) {
@@ -60,7 +60,7 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
     int64_t gain =
         b->simd->window_difference(b->image + py * b->stride + px, b->image + qy * b->stride + qx,
                                    b->stride, b->weights, b->rows, b->row_lanes, a, c);
-    /* The pair itself does not change. */
+    /* The pair itself does not change: undo what the windows counted for it. */
     const int32_t dx = bn_anneal_offset(px, qx, job->width) + (int32_t)job->reach[0];
     const int32_t dy = bn_anneal_offset(py, qy, job->height) + (int32_t)job->reach[1];
     if (dx >= 0 && dx <= 2 * (int32_t)job->reach[0] && dy >= 0 &&
@@ -95,7 +95,7 @@ static void sweep(board *b, double temperature) {
     }
 }
 
-/* Both blurs' Gaussians, each of volume one, in the ratio of the option. */
+/* The Gaussians of both blurs, each of volume one, weighted by far_weight. */
 static void fill_weights(board *b) {
     const bn_anneal_options *o = b->job->options;
     const int32_t rx = (int32_t)b->job->reach[0], ry = (int32_t)b->job->reach[1];

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Annealing of two to four channels by the energy of Georgiev and Fajardo ("Blue-noise dithered
  * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times
- * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial exchanges one channel's values or all
- * of them between two texels and costs two windows of table lookups, twice. */
+ * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial swaps the values of one channel, or of
+ * all, between two texels. It takes two windows of table lookups for each of them. */
 #include "masks/anneal_vector.h"
 #include "base/memory.h"
 
@@ -27,9 +27,9 @@ static uint32_t entry(const int16_t *a, const int16_t *b) {
     return (uint32_t)sum >> BN_VECTOR_SHIFT;
 }
 
-/* What the energy of p's pairs grows by when its value changes from `old` to `new`. The pair with
- * `other` is left out: an exchange keeps the distance within the pair, whichever channels it takes.
- */
+/* How much the energy of p's pairs increases when its value changes from `old` to `new`. The pair
+ * with `other` is left out: a swap preserves the distance within the pair, whichever channels it
+ * takes. */
 static int64_t change(const field *f, uint32_t p, uint32_t other, const int16_t *old,
                       const int16_t *new) {
     const bn_anneal_job *job = f->job;
@@ -90,7 +90,7 @@ static void sweep(field *f, double temperature) {
         const uint32_t channel = (more & 0xff) % job->channels;
         uint32_t q, channels = 1u << channel;
         switch (bits >> 12 & 3) {
-        case 0: /* one channel's near rank */
+        case 0: /* one channel, a similar rank */
         case 1: {
             const uint32_t step = 1 + (uint32_t)((uint64_t)(more >> 8) * reach >> 16);
             const uint32_t rank = job->ranks[(size_t)channel * texels + p];
@@ -99,10 +99,10 @@ static void sweep(field *f, double temperature) {
                              (bits >> 14 & 1 ? rank - step : rank + step)];
             break;
         }
-        case 2: /* one channel of a near texel */
+        case 2: /* one channel, a texel nearby */
             q = bn_anneal_neighbour(job, p, (more >> 8) % 49);
             break;
-        default: /* all channels of any texel */
+        default: /* all channels, any texel */
             q = (uint32_t)((bits >> 16 & 0xffff) * texels >> 16);
             channels = 15;
             break;
@@ -111,7 +111,7 @@ static void sweep(field *f, double temperature) {
     }
 }
 
-/* |v|^(channels / 2) by square roots alone: distance is the root of the entry. */
+/* |v|^(channels / 2) from |v|^2, by square roots alone: they are exact on every machine. */
 static double power(double square, uint32_t channels) {
     double distance = sqrt(square);
     if (channels == 2) return distance;

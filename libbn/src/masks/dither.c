@@ -7,9 +7,9 @@
 #include "base/options.h"
 #include <math.h>
 
-/* Where channel c looks the mask up, as shares of its extents: a sequence of evenly spread points
- * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), far apart on the
- * torus, where a blue-noise mask has nothing in common with itself. */
+/* The offset of a channel in the mask, along one axis. The offsets are a low-discrepancy sequence
+ * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), so they are far apart
+ * on the torus, where the values of a blue-noise mask do not correlate. */
 static uint32_t channel_shift(uint32_t channel, uint32_t extent, double step) {
     double at = channel * step;
     return (uint32_t)((at - floor(at)) * extent);
@@ -30,7 +30,7 @@ static float quantise(const levels *l, float value, double threshold) {
     double fraction = scaled - low;
     if (low >= l->steps) return 1;
     if (l->srgb) {
-        /* The share of the upper level that gives the value's light, not its code. */
+        /* The share of the upper level that preserves the light of the value. */
         double dark = l->linear[(int)low], light = l->linear[(int)low + 1];
         fraction = (linear_of_srgb(v) - dark) / (light - dark);
     }

@@ -1,20 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Setting up an energy field: tiles, kernel and levels. The work is done in simd/kernels.h. */
+ * Sets up an energy field: tiles, kernel and levels. simd/kernels.h does the work. */
 #include "masks/energy_field.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/portable_math.h"
 #include <string.h>
 
-/* Where the Gaussian is cut off, in standard deviations: what is left is below 0.4 % of the centre.
- * More reach changes no measure of the masks; less costs quality at sigma 1.9. */
+/* Where the Gaussian is cut off, in standard deviations: it has fallen below 0.4 % of the centre.
+ * A larger reach changes no measure of the masks; a smaller one costs quality at sigma 1.9. */
 static const double BN_KERNEL_CUTOFF = 10.0 / 3;
 
 static uint32_t divide_up(uint32_t a, uint32_t b) {
     return a / b + (a % b != 0);
 }
 
-/* Tiles stand in bands of eight rows, column by column, so that 64 in a row are mostly a square. */
+/* Tiles are stored in bands of eight rows, column by column, so that 64 consecutive ones are mostly
+ * a square. */
 static size_t tile_index(const bn_field *f, uint32_t tx, uint32_t ty, uint32_t z) {
     uint32_t band = ty & ~7u, rows = f->tiles[1] - band < 8 ? f->tiles[1] - band : 8;
     return ((size_t)z * f->tiles[1] + band) * f->tiles[0] + (size_t)tx * rows + (ty & 7u);
@@ -66,7 +67,7 @@ static int32_t kernel_radius(double sigma) {
     return (int32_t)ceil(BN_KERNEL_CUTOFF * sigma);
 }
 
-/* The Gaussian along one axis for offsets 0 .. reach, its images on a narrow torus added up. */
+/* The Gaussian along one axis for offsets 0 .. reach, wrapped around a narrow torus. */
 static double *create_profile(bn_field *f, int axis, double sigma) {
     const int32_t radius = kernel_radius(sigma), extent = (int32_t)f->extent[axis];
     f->folded[axis] = 2 * (int64_t)radius + 1 > extent;
@@ -84,7 +85,7 @@ static double *create_profile(bn_field *f, int axis, double sigma) {
     return profile;
 }
 
-/* Whether an offset is beyond the sphere where the Gaussian is cut off. */
+/* Whether an offset lies outside the sphere at which the Gaussian is cut off. */
 static int outside(const bn_field *f, const int32_t offset[3], int32_t radius) {
     int64_t square = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +109,7 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
         }
         sum *= line;
     }
-    /* A tile may stand over the kernel's edge by all but one of its texels. */
+    /* A tile may extend beyond the kernel by all but one of its texels. */
     const int32_t margin[2] = {(int32_t)f->tile_extent[0] - 1, (int32_t)f->tile_extent[1] - 1};
     f->kernel_stride = 2 * (f->reach[0] + margin[0]) + 1;
     f->kernel_rows = 2 * (f->reach[1] + margin[1]) + 1;
@@ -146,7 +147,7 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
             const int32_t square = radius * radius - (f->folded[2] ? 0 : z * z);
             bn_field_circle circle = {radius, square};
             while (circle.reach * circle.reach > square) --circle.reach;
-            /* Of a folded axis every tile counts, and distances along it do not. */
+            /* Along a folded axis every tile is reached, at any distance. */
             if (f->folded[0] || f->folded[1]) circle.square = INT32_MAX;
             f->circle[z] = circle;
         }
@@ -164,7 +165,7 @@ static int create_levels(bn_field *f) {
          ++f->levels) {
         const int level = f->levels;
         if (level > 0) count = (count + BN_FIELD_FANOUT - 1) / BN_FIELD_FANOUT;
-        /* Whole groups, so that scans need no end. */
+        /* Whole groups, so that scans need no bounds check. */
         size_t room = (count + BN_FIELD_FANOUT - 1) / BN_FIELD_FANOUT * BN_FIELD_FANOUT;
         f->level_count[level] = count;
         f->lowest[level] = bn_allocate(room, sizeof(int32_t));
@@ -190,7 +191,7 @@ int bn_field_create(bn_field *f, const uint32_t extent[3], double sigma, uint64_
     f->tile_extent[0] = f->extent[1] == 1 ? 64 : 8;
     f->tile_extent[1] = f->extent[1] == 1 ? 1 : 8;
     if (!create_kernel(f, sigma, &centre)) return 0;
-    /* Far below the kernel's smallest values, but enough values to make ties rare. */
+    /* Far below the smallest values of the kernel, but large enough to make ties rare. */
     uint32_t noise = (uint32_t)centre >> 16;
     return create_tiles(f, seed, noise < 4 ? 4 : noise) && create_levels(f);
 }

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Making an energy field, and finding texels in it; simd/field.h says what it holds. */
+ * Makes energy fields, and finds texels in them. simd/field.h describes the data. */
 #ifndef BN_ENERGY_FIELD_H
 #define BN_ENERGY_FIELD_H
 
 #include "simd/field.h"
 
-/* A field without a texel set, its energies small random numbers of the seed that break ties.
- * `extent` may hold zeros nowhere. Returns 0 when memory is short; destroy it in any case. */
+/* Makes a field with no texel set. Its energies are small random numbers that break ties. No extent
+ * may be zero. Returns 0 when memory is short; call bn_field_destroy() in any case. */
 int bn_field_create(bn_field *field, const uint32_t extent[3], double sigma, uint64_t seed);
 void bn_field_destroy(bn_field *field);
 
-/* Finds all extremes anew. */
+/* Recomputes all extremes. */
 void bn_field_refresh(bn_field *field);
 
 /* The linear index of a texel in a row-major array, and back. */

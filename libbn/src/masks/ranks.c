@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Ranks of values and values of ranks.
  *
- * Floats become integers of the same order (sign-magnitude to biased), which a least-significant-
- * digit radix sort of three 11-bit passes orders together with their positions: linear time, and
- * stable, so equal values keep the order of their positions. 16 bytes of scratch per value. */
+ * Floats are mapped to integers of the same order and sorted with their positions by a radix sort
+ * from the least significant digit, in three passes of 11 bits. That takes linear time and is
+ * stable, so equal values keep their order. 16 bytes of scratch memory per value. */
 #include "base/memory.h"
 #include <bn/bn.h>
 #include <string.h>
 
 enum { BN_RADIX_BITS = 11, BN_RADIX_PASSES = 3, BN_RADIX_SIZE = 1 << BN_RADIX_BITS };
 
-/* Unsigned integers in the order of the floats; both zeros get one key. */
+/* An unsigned integer in the order of the floats. Both zeros have the same key. */
 static uint32_t ordered_key(uint32_t bits) {
     if (bits == 0x80000000u) bits = 0;
     return bits & 0x80000000u ? ~bits : bits | 0x80000000u;

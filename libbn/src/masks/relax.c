@@ -2,12 +2,12 @@
  * Parallel relaxation of a mask.
  *
  * Summed over all thresholds, the squared dithering error E_sigma^2 is a constant minus the sum
- * over pairs of W(p - q) |r_p - r_q|, W the Gaussian of sigma sqrt(2). Every step moves all texels
- * at once up its gradient, the sign of r_p - r_q softened to clamp((r_p - r_q) / softness), and
- * then gives them their ranks again: a histogram, its running sum, a lookup. Step and softness fall
- * geometrically, as in annealing. Values are 16-bit integers and counts do not depend on who
- * counts, so threads and instruction sets cannot change a bit. Per texel and step: the kernel's 60
- * pairs and one histogram. */
+ * over pairs of W(p - q) |r_p - r_q|, where W is a Gaussian of sigma sqrt(2). Every step moves all
+ * texels at once up the gradient of that sum, with the sign of r_p - r_q softened to clamp((r_p -
+ * r_q) / softness). Then it ranks them again, by a histogram, its running sum and a lookup. Step
+ * and softness decrease geometrically, as in annealing. Values and counts are integers, so threads
+ * and instruction sets cannot change a bit. A step takes the kernel's 60 pairs and one histogram
+ * entry per texel. */
 #include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -25,7 +25,7 @@ enum {
     BN_RELAX_FRACTION = 4 /* bits below a 16-bit value */
 };
 static const double BN_RELAX_CUTOFF = 4.6; /* of the kernel, in sigmas */
-static const double BN_RELAX_SPARSE = 3.8; /* sigmas between texels that do not feel each other */
+static const double BN_RELAX_SPARSE = 3.8; /* sigmas between texels that do not interact */
 
 typedef struct relaxation {
     const bn_relax_options *options;
@@ -41,14 +41,14 @@ typedef struct relaxation {
     uint32_t bin_count, teams;
     uint32_t *histograms; /* [threads][bin_count] */
     int16_t *values;      /* of the bins */
-    int32_t *last;        /* the last step's values, to rank exactly */
+    int32_t *last;        /* the values after the last step, for the final ranks */
     uint32_t *ranks;
     int cancelled;
 } relaxation;
 
 typedef struct step {
     int16_t limit;  /* softness in 16-bit values */
-    int32_t shift;  /* that uses the 16 bits up */
+    int32_t shift;  /* that makes the limit use all 16 bits */
     int32_t rate;   /* gradient to value, by 2^6 */
     int32_t lowest; /* value of bin 0 */
     int32_t bin_shift;
@@ -67,14 +67,14 @@ static step step_at(const relaxation *r, uint32_t index) {
     if (s.limit < 1) s.limit = 1;
     while (s.limit << (s.shift + 1) <= INT16_MAX) ++s.shift;
     s.rate = (int32_t)(size * one * 64 / (s.limit << s.shift));
-    /* As far as a value can move, and a little more: the gradient's products are rounded. */
+    /* As far as a value can move, plus a little for rounding in the gradient. */
     const int32_t margin = (int32_t)(size * one * (1 + 1.0 / 32)) + one / 64;
     s.lowest = -margin;
     while (((int64_t)one + 2 * (int64_t)margin) >> s.bin_shift >= r->bin_count) ++s.bin_shift;
     return s;
 }
 
-/* Writes a texel and its images in the margin. */
+/* Writes a texel and its copies in the margin. */
 static void place(relaxation *r, uint32_t x, uint32_t y, int16_t value) {
     const size_t rows = r->height + 2 * (size_t)r->reach[1];
     for (size_t row = (y + (uint32_t)r->reach[1]) % r->height; row < rows; row += r->height) {
@@ -94,7 +94,7 @@ static void first_values(relaxation *r, const uint32_t *ranks) {
     }
 }
 
-/* New values of the rows first .. last - 1, as bins, and how many fall into each. */
+/* Moves the rows first .. last - 1: stores the bin of each new value, and counts the bins. */
 static void move(relaxation *r, const step *s, uint32_t first, uint32_t last, uint32_t *histogram,
                  int keep) {
     int16_t gradient[256 + BN_WINDOW_LANES];
@@ -119,7 +119,7 @@ static void move(relaxation *r, const step *s, uint32_t first, uint32_t last, ui
     }
 }
 
-/* The running sum of all histograms: every bin's values become the middle of its ranks. */
+/* The running sum of all histograms: the value of a bin becomes the middle of its ranks. */
 static void equalise(relaxation *r, uint32_t threads) {
     uint64_t below = 0;
     const uint64_t scale = ((uint64_t)65536 << 31) / r->count;
@@ -133,8 +133,8 @@ static void equalise(relaxation *r, uint32_t threads) {
     }
 }
 
-/* The inner part of the rows' values; the margins come with wrap(). */
-static void look_up(relaxation *r, uint32_t first, uint32_t last) {
+/* Writes the values of the rows first .. last - 1, with their margins at both ends. */
+static void assign_values(relaxation *r, uint32_t first, uint32_t last) {
     for (uint32_t y = first; y < last; ++y) {
         int16_t *row = r->image + (y + (size_t)r->reach[1]) * r->stride;
         const uint16_t *bins = r->bins + (size_t)y * r->width;
@@ -149,6 +149,7 @@ static void look_up(relaxation *r, uint32_t first, uint32_t last) {
     }
 }
 
+/* Copies rows to the margins above and below. */
 static void wrap_rows(relaxation *r) {
     for (int32_t row = 0; row < 2 * r->reach[1]; ++row) {
         const size_t at = row < r->reach[1] ? (size_t)row : (size_t)row + r->height;
@@ -175,7 +176,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
         if (r->cancelled || i + 1 == o->steps) return;
         if (index == 0) equalise(r, threads);
         bn_team_wait(team);
-        look_up(r, first, last);
+        assign_values(r, first, last);
         bn_team_wait(team);
         if (index == 0) wrap_rows(r);
         bn_team_wait(team);
@@ -232,7 +233,7 @@ bn_result bn_relax(const bn_relax_options *given, uint32_t width, uint32_t heigh
     relaxation r = {
         .options = &o, .simd = bn_simd_get(), .width = width, .height = height, .count = count};
     uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
-    /* A team is worth its barriers from some thousand texels each. */
+    /* More threads pay off only with several thousand texels each, because of the barriers. */
     const uint64_t worth = count / 8192 + 1;
     if (threads > worth) threads = (uint32_t)worth;
     if (threads > height) threads = height;
@@ -263,7 +264,7 @@ bn_result bn_relax(const bn_relax_options *given, uint32_t width, uint32_t heigh
         result = BN_ERROR_CANCELLED;
         goto done;
     }
-    /* Below 2^24, so floats are exact. */
+    /* Integers below 2^24 are exact as floats. */
     for (size_t i = 0; i < count; ++i) final[i] = (float)r.last[i];
     result = bn_ranks_from_values(final, count, r.ranks);
     if (result != BN_SUCCESS) goto done;

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Thinning of a sparse pattern: the first and the last ranks of void-and-cluster.
  *
- * Where points stand further apart than the Gaussian reaches, its sums say nothing, and taking away
- * the "tightest cluster" would be left to rounding. So the Gaussian grows with the spacing of the
- * points that are left (0.45 of it, where void-and-cluster's own stands at the usual density of the
- * initial pattern), which keeps the pattern blue at every grey level down to single points. The
- * points lie in cells of the kernel's reach. Energies are integers that only fall, so the next
- * point comes from a queue of buckets whose entries are put right when they come up. Time and
- * memory are linear in the points. */
+ * Where points are further apart than the Gaussian reaches, its sums carry no information, and
+ * rounding would decide which point is the "tightest cluster". So here the Gaussian widens as
+ * points are removed: its sigma is 0.45 of the spacing of the remaining points, the ratio that
+ * void-and-cluster has at the usual density of the initial pattern. That keeps the pattern blue at
+ * every grey level down to single points. Points are sorted into cells as large as the kernel's
+ * reach. Energies are integers that only decrease, so the next point comes from a bucket queue
+ * whose entries are corrected when they reach the front. Time and memory are linear in the points.
+ * */
 #include "masks/thin.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -16,23 +17,24 @@
 
 static const double BN_THIN_SIGMA = 0.45; /* in spacings */
 static const double BN_THIN_REACH = 3;    /* in sigmas */
-static const double BN_THIN_STAGE = 0.5;  /* share of the points left when the Gaussian grows */
+static const double BN_THIN_STAGE =
+    0.5; /* share of the points that remain when the Gaussian widens */
 
 enum { BN_THIN_TABLE = 1024, BN_THIN_BUCKETS = 1024 };
 static const uint32_t BN_THIN_NONE = UINT32_MAX;
 
 typedef struct thin {
     const uint32_t *extent;
-    /* Of the points that are left, in the order of their cells. A point that was taken away is
-     * BN_THIN_NONE. The energy is the sum of the weights of a point's pairs. */
+    /* The remaining points, in the order of their cells. A removed point is BN_THIN_NONE. The
+     * energy of a point is the sum of the weights of its pairs. */
     uint32_t *point, *x, *y, *z, *energy;
     uint32_t *cell_of, *home, *cell_start, *next, *scratch;
     size_t count;
     uint32_t cells[3];
-    uint64_t scale; /* of squared distance to table entries, by 2^32 */
+    uint64_t scale; /* from squared distance to table entry, times 2^32 */
     uint64_t bucket_scale;
     uint32_t bucket[BN_THIN_BUCKETS];
-    uint32_t table[BN_THIN_TABLE + 1]; /* the last: nothing */
+    uint32_t table[BN_THIN_TABLE + 1]; /* the last entry is 0 */
 } thin;
 
 double bn_spacing(const uint32_t extent[3], size_t points) {
@@ -68,11 +70,11 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
     return (uint64_t)d * d;
 }
 
-/* Runs over the points first .. last - 1 near `slot`: with `collect` adds the weight of each pair
- * to both, else takes this one's weight from the others. Points taken away join in: nobody looks.
- */
+/* Visits the points first .. last - 1 near `slot`. With `collect` it adds the weight of each pair
+ * to both points; otherwise it subtracts the weight from the others. Removed points are included,
+ * as nothing reads their energies. */
 static void visit_range(thin *t, uint32_t slot, uint32_t first, uint32_t last, int collect) {
-    /* Copies, which stores to the energies cannot change. */
+    /* Local copies: the compiler cannot know that stores to the energies leave them alone. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
     const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot], z = zs[slot];
     const uint64_t scale = t->scale;
@@ -92,8 +94,8 @@ static void visit_range(thin *t, uint32_t slot, uint32_t first, uint32_t last, i
     if (collect) energy[slot] += sum;
 }
 
-/* The ranges of points in and around a cell, at most 18: cells along x lie side by side, but for
- * those beyond the torus' edge. */
+/* The ranges of points in and around a cell, at most 18. Cells along x are contiguous, except
+ * across the edge of the torus. */
 static uint32_t ranges_around(const thin *t, uint32_t cell, uint32_t ranges[18][2]) {
     const uint32_t home[3] = {cell % t->cells[0], cell / t->cells[0] % t->cells[1],
                               cell / t->cells[0] / t->cells[1]};
@@ -120,7 +122,7 @@ static uint32_t ranges_around(const thin *t, uint32_t cell, uint32_t ranges[18][
     return count;
 }
 
-/* The energy of every point: each pair once, and none with itself. */
+/* Computes the energy of every point, visiting each pair once. */
 static void collect(thin *t, uint32_t cells) {
     uint32_t ranges[18][2];
     for (uint32_t cell = 0; cell < cells; ++cell) {
@@ -137,7 +139,7 @@ static void collect(thin *t, uint32_t cells) {
     }
 }
 
-/* Moves values[i] to where cell order has it: position[i]. */
+/* Puts values into the order of the cells: values[i] moves to cell_of[i]. */
 static void reorder(thin *t, uint32_t **values) {
     uint32_t *from = *values;
     for (size_t i = 0; i < t->count; ++i) t->scratch[t->cell_of[i]] = from[i];
@@ -175,7 +177,7 @@ static void push(thin *t, uint32_t slot) {
     *head = slot;
 }
 
-/* Chooses the Gaussian for t->count points, and finds their cells, energies and buckets. */
+/* Chooses the Gaussian for t->count points and computes their cells, energies and buckets. */
 static void begin_stage(thin *t, uint64_t seed) {
     const double reach = BN_THIN_REACH * BN_THIN_SIGMA * bn_spacing(t->extent, t->count);
     uint32_t most = 0;
@@ -186,7 +188,7 @@ static void begin_stage(thin *t, uint64_t seed) {
     for (size_t i = 0; i < t->count; ++i) most = t->energy[i] > most ? t->energy[i] : most;
     t->bucket_scale = ((uint64_t)BN_THIN_BUCKETS << 32) / ((uint64_t)most + 1);
     for (int i = 0; i < BN_THIN_BUCKETS; ++i) t->bucket[i] = BN_THIN_NONE;
-    /* A bucket's points come in an order that has nothing to do with where they are. */
+    /* Fill the buckets in pseudo-random order, so that ties do not depend on position. */
     uint32_t size = 1;
     while (size < t->count) size *= 2;
     const uint32_t step = (uint32_t)(bn_mix64(seed ^ t->count) | 1u);
@@ -196,8 +198,8 @@ static void begin_stage(thin *t, uint64_t seed) {
     }
 }
 
-/* Takes away points until `left` are left; their list grows downwards from `removed`. */
-static void take_away(thin *t, size_t left, uint32_t *removed) {
+/* Removes points until `left` remain. Writes them from `removed` downwards. */
+static void remove_points(thin *t, size_t left, uint32_t *removed) {
     int top = BN_THIN_BUCKETS - 1;
     for (size_t remaining = t->count; remaining > left;) {
         const uint32_t slot = t->bucket[top];
@@ -231,7 +233,8 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         *arrays[i] = bn_allocate(count, sizeof **arrays[i]);
         good = good && *arrays[i] != NULL;
     }
-    /* A cell is never smaller than the reach, which is above 1.3 spacings. */
+    /* A cell is at least as large as the reach, 1.35 spacings: there are fewer cells than points.
+     * */
     t->cell_start = bn_allocate(count + 8, sizeof *t->cell_start);
     if (!good || t->cell_start == NULL) {
         good = 0;
@@ -254,7 +257,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         size_t left = (size_t)(BN_THIN_STAGE * (double)t->count), kept = 0;
         if (left < 1) left = 1;
         begin_stage(t, seed);
-        take_away(t, left, points + t->count);
+        remove_points(t, left, points + t->count);
         for (size_t i = 0; i < t->count; ++i) {
             if (t->point[i] == BN_THIN_NONE) continue;
             t->point[kept] = t->point[i];

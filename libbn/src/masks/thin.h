@@ -1,28 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The order in which to take points away from a sparse pattern. */
+ * Orders the points of a sparse pattern: the first and the last ranks of a mask. */
 #ifndef BN_THIN_H
 #define BN_THIN_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* The distance of `points` points spread evenly over a torus, axes too narrow for it left out. */
+/* The spacing of `points` points spread evenly over a torus. Axes narrower than the spacing do not
+ * count. */
 double bn_spacing(const uint32_t extent[3], size_t points);
 
-/* Points from this distance on belong to bn_thin. `sigma` in texels, as in void-and-cluster. */
+/* The spacing from which on points are left to bn_thin(). `sigma` is that of void-and-cluster, in
+ * texels. */
 double bn_thin_spacing(double sigma);
 
-/* The most texels out of `count` that are `spacing` apart: at least 1, at most half of them,
- * rounded up. */
+/* The largest number of points, out of `count` texels, that have at least that spacing: at least 1
+ * and at most half of the texels, rounded up. */
 size_t bn_thin_count(const uint32_t extent[3], size_t count, double spacing);
 
-/* Orders `count` texels, given as linear indices of a row-major array: on return every prefix of
- * `points` is spread as evenly as taking away one at a time from the whole allows. Returns 0 when
- * memory is short. */
+/* Orders `count` texels, given as indices into a row-major array, by removing the tightest cluster
+ * again and again: on return every prefix of `points` is spread evenly. Returns 0 when memory is
+ * short. */
 int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count);
 
-/* Orders the first and the last ranks of a mask anew, as many as stand `spacing` apart. Returns 0,
- * and leaves the ranks, when memory is short. */
+/* Reorders the first and the last ranks of a mask, as many as have at least that spacing. Returns 0
+ * when memory is short, with the ranks unchanged. */
 int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t *ranks,
                  size_t count);
 

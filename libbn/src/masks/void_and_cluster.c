@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Void-and-cluster (Ulichney, "The void-and-cluster method for dither array generation", 1993).
  *
- * Three departures. The initial pattern starts from largest voids instead of white noise, which is
- * near its fixed point. Phases two and three are one: with a linear filter the tightest cluster of
- * the zeros is the largest void of the ones. And where the minority's texels stand apart from each
- * other, at both ends of the grey scale, bn_thin orders them. Time and memory are close to linear.
- */
+ * Three differences from the paper. The initial pattern is made by filling largest voids, which is
+ * closer to the final pattern than white noise. Phases two and three are one, since with a linear
+ * filter the tightest cluster of zeros is the largest void of ones. And at both ends of the grey
+ * scale, where the minority texels are far apart, bn_thin() orders them. Time and memory are almost
+ * linear. */
 #include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -23,7 +23,7 @@ typedef struct maker {
     const bn_simd *simd;
     bn_field field;
     size_t count, ones;
-    size_t done, expected; /* changes to the field */
+    size_t done, expected; /* changes of the field, for progress */
     uint32_t *ranks, *minority;
     int cancelled;
 } maker;
@@ -37,7 +37,7 @@ static int cancelled(maker *m) {
     return m->cancelled;
 }
 
-/* Fills the largest void until `ones` texels are set, giving ranks where `ranks` is. */
+/* Fills the largest void until `ones` texels are set. Writes their ranks unless `ranks` is NULL. */
 static void fill(maker *m, size_t ones, uint32_t *ranks) {
     while (m->ones < ones && !cancelled(m)) {
         bn_field_texel empty = m->simd->field_find(&m->field, BN_FIELD_LOWEST);
@@ -51,8 +51,8 @@ static int32_t energy_at(const maker *m, bn_field_texel t) {
     return m->field.energy[(size_t)t.tile * BN_TILE_SIZE + t.lane];
 }
 
-/* Moves the tightest cluster to the largest void until that is where it was. Each move lowers the
- * sum of all pairs' kernel values, an integer, so this ends; the bound only says so to readers. */
+/* Moves the tightest cluster to the largest void until the two coincide. Each move lowers an
+ * integer, the sum of the kernel over all pairs, so this ends; the bound is never reached. */
 static void spread(maker *m) {
     const int both = BN_FIELD_LOWEST | BN_FIELD_HIGHEST;
     bn_field_refresh(&m->field);
@@ -68,8 +68,8 @@ static void spread(maker *m) {
     }
 }
 
-/* Takes away the tightest cluster until `ones` texels are left, and puts all back: the field's
- * integers return to what they were. The removed texels stand in m->minority by rank. */
+/* Removes the tightest cluster until `ones` texels remain. The removed texels are listed in
+ * m->minority by rank, for put_back(). */
 static void empty(maker *m, size_t ones) {
     if (m->ones <= ones) return;
     bn_field_refresh(&m->field);
@@ -81,6 +81,7 @@ static void empty(maker *m, size_t ones) {
     }
 }
 
+/* Sets the removed texels again: the integers of the field return to what they were. */
 static void put_back(maker *m, size_t ones) {
     for (; m->ones < ones && !cancelled(m); ++m->ones) {
         m->simd->field_change(&m->field, bn_field_at(&m->field, m->minority[m->ones]), 1,
@@ -89,7 +90,7 @@ static void put_back(maker *m, size_t ones) {
     bn_field_refresh(&m->field);
 }
 
-/* Lists the texels that are set (or not) in m->minority and thins them. */
+/* Lists in m->minority the texels that are set (or not set), and orders them by bn_thin(). */
 static int thin(maker *m, int set, size_t expected) {
     const bn_field *f = &m->field;
     size_t listed = 0;
@@ -117,7 +118,7 @@ static bn_result make(maker *m, const uint32_t extent[3]) {
     if (!m->cancelled && initial < m->count) spread(m);
     empty(m, sparse);
     if (m->cancelled) return BN_ERROR_CANCELLED;
-    /* bn_thin takes the list's front; what stands behind it is still to be put back. */
+    /* bn_thin() uses the front of the list; the texels behind it are still to be put back. */
     if (!thin(m, 1, sparse)) return BN_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < sparse; ++i) m->ranks[m->minority[i]] = (uint32_t)i;
     put_back(m, initial);
@@ -128,7 +129,7 @@ static bn_result make(maker *m, const uint32_t extent[3]) {
     return BN_SUCCESS;
 }
 
-/* Axes of extent 1 go last: row-major order does not notice. */
+/* Moves axes of extent 1 to the end, which does not change row-major order. */
 static void squeeze(uint32_t extent[3]) {
     int used = 0;
     for (int axis = 0; axis < 3; ++axis) {

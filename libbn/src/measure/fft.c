@@ -3,8 +3,8 @@
  *
  * Powers of two: Stockham's self-sorting passes of radix two, n log n. Other lengths: Bluestein,
  * "A linear filtering approach to the computation of discrete Fourier transform" (1970), which
- * turns the transform into a convolution of a power-of-two length. Eight columns run through every
- * pass side by side, so that the inner loops are plain vector code. */
+ * turns the transform into a convolution of a power-of-two length. Every pass transforms eight
+ * columns side by side, so that the inner loops vectorise. */
 #include "measure/fft.h"
 #include "base/memory.h"
 #include <math.h>
@@ -13,7 +13,7 @@
 enum { BN_FFT_LANES = 8 };
 
 struct bn_fft {
-    size_t n, m;                   /* length; the power of two that is worked at */
+    size_t n, m;                   /* the length; the power of two that is transformed */
     double *cosine, *sine;         /* of -2 pi k / m, m / 2 of them */
     double *chirp_re, *chirp_im;   /* Bluestein: exp(-i pi k^2 / n), n of them */
     double *filter_re, *filter_im; /* the transform of the conjugate chirp, over m, m of them */

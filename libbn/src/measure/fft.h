@@ -7,13 +7,13 @@
 
 typedef struct bn_fft bn_fft;
 
-/* A plan for length n >= 1; NULL when memory is short. */
+/* Makes a plan for length n >= 1; NULL when memory is short. */
 bn_fft *bn_fft_create(size_t n);
 void bn_fft_destroy(bn_fft *fft);
 
 /* Forward transform, in place, along the rows of a matrix re + i im of n rows and `columns`
- * columns: every column becomes its discrete Fourier transform. The plan holds the scratch, so a
- * plan serves one thread. */
+ * columns: every column becomes its discrete Fourier transform. The plan holds the scratch memory,
+ * so only one thread at a time may use it. */
 void bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns);
 
 /* to[x][y] = from[y][x] for a matrix of height rows and width columns. */

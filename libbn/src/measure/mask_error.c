@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The dithering error of a mask, exactly as defined: by the discrete Fourier transform.
  *
- * By Parseval the squared error of one threshold is the sum of its pattern's power spectrum times
- * the squared transfer function; nothing is transformed back. Two thresholds share a complex
- * transform: with the transfer function even, the cross terms of z = a + i b cancel in the sum. 32
- * transforms of width x height, 32 bytes per texel. */
+ * By Parseval's theorem, the squared error of one threshold is the sum of its pattern's power
+ * spectrum times the squared transfer function, so no inverse transform is needed. Two thresholds
+ * share one complex transform: as the transfer function is even, the cross terms of z = a + i b
+ * cancel in the sum. 32 transforms of width x height, 32 bytes per texel. */
 #include "base/check.h"
 #include "base/memory.h"
 #include "measure/fft.h"
@@ -14,7 +14,7 @@
 
 enum { BN_ERROR_THRESHOLDS = 64 };
 
-/* Squared transfer function exp(-4 pi^2 sigma^2 f^2) of one axis. */
+/* The squared transfer function exp(-4 pi^2 sigma^2 f^2) along one axis. */
 static void fill_transfer(double *transfer, uint32_t extent, double sigma) {
     for (uint32_t k = 0; k < extent; ++k) {
         double f = (double)(k <= extent / 2 ? k : extent - k) / extent;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Reading files whole. The one place that knows files. */
+ * Reads whole files. Only files.c opens any. */
 #ifndef BN_FILES_H
 #define BN_FILES_H
 
 #include <bn/bn.h>
 
-/* A file of at most `limit` bytes, to be given back with bn_free(). Errors: IO (it cannot be opened
- * or read), BAD_DATA (it is empty or larger), OUT_OF_MEMORY. */
+/* Reads a file of at most `limit` bytes; free *bytes with bn_free(). Errors: IO (it cannot be
+ * opened or read), BAD_DATA (it is empty or larger), OUT_OF_MEMORY. */
 bn_result bn_file_read(const char *path, size_t limit, unsigned char **bytes, size_t *size);
 
 #endif

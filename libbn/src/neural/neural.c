@@ -2,12 +2,12 @@
  * Masks and windows by a network, after Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation
  * via Unsupervised Learning", 2022, but with one convolutional network for all sizes.
  *
- * The network turns white noise into blue noise and sees `radius` texels around each texel, so an
- * image is made in tiles: the noise of a tile and its margin comes from a hash of the coordinates,
- * wrapped for a mask and not for a window, and tiles fit together without seams. Threads take tiles
- * in turn; the split does not change what a texel sees, so memory stays small and results do not
- * depend on it. Cost: the network's, plus the margins, plus a radix sort for the ranks of a mask.
- */
+ * The network turns white noise into blue noise. Each output texel depends on the noise within
+ * `radius` texels, so an image can be computed in tiles: the noise of a tile and its margin is a
+ * hash of the coordinates (wrapped around for a mask, not for a window), and the tiles fit together
+ * without seams. Threads take the next tile as they become free. The division into tiles bounds
+ * memory and does not change results. Cost: the network, also on the margins, and a radix sort for
+ * the ranks of a mask. */
 #include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -20,14 +20,15 @@
 #include <string.h>
 
 enum {
-    BN_TILE_EXTENT = 256,           /* of the tiles that the runtime is prepared for */
-    BN_TILE_MOST_TEXELS = 1 << 16,  /* of a tile: measured, larger ones leave the cache */
+    BN_TILE_EXTENT = 256, /* of the square tiles that the runtime is prepared for */
+    BN_TILE_MOST_TEXELS =
+        1 << 16, /* of a tile; larger ones were measured to fall out of the cache */
     BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
     BN_TILE_LEAST_EXTENT = 32,
-    BN_TILE_COST = 1 << 9 /* of starting a tile, in texels */
+    BN_TILE_COST = 1 << 9 /* of starting a tile, as the time of so many texels */
 };
 static const int64_t BN_WINDOW_FARTHEST = (int64_t)1 << 40;
-static const int64_t BN_NOISE_FARTHEST = (int64_t)1 << 41; /* margins reach beyond windows */
+static const int64_t BN_NOISE_FARTHEST = (int64_t)1 << 41; /* so that windows can have margins */
 
 #if BN_BUILTIN_NETWORK
 extern const uint8_t bn_data_neural[];
@@ -58,7 +59,7 @@ static int64_t positive_remainder(int64_t value, int64_t divisor) {
     return remainder < 0 ? remainder + divisor : remainder;
 }
 
-/* Noise of width x height texels from (x0, y0) on; periods of 0 are none. */
+/* Noise of width x height texels from (x0, y0) on, repeated with the periods; 0 for none. */
 static void fill_noise(uint64_t seed, int64_t x0, int64_t y0, uint32_t width, uint32_t height,
                        uint32_t period_x, uint32_t period_y, float *noise) {
     for (uint32_t i = 0; i < height; ++i) {
@@ -102,7 +103,7 @@ static int all_finite(const float *values, size_t count) {
     return !bad;
 }
 
-/* Runs the model once on a small piece: its radius must be what it says. */
+/* Runs the model once on a small input: its radius and its align must be what it says. */
 static bn_result try_model(const bn_neural *n) {
     const uint32_t align = n->model.align, extent = (16 + align - 1) / align * align;
     const uint32_t outer = extent + 2 * n->model.radius;
@@ -199,9 +200,9 @@ typedef struct image {
     int64_t x0, y0;              /* of the first texel */
     uint32_t width, height;      /* of `values`, per channel */
     uint32_t period_x, period_y; /* of the noise; 0 for none */
-    int window;                  /* values are to be uniform in [0, 1) */
+    int window;                  /* make values uniform in [0, 1) */
     float *values;
-    uint64_t area_width, area_height; /* that tiles cover, from the last aligned texel on */
+    uint64_t area_width, area_height; /* covered by tiles, from an aligned texel on */
     uint32_t tile_width, tile_height, columns, rows;
     bn_result results[BN_NEURAL_MOST_THREADS];
 } image;
@@ -210,14 +211,24 @@ static uint64_t round_up(uint64_t value, uint64_t to) {
     return (value + to - 1) / to * to;
 }
 
-/* The next number of tiles along an axis to try: all small ones, then about every sixteenth. */
+/* The next number of tiles along an axis to try: every small one, then steps of about 1/16. */
 static uint64_t next_division(uint64_t division) {
     return division + 1 + division / 16;
 }
 
-/* Splits an area so that all threads together are done soonest, by a count of the texels that the
- * layers compute: on average half of the margin on every side. */
-static void split(image *m, uint32_t threads) {
+/* Chooses the size of the tiles, so that the threads together finish soonest.
+ *
+ * All tiles have the same size, so the time is that of one tile times the number of rounds, the
+ * tiles per thread rounded up. Small tiles waste work on margins: the first layers compute the full
+ * margin of `radius` texels on every side and the last ones none, on average radius / 2, so a tile
+ * of w x h texels costs about (w + radius) * (h + radius), plus a fixed cost of starting it. Large
+ * tiles leave threads idle in the last round, and fall out of the cache. The estimate weighs these
+ * against each other: the loops try divisions of the area into `across` x `down` tiles, from one
+ * tile to tiles of the smallest extent, and keep the fastest one that fits the limits on memory.
+ *
+ * The runtime computes tiles of the prepared size about a fifth faster. So in the end the square
+ * tiles of that size win if four fifths of their estimate beat the best one found. */
+static void choose_tiles(image *m, uint32_t threads) {
     const bn_onnx_model *model = &m->neural->model;
     const uint64_t width = m->area_width, height = m->area_height, fixed = m->neural->prepared;
     const uint64_t smallest = round_up(BN_TILE_LEAST_EXTENT, model->align);
@@ -229,9 +240,9 @@ static void split(image *m, uint32_t threads) {
         for (uint64_t down = 1;; down = next_division(down)) {
             const uint64_t h = round_up((height + down - 1) / down, model->align);
             const uint64_t rows = (height + h - 1) / h;
-            const uint64_t turns = (rows * columns + threads - 1) / threads;
+            const uint64_t rounds = (rows * columns + threads - 1) / threads;
             const uint64_t time =
-                turns * ((w + model->radius) * (h + model->radius) + BN_TILE_COST);
+                rounds * ((w + model->radius) * (h + model->radius) + BN_TILE_COST);
             if (time < least_time && (w * h <= most || (w <= smallest && h <= smallest))) {
                 least_time = time;
                 m->tile_width = (uint32_t)w;
@@ -245,17 +256,17 @@ static void split(image *m, uint32_t threads) {
     }
     if (fixed == 0 || width < fixed || height < fixed) return;
     const uint64_t columns = (width + fixed - 1) / fixed, rows = (height + fixed - 1) / fixed;
-    const uint64_t turns = (rows * columns + threads - 1) / threads;
+    const uint64_t rounds = (rows * columns + threads - 1) / threads;
     const uint64_t tile = (fixed + model->radius) * (fixed + model->radius) + BN_TILE_COST;
-    if (turns * tile / 5 * 4 < least_time) {
+    if (rounds * tile / 5 * 4 < least_time) {
         m->tile_width = m->tile_height = (uint32_t)fixed;
         m->columns = (uint32_t)columns;
         m->rows = (uint32_t)rows;
     }
 }
 
-/* A value of a window: the share of the network's outputs below it, where the model says what that
- * is, in [0, 1). */
+/* A value of a window, in [0, 1): the share of the network's outputs that lie below it, if the
+ * model has quantiles. */
 static float window_value(const bn_onnx_model *model, float value) {
     if (model->has_quantiles) {
         const float *q = model->quantiles;
@@ -270,8 +281,8 @@ static float window_value(const bn_onnx_model *model, float value) {
     return value < 0 ? 0 : value > 1 - 0x1p-24f ? 1 - 0x1p-24f : value;
 }
 
-/* Keeps the part of a tile that lies in the image, from its column first_x and row first_y on: what
- * is before belongs to other tiles. */
+/* Copies the part of a tile that lies in the image, from column first_x and row first_y of the tile
+ * on; other tiles have what is before them. */
 static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y, int64_t first_x,
                       int64_t first_y) {
     const size_t tile_count = (size_t)m->tile_width * m->tile_height;
@@ -297,6 +308,10 @@ static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_
     return BN_SUCCESS;
 }
 
+static int cancelled(const bn_neural *n, double fraction) {
+    return n->progress != NULL && n->progress(n->progress_user, fraction) != 0;
+}
+
 static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
     image *m = user;
     const bn_neural *n = m->neural;
@@ -315,12 +330,11 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
     while (result == BN_SUCCESS) {
         const uint32_t next = bn_team_next(team);
         if (next >= tiles) break;
-        if (index == 0 && n->progress != NULL &&
-            n->progress(n->progress_user, (double)next / tiles) != 0) {
+        if (index == 0 && cancelled(n, (double)next / tiles)) {
             result = BN_ERROR_CANCELLED;
             break;
         }
-        /* The last tiles reach back over the ones before, so that all have one size. */
+        /* The last tiles overlap the ones before them, so that all have the same size. */
         const int64_t last_x = (int64_t)m->area_width - m->tile_width;
         const int64_t last_y = (int64_t)m->area_height - m->tile_height;
         const int64_t from_x = (int64_t)(next % m->columns) * m->tile_width;
@@ -340,7 +354,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t size) {
     bn_free(tile);
 }
 
-/* Fills m->values of an image whose other fields are set up to `values`. */
+/* Fills m->values. The caller has set the fields of the image up to `values`. */
 static bn_result fill_image(image *m) {
     const int64_t align = m->neural->model.align;
     uint32_t threads = m->neural->threads;
@@ -349,9 +363,11 @@ static bn_result fill_image(image *m) {
         round_up((uint64_t)positive_remainder(m->x0, align) + m->width, (uint64_t)align);
     m->area_height =
         round_up((uint64_t)positive_remainder(m->y0, align) + m->height, (uint64_t)align);
-    split(m, threads);
+    choose_tiles(m, threads);
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
+    /* Once in any case: other threads might take all of the tiles. */
+    if (cancelled(m->neural, 0)) return BN_ERROR_CANCELLED;
     bn_team_run(threads, work, m);
     for (uint32_t i = 0; i < threads; ++i) {
         if (m->results[i] != BN_SUCCESS) return m->results[i];
@@ -367,7 +383,8 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
     if (result != BN_SUCCESS) return result;
     const size_t texels = count / channels;
     float *values = bn_allocate(count, sizeof *values);
-    /* Ranks of all channels but the last, so that a failure leaves the caller's as they were. */
+    /* The ranks of all channels but the last, so that a failure leaves those of the caller
+     * unchanged. */
     uint32_t *made = channels > 1 ? bn_allocate(count - texels, sizeof *made) : NULL;
     result = BN_ERROR_OUT_OF_MEMORY;
     if (values != NULL && (made != NULL || channels == 1)) {

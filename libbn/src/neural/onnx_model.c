@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A strict reader of the few parts of an ONNX file that decide whether a model is one of ours.
+ * A strict reader of those parts of an ONNX file that tell whether libbn can use a model.
  *
  * An ONNX file is a Protocol Buffers message: a sequence of fields, each a varint (number << 3 |
- * wire type) and a value. The reader walks messages as spans of bytes, checks every length against
- * its span, allocates nothing and does not recurse: graphs inside attributes are refused. What it
- * does not know it skips. Field numbers are those of the public schema (onnx.proto). */
+ * wire type) and a value. The reader treats messages as spans of bytes and checks every length
+ * against its span. It allocates nothing, and does not recurse, since graphs inside attributes are
+ * refused. It skips fields that it does not know. Field numbers are those of the public schema
+ * (onnx.proto). */
 #include "neural/onnx_model.h"
 #include <string.h>
 
@@ -82,8 +83,8 @@ static int read_decimal(span s, uint32_t *value) {
     return 1;
 }
 
-/* BN_MODEL_QUANTILES whole numbers with commas between them, none smaller than the one before, as
- * multiples of 2^-24. */
+/* BN_MODEL_QUANTILES integers with commas between them, in ascending order, as multiples of 2^-24.
+ * */
 static int read_quantiles(span s, float quantiles[BN_MODEL_QUANTILES]) {
     for (int i = 0; i < BN_MODEL_QUANTILES; ++i) {
         uint32_t size;
@@ -101,7 +102,7 @@ static int read_quantiles(span s, float quantiles[BN_MODEL_QUANTILES]) {
     return quantiles[BN_MODEL_QUANTILES - 1] > quantiles[0];
 }
 
-/* The strings with two field numbers of a message that holds each at most once. */
+/* Reads two string fields of a message, which may hold each at most once. */
 static int read_pair(span s, uint32_t first_number, span *first, uint32_t second_number,
                      span *second) {
     field f;
@@ -174,8 +175,7 @@ static bn_result check_node(span s) {
     return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
 }
 
-/* The only message among the fields `number` of a message; 0 when there is none or more than one.
- */
+/* The one field `number` of a message; 0 when there is none or more than one. */
 static int only_message(span s, uint32_t number, span *message) {
     field f;
     int state, count = 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the library must know of a model before ONNX Runtime sees it. */
+ * What the library reads from a model before ONNX Runtime sees it. */
 #ifndef BN_ONNX_MODEL_H
 #define BN_ONNX_MODEL_H
 

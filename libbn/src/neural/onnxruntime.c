@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The one file that touches ONNX Runtime: finding and loading it, sessions, runs.
+ * The only file that uses ONNX Runtime: it finds and loads the library, and opens and runs
+ * sessions.
  *
- * Sessions have no threads of their own: the library runs tiles of an image side by side on its
- * own, so nothing spins in a host's process and the threads used do not change a result. ONNX
- * Runtime keeps one environment per process and counts its users, so every session here holds the
- * environment once. A library in which an environment was made stays loaded: threads or exit
- * handlers of it may live on. */
+ * Sessions have no threads: libbn runs the tiles of an image in parallel on threads of its own, so
+ * nothing spins in the host's process, and the number of threads does not change results. ONNX
+ * Runtime has one reference-counted environment per process, of which every network holds a
+ * reference. A library in which an environment was created is never unloaded, as it may have left
+ * threads or exit handlers behind. */
 #define _POSIX_C_SOURCE 200809L
 #include "neural/onnxruntime.h"
 #include "base/memory.h"
@@ -24,7 +25,7 @@
 
 typedef struct library {
     void *handle;
-    int was_loaded; /* before this call, by somebody else */
+    int was_loaded; /* before this call, by the host */
 } library;
 
 #if defined(_WIN32)
@@ -104,7 +105,7 @@ static int load_named(const char *name, library *found) {
 
 static int load_anywhere(library *found) {
 #if defined(BN_HAVE_DLFCN)
-    /* The program itself and what it is linked with. */
+    /* The program itself and the libraries it is linked with. */
     found->was_loaded = 1;
     found->handle = dlopen(NULL, RTLD_NOW | RTLD_LOCAL);
     if (found->handle != NULL && library_entry(found->handle) != NULL) return 1;
@@ -143,15 +144,15 @@ struct bn_runtime {
     bn_ort_memory_info *memory;
 };
 
-/* 1 when a call succeeded. */
+/* Whether a call succeeded; releases its status. */
 static int done(const bn_ort_api *api, bn_ort_status *status) {
     if (status == NULL) return 1;
     api->release_status(status);
     return 0;
 }
 
-/* The table of a library; NULL when it is too old or foreign. Versions are read first, because
- * asking for one the library does not know makes it print. */
+/* The function table of a library; NULL if it is too old or not ONNX Runtime. Checks the version
+ * first, because a library that is asked for an unknown version prints a message. */
 static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
     const bn_ort_api_base *base = entry != NULL ? entry() : NULL;
     const char *version = base != NULL ? base->get_version_string() : NULL;
@@ -222,7 +223,7 @@ bn_result bn_runtime_open(const char *library_path, const void *model, size_t si
         r->env = NULL;
         goto failed;
     }
-    /* Who brought the library along decides on its telemetry. */
+    /* A host that loaded the library itself decides about its telemetry. */
     if (!found.was_loaded && !done(api, api->disable_telemetry_events(r->env))) goto failed;
     if (!done(api, api->create_cpu_memory_info(BN_ORT_ARENA_ALLOCATOR, BN_ORT_MEMORY_DEFAULT,
                                                &r->memory))) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A model loaded by ONNX Runtime, which is itself loaded at run time. */
+ * A model in ONNX Runtime, which is itself loaded at run time. */
 #ifndef BN_ONNXRUNTIME_H
 #define BN_ONNXRUNTIME_H
 
@@ -7,8 +7,7 @@
 
 typedef struct bn_runtime bn_runtime;
 
-/* An input size that the runtime is to prepare for: sizes that are known ahead run a fifth faster.
- */
+/* An input size to prepare for: sizes known in advance run a fifth faster. */
 typedef struct bn_runtime_size {
     const char *height_name, *width_name; /* of the axes in the model */
     uint32_t height, width;

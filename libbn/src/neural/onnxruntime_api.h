@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The entries of ONNX Runtime's C interface that the library calls, so that no header of it is
- * needed.
+ * Declares the part of ONNX Runtime's C API that libbn calls, so that building does not need its
+ * headers.
  *
- * The interface is a table of function pointers that only grows at its end, so an entry's index
- * holds in every version. The gaps are entries that are not called. test_onnxruntime_api compares
- * the offsets with the real header where there is one. */
+ * The API is a table of function pointers that only grows at the end, so the index of an entry is
+ * the same in every version. The gaps are entries that libbn does not call. test_onnxruntime_api
+ * compares the offsets with the real header if it finds one. */
 #ifndef BN_ONNXRUNTIME_API_H
 #define BN_ONNXRUNTIME_API_H
 
@@ -27,7 +27,7 @@ typedef struct bn_ort_value bn_ort_value;
 typedef void(BN_ORT_CALL *bn_ort_gap)(void);
 
 enum {
-    BN_ORT_OLDEST = 17, /* versions of the table that are asked for */
+    BN_ORT_OLDEST = 17, /* the versions of the table to ask for */
     BN_ORT_NEWEST = 21,
     BN_ORT_LOG_FATAL = 4,
     BN_ORT_OPTIMISE_ALL = 99,

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The tables of the draws from the data of BLUE, data/blue.u32: a tile of labels, and for each
- * member of a family the vectors of digits that the bits of an index and of a label contribute.
- * Microseconds. */
+ * Makes the tables of the draws from data/blue.u32, which holds a tile of labels and, for each
+ * member of a family, the vectors of digits that the bits of an index and of a label contribute.
+ * Takes microseconds. */
 #include "sampler/blue_tables.h"
 #include <stddef.h>
 
 extern const uint32_t bn_data_blue[];
 
-/* Symmetries are loaded as aligned registers; see bn_draw.h. */
+/* bn_draw.h loads reflections with an aligned load. */
 _Static_assert(offsetof(bn_sampler, table) % 16 == 0, "alignment");
 _Static_assert(offsetof(bn_draw_table, reflections) % 16 == 0, "alignment");
 
@@ -25,7 +25,7 @@ enum {
     VECTORS = INDEX_BITS + LABEL_BITS
 };
 
-/* The sum of the vectors first, first + 1 ... of a member that the bits of `bits` choose. */
+/* XORs the vectors first, first + 1 ... of a member whose bits are set in `bits`. */
 static void add_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t sum[4]) {
     const uint32_t *vector = bn_data_blue + VECTORS_AT + (member * VECTORS + first) * 4u;
     for (int d = 0; d < 4; ++d) sum[d] = 0;
@@ -34,7 +34,7 @@ static void add_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t
     }
 }
 
-/* The same as the upper halves of four coordinates. */
+/* The same, reduced to the upper halves of the four coordinates. */
 static void add_label_vectors(uint32_t member, uint32_t first, uint32_t bits, uint32_t out[2]) {
     uint32_t sum[4];
     add_vectors(member, first, bits, sum);

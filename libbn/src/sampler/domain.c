@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Domains: 32-bit names of the decisions of a path, hashed along the call tree. */
+ * Domains: 32-bit hashes that identify the decisions along a path. */
 #include <bn/bn_draw.h>
 
 uint32_t bn_domain_child(uint32_t domain, uint32_t key) {

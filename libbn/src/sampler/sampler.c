@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler object and its draws. BLUE, SOBOL and WHITE are the inline functions of bn_draw.h,
- * ZORDER is in zorder.c; this file adds MASK, which needs memory of its own. */
+ * The sampler object and its draws. BLUE, SOBOL and WHITE are inline functions of bn_draw.h, ZORDER
+ * is in zorder.c, and MASK, which needs memory of its own, is here. */
 #include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -11,11 +11,11 @@
 
 /* ---- MASK */
 
-/* * A mask makes the first sample of every pixel: one look for each dimension, at a shift of its own.
- * The others follow by exchanging digits, not by adding values: in the digits of a scrambled Sobol'
- * (0,2)-sequence every pixel has the digital shift that makes its sample 0 the value of the mask.
- * So each pixel keeps its nets; a rotation on the torus (Cranley and Patterson, 1976), the usual
- * way, loses them and is worse than no mask from about 4 samples on. */
+/* The mask gives the first sample of every pixel, with one lookup per dimension, each at a
+ * different shift. The other samples come from a scrambled Sobol' (0, 2)-sequence, digitally
+ * shifted in each pixel so that its sample 0 is the value of the mask. A digital shift preserves
+ * the nets of a pixel. The usual Cranley-Patterson rotation (1976) destroys them, and is worse than
+ * no mask from about 4 samples on. */
 
 enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
 
@@ -24,8 +24,8 @@ static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
     return (uint32_t)(sum < 0 ? sum + extent : sum);
 }
 
-/* The texel of a look, as an index. */
-static size_t mask_look(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t key) {
+/* The index of the texel that a lookup reads. */
+static size_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t key) {
     uint32_t w = sampler->mask_width, h = sampler->mask_height;
     uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);
     uint32_t shift_y = (uint32_t)((uint64_t)bn_hash32(key) * h >> 32);
@@ -39,14 +39,14 @@ static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
     uint32_t pixel = bn_hash32((uint32_t)x ^ bn_hash32((uint32_t)y ^ key));
     uint32_t reversed = bn_reverse_bits(index), low = sampler->mask_low_digits;
     for (uint32_t pair = 0; pair < 2u; ++pair) {
-        /* As in BLUE: a nested shuffle that keeps power-of-two prefixes in place. */
+        /* As in BLUE: a nested shuffle that maps each power-of-two prefix to itself. */
         uint32_t digits = reversed ^ (reversed * (pixel << 1));
         uint32_t second = bn_sobol_second(digits);
         key = bn_hash32(key + 0x9e3779b9u);
-        digits ^= sampler->mask_x[mask_look(sampler, x, y, key)] ^ (pixel & low);
+        digits ^= sampler->mask_x[mask_lookup(sampler, x, y, key)] ^ (pixel & low);
         pixel = bn_hash32(pixel + 0x9e3779b9u);
         key = bn_hash32(key + 0x9e3779b9u);
-        second ^= sampler->mask_y[mask_look(sampler, x, y, key)] ^ (pixel & low);
+        second ^= sampler->mask_y[mask_lookup(sampler, x, y, key)] ^ (pixel & low);
         pixel = bn_hash32(pixel + 0x9e3779b9u);
         out[2 * pair] = bn_owen(digits, BN_MASK_KEY_X);
         out[2 * pair + 1] = bn_owen(second, BN_MASK_KEY_Y);
@@ -86,10 +86,10 @@ float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t ind
     return bn_draw_float(bits[0]);
 }
 
-/* ---- Life of a sampler */
+/* ---- Creating and destroying */
 
-/* The digits that bn_owen() scrambles to `value`. Digit by digit from the first: each is flipped or
- * not whatever the later ones are. */
+/* The digits that bn_owen() scrambles to `value`, found one by one from the first: whether a digit
+ * is flipped does not depend on later ones. */
 static uint32_t owen_inverse(uint32_t value, uint32_t seed) {
     uint32_t digits = 0;
     for (uint32_t bit = 1u << 31; bit != 0; bit >>= 1) {
@@ -105,7 +105,7 @@ static void mask_digits(const uint32_t *ranks, size_t count, bn_sampler *sampler
         sampler->mask_x[i] = owen_inverse(value, BN_MASK_KEY_X);
         sampler->mask_y[i] = owen_inverse(value, BN_MASK_KEY_Y);
     }
-    /* Digits finer than the ranks are random. */
+    /* Digits finer than the ranks are filled with random bits. */
     sampler->mask_low_digits = UINT32_MAX;
     for (size_t cells = 1; cells < count; cells *= 2) sampler->mask_low_digits >>= 1;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Many draws at once: what depends on the pixel alone is done once for all its indices. */
+ * Blocks of draws. Work that depends only on the pixel is shared by all of its indices. */
 #include "sampler/sampler_object.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
@@ -28,7 +28,7 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
         index_count - 1u > UINT32_MAX - first_index) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
-    /* The product without overflow: three divisions instead of one multiplication. */
+    /* Compares products by division, which cannot overflow. */
     size_t pixels = out_count / 4u / index_count;
     if (out_count % 4u != 0 || out_count / 4u % index_count != 0 || pixels % width != 0 ||
         pixels / width != height) {

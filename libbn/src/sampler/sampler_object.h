@@ -9,10 +9,10 @@ struct bn_sampler {
     bn_draw_table table;
     uint32_t words[BN_WORD_COUNT]; /* table.words */
     uint32_t zorder_log2;          /* kind ZORDER: log2 of the block every pixel owns */
-    /* Kind MASK, [mask_height][mask_width]: the digits that the scrambling of the first and of the
-     * second dimension of a pair makes the values of the mask. One allocation. */
+    /* Kind MASK, [mask_height][mask_width]: the digits that scrambling turns into the values of the
+     * mask, for the first and the second dimension of a pair. One allocation. */
     uint32_t *mask_x, *mask_y;
-    uint32_t mask_low_digits; /* those below the resolution of the mask */
+    uint32_t mask_low_digits; /* a bit mask: the digits finer than the ranks */
     uint32_t mask_width, mask_height;
 };
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The kind ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
- * via Hierarchical Ordering of Pixels", 2020. The pixels of a 4096 x 4096 tile along a Morton curve
- * with its digits scrambled own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
- * sequence; indices from 2^k on continue the block of a pixel with a scrambling of the pixel's own.
- * The curve is one for all domains of a family. The second pair is the first with the index mapped
- * by the matrix of an SZ sequence (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences",
- * 2025), and each member of a family has an order of its own, so that pairs and members are
- * stratified together. A few hundred instructions a draw. */
+ * The kind ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
+ * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, the
+ * pixels of a 4096 x 4096 tile own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
+ * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. All
+ * domains of a family share the curve. The second pair is the first with the index mapped by the
+ * matrix of an SZ sequence (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025),
+ * and each member of a family has a different order, so that pairs and members are stratified
+ * together. A draw takes a few hundred instructions. */
 #include "sampler/zorder.h"
 
 enum { BN_MORTON_BITS = 12 };
@@ -30,10 +30,11 @@ static uint64_t times_x64(uint64_t digits) {
     return lower << 1 | (upper ^ lower);
 }
 
-/* From the digits of the first pair those of the second: the upper triangular matrix of entries
- * binomial(j, i) x^(j - i) over the field of four, which like bn_sobol_second() factors into a step
- * for each bit of j. An odd `form` adds the second digit of each two to the first, which only
- * renames the digits to base 4: over both forms the four cross pairs of dimensions are alike. */
+/* The digits of the second pair from those of the first: the upper triangular matrix with entries
+ * binomial(j, i) x^(j - i) over the field of four, which factors into one step for each bit of j,
+ * as in bn_sobol_second(). An odd `form` adds the second of each two binary digits to the first.
+ * That only renames the digits in base 4, and makes the four cross pairs of dimensions equally good
+ * over both forms. */
 static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     digits ^= (times_x64(digits) << 2) & 0xccccccccccccccccu;
     digits ^= (times_x64(times_x64(digits)) << 4) & 0xf0f0f0f0f0f0f0f0u;
@@ -43,9 +44,9 @@ static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     return digits ^ ((digits << 1) & (form & 1u ? 0xaaaaaaaaaaaaaaaau : 0u));
 }
 
-/* The order of a member of a family: a linear map of the first eight digits, of which no digit
- * reaches a later one; what digit k becomes is byte 7 - k. Found by a search for little error of
- * products over two members. */
+/* The order of a member of a family: a linear map of the first eight digits in which no digit
+ * affects a later one. Byte 7 - k is the image of digit k. Found by a search that minimised the
+ * error of products over two members. */
 static uint64_t member64(uint64_t digits, uint32_t member) {
     static const uint64_t images[4] = {0x8040201008040201u, 0x8040a090f85c127bu,
                                        0x80402090682c1eddu, 0x8040a01018ac5e75u};
@@ -57,9 +58,9 @@ static uint64_t member64(uint64_t digits, uint32_t member) {
     return mapped << 56 | (digits & 0x00ffffffffffffffu);
 }
 
-/* A coordinate from sample 2^k on: `first` is the coordinate of the block, `shifted` the digits with
- * the pixel's block, `later` those of them that come from indices beyond it: where they begin, the
- * path leaves that of the block and goes on in an Owen scrambling of the pixel's own. */
+/* A coordinate from sample 2^k on. `first` is the coordinate within the block, `shifted` holds all
+ * digits, and `later` those that come from indices beyond the block. From the first of these on,
+ * the scrambling is not that of the block but one that differs in each pixel. */
 static uint32_t continued(uint32_t first, uint32_t shifted, uint32_t later, uint32_t key) {
     uint32_t below = later | (later >> 1), leading;
     below |= below >> 2;
@@ -80,7 +81,7 @@ static uint32_t morton_spread(uint32_t v) {
     return (v | v << 1) & 0x55555555u;
 }
 
-/* One dimension: the Owen scrambling of the whole picture, left for the pixel's own where the
+/* One dimension: the Owen scrambling of the whole picture, continued by that of the pixel where the
  * digits that come from indices beyond the block begin. */
 static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t picture_key,
                                 uint32_t pixel_key) {
@@ -93,7 +94,7 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
                     uint32_t domain, uint32_t out[4]) {
     const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
     const uint32_t block_mask = (1u << k) - 1u;
-    /* Tiles of 4096 x 4096 pixels are pictures of their own. */
+    /* Each tile of 4096 x 4096 pixels is scrambled independently. */
     uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
                               bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
     uint32_t keys[2] = {domain, domain << 2}; /* of the domain, and of its family */
@@ -106,7 +107,7 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
                       morton_spread((uint32_t)y & coordinate_mask) << 1;
     uint32_t pixel =
         bn_owen(morton << (32 - 2 * BN_MORTON_BITS), family) >> (32 - 2 * BN_MORTON_BITS);
-    /* The order inside the block, and of the later blocks, is the pixel's own. */
+    /* The order within the block, and of later blocks, differs in each pixel. */
     uint32_t order_key =
         bn_hash32(bn_hash32(pixel ^ bn_hash32(family ^ 0x5bd1e995u)) ^ (index >> k));
     uint32_t low = k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);

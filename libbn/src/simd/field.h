@@ -2,12 +2,12 @@
  * The energy of a binary pattern on a torus, kept up to date with its extremes: the data that the
  * kernels work on. masks/energy_field.h makes it.
  *
- * Energies are fixed-point integers: the kernel's sum is below 2^30, and a texel that is set
- * carries 2^30 more, so the lowest value of all is the largest void and the highest the tightest
- * cluster. Texels lie in tiles of 64 (8 x 8; 64 x 1 when there is one axis), each a contiguous
- * quarter of a kilobyte. One pass over the tiles under the kernel adds it and finds their new
- * extremes; above them stand levels of extremes of 64 each. A change costs the kernel's footprint,
- * a search 64 values per level. */
+ * Energies are fixed-point integers. The kernel's sum is below 2^30, and a texel that is set has
+ * 2^30 added to its energy, so the lowest value is the largest void and the highest one the
+ * tightest cluster. Texels are stored in tiles of 64 (8 x 8, or 64 x 1 when there is only one
+ * axis), 256 contiguous bytes each. One pass over the tiles under the kernel adds it and finds
+ * their new extremes. Above the tiles is a tree of extremes, each over 64 of the level below. A
+ * change takes time proportional to the kernel's area, a search 64 values per level. */
 #ifndef BN_SIMD_FIELD_H
 #define BN_SIMD_FIELD_H
 
@@ -19,21 +19,21 @@ enum {
     BN_FIELD_FANOUT = 64,
     BN_FIELD_LEVELS = 6, /* 64^6 values are enough for 2^31 texels */
     BN_FIELD_SET = 1 << 30,
-    /* Most tiles under the kernel in a slice: 54 texels each way at sigma 16, or a folded axis,
-     * which is no longer; so at most 15 tiles along an axis, and one more where the torus' ends
-     * meet. */
+    /* The most tiles under the kernel in a slice. The kernel reaches 54 texels each way at sigma
+     * 16, and a folded axis is no longer, so there are at most 15 tiles along an axis, and one more
+     * where the torus wraps. */
     BN_FIELD_JOBS = 16 * 16
 };
 
-/* What a change keeps up to date, and a search looks for. */
+/* The extremes that a change updates, or that a search finds. */
 enum { BN_FIELD_LOWEST = 1, BN_FIELD_HIGHEST = 2 };
 
 typedef struct bn_field_tile {
     uint32_t x, y, z; /* its first texel */
-    uint32_t edge;    /* the axes it sticks out of the torus along; 0: all its texels exist */
+    uint32_t edge;    /* the axes along which it extends beyond the torus; 0: all texels exist */
 } bn_field_tile;
 
-/* A slice of the kernel: along x and y, where they are not folded, it is zero outside this. */
+/* A slice of the kernel: along axes that are not folded, it is zero outside this circle. */
 typedef struct bn_field_circle {
     int32_t reach, square;
 } bn_field_circle;
@@ -46,17 +46,17 @@ typedef struct bn_field {
     bn_field_tile *tile;
     int32_t *energy; /* [tile_count][BN_TILE_SIZE] */
 
-    /* The kernel, with its centre's value of BN_FIELD_SET: offset (dx, dy, dz) stands at
-     * kernel[(dz * kernel_rows + dy) * kernel_stride + dx], zeros around. */
+    /* The kernel, with BN_FIELD_SET added at its centre: its value at offset (dx, dy, dz) is
+     * kernel[(dz * kernel_rows + dy) * kernel_stride + dx]. There are zeros around it. */
     int32_t *kernel_block;
     const int32_t *kernel;
     ptrdiff_t kernel_rows, kernel_stride,
         kernel_step;         /* step: between the 8-texel rows of a tile */
     int32_t reach[3];        /* offsets run from -reach to reach */
-    bn_field_circle *circle; /* the kernel ends at a sphere: its slices by |dz| */
-    int folded[3];           /* the kernel is wider than the torus and has its images added up */
+    bn_field_circle *circle; /* the slices of the kernel, which is cut off at a sphere, by |dz| */
+    int folded[3];           /* the kernel is wider than the torus and wrapped around it */
 
-    /* Tiles at the end of an axis that stick out: bit 0 along x, bit 1 along y. */
+    /* Whether the last tiles of an axis extend beyond the torus: bit 0 for x, bit 1 for y. */
     uint32_t edge[2];
     _Alignas(64) int32_t edge_keep[4][BN_TILE_SIZE]; /* -1 where the texel exists */
     _Alignas(64) int32_t edge_fill[4][BN_TILE_SIZE]; /* the largest integer where it does not */
@@ -64,11 +64,12 @@ typedef struct bn_field {
     int levels;
     size_t level_count[BN_FIELD_LEVELS];
     int32_t *lowest[BN_FIELD_LEVELS], *highest[BN_FIELD_LEVELS]; /* level 0: of tiles */
-    uint32_t *stamp[BN_FIELD_LEVELS], *touched[BN_FIELD_LEVELS]; /* of one change, levels above 0 */
+    uint32_t *stamp[BN_FIELD_LEVELS],
+        *touched[BN_FIELD_LEVELS]; /* scratch of one change, for levels above 0 */
     uint32_t changes;
 } bn_field;
 
-/* The place of a texel: its tile and its position in it. */
+/* The location of a texel: its tile, and its position in the tile. */
 typedef struct bn_field_texel {
     uint32_t tile, lane;
 } bn_field_texel;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The inner loops, written once over the small vector types of vec.h. Each file of this folder that
- * includes this one defines which instruction set it is. */
+ * The inner loops, written once with the vector types of vec.h. Each .c file in this folder defines
+ * an instruction set and includes this file. */
 #include "simd/simd.h"
 #include "simd/vec.h"
 
@@ -18,7 +18,7 @@ BN_INLINE void prefetch(const void *p) {
 #endif
 }
 
-/* ---- Extremes of 64 values ---- */
+/* ---- Extremes of 64 values */
 
 BN_INLINE int32_t lowest_of_64(const int32_t *values) {
     bn_i32v low = i32_load(values);
@@ -33,8 +33,8 @@ BN_INLINE int32_t highest_of_64(const int32_t *values) {
     return i32_highest(high);
 }
 
-/* The position of the first of 64 values, or'ed with `fill`, that equals `value`, which occurs.
- * Looks at all of them: a loop that ends early ends where no processor can foresee. */
+/* The position of the first of 64 values, ORed with `fill`, that equals `value`. There must be one.
+ * Compares all of them: the branch of an early exit could not be predicted. */
 BN_INLINE uint32_t first_of_64(const int32_t *values, const int32_t *fill, int32_t value) {
     const bn_i32v wanted = i32_set(value);
     uint64_t bits = 0;
@@ -46,7 +46,7 @@ BN_INLINE uint32_t first_of_64(const int32_t *values, const int32_t *fill, int32
     return first_bit(bits);
 }
 
-/* ---- Energy field ---- */
+/* ---- Energy field */
 
 /* Adds or subtracts the kernel over one tile and finds its extremes. */
 BN_INLINE void change_tile(bn_field *f, size_t index, const int32_t *kernel, uint32_t edge,
@@ -69,11 +69,13 @@ BN_INLINE void change_tile(bn_field *f, size_t index, const int32_t *kernel, uin
     if (extremes & BN_FIELD_HIGHEST) f->highest[0][index] = i32_highest(high);
 }
 
-/* The pieces of an axis under the kernel at c: texels first .. last stand at position + shift. */
+/* A piece of an axis under the kernel: texels first .. last, at positions shifted by `shift`. */
 typedef struct piece {
     int32_t first, last, shift;
 } piece;
 
+/* Splits the part of an axis under the kernel at c where the torus wraps; returns the number of
+ * pieces. */
 BN_INLINE int split(const bn_field *f, int axis, int32_t c, int32_t reach, piece pieces[2]) {
     const int32_t extent = (int32_t)f->extent[axis], first = c - reach, last = c + reach;
     if (f->folded[axis]) {
@@ -105,14 +107,14 @@ typedef struct job {
     uint32_t edge;
 } job;
 
-/* How far the texels first .. last of an axis are from 0 at least. */
+/* The distance from 0 to the nearest of first .. last. */
 BN_INLINE int32_t distance(int32_t first, int32_t last) {
     return first > 0 ? first : last < 0 ? -last : 0;
 }
 
-/* The tiles of one slice of the torus that the kernel reaches, which there is a circle of the
- * square `limit`; `kernel` is its slice at offset (0, 0). A row of tiles is at most as long as the
- * kernel, so the jobs fit. Starts fetching them from memory. */
+/* Lists the tiles of one slice of the torus that the kernel reaches, and prefetches them. In that
+ * slice the kernel is a circle of squared radius `limit`, and `kernel` is its value at offset (0,
+ * 0). There are at most BN_FIELD_JOBS tiles under it. */
 BN_INLINE uint32_t list_jobs(const bn_field *f, size_t slice, const int32_t c[2], int32_t reach,
                              int32_t limit, const int32_t *kernel, job *jobs) {
     const int line = f->tile_extent[1] == 1, log_x = line ? 6 : 3, log_y = line ? 0 : 3;
@@ -160,8 +162,8 @@ BN_INLINE void change_slice(bn_field *f, size_t slice, const int32_t c[2], int32
         const int32_t low = f->lowest[0][index], high = f->highest[0][index];
         change_tile(f, index, jobs[i].kernel, jobs[i].edge, sign, extremes);
         if (f->levels == 1) continue;
-        /* Where energies only grow, the lowest of a group changes with the tile that has it alone.
-         */
+        /* When energies only grow, the lowest value of a group can change only if this tile had it;
+         * likewise the highest when they only fall. */
         const size_t group = index / BN_FIELD_FANOUT;
         if (extremes == BN_FIELD_LOWEST && sign > 0 && low != f->lowest[1][group]) continue;
         if (extremes == BN_FIELD_HIGHEST && sign < 0 && high != f->highest[1][group]) continue;
@@ -206,7 +208,7 @@ BN_INLINE void change(bn_field *f, bn_field_texel texel, int sign, int extremes)
     }
 }
 
-/* A compiled form for each use: filling, emptying, and moving texels. */
+/* Compiled separately for each use: filling, emptying and moving texels. */
 static void field_change(bn_field *f, bn_field_texel texel, int sign, int extremes) {
     if (sign > 0) {
         if (extremes == BN_FIELD_LOWEST) {
@@ -227,7 +229,7 @@ static bn_field_texel field_find(const bn_field *f, int extreme) {
     const int low = extreme == BN_FIELD_LOWEST;
     int32_t *const *values = low ? f->lowest : f->highest;
     const int top = f->levels - 1;
-    /* The top level has up to 64 values and neutral ones behind them. */
+    /* The top level has up to 64 values, padded with neutral ones. */
     bn_i32v best = i32_load(values[top]);
     for (size_t i = BN_I32_LANES; i < f->level_count[top]; i += BN_I32_LANES) {
         const bn_i32v more = i32_load(values[top] + i);
@@ -246,7 +248,7 @@ static bn_field_texel field_find(const bn_field *f, int extreme) {
     return texel;
 }
 
-/* ---- Annealing ---- */
+/* ---- Annealing */
 
 static int32_t window_difference(const int16_t *first, const int16_t *second, size_t stride,
                                  const int16_t *weights, uint32_t rows, uint32_t row_lanes,
@@ -266,7 +268,7 @@ static int32_t window_difference(const int16_t *first, const int16_t *second, si
     return x8_sum(x8_subtract(plus, minus));
 }
 
-/* ---- Relaxation ---- */
+/* ---- Relaxation */
 
 static void relax_row(const int16_t *centre, const ptrdiff_t *offsets, const int16_t *weights,
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,

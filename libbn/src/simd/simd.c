@@ -6,7 +6,7 @@
 
 extern const bn_simd bn_simd_scalar, bn_simd_sse41, bn_simd_avx2, bn_simd_avx512, bn_simd_neon;
 
-/* From least to most; the build defines which of the files are there. */
+/* From the least capable to the most; the build defines which files there are. */
 static int available(const bn_simd *sets[5]) {
     int count = 0;
     sets[count++] = &bn_simd_scalar;

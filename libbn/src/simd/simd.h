@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The inner loops of the mask makers, compiled once per instruction set and chosen at run time. All
- * of them work in integers: every set gives the same bits. */
+ * The inner loops of the mask generators, compiled once per instruction set and chosen at run time.
+ * They work on integers, so every set gives the same bits. */
 #ifndef BN_SIMD_H
 #define BN_SIMD_H
 
@@ -13,8 +13,7 @@ typedef struct bn_simd {
 
     /* Sets (sign 1) or clears (sign -1) a texel and updates the extremes asked for. */
     void (*field_change)(bn_field *field, bn_field_texel texel, int sign, int extremes);
-    /* The texel of the lowest or the highest energy; on ties the first in the order of the tiles.
-     */
+    /* The texel of lowest or highest energy; of several, the first in the order of the tiles. */
     bn_field_texel (*field_find)(const bn_field *field, int extreme);
 
     /* Two windows of rows x row_lanes values, row_lanes a multiple of BN_WINDOW_LANES, in images of
@@ -26,15 +25,15 @@ typedef struct bn_simd {
 
     /* The gradient of `columns` texels in a row: sums over the pairs of weight * clamp(centre -
      * other, -limit, limit) * 2^shift, each product rounded to its upper half as (a b + 2^14) /
-     * 2^15. Weights stand BN_WINDOW_LANES times each and add up to less than 2^15. Reads and writes
-     * up to the next multiple of BN_WINDOW_LANES. */
+     * 2^15. Each weight is repeated BN_WINDOW_LANES times; the weights add up to less than 2^15.
+     * Reads and writes up to the next multiple of BN_WINDOW_LANES. */
     void (*relax_row)(const int16_t *centre, const ptrdiff_t *offsets, const int16_t *weights,
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
                       int16_t *gradient);
 } bn_simd;
 
-/* The best set this machine has. The environment variable BN_SIMD limits it to "scalar", "sse4.1",
- * "avx2", "avx512" or "neon"; tests use it. */
+/* The best instruction set of this machine. For tests, the environment variable BN_SIMD chooses
+ * another: "scalar", "sse4.1", "avx2", "avx512" or "neon". */
 const bn_simd *bn_simd_get(void);
 
 #endif
