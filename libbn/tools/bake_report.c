@@ -127,6 +127,35 @@ static void planes_and_products(judge *j) {
     print_row("products, unblurred", mean_product.raw, product[SOBOL].raw);
 }
 
+/* Edges that lean away from a row or a column by slopes of .03 to .1: a linear scrambling suits some
+ * slopes and not others, which half-planes at all angles do not show. */
+static void leaning_edges(judge *j) {
+    static measure sum[2 * MEMBERS + 1];
+    double mean[LEVELS] = {0}, raw[LEVELS] = {0}, worst[LEVELS] = {0};
+    bake_random r = bake_random_make(20001, 3, 0);
+    for (int f = 0; f < TESTS; ++f) {
+        double slope = 0.03 * pow(0.1 / 0.03, (f + 0.5) / TESTS);
+        double turns = atan((f & 2) != 0 ? slope : -slope) / 6.283185307179586;
+        bake_plane plane = bake_plane_make(&r, turns + 0.25 * (f & 1));
+        for (int k = 0; k <= 2 * MEMBERS; ++k) {
+            plane_of(j, k / 2, k % 2, &plane, j->first);
+            errors_of(j, plane.mean);
+            add(j, &sum[k], 3, k / 2 == SOBOL);
+        }
+    }
+    const measure *sobol = &sum[2 * MEMBERS];
+    for (int k = 0; k < 2 * MEMBERS; ++k) {
+        for (int l = 0; l < LEVELS; ++l) {
+            mean[l] += sum[k].blurred[l] / (2 * MEMBERS);
+            raw[l] += sum[k].raw[l] / (2 * MEMBERS);
+            if (sum[k].raw[l] > worst[l]) worst[l] = sum[k].raw[l];
+        }
+    }
+    print_row("leaning edges", mean, sobol->blurred);
+    print_row("the same, unblurred", raw, sobol->raw);
+    print_row("the worst pair, unblurred", worst, sobol->raw);
+}
+
 /* Products over two members, of their pairs in turn. */
 static void products_of_members(judge *j, int a, int b, measure *m) {
     bake_random r = bake_random_make(20001, 1, 0);
@@ -207,6 +236,7 @@ void bake_report(const bake_table *table) {
            "");
     printf("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     planes_and_products(j);
+    leaning_edges(j);
     members(j);
     steps(j);
     free(j);

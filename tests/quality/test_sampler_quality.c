@@ -11,6 +11,9 @@
  *     steps                            x < c, blurred along columns only, and y < c, blurred along
  *                                      rows, in (0,1) of domains with keys 4 k: edges of a picture
  *                                      that are parallel to its sides
+ *     leaning                          edges that lean away from a row or a column by slopes of .03
+ *                                      to .1, in every pair in turn: linear scramblings suit some
+ *                                      slopes and not others
  *     axes                             how unlike the low-frequency error of such steps in all other
  *                                      pairs is along the two axes: the ratio of the powers
  *
@@ -38,11 +41,12 @@ typedef enum figure {
     PRODUCTS,
     SIBLINGS,
     STEPS,
+    LEANING,
     AXES,
     FIGURES
 } figure;
-static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
-                                                  "siblings",       "steps",          "axes"};
+static const char *const figure_names[FIGURES] = {
+    "half-planes-01", "half-planes-23", "products", "siblings", "steps", "leaning", "axes"};
 
 typedef struct row {
     char sampler[16], figure[16];
@@ -65,18 +69,27 @@ typedef struct half_plane {
     double a, b, c, mean;
 } half_plane;
 
-/* Through well-spread points, at evenly spread angles; a second set at other ones. */
-static half_plane plane(int index, int set) {
+static half_plane plane_through(int point, double a, double b) {
     enum { COLUMNS = 4096 };
-    int turned = (index * (set == 0 ? 1 : 7) + 11 * set) % PLANES;
-    double angle = 6.283185307179586 * (turned + 0.41) / PLANES;
-    half_plane h = {cos(angle), sin(angle), 0.0, 0.0};
-    int point = index + 100 * set;
+    half_plane h = {a, b, 0.0, 0.0};
     h.c = h.a * fraction(0.5 + 0.7548776662466927 * point) +
           h.b * fraction(0.5 + 0.5698402909980532 * point);
     for (int i = 0; i < COLUMNS; ++i)
         h.mean += column(h.c - h.a * (i + 0.5) / COLUMNS, h.b) / COLUMNS;
     return h;
+}
+
+/* Through well-spread points, at evenly spread angles; a second set at other ones. */
+static half_plane plane(int index, int set) {
+    int turned = (index * (set == 0 ? 1 : 7) + 11 * set) % PLANES;
+    double angle = 6.283185307179586 * (turned + 0.41) / PLANES;
+    return plane_through(index + 100 * set, cos(angle), sin(angle));
+}
+
+static half_plane leaning(int index) {
+    double slope = 0.03 * pow(0.1 / 0.03, (index + 0.5) / PLANES);
+    if (index & 2) slope = -slope;
+    return plane_through(index, index & 1 ? 1.0 : slope, index & 1 ? slope : 1.0);
 }
 
 static double inside(const half_plane *h, const float *u) {
@@ -143,6 +156,9 @@ static integrand integrand_make(figure what, uint32_t member, int k) {
         f.first = step(k);
         f.directions = k % 2 == 0 ? ALONG_COLUMNS : ALONG_ROWS;
         f.at[0] = what == STEPS ? 0u : member == 0 || k / 2 % 2 == 0 ? own + 2u : own;
+    } else if (what == LEANING) {
+        f.first = leaning(k);
+        f.at[0] = own + (uint32_t)(k & 4) / 2u;
     } else if (what == HALF_PLANES_23) {
         f.at[0] = own + 2u;
     } else if (what == PRODUCTS || what == SIBLINGS) {
@@ -183,7 +199,7 @@ static void make_errors(const bn_sampler *sampler, uint32_t parent, const integr
     }
 }
 
-static const double sigmas[] = {1.0, 2.1};
+static const double sigmas[] = {0.0, 1.0, 2.1}; /* 0: none */
 enum { SIGMAS = sizeof sigmas / sizeof *sigmas };
 typedef double figures[SIGMAS][COUNTS];
 
@@ -228,6 +244,13 @@ static void measure(const bn_sampler *sampler, figure what, figures result) {
 
 /* ---- The limits */
 
+static int position_of_sigma(double sigma) {
+    for (int s = 0; s < SIGMAS; ++s) {
+        if (sigmas[s] == sigma) return s;
+    }
+    return -1;
+}
+
 static int position_of_count(uint32_t spp) {
     for (int c = 0; c < COUNTS; ++c) {
         if (counts[c] == spp) return c;
@@ -240,7 +263,7 @@ static int read_row(const char *line, row *r) {
                &r->sigma, &r->limit) != 6) {
         return 0;
     }
-    return position_of_count(r->spp) >= 0 && (r->sigma == sigmas[0] || r->sigma == sigmas[1]);
+    return position_of_count(r->spp) >= 0 && position_of_sigma(r->sigma) >= 0;
 }
 
 static bn_sampler *make(const row *r) {
@@ -287,7 +310,7 @@ int main(int argc, char **argv) {
             fprintf(stderr, "not a row: %s", line);
             return 2;
         }
-        double ratio = (*all)[r.sigma == sigmas[1]][position_of_count(r.spp)];
+        double ratio = (*all)[position_of_sigma(r.sigma)][position_of_count(r.spp)];
         ++rows;
         if (print) {
             printf("%s,%u,%s,%u,%.1f,%.3f\n", r.sampler, r.declared, r.figure, r.spp, r.sigma,
