@@ -1,24 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blue noise for path tracers and dithering: samples, masks and measures as NumPy arrays.
 
-Arrays are indexed ``[y, x]``. Seeds are integers from 0 to 2**64 - 1 or a ``numpy.random.Generator``, which then
-gives one. The same seed gives the same bits on every machine, neural masks aside. Errors are ``ValueError``,
-``TypeError``, ``MemoryError``, ``OSError`` and the two exceptions below; their text holds the name and the value of
-the argument. All functions may be called from any number of threads; they work without Python's global lock.
+Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one
+integer is drawn, or None for fresh entropy. Equal seeds give equal bits on every machine, except for neural masks.
+Functions raise ``ValueError``, ``TypeError``, ``MemoryError``, ``OSError`` and the two exceptions below; messages contain
+the name and the value of the argument. All functions are thread-safe and release the GIL.
 """
 
+from ._arguments import MaskMethod, SamplerKind
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
 from ._masks import mask, to_float
-from ._measure import anisotropy, measure, power_spectrum, radial_power
+from ._measure import MaskMeasures, anisotropy, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
 from ._sampler import Sampler
 
 __all__ = [
     "CancelledError",
+    "MaskMeasures",
+    "MaskMethod",
     "NeuralGenerator",
     "RuntimeMissingError",
     "Sampler",
+    "SamplerKind",
     "__version__",
     "anisotropy",
     "dither",

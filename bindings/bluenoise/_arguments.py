@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of arguments: every error names the argument and holds its value; nothing is truncated or wrapped."""
+"""Argument checks: every error message contains the argument's name and value; nothing is truncated or wrapped."""
 
 from __future__ import annotations
 
 import math
 import operator
 import reprlib
-from typing import Any, Callable, NoReturn, Optional, Union
+import secrets
+from typing import Any, Callable, Literal, NoReturn, Optional, Sequence, SupportsIndex, Union
 
 import numpy as np
 import numpy.typing as npt
 
-Seed = Union[int, np.random.Generator]
+MaskMethod = Literal["void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
+SamplerKind = Literal["blue", "sobol", "white", "zorder", "mask"]
+Seed = Union[SupportsIndex, np.random.Generator, None]
+Shape = Union[SupportsIndex, Sequence[SupportsIndex]]
 Progress = Callable[[float], Any]
 Ranks = npt.NDArray[np.uint32]
 
@@ -25,7 +29,7 @@ def _out_of_range(name: str, value: object, low: float, high: float) -> NoReturn
 
 
 def integer(name: str, value: object, low: int, high: int) -> int:
-    """An integer of any kind (no bool, no float) in low .. high."""
+    """An integer of any type, except bool, in low .. high."""
     if isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be an integer, not {value!r}")
     try:
@@ -51,8 +55,10 @@ def real(name: str, value: object, low: float, high: float, low_included: bool =
     return number
 
 
-def seed(value: Seed) -> int:
-    """A seed as an integer; a Generator is advanced by one draw."""
+def seed(value: object) -> int:
+    """A seed as an integer: one draw from a Generator, fresh entropy for None."""
+    if value is None:
+        return secrets.randbits(64)
     if isinstance(value, np.random.Generator):
         return int(value.integers(UINT64[1], dtype=np.uint64, endpoint=True))
     return integer("seed", value, *UINT64)
@@ -65,7 +71,7 @@ def callback(name: str, value: Optional[Progress]) -> Optional[Progress]:
 
 
 def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
-    """An array of integers in low .. high as dtype; any integer type is taken when its values fit."""
+    """An array of integers in low .. high as dtype; any integer type is accepted if its values fit."""
     if type(value) is int and low <= value <= high:
         return np.array(value, dtype)
     try:
@@ -75,7 +81,7 @@ def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int
     if array.size == 0 and not isinstance(value, (np.ndarray, np.generic)):
         array = array.astype(dtype)
     if array.dtype.kind == "O" and all(isinstance(v, int) for v in array.flat):
-        pass  # Python integers beyond 64 bits: the range check below names one
+        pass  # Python integers beyond 64 bits: the range check below reports one
     elif array.dtype.kind not in "iu":
         raise TypeError(f"{name} must hold integers, not {array.dtype} ({reprlib.repr(value)})")
     if array.size:
@@ -86,7 +92,7 @@ def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int
 
 
 def shape(value: object, max_ndim: int) -> tuple[int, ...]:
-    """The extents of a mask: one integer or a sequence of 1 to max_ndim, each at least 1."""
+    """The extents of a mask: an integer or a sequence of 1 to max_ndim integers, each at least 1."""
     if isinstance(value, (str, bytes)):
         raise TypeError(f"shape must be a tuple of integers, not {value!r}")
     try:
@@ -99,7 +105,7 @@ def shape(value: object, max_ndim: int) -> tuple[int, ...]:
 
 
 def is_permutation(flat: npt.NDArray[Any]) -> bool:
-    """Whether a flat array of integers holds each of 0 .. size - 1 once."""
+    """Whether a flat array of integers contains each of 0 .. size - 1 exactly once."""
     if flat.size == 0 or flat.min() != 0 or flat.max() != flat.size - 1:
         return False
     seen = np.zeros(flat.size, bool)
@@ -108,18 +114,18 @@ def is_permutation(flat: npt.NDArray[Any]) -> bool:
 
 
 def permutation(name: str, flat: npt.NDArray[Any]) -> None:
-    """Raises with the first rank that does not occur once."""
+    """Raises ValueError with the first rank that does not occur exactly once."""
     if is_permutation(flat):
         return
     counts = np.bincount(flat[flat < flat.size], minlength=flat.size)
     rank = int(np.flatnonzero(counts != 1)[0])
     raise ValueError(
-        f"{name} must hold every rank 0 .. {flat.size - 1} exactly once, but holds {rank} {counts[rank]} times"
+        f"{name} must contain every rank 0 .. {flat.size - 1} exactly once, but contains {rank} {counts[rank]} times"
     )
 
 
 def ranks(name: str, value: object) -> Ranks:
-    """A mask of two dimensions as uint32 in C order."""
+    """A two-dimensional mask as uint32 in C order."""
     array = integers(name, value, np.uint32, *UINT32)
     if array.ndim != 2 or array.size == 0:
         raise ValueError(f"{name} must have shape (height, width), not {array.shape}")

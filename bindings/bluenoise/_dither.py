@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dithering of arrays and of Pillow pictures."""
+"""Dithering of arrays and Pillow pictures."""
 
 from __future__ import annotations
 
 import reprlib
 import sys
-from typing import Any, Optional
+from typing import TYPE_CHECKING, Any, Optional, Sequence, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,40 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core
 
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+_Pixel = TypeVar("_Pixel", bound=np.generic)
 _PICTURE_MODES = ("1", "L", "LA", "I;16", "F", "P", "PA", "RGB", "RGBA")
+
+
+@overload
+def dither(
+    image: npt.NDArray[_Pixel],
+    levels: int = 2,
+    *,
+    mask: Optional[npt.ArrayLike] = None,
+    srgb: bool = False,
+    channel_offset: bool = True,
+) -> npt.NDArray[_Pixel]: ...
+@overload
+def dither(
+    image: Image,
+    levels: int = 2,
+    *,
+    mask: Optional[npt.ArrayLike] = None,
+    srgb: bool = False,
+    channel_offset: bool = True,
+) -> Image: ...
+@overload
+def dither(
+    image: Sequence[Any],
+    levels: int = 2,
+    *,
+    mask: Optional[npt.ArrayLike] = None,
+    srgb: bool = False,
+    channel_offset: bool = True,
+) -> npt.NDArray[np.float64]: ...
 
 
 def dither(
@@ -24,27 +57,27 @@ def dither(
     srgb: bool = False,
     channel_offset: bool = True,
 ) -> Any:
-    """Dithers a picture to a few levels with a mask; returns the same kind of picture, with values from 0 to full scale.
+    """Dithers a picture to a few levels with a mask. The result has the type, dtype and shape of the picture.
 
-    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)`` with t the mask's value there; the mask
-    repeats over the picture. 0 and 1 stay.
+    A value v in [0, 1] becomes ``floor(v * (levels - 1) + t) / (levels - 1)``, where t is the value of the mask, which
+    is tiled over the picture. 0 and 1 are preserved.
 
     Parameters
     ----------
     image
-        An array of shape (height, width) or (height, width, channels): uint8, uint16 (full scale is the type's
-        largest value) or floats in [0, 1]; all channels are dithered. Or a Pillow picture of mode 1, L, LA, I;16, F,
-        P, PA, RGB or RGBA; its alpha channel stays as it is, 1 comes back as L, and palettes as RGB or RGBA.
+        An array of shape (height, width) or (height, width, channels): uint8 or uint16, whose largest value is full
+        scale, or floats in [0, 1]; all channels are dithered. Or a Pillow picture of mode 1, L, LA, I;16, F, P, PA, RGB
+        or RGBA: its alpha channel is preserved, mode 1 becomes L, and palettes become RGB or RGBA.
     levels
-        2 to 256, evenly spaced from 0 to full scale.
+        The number of levels, 2 to 256, evenly spaced from 0 to full scale.
     mask
-        Integers of shape (height, width), every rank 0 .. n - 1 once. None: the built-in 64 x 64.
+        Ranks of shape (height, width), each of 0 .. n - 1 exactly once. None: the built-in 64 x 64 mask.
     srgb
-        True: the values are encoded by the sRGB curve, and local means of their light are kept.
+        True if values are sRGB-encoded; local means are then preserved in linear light.
     channel_offset
-        True: each channel reads the mask at an offset of its own, so that the channels' errors do not correlate.
+        True to shift the mask differently for each channel, so that the errors of channels are uncorrelated.
 
-    Raises ``ValueError`` (NaN or values outside [0, 1], sizes, a mask that is no permutation), ``TypeError`` and
+    Raises ``ValueError`` (NaN or values outside [0, 1], wrong shape, a mask that is not a permutation), ``TypeError`` and
     ``MemoryError``.
 
     >>> float(dither(np.full((64, 64), 0.25)).mean())
@@ -55,7 +88,7 @@ def dither(
         if not isinstance(flag, (bool, np.bool_)):
             raise TypeError(f"{name} must be True or False, not {flag!r}")
     ranks = None if mask is None else arguments.ranks("mask", mask)
-    pillow = sys.modules.get("PIL.Image")  # whoever has a picture has imported Pillow
+    pillow = sys.modules.get("PIL.Image")  # a caller with a picture has imported Pillow
     if pillow is not None and isinstance(image, pillow.Image):
         return _dither_picture(image, pillow, levels, bool(srgb), bool(channel_offset), ranks)
     return _dither_array(image, levels, bool(srgb), bool(channel_offset), ranks)
@@ -69,12 +102,12 @@ def _dither_array(
         values = array.astype(np.float32, order="C")
         inside = (values >= 0) & (values <= 1)
         if not inside.all():
-            raise ValueError(f"image must hold values in [0, 1], not {array[~inside][0]}")
-    elif array.dtype in (np.uint8, np.uint16):
+            raise ValueError(f"image must have values in [0, 1], not {array[~inside][0]}")
+    elif array.dtype.kind == "u" and array.dtype.itemsize <= 2:
         values = array.astype(np.float32, order="C") / np.float32(np.iinfo(array.dtype).max)
     else:
         raise TypeError(
-            f"image must hold uint8, uint16 or floats, not {array.dtype} ({reprlib.repr(image)})"
+            f"image must have dtype uint8, uint16 or float, not {array.dtype} ({reprlib.repr(image)})"
         )
     if array.ndim not in (2, 3) or array.size == 0:
         raise ValueError(

@@ -1,71 +1,134 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Making masks and turning ranks into values."""
+"""Mask generation, and conversion of ranks to values."""
 
 from __future__ import annotations
 
 import inspect
 import math
 import sys
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, Literal, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._arguments import Progress, Ranks, Seed
-from ._neural import NeuralGenerator, PathLike, shipped_generator
+from ._arguments import MaskMethod, Progress, Ranks, Seed, Shape
+from ._interrupt import interruptible
+from ._neural import NeuralGenerator, PathLike, builtin_generator
 
 _FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
 _MAX_TEXELS = 2**31 - 1
+_WHITE_BLOCK = 2**20
+
+
+# One overload for each method, so that editors complete its options and type checkers check them. A test compares them
+# with the functions below.
+@overload
+def mask(
+    shape: Shape,
+    *,
+    method: Literal["void-and-cluster"] = "void-and-cluster",
+    seed: Seed = 0,
+    sigma: float = 1.5,
+    initial_fraction: float = 0.1,
+    progress: Optional[Progress] = None,
+) -> Ranks: ...
+@overload
+def mask(
+    shape: Shape,
+    *,
+    method: Literal["relax"],
+    seed: Seed = 0,
+    sigma: float = 0.92,
+    start_step: float = 4.0,
+    end_step: float = 0.05,
+    start_softness: float = 0.45,
+    end_softness: float = 0.008,
+    steps: int = 64,
+    threads: int = 0,
+    start_from_ranks: Optional[npt.ArrayLike] = None,
+    progress: Optional[Progress] = None,
+) -> Ranks: ...
+@overload
+def mask(
+    shape: Shape,
+    *,
+    method: Literal["anneal"],
+    seed: Seed = 0,
+    sigma: float = 1.0,
+    far_sigma: Optional[float] = None,
+    far_weight: float = 1.0,
+    value_sigma: float = 1.0,
+    start_temperature: float = 4e-4,
+    end_temperature: float = 2e-6,
+    sweeps: int = 1000,
+    order_ends: bool = True,
+    channels: int = 1,
+    start_from_ranks: Optional[npt.ArrayLike] = None,
+    progress: Optional[Progress] = None,
+) -> Ranks: ...
+@overload
+def mask(
+    shape: Shape,
+    *,
+    method: Literal["neural"],
+    seed: Seed = 0,
+    model: Union[None, PathLike, bytes] = None,
+    runtime: Optional[PathLike] = None,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> Ranks: ...
+@overload
+def mask(shape: Shape, *, method: MaskMethod, seed: Seed = 0) -> Ranks: ...
 
 
 def mask(
-    shape: Any, *, method: str = "void-and-cluster", seed: Seed = 0, **options: Any
+    shape: Any, *, method: str = "void-and-cluster", seed: Any = 0, **options: Any
 ) -> Ranks:
-    """Makes a mask: uint32 ranks of the given shape, (n,), (h, w) or (d, h, w), every rank 0 .. n - 1 once.
+    """Makes a mask: uint32 ranks of shape (n,), (h, w) or (d, h, w), in which each of 0 .. n - 1 occurs exactly once.
 
-    A mask is toroidal: it tiles without seams. The same arguments give the same bits on every machine, ``"neural"``
-    aside.
+    Masks are toroidal: they tile without seams. Equal arguments give equal bits on every machine, except for ``"neural"``.
 
     Parameters
     ----------
     shape
-        One to three extents of at least 1, at most 2**31 - 1 texels together; or one integer.
+        One to three extents of at least 1, at most 2**31 - 1 texels in total; or a single integer.
     method
-        ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993; milliseconds.
-        ``"relax"``: parallel relaxation, one or two dimensions; the fastest for large masks on several cores, a little
-        behind in quality. ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, one or two
-        dimensions; slow, and the best there is. ``"builtin"``: a built-in mask, square only, optimised for long.
-        ``"neural"``: the built-in network, two dimensions, all cores; needs ONNX Runtime (see ``NeuralGenerator``).
+        ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993; takes
+        milliseconds. ``"relax"``: parallel relaxation in one or two dimensions; the fastest for large masks on several
+        cores, with slightly lower quality. ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, in
+        one or two dimensions; slow, with the best quality. ``"builtin"``: a built-in square mask, the result of a long
+        optimisation. ``"neural"``: the built-in network, in two dimensions; needs ONNX Runtime (see ``NeuralGenerator``).
         ``"white"``: a random permutation.
     seed
-        Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. 0 for ``"builtin"``.
+        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, or None for fresh
+        entropy. Must be 0 for ``"builtin"``.
     options
-        All methods but ``"neural"``, ``"white"`` and ``"builtin"`` take ``progress``, called now and then with the fraction done: a
-        true result stops with ``CancelledError``, an exception comes through.
+        All methods except ``"white"`` and ``"builtin"`` accept ``progress``, a function that is called with the fraction
+        done. If it returns a true value, the work stops with ``CancelledError``; exceptions propagate.
 
-        ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of its Gaussian in texels, 0.25 to 16;
-        ``initial_fraction`` (0.1), the share of texels of the initial pattern, above 0 to 0.5.
+        ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of the Gaussian in texels, 0.25 to 16;
+        ``initial_fraction`` (0.1), the share of texels in the initial pattern, above 0 and up to 0.5.
 
-        ``"relax"``: ``sigma`` (0.92), the viewing blur in texels whose error falls, 0.25 to 2.5; ``steps`` (64);
+        ``"relax"``: ``sigma`` (0.92), the viewing blur in texels whose error is minimised, 0.25 to 2.5; ``steps`` (64);
         ``start_step`` (4, at most 8) and ``end_step`` (0.05), how far values move, in value ranges; ``start_softness``
-        (0.45, at most 0.49) and ``end_softness`` (0.008), the difference of values at which a pair's force is full;
-        ``threads`` (0: one per processor; the result does not depend on it); ``start_from_ranks``, a mask to start
-        from in place of noise, for which a start_step of 0.1 and a start_softness of 0.02 are about right.
+        (0.45, at most 0.49) and ``end_softness`` (0.008), the difference of values at which a pair reaches full force;
+        ``threads`` (0: one per processor), which does not affect the result; ``start_from_ranks``, a mask to start from
+        instead of noise, for which a start_step of 0.1 and a start_softness of 0.02 work well.
 
-        ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors fall,
-        0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error; ``sweeps`` (1000),
-        trial swaps per texel, at about 50 ns each; ``start_temperature`` (4e-4) and ``end_temperature`` (2e-6), shares
-        of all that one texel's pairs can gain; ``start_from_ranks``, a mask to start from in place of void-and-cluster;
-        ``order_ends`` (True) orders the first and last ranks, too far apart for the blurs to see, by their distances.
-        With ``channels`` of 2 to 4 the result has shape (channels, h, w), each channel a permutation, the vectors of
-        values blue together (about 1 us per trial); then ``value_sigma`` (1, 0.01 to 100) is how near values must be
-        to repel each other, and the far blur has no part.
+        ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors are
+        minimised, 0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error; ``sweeps``
+        (1000), trial swaps per texel, about 50 ns each; ``start_temperature`` (4e-4) and ``end_temperature`` (2e-6), as
+        shares of the largest possible gain of one texel; ``start_from_ranks``, a mask to start from instead of
+        void-and-cluster; ``order_ends`` (True), whether to order the first and last ranks, which are too far apart for
+        the blurs, by their distances. With ``channels`` of 2 to 4 the result has shape (channels, h, w): each channel is
+        a permutation, and the vectors of values are blue jointly (about 1 us per trial); ``value_sigma`` (1, 0.01 to
+        100) is then the distance of values within which vectors repel each other, and the far blur is not used.
 
-        ``"neural"``: ``model``, ``runtime`` and ``threads``, as for ``NeuralGenerator``, which saves opening the
-        network anew for every mask where these are given.
+        ``"neural"``: ``model``, ``runtime`` and ``threads``, as for ``NeuralGenerator``. To make several masks with these
+        options, use a ``NeuralGenerator``, which opens the network only once.
 
     Raises ``ValueError`` (unknown method, number out of range), ``TypeError`` (wrong type, unknown option) and
     ``MemoryError``. Ctrl-C interrupts.
@@ -115,7 +178,7 @@ def _check_flat(shape: tuple[int, ...], method: str) -> None:
 def _working_ranks(
     shape: tuple[int, ...], start_from_ranks: Optional[npt.ArrayLike], channels: int = 1
 ) -> Ranks:
-    """An array for the result: a copy of the ranks to start from, or one without values."""
+    """An array for the result: a copy of the ranks to start from, or uninitialised."""
     if start_from_ranks is None:
         return np.empty(shape, np.uint32)
     ranks = arguments.integers("start_from_ranks", start_from_ranks, np.uint32, *arguments.UINT32)
@@ -208,20 +271,25 @@ def _neural(
     model: Union[None, PathLike, bytes] = None,
     runtime: Optional[PathLike] = None,
     threads: int = 0,
+    progress: Optional[Progress] = None,
 ) -> Ranks:
     if len(shape) != 2:
         raise ValueError(f"shape for method 'neural' must be (h, w), not {shape}")
     default = model is None and runtime is None and type(threads) is int and threads == 0
-    generator = shipped_generator() if default else NeuralGenerator(model, runtime, threads)
-    return generator.mask(shape, seed)
+    generator = builtin_generator() if default else NeuralGenerator(model, runtime, threads)
+    return generator.mask(shape, seed, progress=progress)
 
 
 def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
-    """Sorts 48 random bits per texel of the library's white sampler, so bits do not depend on NumPy."""
+    """Sorts 48 random bits per texel from the library's white sampler, so the result does not depend on NumPy."""
     count = math.prod(shape)
     sampler = _core.Sampler(_core.sampler_kinds["white"], arguments.seed(seed), 0, None)
-    bits = (sampler.block(0, 0, 1, 1, 0, count, 0)[0, 0, :, :2] * 2**24).astype(np.uint64)
-    order = np.argsort((bits[:, 0] << np.uint64(24)) | bits[:, 1], kind="stable")
+    keys = np.empty(count, np.uint64)
+    for first in range(0, count, _WHITE_BLOCK):  # in blocks, between which Ctrl-C is noticed
+        samples = sampler.block(0, 0, 1, 1, first, min(_WHITE_BLOCK, count - first), 0)[0, 0, :, :2]
+        bits = (samples * 2**24).astype(np.uint64)
+        keys[first : first + len(bits)] = (bits[:, 0] << np.uint64(24)) | bits[:, 1]
+    order = interruptible(lambda: np.argsort(keys, kind="stable"))
     ranks = np.empty(count, np.uint32)
     ranks[order] = np.arange(count, dtype=np.uint32)
     return ranks.reshape(shape)
@@ -232,7 +300,7 @@ def _builtin(shape: tuple[int, ...], seed: Seed) -> Ranks:
     if len(shape) != 2 or shape[0] != shape[1] or shape[0] not in sizes:
         known = ", ".join(f"({size}, {size})" for size in sizes)
         raise ValueError(f"shape of a built-in mask must be one of {known}, not {shape}")
-    if not isinstance(seed, int) or seed != 0:
+    if isinstance(seed, np.random.Generator) or seed is None or arguments.seed(seed) != 0:
         raise ValueError(f"seed must be 0 for method 'builtin', not {seed!r}")
     ranks = _core.builtin_mask(shape[0])
     assert ranks is not None
@@ -255,10 +323,11 @@ METHODS = {
 
 
 def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[np.float32]:
-    """The values of ranks, float32 in [0, 1): (rank + 0.5) / count in double, rounded down, at most 1 - 2**-24.
+    """Converts ranks to values, float32 in [0, 1): (rank + 0.5) / count in double precision, rounded down.
 
-    ``ranks`` holds integers from 0 to count - 1, of any shape; ``count`` is by default the number of elements, so give
-    it for a part of a mask. Raises ``ValueError`` for a rank that is not below count, ``TypeError`` for no integers.
+    ``ranks`` is an array of any shape with integers from 0 to count - 1. ``count`` defaults to the number of elements; give
+    it for a part of a mask. Values are at most 1 - 2**-24. Raises ``ValueError`` for ranks out of range and ``TypeError``
+    for other types.
     """
     array = np.asarray(ranks)
     if count is None:

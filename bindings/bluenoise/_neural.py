@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Networks that turn white noise into masks, and finding ONNX Runtime, in which they run."""
+"""Neural mask generation, and the search for ONNX Runtime, which runs the networks."""
 
 from __future__ import annotations
 
@@ -14,38 +14,37 @@ import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._arguments import Ranks, Seed
+from ._arguments import Progress, Ranks, Seed, Shape
 
 PathLike = Union[str, "os.PathLike[str]"]
 
 _FARTHEST = 2**40
 _MAX_TEXELS = 2**31 - 1
-# Packages from 1.19 on bring the library.
+# Older packages do not contain the library.
 _MISSING = "neural masks need ONNX Runtime: pip install 'onnxruntime>=1.19'"
 
 
 class NeuralGenerator:
-    """A network that turns white noise into blue noise in one pass, of any size and without a seam, after Giunchi,
+    """A network that turns white noise into seamless blue noise of any size in one pass. The idea is that of Giunchi,
     Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022.
 
-    It runs in ONNX Runtime, which is loaded here: the library given, else the one in the environment variable
-    ``BN_ONNXRUNTIME``, else that of the installed package ``onnxruntime``, else the system's. Results are equally good
-    for every seed, but not the same bits with every version of ONNX Runtime. Immutable, and usable from any number of
-    threads; can be pickled.
+    The network runs in ONNX Runtime, which is loaded from ``runtime``, else from the environment variable
+    ``BN_ONNXRUNTIME``, else from the installed package ``onnxruntime``, else from the system. Quality is the same for all
+    seeds, but bits may differ between versions of ONNX Runtime. Generators are immutable, thread-safe and can be pickled.
 
     Parameters
     ----------
     model
-        None: the built-in network. Else a path to an ONNX file, or its bytes; ``bn_neural_open`` in
-        ``bn/neural.h`` describes the format.
+        The path of an ONNX file, or its contents as bytes; ``bn_neural_open`` in ``bn/neural.h`` describes the format.
+        None: the built-in network.
     runtime
-        None, or a path to the ONNX Runtime library (``libonnxruntime.so``).
+        The path of the ONNX Runtime library (``libonnxruntime.so``), or None.
     threads
-        Of each call; 0: one per processor. Results do not depend on it.
+        The number of threads per call; 0: one per processor. It does not affect the results.
 
     Ctrl-C interrupts masks and windows. Raises ``RuntimeMissingError`` without a usable ONNX Runtime or in a build
-    without the network (``BN_NEURAL=OFF``), ``FileNotFoundError`` or ``OSError`` for a model that
-    cannot be read, ``ValueError`` for one that is no such network.
+    without the network (``BN_NEURAL=OFF``), ``FileNotFoundError`` or ``OSError`` if the model cannot be read, and
+    ``ValueError`` if it is not a suitable network.
     """
 
     __slots__ = ("_arguments", "_core")
@@ -72,7 +71,7 @@ class NeuralGenerator:
         found = library or _installed_runtime()
         try:
             generator = _core.NeuralGenerator(
-                path, content, found, count, f"model: {said}, runtime: {found or 'that of the system'}"
+                path, content, found, count, f"model: {said}, runtime: {found or 'from the system'}"
             )
         except _core.RuntimeMissingError as error:
             raise _core.RuntimeMissingError(f"{error}; {_MISSING}") from None
@@ -82,34 +81,37 @@ class NeuralGenerator:
 
     @property
     def channels(self) -> int:
-        """How many channels the network makes; with more than one, results have shape (channels, h, w)."""
+        """The number of output channels. With more than one, results have shape (channels, h, w)."""
         return self._core.channels
 
-    def mask(self, shape: Any, seed: Seed = 0) -> Ranks:
-        """Makes a mask: uint32 ranks of shape (h, w), every rank once, toroidal. Any extents work; quality is promised
-        from 16 x 16 on. Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
+    def mask(self, shape: Shape, seed: Seed = 0, *, progress: Optional[Progress] = None) -> Ranks:
+        """Makes a toroidal mask: uint32 ranks of shape (h, w), each exactly once. Any size works; quality is promised
+        from 16 x 16 on. ``progress`` is called with the fraction done; a true result stops with ``CancelledError``.
+        Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
         extents = arguments.shape(shape, 2)
         if len(extents) != 2:
             raise ValueError(f"shape of a neural mask must be (h, w), not {extents}")
         height, width = extents
         if height * width > _MAX_TEXELS:
             raise MemoryError(f"shape {extents} has more than 2**31 - 1 texels")
-        return self._core.mask(height, width, arguments.seed(seed))
+        return self._core.mask(
+            height, width, arguments.seed(seed), arguments.callback("progress", progress)
+        )
 
     def window(
         self, x0: int, y0: int, width: int, height: int, seed: Seed = 0
     ) -> npt.NDArray[np.float32]:
-        """The window from (x0, y0) on of the seed's endless plane, which never repeats: float32 values in [0, 1) of
-        shape (height, width), uniform over the plane. Windows that overlap agree within 1e-5. Coordinates reach from
-        -2**40 to 2**40. Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
+        """A window, with its corner at (x0, y0), into an endless plane of blue noise that never repeats: float32 values in
+        [0, 1) of shape (height, width), uniform over the plane. Overlapping windows of a seed agree within 1e-5.
+        Coordinates range from -2**40 to 2**40. Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
         return self._core.window(*_window(x0, y0, width, height, _FARTHEST), arguments.seed(seed))
 
     @staticmethod
     def noise(
         x0: int, y0: int, width: int, height: int, seed: Seed = 0
     ) -> npt.NDArray[np.float32]:
-        """The white noise that windows are made of, float32 in [0, 1) of shape (height, width), the same bits
-        everywhere: for training networks, and for running them elsewhere. Coordinates reach to 2**41."""
+        """The white noise that is the input for windows: float32 in [0, 1) of shape (height, width), with equal bits on
+        every machine. Use it to train networks or to run them elsewhere. Coordinates range from -2**41 to 2**41."""
         _check_build()
         return _core.neural_noise(*_window(x0, y0, width, height, 2 * _FARTHEST), arguments.seed(seed))
 
@@ -118,18 +120,24 @@ class NeuralGenerator:
 
     def __repr__(self) -> str:
         model, runtime, threads = self._arguments
-        named = f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model)
-        return f"NeuralGenerator({named}, {runtime!r}, {threads})"
+        parts = []
+        if model is not None:
+            parts.append(f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model))
+        if runtime is not None:
+            parts.append(f"runtime={runtime!r}")
+        if threads:
+            parts.append(f"threads={threads}")
+        return f"NeuralGenerator({', '.join(parts)})"
 
 
 def _check_build() -> None:
     if not hasattr(_core, "NeuralGenerator"):
-        raise _core.RuntimeMissingError("this build of bluenoise has no network: it was made with BN_NEURAL=OFF")
+        raise _core.RuntimeMissingError("bluenoise was built without the network (BN_NEURAL=OFF)")
 
 
 @functools.lru_cache(maxsize=1)
-def shipped_generator() -> NeuralGenerator:
-    """The built-in network, with all threads, opened once."""
+def builtin_generator() -> NeuralGenerator:
+    """A shared generator with the built-in network and all threads."""
     return NeuralGenerator()
 
 
@@ -154,8 +162,8 @@ def _path(name: str, value: object) -> str:
 
 
 def _installed_runtime() -> Optional[str]:
-    """The library inside the installed package onnxruntime, without importing that; None when BN_ONNXRUNTIME names
-    another or there is none."""
+    """The path of the library in the installed package onnxruntime, found without importing it; None if there is none
+    or BN_ONNXRUNTIME is set."""
     if os.environ.get("BN_ONNXRUNTIME"):
         return None
     try:

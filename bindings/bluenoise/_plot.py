@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture that ``bluenoise spectrum`` writes; needs matplotlib."""
+"""The plot of ``bluenoise spectrum``; needs Matplotlib."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ._measure import power_spectrum, radial_power
 
 
 def plot_spectrum(mask: npt.ArrayLike, path: Path) -> None:
-    """Draws the power spectrum, its constant in the middle, beside its radial average, into a picture file."""
+    """Writes a plot of the power spectrum, frequency 0 in the middle, and of its radial average."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError("plots need matplotlib: pip install 'bluenoise[plot]'") from None
+        raise ImportError("plots need Matplotlib; run pip install 'bluenoise[plot]'") from None
     power = np.fft.fftshift(power_spectrum(mask))
     frequency, radial = radial_power(mask)
     figure = Figure(figsize=(9, 4), dpi=150, layout="constrained")
     plane, curve = figure.subplots(1, 2)
-    # A spectrum of one mask scatters exponentially around its mean; three means show nearly all of it.
+    # The power of a single mask is exponentially distributed; three times the mean covers nearly all of it.
     top = 3 * max(float(radial.max()), 1.0)
     height, width = power.shape
     edges = (-0.5 - 0.5 / width, 0.5 - 0.5 / width, 0.5 - 0.5 / height, -0.5 - 0.5 / height)

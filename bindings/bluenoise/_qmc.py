@@ -30,7 +30,7 @@ class _Sampler(Protocol):
 
 
 class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
-    """The samples of one pixel of a sampler; see ``Sampler.qmc``."""
+    """The samples of one pixel; see ``Sampler.qmc``."""
 
     def __init__(self, sampler: _Sampler, d: int, pixel: tuple[int, int] = (0, 0)) -> None:
         d = arguments.integer("d", d, 1, 2**31 - 1)
@@ -57,6 +57,9 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         return points
 
     def fast_forward(self, n: int) -> SamplerEngine:
-        """Skips n points at no cost; returns the engine."""
+        """Skips n points at no cost and returns the engine."""
         self.num_generated += arguments.integer("n", n, 0, 2**32 - self.num_generated)
         return self
+
+    def __repr__(self) -> str:
+        return f"<{self._sampler!r}.qmc({self.d}, pixel=({self._x}, {self._y})) at index {self.num_generated}>"

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn, Optional
+from typing import TYPE_CHECKING, Any, NoReturn, Optional, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,32 +17,33 @@ if TYPE_CHECKING:
 
 
 class Sampler:
-    """Samples in [0, 1) for every pixel, index and domain, well spread over a pixel's indices and, for the
-    kinds ``"blue"``, ``"zorder"`` and ``"mask"``, with errors that are blue noise on the screen.
+    """Samples in [0, 1) for every pixel, index and domain. They are well distributed over the indices of a pixel; with the
+    kinds ``"blue"``, ``"zorder"`` and ``"mask"``, errors are also distributed as blue noise on screen.
 
-    A sample depends on nothing but the sampler's arguments and its own: order, tiles, threads and restarts cannot
-    change it. Samplers are immutable, hashable, equal when their arguments are, and can be pickled.
+    A sample depends only on the arguments of the sampler and of the call, not on order, tiles, threads or restarts.
+    Samplers are immutable and hashable, compare equal if their arguments are equal, and can be pickled.
 
     Parameters
     ----------
     kind
-        ``"blue"``: progressive and blue on the screen, the one to use. ``"sobol"``: Owen-scrambled Sobol', each pixel
-        on its own. ``"white"``: independent uniform numbers. ``"zorder"``: one Sobol' sequence along a Morton curve
-        (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering
-        of Pixels", 2020), made for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask makes the first sample of
-        every pixel, a Sobol' sequence the others: the use of blue-noise textures.
+        ``"blue"``: the recommended sampler, progressive, with blue-noise errors on screen. ``"sobol"``: Owen-scrambled
+        Sobol', independent in each pixel. ``"white"``: independent uniform numbers. ``"zorder"``: one Sobol' sequence
+        along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
+        Hierarchical Ordering of Pixels", 2020), for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask provides
+        the first sample of each pixel and a Sobol' sequence the others, as with blue-noise textures.
     seed
-        Integer from 0 to 2**64 - 1, or a ``numpy.random.Generator`` from which one is drawn. Different seeds give
-        independent pictures.
+        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, or None for fresh
+        entropy. Different seeds give independent pictures.
     samples_per_pixel
-        For kind ``"zorder"``, which is good at this count only: up to 2**32 - 1, rounded up to a power of two (at most
-        2**16); 0 counts as 256. Larger indices remain valid. The other kinds are progressive and ignore it.
+        The sample count for kind ``"zorder"``, at which alone its quality is good: up to 2**32 - 1, rounded up to a
+        power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other kinds are progressive and
+        ignore it.
     mask
-        For kind ``"mask"``: integers of shape (height, width), every rank 0 .. n - 1 once.
-        None: the built-in 64 x 64.
+        The mask for kind ``"mask"``: ranks of shape (height, width), each of 0 .. n - 1 exactly once. None: the built-in
+        64 x 64 mask.
 
-    Raises ``ValueError`` for an unknown kind, a number out of range or a mask that is no permutation, ``TypeError``
-    for a wrong type.
+    Raises ``ValueError`` for an unknown kind, a number out of range or a mask that is not a permutation, and
+    ``TypeError`` for a wrong type.
 
     >>> sampler = Sampler("blue", seed=1)
     >>> sampler.sample(3, 5, index=0).shape
@@ -59,7 +60,7 @@ class Sampler:
 
     def __init__(
         self,
-        kind: str = "blue",
+        kind: arguments.SamplerKind = "blue",
         *,
         seed: arguments.Seed = 0,
         samples_per_pixel: int = 0,
@@ -85,23 +86,23 @@ class Sampler:
         put(self, "_mask", ranks)
 
     @property
-    def kind(self) -> str:
-        """The name of the kind."""
-        return self._kind
+    def kind(self) -> arguments.SamplerKind:
+        """The kind of the sampler."""
+        return cast(arguments.SamplerKind, self._kind)
 
     @property
     def seed(self) -> int:
-        """The seed, as an integer also when a Generator was given."""
+        """The seed as an integer, even if a Generator or None was given."""
         return self._seed
 
     @property
     def samples_per_pixel(self) -> int:
-        """The count that was given, which only ``"zorder"`` uses; 0 when none was."""
+        """The given sample count, used only by ``"zorder"``; 0 if none was given."""
         return self._samples_per_pixel
 
     @property
     def mask(self) -> Optional[arguments.Ranks]:
-        """The mask that was given, uint32, read-only; else None."""
+        """The given mask, a read-only uint32 array, or None."""
         return self._mask
 
     def sample(
@@ -112,11 +113,11 @@ class Sampler:
         domain: npt.ArrayLike = 0,
         dims: int = 4,
     ) -> npt.NDArray[np.float32]:
-        """Samples at any places, float32 in [0, 1) of shape (..., dims).
+        """Samples at arbitrary coordinates, float32 in [0, 1) of shape (..., dims).
 
-        ``x``, ``y`` (pixels, from -2**31 to 2**31 - 1), ``index`` and ``domain`` (0 to 2**32 - 1) are integers or
-        integer arrays that broadcast against each other. ``dims`` from 1 to 4 takes the first dimensions; (0, 1) and
-        (2, 3) are the pairs for decisions of two dimensions. Cost: tens of nanoseconds per sample.
+        ``x`` and ``y`` (pixel coordinates, -2**31 to 2**31 - 1), ``index`` and ``domain`` (0 to 2**32 - 1) are integers
+        or integer arrays that broadcast against each other. ``dims`` is the number of dimensions, 1 to 4; use the pairs
+        (0, 1) and (2, 3) for two-dimensional decisions. Cost: tens of nanoseconds per sample.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         given = (
@@ -145,9 +146,10 @@ class Sampler:
     ) -> npt.NDArray[np.float32]:
         """All samples of a rectangle of pixels, float32 in [0, 1) of shape (height, width, index_count, 4).
 
-        Covers pixels x0 .. x0 + width - 1 and y0 .. y0 + height - 1 and indices first_index .. first_index +
-        index_count - 1; the same bits as ``sample``, faster. Raises ``ValueError`` when an extent is zero or a range
-        runs past the last coordinate (2**31 - 1) or index (2**32 - 1), ``MemoryError`` when the array does not fit.
+        The rectangle contains pixels x0 .. x0 + width - 1 and y0 .. y0 + height - 1, with indices first_index ..
+        first_index + index_count - 1. This is faster than ``sample`` and gives equal bits. Raises ``ValueError`` if an
+        extent is zero or a range exceeds the last coordinate (2**31 - 1) or index (2**32 - 1), and ``MemoryError`` if the
+        array is too large.
         """
         x0 = arguments.integer("x0", x0, *arguments.INT32)
         y0 = arguments.integer("y0", y0, *arguments.INT32)
@@ -161,24 +163,24 @@ class Sampler:
         return self._core.block(x0, y0, width, height, first_index, index_count, domain)
 
     def domain(self, *keys: int) -> int:
-        """The domain reached from the root by these keys (integers from 0 to 2**32 - 1): a number from 0 to
-        2**32 - 1 for ``sample`` and ``block``. A domain names one decision of a path; samples of different domains
-        are independent. Domains that differ in their last key alone, and there within an aligned four (0 to 3, 4 to
-        7 ...), are a family, which "blue" and "zorder" stratify together. Without keys: the root, 0. The same for
-        every sampler."""
+        """The domain for a path of keys from the root, each from 0 to 2**32 - 1: an integer from 0 to 2**32 - 1 for
+        ``sample`` and ``block``. A domain identifies one decision of a light path; samples of different domains are
+        independent. Domains that differ only in their last key, within an aligned group of four (0 to 3, 4 to 7, ...),
+        form a family, which "blue" and "zorder" stratify jointly. Without keys, this is the root, 0. Domains are the
+        same for all samplers."""
         domain = 0
         for key in keys:
             domain = _core.domain_child(domain, arguments.integer("key", key, *arguments.UINT32))
         return domain
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
-        """A ``scipy.stats.qmc.QMCEngine`` of d dimensions that yields the samples of one pixel (x, y) in the order
-        of their indices. Dimensions 4k .. 4k + 3 are those of domain ``domain(k)``, so sixteen at a time are a family; there are 2**32 points, then
-        ``ValueError``. Needs SciPy (``ImportError`` without it)."""
+        """A ``scipy.stats.qmc.QMCEngine`` with d dimensions that returns the samples of pixel (x, y) in index order.
+        Dimensions 4k .. 4k + 3 are those of ``domain(k)``, so each group of sixteen belongs to one family. After 2**32
+        points it raises ``ValueError``. Needs SciPy (else ``ImportError``)."""
         try:
             from ._qmc import SamplerEngine
         except ModuleNotFoundError as error:
-            raise ImportError(f"qmc needs SciPy: pip install 'bluenoise[qmc]' ({error})") from None
+            raise ImportError(f"qmc needs SciPy; run pip install 'bluenoise[qmc]' ({error})") from None
         return SamplerEngine(self, d, pixel)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -215,4 +217,4 @@ class Sampler:
 def _restore(
     kind: str, seed: int, samples_per_pixel: int, mask: Optional[arguments.Ranks]
 ) -> Sampler:
-    return Sampler(kind, seed=seed, samples_per_pixel=samples_per_pixel, mask=mask)
+    return Sampler(cast(arguments.SamplerKind, kind), seed=seed, samples_per_pixel=samples_per_pixel, mask=mask)

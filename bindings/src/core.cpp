@@ -8,7 +8,7 @@ namespace bluenoise {
 
 namespace {
 
-/* Created once, kept for the life of the process as extension modules are. */
+/* Created once and kept for the life of the process, like extension modules. */
 PyObject *cancelled_error = nullptr;
 PyObject *runtime_missing_error = nullptr;
 
@@ -39,9 +39,8 @@ PyObject *exception_type(bn_result result) {
 } // namespace
 
 void bind_errors(py::module_ &module) {
-    cancelled_error =
-        new_error(module, "CancelledError",
-                  "A progress callback returned a true value and so stopped the work.");
+    cancelled_error = new_error(module, "CancelledError",
+                                "A progress callback stopped the work by returning a true value.");
     runtime_missing_error =
         new_error(module, "RuntimeMissingError",
                   "ONNX Runtime, which neural masks need, is missing or failed.");
@@ -66,7 +65,7 @@ size_t checked_count(std::initializer_list<uint64_t> extents, size_t element_siz
     }
     if (too_large) {
         PyErr_SetString(PyExc_MemoryError,
-                        ("an array of " + text + " does not fit in memory").c_str());
+                        ("an array of " + text + " is too large for memory").c_str());
         throw py::error_already_set();
     }
     return static_cast<size_t>(count);

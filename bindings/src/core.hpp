@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the files of the extension share: results as exceptions, interrupts and progress. */
+ * Shared by the files of the extension: exceptions, interrupts and progress. */
 #ifndef BLUENOISE_CORE_HPP
 #define BLUENOISE_CORE_HPP
 
@@ -16,7 +16,7 @@ namespace bluenoise {
 
 namespace py = pybind11;
 
-/* Arrays as the Python side hands them over: right type, C order; nothing is converted here. */
+/* Arrays from the Python side already have the right type and C order; nothing is converted here. */
 using Ranks = py::array_t<uint32_t, py::array::c_style>;
 using Floats = py::array_t<float, py::array::c_style>;
 
@@ -26,16 +26,15 @@ void bind_masks(py::module_ &module);
 void bind_images(py::module_ &module);
 void bind_neural(py::module_ &module);
 
-/* Raises the exception of a result that is not BN_SUCCESS; `arguments` names what was asked for,
- * with values. Needs the interpreter lock. */
+/* Raises the exception for a result other than BN_SUCCESS; `arguments` lists names and values for the
+ * message. Needs the GIL. */
 void check(bn_result result, const std::string &arguments);
 
-/* The product of extents, or MemoryError when it, times the element size, is beyond the address
- * space. */
+/* The product of extents. Raises MemoryError if the array would exceed the address space. */
 size_t checked_count(std::initializer_list<uint64_t> extents, size_t element_size);
 
-/* Lets Ctrl-C reach Python during long work without the interpreter lock: poll() takes the lock
- * every 50 ms at most and throws what a signal handler raised. */
+/* Lets Ctrl-C interrupt long work that runs without the GIL: poll() takes the GIL at most every 50 ms
+ * and throws what a signal handler raised. */
 class Interrupts {
   public:
     void poll();
@@ -44,16 +43,16 @@ class Interrupts {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/* A Python callable (or None) as a bn_progress. The callable gets the fraction; a true result
- * cancels. An exception, also one from a signal handler, cancels too and is raised again by
- * finish(). Lives in a scope that holds the interpreter lock; call() is made without it. */
+/* A Python callable (or None) as a bn_progress. It receives the fraction done; a true result cancels.
+ * Exceptions, including those from signal handlers, cancel too, and finish() raises them again.
+ * Create and finish it with the GIL held; call() runs without it. */
 class Progress {
   public:
     explicit Progress(py::object callable) : callable_(std::move(callable)) {}
 
     static int32_t call(void *self, double fraction) noexcept;
 
-    /* Raises what stopped the work, else does check(result, arguments). */
+    /* Raises the exception that stopped the work, else calls check(result, arguments). */
     void finish(bn_result result, const std::string &arguments);
 
   private:

@@ -6,8 +6,7 @@ namespace bluenoise {
 
 namespace {
 
-/* The image has shape (height, width, channels), the mask (height, width) or is
- * None. */
+/* The image has shape (height, width, channels); the mask is (height, width) or None. */
 Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offset,
               const py::object &mask) {
     bn_dither_options options = bn_dither_options_default();

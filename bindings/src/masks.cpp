@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Making, converting and measuring masks. */
+ * Generating, converting and measuring masks. */
 #include "core.hpp"
 
 namespace bluenoise {
@@ -33,8 +33,8 @@ Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double s
     return ranks;
 }
 
-/* `ranks` has shape (channels, height, width): where to start from when asked, always where the
- * result goes. */
+/* `ranks` has shape (channels, height, width). It receives the result, and is the initial mask if
+ * start_from_ranks is set. */
 void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, double value_sigma,
             double start_temperature, double end_temperature, uint32_t sweeps, bool order_ends,
             bool start_from_ranks, uint64_t seed, const py::object &callback) {
@@ -69,7 +69,7 @@ void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, dou
                                 ", sweeps " + std::to_string(sweeps));
 }
 
-/* `ranks` has shape (height, width), else as for anneal. */
+/* As for anneal, but `ranks` has shape (height, width). */
 void relax(Ranks &ranks, double sigma, double start_step, double end_step, double start_softness,
            double end_softness, uint32_t steps, uint32_t threads, bool start_from_ranks,
            uint64_t seed, const py::object &callback) {

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The extension module bluenoise._core: libbn on NumPy arrays, without the interpreter lock. The
- * Python files beside it check and convert the arguments of users; what arrives here has its type
- * and range. */
+ * The extension module bluenoise._core: libbn on NumPy arrays, without the GIL. The package's Python
+ * files check and convert all arguments, so their types and ranges are valid here. */
 #include "core.hpp"
 
-/* Everything behind this module is immutable or belongs to one call, so it needs no global lock. */
+/* All state is immutable or local to a call, so the module does not need the GIL. */
 PYBIND11_MODULE(_core, module, pybind11::mod_gil_not_used()) {
     module.doc() = "libbn on NumPy arrays; use the package bluenoise.";
     module.attr("__version__") = bn_version_string();

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Networks that make masks and windows. */
+ * Neural masks and windows. */
 #include "core.hpp"
 
 #include <bn/neural.h>
@@ -14,17 +14,17 @@ namespace bluenoise {
 
 namespace {
 
-/* The call under way on this thread. The network asks for progress on the thread that called it. */
+/* The call in progress on this thread. The network reports progress on the calling thread. */
 thread_local Progress *current_call = nullptr;
 
 int32_t poll_current_call(void *, double fraction) {
     return current_call != nullptr ? Progress::call(current_call, fraction) : 0;
 }
 
-/* Runs work() without the interpreter lock; Ctrl-C stops it. */
+/* Runs work() without the GIL. Ctrl-C or the callback can stop it. */
 template <typename Work>
-void interruptible(const std::string &arguments, Work work) {
-    Progress progress{py::none()};
+void interruptible(const std::string &arguments, const py::object &callback, Work work) {
+    Progress progress{callback};
     bn_result result;
     {
         py::gil_scoped_release unlocked;
@@ -37,7 +37,7 @@ void interruptible(const std::string &arguments, Work work) {
 
 class NeuralGenerator {
   public:
-    /* `where` says in words which model and which runtime were asked for. */
+    /* `where` describes the model and the runtime for error messages. */
     NeuralGenerator(const std::optional<std::string> &model_path,
                     const std::optional<py::bytes> &model,
                     const std::optional<std::string> &runtime, uint32_t threads,
@@ -65,13 +65,13 @@ class NeuralGenerator {
 
     uint32_t channels() const { return bn_neural_channels(neural_.get()); }
 
-    Ranks mask(uint32_t height, uint32_t width, uint64_t seed) const {
+    Ranks mask(uint32_t height, uint32_t width, uint64_t seed, const py::object &callback) const {
         const size_t count = checked_count({channels(), height, width}, sizeof(uint32_t));
         Ranks ranks(shape(height, width));
         uint32_t *out = ranks.mutable_data();
-        interruptible("neural, " + std::to_string(height) + " x " + std::to_string(width), [&] {
-            return bn_neural_mask(neural_.get(), width, height, seed, out, count);
-        });
+        interruptible(
+            "neural, " + std::to_string(height) + " x " + std::to_string(width), callback,
+            [&] { return bn_neural_mask(neural_.get(), width, height, seed, out, count); });
         return ranks;
     }
 
@@ -81,7 +81,7 @@ class NeuralGenerator {
         float *out = values.mutable_data();
         interruptible("x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
                           std::to_string(width) + ", height " + std::to_string(height),
-                      [&] {
+                      py::none(), [&] {
                           return bn_neural_window(neural_.get(), x0, y0, width, height, seed, out,
                                                   count);
                       });
@@ -122,7 +122,8 @@ void bind_neural(py::module_ &module) {
              py::arg("model_path"), py::arg("model"), py::arg("runtime"), py::arg("threads"),
              py::arg("where"))
         .def_property_readonly("channels", &NeuralGenerator::channels)
-        .def("mask", &NeuralGenerator::mask, py::arg("height"), py::arg("width"), py::arg("seed"))
+        .def("mask", &NeuralGenerator::mask, py::arg("height"), py::arg("width"), py::arg("seed"),
+             py::arg("progress"))
         .def("window", &NeuralGenerator::window, py::arg("x0"), py::arg("y0"), py::arg("width"),
              py::arg("height"), py::arg("seed"));
     module.def("neural_noise", &neural_noise, py::arg("x0"), py::arg("y0"), py::arg("width"),

@@ -41,7 +41,7 @@ class Sampler {
         check(result, arguments);
     }
 
-    /* The arrays have one shape (strides of 0 where they were broadcast). */
+    /* The arrays have equal shapes, with strides of 0 along broadcast axes. */
     Floats sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
                   uint32_t dims) const {
         std::vector<py::ssize_t> shape(x.shape(), x.shape() + x.ndim());
@@ -53,7 +53,7 @@ class Sampler {
         for (int i = 0; i < 4; ++i) {
             if (arrays[i]->ndim() != x.ndim() ||
                 !std::equal(shape.begin(), shape.end() - 1, arrays[i]->shape())) {
-                throw py::value_error("x, y, index and domain must have one shape");
+                throw py::value_error("x, y, index and domain must have equal shapes");
             }
             at[i] = static_cast<const char *>(arrays[i]->data());
             inner_stride[i] = x.ndim() > 0 ? arrays[i]->strides(x.ndim() - 1) : 0;
@@ -126,7 +126,7 @@ class Sampler {
     }
 
   private:
-    /* Samples between two looks at the clock: some milliseconds. */
+    /* Samples between two polls: some milliseconds. */
     static constexpr py::ssize_t poll_interval = py::ssize_t{1} << 18;
 
     std::unique_ptr<bn_sampler, decltype(&bn_sampler_destroy)> sampler_;

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import importlib.util
+import io
 import json
+import os
 import subprocess
 import sys
 
@@ -34,7 +36,7 @@ def test_mask_as_png_keeps_every_rank(tmp_path, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["mask.png"]
 
 
-@pytest.mark.parametrize(("size", "shape"), [("30", (30,)), ("5x4", (4, 5)), ("5x4x3", (3, 4, 5))])
+@pytest.mark.parametrize(("size", "shape"), [("30", (30, 30)), ("30x1", (1, 30)), ("5x4", (4, 5)), ("5x4x3", (3, 4, 5))])
 def test_mask_as_npy(tmp_path, size, shape):
     out = tmp_path / "mask.npy"
     assert main(["mask", "--size", size, "--method", "white", "-o", str(out)]) == 0
@@ -64,8 +66,9 @@ def test_mask_by_a_network(tmp_path, capsys):
     assert main([*arguments, "-o", str(out)]) == 0
     np.testing.assert_array_equal(np.load(out), bluenoise.NeuralGenerator(model).mask((16, 20), seed=5))
     assert lines(capsys) == ([], [])
-    assert main([*arguments, "-o", str(tmp_path / "mask.png")]) == 1
-    assert "2 channels" in lines(capsys)[1][0]
+    assert main([*arguments, "-o", str(tmp_path / "mask.png")]) == 0
+    assert (tmp_path / "mask.png").read_bytes()[24:26] == b"\x10\x04" and lines(capsys) == ([], [])  # 16 bits, two channels
+    (tmp_path / "mask.png").unlink()
     assert main([*arguments, "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
     assert "pip install" in lines(capsys)[1][0]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["mask.npy", "model.onnx"]
@@ -154,6 +157,20 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "8x8", "--seed", "-1", "-o", "mask.png"], ["seed", "-1"]),
         (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["white", "sigma"]),
         (["mask", "--size", "9x9", "--method", "builtin", "-o", "m.png"], ["(9, 9)"]),
+        (["mask", "--size", "8x8x8", "-o", "mask.exr"], [".npy"]),
+        (["mask", "--size", "8", "--channels", "5", "--method", "anneal", "-o", "m.png"], ["channels", "5"]),
+        (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["void-and-cluster", "channels"]),
+        (["mask", "--size", "8", "--json", "-o", "-"], ["--json"]),
+        (["spectrum", "flat.npy"], ["-o", "--json"]),
+        (["measure", "deep.npy"], ["deep.npy", "(2, 4, 4)", "--channel"]),
+        (["measure", "deep.npy", "--channel", "3"], ["channel 3", "(2, 4, 4)"]),
+        (["measure", "cut.npy"], ["cut.npy", "128 bytes", "127"]),
+        (["measure", "huge.npy"], ["huge.npy", "800000000000 bytes"]),
+        (["measure", "header.npy"], ["header.npy", "array"]),
+        (["measure", "objects.npy"], ["objects.npy", "objects"]),
+        (["measure", "pipe.npy"], ["pipe.npy", "regular"]),
+        (["measure", "loop.npy"], ["loop.npy"]),
+        (["measure", "zip.npy"], ["zip.npy"]),
         (["measure", "missing.png"], ["missing.png", "does not exist"]),
         (["measure", "missing.npy"], ["missing.npy", "does not exist"]),
         (["measure", "broken.png"], ["broken.png"]),
@@ -177,6 +194,15 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
     (tmp_path / "broken.npy").write_bytes(b"\x93NUMPY no more")
     np.save(tmp_path / "line.npy", [0, 1, 2])
     np.save(tmp_path / "flat.npy", np.zeros((4, 4), int))
+    np.save(tmp_path / "deep.npy", np.zeros((2, 4, 4), int))
+    whole = (tmp_path / "flat.npy").read_bytes()
+    (tmp_path / "cut.npy").write_bytes(whole[:-1])
+    (tmp_path / "huge.npy").write_bytes(whole.replace(b"(4, 4), }              ", b"(100000, 1000000), }   "))
+    (tmp_path / "header.npy").write_bytes(whole.replace(b"'descr'", b"(((((((").replace(b"(4, 4)", b"(4, 4'"))
+    np.save(tmp_path / "objects.npy", np.array([[None]]), allow_pickle=True)
+    (tmp_path / "zip.npy").write_bytes(b"PK\x03\x04 no more")
+    os.mkfifo(tmp_path / "pipe.npy")
+    (tmp_path / "loop.npy").symlink_to("loop.npy")
     Image.new("RGB", (4, 4)).save(tmp_path / "colour.png")
     before = sorted(tmp_path.iterdir())
     assert main(arguments) == 1
@@ -189,9 +215,11 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        ([], "command"),
+        ([], "COMMAND"),
         (["mask"], "--size"),
         (["mask", "--size", "8y8", "-o", "m.png"], "8y8"),
+        (["mask", "--size", "8", "--bits", "12", "-o", "m.png"], "12"),
+        (["measure", "--channel", "0", "m.npy"], "less than 1"),
         (["mask", "--size", "8x8", "--seed", "1.5", "-o", "m.png"], "1.5"),
         (["mask", "--size", "8x8", "--method", "void", "-o", "m.png"], "void-and-cluster"),
         (["paint"], "paint"),
@@ -215,6 +243,126 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, capsys, monkeypatch):
     assert main(["mask", "--size", "8x8", "-o", str(out)]) == 1
     assert "the disk is full" in capsys.readouterr().err
     assert out.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_png_of_any_depth_and_channels(bits, channels, tmp_path, capsys):
+    out = tmp_path / "mask.png"
+    arguments = ["mask", "--size", "12x10", "--method", "anneal", "--sweeps", "3", "--channels", str(channels)]
+    assert main([*arguments, "--bits", str(bits), "-o", str(out)]) == 0
+    assert lines(capsys) == ([], [])
+    ranks = bluenoise.mask((10, 12), method="anneal", sweeps=3, channels=channels).reshape(channels, 10, 12)
+    with Image.open(out) as picture:
+        assert picture.size == (12, 10) and f"channels {channels}" in picture.info["Description"]
+        pixels = np.asarray(picture).reshape(10, 12, -1)
+    if bits == 16 and channels == 2:
+        pixels = pixels[:, :, [0, 3]]  # Pillow reads grey and alpha as RGBA
+    values = np.moveaxis((2 * ranks.astype(np.int64) + 1) * 2 ** (bits - 1) // 120, 0, -1)
+    if bits == 16 and channels > 1:
+        values >>= 8  # Pillow reads the upper eight bits
+        data = out.read_bytes()
+        assert data[24:26] == bytes([16, {2: 4, 3: 2, 4: 6}[channels]])
+    np.testing.assert_array_equal(pixels, values)
+
+
+@pytest.mark.parametrize(("channels", "names"), [(1, "Y"), (2, "RG"), (3, "RGB"), (4, "RGBA")])
+def test_exr(channels, names, tmp_path, capsys):
+    exr = pytest.importorskip("OpenEXR")
+    out = tmp_path / "mask.exr"
+    arguments = ["mask", "--size", "12x10", "--method", "anneal", "--sweeps", "3", "--channels", str(channels)]
+    assert main([*arguments, "-o", str(out)]) == 0
+    ranks = bluenoise.mask((10, 12), method="anneal", sweeps=3, channels=channels).reshape(channels, 10, 12)
+    with exr.File(str(out), separate_channels=True) as file:
+        found = {name: channel.pixels for name, channel in file.channels().items()}
+        assert set(found) == set(names)
+        for name, own in zip(names, ranks):
+            assert found[name].dtype == np.float32
+            np.testing.assert_array_equal(found[name], bluenoise.to_float(own))
+    for number, own in enumerate(ranks, 1):
+        assert main(["measure", "--json", "--channel" if channels > 1 else "--json",
+                     *([str(number)] if channels > 1 else []), str(out)]) == 0
+        assert json.loads(capsys.readouterr().out)["e_1"] == bluenoise.measure(own)["e_1"]
+
+
+def test_json_describes_the_mask(tmp_path, capsys):
+    out = tmp_path / "mask.png"
+    assert main(["mask", "--size", "8x4", "--seed", "random", "--sigma", "1.25", "--json", "-o", str(out)]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert first["size"] == [8, 4] and first["bits"] == 16 and first["channels"] == 1
+    assert first["method"] == "void-and-cluster" and first["options"] == {"sigma": 1.25}
+    again = ["mask", "--size", "8x4", "--seed", str(first["seed"]), "--sigma", "1.25", "-o", str(tmp_path / "b.png")]
+    assert main(again) == 0 and out.read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert main(["mask", "--size", "8x4", "--seed", "random", "--json", "-o", str(out)]) == 0
+    assert json.loads(capsys.readouterr().out)["seed"] != first["seed"]
+
+
+def test_spectrum_as_json(tmp_path, capsys):
+    ranks = bluenoise.mask((16, 16))
+    np.save(tmp_path / "m.npy", ranks)
+    assert main(["spectrum", "--json", str(tmp_path / "m.npy")]) == 0
+    found = json.loads(capsys.readouterr().out)
+    np.testing.assert_array_equal((found["frequency"], found["power"]), bluenoise.radial_power(ranks))
+
+
+def test_streams(tmp_path):
+    def run(*arguments, data=None):
+        command = [sys.executable, "-m", "bluenoise", *arguments]
+        done = subprocess.run(command, input=data, capture_output=True, cwd=tmp_path, check=True)
+        assert not done.stderr
+        return done.stdout
+
+    ranks = bluenoise.mask((16, 16), seed=2)
+    npy = run("mask", "--size", "16", "--seed", "2", "-o", "-")
+    np.testing.assert_array_equal(np.load(io.BytesIO(npy)), ranks)
+    png = run("mask", "--size", "16", "--seed", "2", "--format", "png", "-o", "-")
+    for data in (npy, png):
+        assert json.loads(run("measure", "--json", "-", data=data))["e_1"] == bluenoise.measure(ranks)["e_1"]
+    assert run("spectrum", "-", "-o", "-", data=npy).startswith(b"frequency,power\n")
+    grey = Image.new("L", (8, 8), 100)
+    buffer = io.BytesIO()
+    grey.save(buffer, "PNG")
+    out = Image.open(io.BytesIO(run("dither", "-", "-", data=buffer.getvalue())))
+    assert (np.asarray(out) == np.asarray(bluenoise.dither(grey))).all()
+    assert not list(tmp_path.iterdir())
+
+
+def test_sixteen_bit_colour_is_not_read_as_eight(tmp_path, capsys):
+    out = tmp_path / "mask.png"
+    assert main(["mask", "--size", "8", "--method", "anneal", "--channels", "3", "--sweeps", "1", "-o", str(out)]) == 0
+    assert main(["measure", "--channel", "1", str(out)]) == 1
+    assert "16-bit" in lines(capsys)[1][0]
+
+
+def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(tmp_path, monkeypatch):
+    out, folders, steps = tmp_path / "mask.npy", [], []
+    for call in ("fsync", "replace"):
+        monkeypatch.setattr(
+            os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given))
+        )
+    save = np.save
+
+    def record(path, array):
+        folders.append(path.parent)
+        assert path.parent.stat().st_mode & 0o077 == 0, "others could put a link there"
+        save(path, array)
+
+    monkeypatch.setattr(np, "save", record)
+    for _ in range(2):
+        assert main(["mask", "--size", "8x8", "-o", str(out)]) == 0
+    assert folders[0] != folders[1] and steps == ["fsync", "replace"] * 2
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_an_output_that_is_a_link_is_replaced_not_followed(tmp_path):
+    victim, out = tmp_path / "victim.npy", tmp_path / "mask.npy"
+    victim.write_bytes(b"precious")
+    out.symlink_to(victim)
+    (tmp_path / "loop.npy").symlink_to("loop.npy")
+    for name in ("mask.npy", "loop.npy"):
+        assert main(["mask", "--size", "8x8", "-o", str(tmp_path / name)]) == 0
+        assert not (tmp_path / name).is_symlink() and np.load(tmp_path / name).shape == (8, 8)
+    assert victim.read_bytes() == b"precious"
 
 
 def test_interrupt(monkeypatch, capsys, tmp_path):

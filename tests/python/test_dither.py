@@ -33,6 +33,16 @@ def test_shape_and_type_stay_and_ends_are_exact(dtype, shape):
     assert set(np.unique(levels)) <= {dtype(full * k / 3) for k in range(4)}
 
 
+@pytest.mark.parametrize("dtype", [">u2", ">f4", ">f8", "<u2", np.longdouble])
+def test_the_byte_order_stays(dtype):
+    image = np.linspace(0, 1, 35).reshape(5, 7)
+    full = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1
+    given = (image * full).astype(dtype)
+    out = dither(given, 3)
+    assert out.dtype == np.dtype(dtype)
+    np.testing.assert_array_equal(out, dither(given.astype(given.dtype.newbyteorder("=")), 3))
+
+
 @pytest.mark.parametrize("levels", [2, 5, 256])
 @pytest.mark.parametrize("srgb", [False, True])
 def test_ends_are_exact_at_every_count(levels, srgb):

@@ -138,7 +138,7 @@ def test_bad_masks(function, value, error, words):
 def test_bad_sets_of_masks():
     with pytest.raises(ValueError, match="masks"):
         anisotropy([])
-    with pytest.raises(ValueError, match="masks .*one shape"):
+    with pytest.raises(ValueError, match="masks .*equal shapes"):
         anisotropy([mask((8, 8)), mask((8, 9))])
     with pytest.raises(ValueError, match="masks"):
         anisotropy(mask((8, 8)))

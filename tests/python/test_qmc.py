@@ -45,3 +45,8 @@ def test_the_end_of_the_indices_and_bad_arguments():
         Sampler().qmc(2.0)
     with pytest.raises(ValueError, match="pixel"):
         Sampler().qmc(2, pixel=3)
+
+
+def test_repr_says_what_and_where():
+    engine = Sampler("sobol", seed=3).qmc(5, pixel=(-1, 2)).fast_forward(7)
+    assert repr(engine) == "<Sampler('sobol', seed=3).qmc(5, pixel=(-1, 2)) at index 7>"

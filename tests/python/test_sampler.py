@@ -196,6 +196,13 @@ def test_immutable():
         del sampler._seed
 
 
+def test_no_seed_is_a_random_one_that_can_be_used_again():
+    sampler, other = Sampler(seed=None), Sampler(seed=None)
+    assert sampler.seed != other.seed  # equal with a probability of 2**-64
+    assert Sampler(seed=sampler.seed) == sampler == eval(repr(sampler))
+    assert (bluenoise.mask((8, 8), method="white", seed=None) != bluenoise.mask((8, 8), method="white", seed=None)).any()
+
+
 def test_repr_says_what_it_is():
     assert repr(Sampler("sobol", seed=3)) == "Sampler('sobol', seed=3)"
     text = repr(Sampler("mask", samples_per_pixel=4, mask=bluenoise.mask((4, 6))))
@@ -210,7 +217,7 @@ def test_repr_says_what_it_is():
         ({"seed": -1}, ValueError, ["seed", "-1"]),
         ({"seed": 2**64}, ValueError, ["seed", str(2**64)]),
         ({"seed": 1.0}, TypeError, ["seed", "1.0"]),
-        ({"seed": None}, TypeError, ["seed", "None"]),
+        ({"seed": "random"}, TypeError, ["seed", "random"]),
         ({"seed": True}, TypeError, ["seed", "True"]),
         ({"seed": "1"}, TypeError, ["seed", "'1'"]),
         ({"samples_per_pixel": -1}, ValueError, ["samples_per_pixel", "-1"]),

@@ -46,7 +46,7 @@ WORK = {
 }
 if importlib.util.find_spec("onnxruntime") is not None:
     NETWORK = bluenoise.NeuralGenerator(convolution(np.full((1, 3, 3), 0.1)))
-    WORK["neural_mask"] = lambda: NETWORK._core.mask(256, 256, 0)
+    WORK["neural_mask"] = lambda: NETWORK._core.mask(256, 256, 0, None)
     WORK["neural_window"] = lambda: NETWORK._core.window(0, 0, 256, 256, 0)
 
 

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What editors and type checkers see: one signature of mask() for each method, literals for names, typed results."""
+
+import inspect
+import sys
+import typing
+from pathlib import Path
+
+import pytest
+
+import bluenoise
+from bluenoise import _core, _masks
+
+ROOT = Path(__file__).resolve().parents[2]
+
+PROGRAM = '''
+import numpy as np
+import numpy.typing as npt
+import bluenoise
+from typing_extensions import assert_type
+
+bluenoise.mask((8, 8), sigma=1.9, initial_fraction=0.2, seed=None)
+bluenoise.mask(8, method="relax", steps=3, threads=1, seed=np.random.default_rng())
+bluenoise.mask((8, 8), method="anneal", channels=3, sweeps=1)
+bluenoise.mask((8, 8), method="neural", model=b"", progress=print)
+name: bluenoise.MaskMethod = "white"
+assert_type(bluenoise.mask((8, 8), method=name), npt.NDArray[np.uint32])
+found = bluenoise.measure(np.zeros((8, 8)))
+assert_type(found["e_1"], float)
+assert_type(found["exact"], bool)
+assert_type(found["low_frequency"], dict[float, float])
+assert_type(bluenoise.dither(np.zeros((8, 8), np.uint16)), npt.NDArray[np.uint16])
+kind: bluenoise.SamplerKind = bluenoise.Sampler("zorder", seed=None).kind
+'''
+
+WRONG = '''
+bluenoise.mask((8, 8), steps=3)
+bluenoise.mask((8, 8), method="relax", sweeps=3)
+bluenoise.mask((8, 8), method="white", sigma=1.0)
+bluenoise.mask((8, 8), method="paint")
+bluenoise.Sampler("red")
+bluenoise.measure(np.zeros((8, 8)))["e_3"]
+'''
+
+
+def test_type_checker_accepts_right_calls_and_refuses_wrong_ones(tmp_path):
+    api = pytest.importorskip("mypy.api")
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM + WRONG)
+    out, _, _ = api.run(["--cache-dir=/dev/null", "--strict", f"--config-file={ROOT / 'pyproject.toml'}", str(program)])
+    first = PROGRAM.count("\n") + 2
+    found = {int(line.split(":")[1]) for line in out.splitlines() if "program.py" in line and ": error:" in line}
+    assert found == set(range(first, first + WRONG.count("\n") - 1)), out
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="typing.get_overloads is of Python 3.11")
+def test_each_method_has_the_signature_of_its_function():
+    seen = set()
+    for overload in typing.get_overloads(bluenoise.mask):
+        parameters = inspect.signature(overload).parameters
+        method = parameters["method"].annotation
+        if method == "MaskMethod":
+            continue  # for names known only at run time
+        name = eval(method, vars(_masks)).__args__[0]
+        seen.add(name)
+        maker = inspect.signature(_masks._MAKERS[name]).parameters
+        options = {key: value for key, value in parameters.items() if key not in ("shape", "method", "seed")}
+        assert list(options) == list(_masks.METHODS[name])
+        for key, value in options.items():
+            assert (value.default, value.annotation) == (maker[key].default, maker[key].annotation), (name, key)
+    assert seen == {name for name, options in _masks.METHODS.items() if options}
+
+
+def test_literals_are_what_there_is():
+    assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
+    assert set(typing.get_args(bluenoise.SamplerKind)) == set(_core.sampler_kinds)
+    assert set(typing.get_type_hints(bluenoise.MaskMeasures)) == set(bluenoise.measure(bluenoise.mask((8, 8))))
