@@ -7,3 +7,7 @@
 struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
+
+// Ends the program with one line and exit code 1 where it would abort: libraries that read files
+// run out of memory in functions that no exception may leave.
+void exit_where_it_would_abort();

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "commands.h"
+#include "error.h"
 #include "sampler.h"
 #include "scene.h"
 
@@ -31,6 +32,7 @@ void print_cameras(const Options &options) {
 } // namespace
 
 int main(int argc, char **argv) {
+    exit_where_it_would_abort();
 #ifdef SIGXFSZ
     // A file size limit is an error like a full disk, not a reason to die with half a file.
     std::signal(SIGXFSZ, SIG_IGN);

@@ -21,6 +21,15 @@ float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
+// A PNG that is being read. Frees what libpng holds, also when an exception ends the reading.
+struct PngReader {
+    png_image png{};
+    PngReader() { png.version = PNG_IMAGE_VERSION; }
+    PngReader(const PngReader &) = delete;
+    PngReader &operator=(const PngReader &) = delete;
+    ~PngReader() { png_image_free(&png); }
+};
+
 } // namespace
 
 float preview_level(float linear) {
@@ -58,15 +67,12 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
 }
 
 GreyImage png_read_grey(const std::string &path) {
-    png_image png{};
-    png.version = PNG_IMAGE_VERSION;
+    PngReader reader;
+    png_image &png = reader.png;
     if (!png_image_begin_read_from_file(&png, path.c_str()))
         throw Error("cannot read the PNG file " + path + ": " + png.message);
     const uint64_t pixels = static_cast<uint64_t>(png.width) * png.height;
-    if (pixels > 1u << 24) {
-        png_image_free(&png);
-        throw Error("the mask " + path + " is too large: at most 2^24 texels");
-    }
+    if (pixels > 1u << 24) throw Error("the mask " + path + " is too large: at most 2^24 texels");
     png.format = PNG_FORMAT_LINEAR_Y;
     GreyImage image{png.width, png.height, std::vector<uint16_t>(pixels)};
     if (!png_image_finish_read(&png, nullptr, image.values.data(), 0, nullptr))

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One tiny run of everything the program does, with several threads: scripts/test repeats these under sanitizers."""
+
+import numpy as np
+import pytest
+from PIL import Image
+from scene_files import DOWN, FOUR, ball, cornell_obj, textured_floor, write_environment
+
+TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
+
+
+@pytest.mark.parametrize("scene", ["cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace"])
+def test_built_in_scenes(pathtracer, scene):
+    pathtracer.render(*TINY, "--scene", scene, "--light-samples", 2)
+
+
+@pytest.mark.parametrize("sampler", ["blue", "sobol", "white", "zorder", "mask"])
+def test_samplers(pathtracer, sampler):
+    pathtracer.render(*TINY, "--sampler", sampler)
+
+
+def everything_of_gltf():
+    """Textures, cut-outs, normals, single sides, all kinds of light and material."""
+    g = textured_floor(lambda g: g.texture(FOUR), doubleSided=True)
+    grey = g.texture(FOUR.repeat(8, axis=0).repeat(8, axis=1))
+    maps = {"normalTexture": {"index": grey}, "emissiveTexture": {"index": grey}, "emissiveFactor": [1, 1, 1]}
+    rough = {"metallicFactor": 1, "metallicRoughnessTexture": {"index": grey}}
+    ball(g, g.material((1, 1, 1), pbr=rough, alphaMode="MASK", **maps), around=6)
+    g.use("KHR_materials_transmission")
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    ball(g, g.material((1, 1, 1), pbr={"roughnessFactor": 0.4}, extensions=glass), around=6)
+    for kind in ("point", "spot", "directional"):
+        extra = {"spot": {}} if kind == "spot" else None
+        g.light(kind, 2, light=extra, rotation=DOWN, translation=[0, 3, 0])
+    return g
+
+
+@pytest.mark.parametrize("name", ["all.glb", "all.gltf"])
+def test_gltf(pathtracer, name):
+    path = everything_of_gltf().save(pathtracer.folder / name)
+    pathtracer.render(*TINY, "--scene", path)
+    pathtracer.render(*TINY, "--scene", path, "--env", "sky", "--photometric", "--single-scatter")
+
+
+def test_obj(pathtracer):
+    path = cornell_obj(pathtracer.folder)
+    (pathtracer.folder / "box.mtl").write_text((pathtracer.folder / "box.mtl").read_text() + "map_Kd four.png\n")
+    Image.fromarray(FOUR).save(pathtracer.folder / "four.png")
+    pathtracer.render(*TINY, "--scene", path)
+
+
+def test_masks_and_environments(pathtracer):
+    Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(pathtracer.folder / "ranks.png")
+    sky = write_environment(pathtracer.folder / "sky.exr", np.linspace(0, 1, 32).reshape(4, 8, 1))
+    pathtracer.render(*TINY, "--sampler", "mask", "--mask", "ranks.png", "--env", sky, "--scene", "lens")
+
+
+def test_files_on_the_way(pathtracer):
+    reference = pathtracer.render(*TINY)
+    half = pathtracer.render(*TINY, "--seed", 1, "--reference", reference, "--convergence", "rows.csv",
+                             "--write-partial", 0.0001)
+    rest = pathtracer.render(*TINY, "--seed", 1, "--first-sample", 2)
+    pathtracer.render("--merge", half, rest)
+    pathtracer.render("--resume", half, "--spp", 3)
+    pathtracer.render(*TINY, "--time", 0.05)
+    assert pathtracer.run("--list").returncode == 0
+    assert pathtracer.run("--list-cameras").returncode == 0
+
