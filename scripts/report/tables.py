@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables that a command keeps up to date inside a guide, between two markers."""
+
+from .files import write_text
+
+END = "<!-- end of the table -->\n"
+
+
+class TableError(Exception):
+    """The message tells the user what to do."""
+
+
+def begin(command):
+    return f"<!-- table: {command} -->\n"
+
+
+def update_table(path, command, text):
+    """Replaces what stands between the markers of `command` in the file at `path`."""
+    old = path.read_text(encoding="utf-8")
+    if old.count(begin(command)) != 1 or END not in old.split(begin(command))[1]:
+        raise TableError(f"{path} must contain the markers {begin(command).strip()} and {END.strip()}")
+    before, rest = old.split(begin(command))
+    write_text(path, f"{before}{begin(command)}\n{text}\n\n{END}{rest.split(END, 1)[1]}")

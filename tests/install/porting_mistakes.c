@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The draw() of a renderer for the check in docs/porting.md, with the mistake that MISTAKE names. */
+#include <bn/bn.h>
+#include <stdlib.h>
+#include <string.h>
+
+void draw(int x, int y, unsigned index, int decision, float u[2]);
+
+static const char *mistake;
+static const bn_sampler *sampler;
+
+static int is(const char *name) {
+    return strcmp(mistake, name) == 0;
+}
+
+static void start(void) {
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *created;
+    mistake = getenv("MISTAKE");
+    if (mistake == NULL) mistake = "none";
+    if (is("sobol")) options.kind = BN_SAMPLER_SOBOL;
+    if (is("white")) options.kind = BN_SAMPLER_WHITE;
+    if (bn_sampler_create(&options, &created) != BN_SUCCESS) exit(1);
+    sampler = created;
+}
+
+void draw(int x, int y, unsigned index, int decision, float u[2]) {
+    if (sampler == NULL) start();
+    uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, is("shared domain") ? 0 : (uint32_t)decision);
+    const int old_x = x, old_y = y;
+    if (is("index from 1")) index += 1;
+    if (is("index from 1000")) index += 1000;
+    if (is("index over the picture")) index += 16 * (unsigned)(1000 * y + x);
+    if (is("index stuck at 0")) index = 0;
+    if (is("domain per sample")) domain = bn_domain_child(domain, index);
+    if (is("domain or seed per pixel"))
+        domain = bn_domain_child(bn_domain_child(domain, (uint32_t)x), (uint32_t)y);
+    if (is("pixel number")) x = 1000 * y + x, y = 0;
+    if (is("tile coordinates")) x %= 16, y %= 16;
+    if (is("exchanged in tiles")) {
+        x = old_x / 16 * 16 + old_y % 16;
+        y = old_y / 16 * 16 + old_x % 16;
+    }
+    bn_sample_2d(sampler, x, y, index, domain, u);
+}
