@@ -42,11 +42,11 @@ def table(parts):
         own = [gain for (measure, spp, label, _), gain in gains.items()
                if label == "blue" and spp in COUNTS and measure in MEASURES]
         for measure, name in MEASURES.items():
-            for spp in COUNTS:
-                found = [gains.get((measure, spp, "blue", than)) for than in thans]
+            for than in thans:
+                found = [gains.get((measure, spp, "blue", than)) for spp in COUNTS]
                 if any(found):
-                    rows.append([over(own), name, str(spp), *(gain.text() if gain else "" for gain in found)])
-    return md_table(["over", "error", "spp", *(THANS[than] for than in thans)], rows)
+                    rows.append([over(own), name, THANS[than], *(gain.text() if gain else "" for gain in found)])
+    return md_table(["over", "error", "times less than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
 
 
 def read_parts(folder):
