@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The lock file pins every package that scripts/requirements.txt asks for, by version and hash, and names no host."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+requirements = pytest.importorskip("packaging.requirements")
+utils = pytest.importorskip("packaging.utils")
+
+
+def asked_for(text):
+    lines = (line.split("#")[0].strip() for line in text.splitlines())
+    return [requirements.Requirement(line) for line in lines if line]
+
+
+def problems(asked, lock):
+    blocks = re.split(r"^(?=[A-Za-z])", lock, flags=re.M)[1:]
+    pinned, found = {}, []
+    for block in blocks:
+        name, version = re.match(r"([A-Za-z0-9._-]+)==(\S+)", block).groups()
+        pinned[utils.canonicalize_name(name)] = version
+        if not re.search(r"--hash=sha256:[0-9a-f]{64}\b", block):
+            found.append(f"{name} has no hash")
+    for requirement in asked:
+        version = pinned.get(utils.canonicalize_name(requirement.name))
+        if version is None:
+            found.append(f"{requirement.name} is not locked")
+        elif version not in requirement.specifier:
+            found.append(f"{requirement.name} {version} is not in {requirement.specifier}")
+    return found + [f"it names {match}" for match in re.findall(r"\w+://\S+|^-\S+.*$", lock, re.M)]
+
+
+def test_the_lock_pins_what_is_asked_for():
+    asked = asked_for((ROOT / "scripts/requirements.txt").read_text(encoding="utf-8"))
+    assert len(asked) > 5
+    assert problems(asked, (ROOT / "scripts/requirements.lock").read_text(encoding="utf-8")) == []
+
+
+def test_problems_are_noticed():
+    lock = f"-i https://host/simple\na-b==1.0 \\\n    --hash=sha256:{'0' * 64}\nc==2\n"
+    assert len(problems(asked_for("a_b>=1\nc<2  # old\nd\n"), lock)) == 4
+
+
+def test_torch_is_pinned_in_one_place():
+    pin = re.compile(r"torch==\d")
+    files = [path for pattern in ("*.toml", "scripts/*", "trainer/**/*.toml") for path in ROOT.glob(pattern) if path.is_file()]
+    found = {path.relative_to(ROOT).as_posix() for path in files if pin.search(path.read_text(encoding="utf-8"))}
+    assert found == {"trainer/pyproject.toml"}
