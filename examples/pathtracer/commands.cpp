@@ -37,12 +37,12 @@ std::optional<Image> load_reference(const std::string &path, int full_width, int
     const Image image = exr_read(path);
     if (image.full_width != full_width || image.full_height != full_height)
         throw Error("the reference " + path + " has " + std::to_string(image.full_width) + "x" +
-                    std::to_string(image.full_height) + " pixels, the picture " +
+                    std::to_string(image.full_height) + " pixels, but the picture has " +
                     std::to_string(full_width) + "x" + std::to_string(full_height) +
-                    "; set --size or take another reference");
+                    "; set --size or choose another reference");
     if (crop.x0 < image.crop.x0 || crop.y0 < image.crop.y0 || crop.x1 > image.crop.x1 ||
         crop.y1 > image.crop.y1)
-        throw Error("the reference " + path + " holds only a part of the pixels to compare with");
+        throw Error("the reference " + path + " covers only a part of the picture");
     return image_crop(image, crop);
 }
 
@@ -233,7 +233,7 @@ Written render(Picture &p, const Outputs &outputs) {
             outputs.write(p.film, attributes(), p.convergence);
         } catch (const Error &error) {
             // Hours of rendering may be at stake: the disk may have room again at the end.
-            std::fprintf(stderr, "pathtracer: %s; rendering goes on\n", error.what());
+            std::fprintf(stderr, "pathtracer: %s; rendering continues\n", error.what());
         }
     };
     listen_to_interrupts();
@@ -252,7 +252,7 @@ void report(const Picture &p, const Written &written) {
     const PathCounters &counters = p.totals.counters;
     const SampleCounts counts = film_counts(p.film);
     if (written.end == FrameEnd::INTERRUPTED)
-        std::fprintf(stderr, "pathtracer: interrupted; %s holds what there is, %u to %u spp\n",
+        std::fprintf(stderr, "pathtracer: interrupted; %s has the picture so far, %u to %u spp\n",
                      o.output.c_str(), counts.least, counts.most);
     if (!o.quiet) {
         const double samples = sample_count(p.film) - p.samples_before;
@@ -269,7 +269,7 @@ void report(const Picture &p, const Written &written) {
     warn(p.film, written.exposure, scene_extent_text(p.scene));
     if (counters.lost > 0)
         std::fprintf(stderr,
-                     "pathtracer: %" PRIu64 " samples were no finite numbers and count as black\n",
+                     "pathtracer: %" PRIu64 " samples were not finite and count as black\n",
                      counters.lost);
     if (p.reference) print_error(film_image(p.film), *p.reference);
 }

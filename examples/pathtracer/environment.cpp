@@ -49,7 +49,7 @@ float texel_pdf(const Environment &e, size_t row, float probability) {
 Environment environment_create(int width, int height, std::vector<Vec3> texels) {
     Environment e{width, height, std::move(texels), {}, {}, {}, 0};
     for (Vec3 &v : e.texels) {
-        if (!is_finite(v)) throw Error("an environment must be of finite numbers, and one is not");
+        if (!is_finite(v)) throw Error("it has a texel that is not finite");
         v = {std::max(0.0f, v.x), std::max(0.0f, v.y), std::max(0.0f, v.z)};
     }
     const auto w = static_cast<size_t>(width), h = static_cast<size_t>(height);

@@ -10,7 +10,7 @@
 namespace {
 
 [[noreturn]] void say_why_and_exit() {
-    const char *why = "it had to stop";
+    const char *why = "stopped by an internal error";
     try {
         if (std::current_exception()) std::rethrow_exception(std::current_exception());
     } catch (const std::bad_alloc &) {

@@ -324,9 +324,9 @@ Film exr_read_film(const std::string &path) {
             for (const float v : plane.values)
                 if (!std::isfinite(v))
                     throw Error(std::string("its channel ") + plane.name +
-                                " holds what is no finite number");
+                                " has a value that is not finite");
         for (const float v : planes[3].values)
-            if (!(v >= 0 && v <= 1)) throw Error("its channel A is not a share");
+            if (!(v >= 0 && v <= 1)) throw Error("its channel A has a value outside [0, 1]");
         return film_of_planes(head.full_width, head.full_height, head.crop, planes, counts);
     });
 }

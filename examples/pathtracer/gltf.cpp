@@ -48,7 +48,7 @@ void check_nesting(const char *text, size_t size) {
         } else if (c == '"') {
             quoted = true;
         } else if (c == '{' || c == '[') {
-            if (++depth > MAX_NESTING) throw Error("is no glTF: its JSON is nested too deeply");
+            if (++depth > MAX_NESTING) throw Error("is not glTF: its JSON is nested too deeply");
         } else if (c == '}' || c == ']') {
             --depth;
         }
@@ -109,13 +109,13 @@ tinygltf::Model load(const std::string &path) {
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &problem) {
-        throw Error(std::string("is no valid glTF 2.0: ") + first_line(problem.what()));
+        throw Error(std::string("is not valid glTF 2.0: ") + first_line(problem.what()));
     }
     // Before other errors: what an extension puts elsewhere is missing where it is looked for.
     for (const std::string &extension : model.extensionsRequired)
         if (!is_known(extension))
             throw Error("requires the extension " + extension + ", which cannot be read");
-    if (!good) throw Error("is no valid glTF 2.0: " + first_line(error));
+    if (!good) throw Error("is not valid glTF 2.0: " + first_line(error));
     if (model.asset.version.compare(0, 2, "2.") != 0)
         throw Error("is glTF " + model.asset.version + "; version 2 is read");
     return model;
@@ -334,7 +334,7 @@ void read_light(Reader &r, int index, const Transform &t) {
                   static_cast<float>(source.color[2])};
     light.radiance = static_cast<float>(source.intensity) * colour;
     if (!is_finite(light.radiance) || std::min({colour.x, colour.y, colour.z}) < 0)
-        throw Error("has a light whose intensity is negative or no number");
+        throw Error("has a light whose intensity is negative or not a number");
     if (light.kind == Light::SPOT) {
         light.cosine_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));
         light.cosine_outer = static_cast<float>(std::cos(source.spot.outerConeAngle));
@@ -365,7 +365,7 @@ void read_nodes(Reader &r) {
             const auto at = static_cast<size_t>(nodes[i]);
             if (reached[at])
                 throw Error("reaches node " + std::to_string(nodes[i]) +
-                            " twice: its nodes are no tree");
+                            " twice: its nodes do not form a tree");
             reached[at] = true;
             open.push_back({nodes[i], parent});
         }

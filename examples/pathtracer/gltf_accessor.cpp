@@ -81,7 +81,7 @@ const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const
         throw Error("has " + std::to_string(accessor.count) + " " + what + "; at most " +
                     std::to_string(MAX_SCENE_ELEMENTS) + " are read");
     if (component_size(accessor.componentType) == 0)
-        throw Error(std::string(what) + " have numbers of a type that glTF does not know");
+        throw Error(std::string(what) + " have a number type that glTF does not have");
     return accessor;
 }
 
@@ -128,7 +128,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
             static_cast<int64_t>(sparse.indices.byteOffset) < 0 ||
             static_cast<int64_t>(sparse.values.byteOffset) < 0 ||
             !is_index_type(sparse.indices.componentType))
-            throw Error(std::string(what) + " have sparse parts that cannot be");
+            throw Error(std::string(what) + " have invalid sparse parts");
         const auto count = static_cast<size_t>(sparse.count);
         const GltfBytes indices = elements(model, sparse.indices.bufferView,
                                            static_cast<size_t>(sparse.indices.byteOffset), count,

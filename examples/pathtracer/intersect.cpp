@@ -112,7 +112,7 @@ GeometryPointer geometry_build(const Scene &scene) {
     rtcReleaseGeometry(mesh);
 
     rtcSetDeviceErrorFunction(geometry->device, nullptr, nullptr);
-    if (!error.empty()) throw Error("Embree cannot take in the scene: " + error);
+    if (!error.empty()) throw Error("Embree cannot build the scene: " + error);
     return geometry;
 }
 

@@ -42,9 +42,9 @@ void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first
     if (begin > next)
         throw Error("samples " + std::to_string(next) + " to " + std::to_string(begin - 1) +
                     " of pixel " + std::to_string(x) + "," + std::to_string(y) +
-                    " are in no part, and " + path + " begins after them; render them with " +
+                    " are missing before " + path + "; render them with " +
                     "--first-sample " + std::to_string(next) + " --spp " +
-                    std::to_string(begin - next) + ", or --resume what was stopped");
+                    std::to_string(begin - next) + ", or --resume the picture that was stopped");
     film_merge(to, from);
 }
 
@@ -57,7 +57,7 @@ std::string settings_difference(const ExrHead &one, const ExrHead &other) {
             return std::string(a[i].first) + " '" + a[i].second + "' and '" + b[i].second + "'";
     const CameraMatrices &m = one.attributes.matrices, &n = other.attributes.matrices;
     if (m.world_to_camera != n.world_to_camera || m.world_to_ndc != n.world_to_ndc)
-        return "camera, which is turned";
+        return "camera orientation";
     return "";
 }
 
@@ -87,7 +87,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
                 a.first_sample < b.end_sample && b.first_sample < a.end_sample;
             if (share_samples && overlap(heads[i].crop, head.crop))
                 throw Error(path + " and " + paths[i] +
-                            " hold the same samples of the same pixels");
+                            " contain the same samples of the same pixels");
         }
         heads.push_back(head);
     }
@@ -103,7 +103,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
         add_cost(all, a);
     }
     if (pixel_count(crop) > MAX_PIXELS)
-        throw Error("the parts lie in a picture of more than " + std::to_string(MAX_PIXELS) +
+        throw Error("the parts span more than " + std::to_string(MAX_PIXELS) +
                     " pixels; merge fewer of them");
 
     merged.film = film_create(heads[0].full_width, heads[0].full_height, crop);

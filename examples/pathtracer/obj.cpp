@@ -191,7 +191,7 @@ ObjFile load(const std::string &content, MaterialFiles &material_files, bool spl
     std::string error;
     if (!tinyobj::LoadObj(&file.attributes, &file.shapes, &file.materials, &file.warning, &error,
                           &text, &material_files, split, false))
-        throw Error("is no OBJ: " + error.substr(0, error.find('\n')));
+        throw Error("is not valid OBJ: " + error.substr(0, error.find('\n')));
     return file;
 }
 
@@ -313,7 +313,7 @@ void add_faces(const tinyobj::mesh_t &mesh, MaterialNumbers &materials, Vertices
     size_t first = 0;
     for (size_t face = 0; face < mesh.num_face_vertices.size(); ++face) {
         const size_t count = mesh.num_face_vertices[face];
-        if (first + count > mesh.indices.size()) throw Error("has faces that cannot be");
+        if (first + count > mesh.indices.size()) throw Error("has invalid faces");
         const uint32_t material =
             materials.get(face < mesh.material_ids.size() ? mesh.material_ids[face] : -1);
         std::vector<uint32_t> corners;

@@ -85,7 +85,7 @@ Point3d parse_point(const std::string &option, const std::string &text) {
         begin = end + 1;
     }
     if (!right)
-        throw Error(option + " takes a place x,y,z, numbers of at most 1e15, not '" + text + "'");
+        throw Error(option + " takes a point x,y,z with coordinates of at most 1e15, not '" + text + "'");
     return {v[0], v[1], v[2]};
 }
 
@@ -121,25 +121,25 @@ double parse_seconds(const std::string &option, const std::string &text) {
 } // namespace
 
 void check_options(const Options &o) {
-    if (o.output.empty()) throw Error("give the output with -o out.exr (see --help)");
+    if (o.output.empty()) throw Error("name the output with -o out.exr (see --help)");
     if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
         throw Error("the output must be named something.exr, not '" + o.output + "'");
     if (!o.convergence.empty() && o.reference.empty())
-        throw Error("--convergence needs a picture to compare with: give it with --reference");
+        throw Error("--convergence needs a picture to compare with; add --reference");
     if (!o.merge.empty()) {
-        if (!o.resume.empty()) throw Error("--merge renders nothing: --resume has no use");
+        if (!o.resume.empty()) throw Error("--merge does not render; leave out --resume");
         if (!o.convergence.empty())
-            throw Error("--merge renders nothing: --convergence has no use");
+            throw Error("--merge does not render; leave out --convergence");
         return;
     }
     // Of a picture to go on with; those of the command line are in range.
     if (o.max_depth > MAX_DEPTH || o.light_samples > MAX_LIGHT_SAMPLES)
-        throw Error(o.resume + " has settings that no picture has: --max-depth " +
+        throw Error(o.resume + " has impossible settings: --max-depth " +
                     std::to_string(o.max_depth) + ", --light-samples " +
                     std::to_string(o.light_samples));
     const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
     if (crop.x1 > o.width || crop.y1 > o.height)
-        throw Error("--crop goes beyond the picture of " + std::to_string(o.width) + "x" +
+        throw Error("--crop extends beyond the picture of " + std::to_string(o.width) + "x" +
                     std::to_string(o.height) + " pixels; set --size");
     if (pixel_count(crop) > MAX_PIXELS)
         throw Error("at most " + std::to_string(MAX_PIXELS) +
@@ -154,42 +154,41 @@ const char *options_help() {
        pathtracer --merge a.exr b.exr ... -o out.exr
        pathtracer --resume a.exr --spp N -o out.exr
 
-Renders a scene with a sampler of libbn into out.exr and a preview out.png beside it,
-or merges pictures of other regions (--crop) or other samples (--first-sample). Interrupted, it
-writes what there is.
+Renders a scene with one of libbn's samplers to out.exr, and a preview to out.png beside it. Can also
+merge pictures of different regions (--crop) or different samples (--first-sample), and continue a
+picture that was stopped. When interrupted, it writes the picture so far.
 
-  --scene NAME|FILE      what to render (default cornell): a name of --list, a .gltf, .glb or .obj
-  --camera N             the scene's camera number N (default 0); see --list-cameras
-  --eye x,y,z            put the camera there,
-  --target x,y,z         let it look there,
-  --fov DEGREES          with this vertical angle of view; what is not given stays the scene's
-  --sampler NAME         where samples come from (default blue); see --list
+  --scene NAME|FILE      the scene (default cornell): a built-in one (see --list), or a .gltf, .glb or .obj file
+  --camera N             use the scene's camera number N (default 0); see --list-cameras
+  --eye x,y,z            position of the camera
+  --target x,y,z         point that the camera looks at
+  --fov DEGREES          vertical angle of view; each of these three defaults to that of the scene's camera
+  --sampler NAME         the sampler (default blue); see --list
   --spp N                samples per pixel (default 16)
-  --declare N            tell the sampler "zorder" that N samples per pixel will be taken (default: 256);
-                         the others do without
-  --mask NAME|FILE       the mask of the sampler "mask": builtin (default), neural, or a greyscale PNG
+  --declare N            number of samples per pixel to optimise "zorder" for (default 256); other samplers
+                         ignore it
+  --mask NAME|FILE       mask for the sampler "mask": builtin (default), neural, or a greyscale PNG
   --seed N               seed of the sampler (default 0)
-  --first-sample N       number of the first sample of each pixel (default 0)
-  --size WxH             pixels of the picture (default 512x512)
-  --crop x0,y0,x1,y1     render only pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
-  --max-depth N          surface bounces (default 8); 0 shows lights only
-  --light-samples N      points on lights at the first surface of each path (default: the scene's)
-  --env FILE             light from all around in place of the scene's: a latitude-longitude EXR,
-                         or "sky", or "none"
-  --photometric          a file's punctual lights are in candela and lux: divide them by 683
-  --single-scatter       rough materials without what their facets scatter more than once
-  --threads N            (default: one per core)
-  --resume a.exr         go on with this picture to --spp N samples in each pixel, with its settings
-  --time SECONDS         stop when the time is up; without --spp there is no other limit
+  --first-sample N       index of the first sample of each pixel (default 0)
+  --size WxH             size of the picture in pixels (default 512x512)
+  --crop x0,y0,x1,y1     render only the pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
+  --max-depth N          surface bounces (default 8); 0 shows only light that is seen directly
+  --light-samples N      light samples at the first surface of each path (default: set by the scene)
+  --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
+  --photometric          the file's punctual lights are in candela and lux: divide them by 683
+  --single-scatter       leave multiple scattering out of rough materials
+  --threads N            number of threads (default: number of cores)
+  --resume a.exr         continue this picture, with its settings, to --spp N samples in each pixel
+  --time SECONDS         stop after this time; without --spp there is no other limit
   --write-partial S      write the picture so far every S seconds
-  --reference ref.exr    print the error against this picture: RMSE, and RMSE after Gaussian filters
-  --convergence out.csv  write that error at 1, 2, 3, 4, 6, 8, 12 ... samples and the seconds up to there
-  --exposure EV|auto     brightness of the preview, in stops; auto makes it a middle grey on average
+  --reference ref.exr    print the error against this picture: RMSE, plain and after Gaussian filters
+  --convergence out.csv  write that error, and the seconds so far, after 1, 2, 3, 4, 6, 8, 12 ... samples
+  --exposure EV|auto     exposure of the preview in stops; auto maps the average to middle grey
                          (default: auto for files, 0 for built-in scenes)
-  --quiet                print errors and the error against the reference only
+  --quiet                print only errors, and the error against the reference
   --list                 list scenes and samplers
   --list-cameras         list the cameras of --scene as --eye, --target and --fov
-  --help                 this text
+  --help                 print this text
 )";
 }
 
@@ -201,7 +200,7 @@ Options parse_options(int argc, const char *const *argv) {
         const auto is = [&](const char *other) { return name == other; };
         if (is("--merge")) {
             while (i + 1 < argc && argv[i + 1][0] != '-') options.merge.emplace_back(argv[++i]);
-            if (options.merge.empty()) throw Error("--merge needs pictures; see --help");
+            if (options.merge.empty()) throw Error("--merge needs the pictures to merge; see --help");
         } else if (is("--quiet")) {
             options.quiet = true;
         } else if (is("--single-scatter")) {

@@ -137,7 +137,7 @@ void check_writable(const fs::path &path) {
     const fs::path target = resolve(path);
     struct stat status;
     if (stat(target.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-        throw cannot_write(path, "it is there and is no regular file");
+        throw cannot_write(path, "it exists and is not a regular file");
     const TemporaryFile probe(path, target);
 }
 

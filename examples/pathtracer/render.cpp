@@ -99,7 +99,7 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
             }
         } catch (const std::system_error &) {
             // The system gives no more threads: those there are do the work.
-            if (threads.empty()) throw Error("the system lets this program start no thread");
+            if (threads.empty()) throw Error("the system does not let this program start a thread");
         }
         while (!job.finished.wait_for(lock, std::chrono::milliseconds(100),
                                       [&] { return job.threads_left == 0; })) {

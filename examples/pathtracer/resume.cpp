@@ -10,7 +10,7 @@ ExrHead resume_settings(Options &options) {
     const ExrHead head = exr_read_head(options.resume);
     const ExrAttributes &a = head.attributes;
     if (head.crop.x0 < 0 || head.crop.y0 < 0)
-        throw Error(options.resume + " has pixels outside of its picture");
+        throw Error(options.resume + " has pixels outside its picture");
     const auto unless_given = [&](const char *name, auto &option, const auto &value) {
         if (options.given.count(name) == 0) option = value;
     };
@@ -46,10 +46,10 @@ void resume_check(const std::string &path, const ExrHead &picture, const ExrHead
         difference = "first sample '" + std::to_string(first) + "' and '" +
                      std::to_string(wanted.attributes.first_sample) + "'";
     if (difference.empty() && (a.x0 != b.x0 || a.y0 != b.y0 || a.x1 != b.x1 || a.y1 != b.y1))
-        difference = "crop, which is of other pixels";
+        difference = "crop";
     if (!difference.empty())
-        throw Error(path + " is no beginning of this picture: they differ in " + difference +
-                    "; options that are left out are taken from it");
+        throw Error(path + " is not an earlier state of this picture: they differ in " + difference +
+                    "; options that you leave out are taken from it");
 }
 
 Film resume_film(const std::string &path, uint32_t spp) {
@@ -57,9 +57,9 @@ Film resume_film(const std::string &path, uint32_t spp) {
     const SampleCounts counts = film_counts(film);
     if (counts.most > spp)
         throw Error(path + " has up to " + std::to_string(counts.most) +
-                    " samples a pixel already; --spp must be at least that");
+                    " samples per pixel already; --spp must be at least that");
     if (counts.least >= spp)
         throw Error(path + " has " + std::to_string(spp) +
-                    " samples in each pixel already; go on with a larger --spp");
+                    " samples in each pixel already; give a larger --spp");
     return film;
 }

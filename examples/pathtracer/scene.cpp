@@ -160,7 +160,7 @@ const std::vector<SceneEntry> &scene_entries() {
         {"glossy", "Veach's plates: four lights mirrored by metal of four roughnesses",
          scene_glossy},
         {"lens", "depth of field under a sky with a sun", scene_lens},
-        {"glass", "smooth and rough glass: paths that only chance finds", scene_glass},
+        {"glass", "smooth and rough glass: light that only scattered rays find", scene_glass},
         {"interior", "a room lit through a small window: many bounces", scene_interior},
         {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
     };

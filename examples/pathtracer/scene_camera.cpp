@@ -70,7 +70,7 @@ void aim(Scene &scene, Point3d eye, Point3d target) {
     const double x = target.x - eye.x, y = target.y - eye.y, z = target.z - eye.z;
     const double distance = std::sqrt(x * x + y * y + z * z);
     if (!(distance > 0) || !std::isfinite(distance))
-        throw Error("the camera looks nowhere: --eye and --target are both " + digits(eye) +
+        throw Error("the camera has no direction: --eye and --target are both " + digits(eye) +
                     "; move one of them");
     const Vec3 forward = {static_cast<float>(x / distance), static_cast<float>(y / distance),
                           static_cast<float>(z / distance)};

@@ -133,7 +133,7 @@ std::vector<unsigned char> read_file(const std::string &path) {
     if (!stream) throw Error(std::string("cannot be opened: ") + std::strerror(errno));
     if (size > 0 &&
         !stream.read(reinterpret_cast<char *>(bytes.data()), static_cast<std::streamsize>(size)))
-        throw Error("cannot be read to its end");
+        throw Error("cannot be read completely");
     return bytes;
 }
 
@@ -219,6 +219,6 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     } catch (const Error &error) {
         throw Error(path + ": " + error.what());
     } catch (const std::bad_alloc &) {
-        throw Error(path + ": takes more memory than there is");
+        throw Error(path + ": needs more memory than is available");
     }
 }

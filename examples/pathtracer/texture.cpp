@@ -101,10 +101,10 @@ TextureColour texel(const Texture &t, int64_t x, int64_t y) {
 
 Texture texture_decode(const std::vector<unsigned char> &bytes) {
     if (bytes.empty()) throw Error("is empty");
-    if (bytes.size() > MAX_FILE) throw Error("is too large a file: at most 1 GiB is read");
+    if (bytes.size() > MAX_FILE) throw Error("is too large: at most 1 GiB is read");
     const Extent extent = extent_in_header(bytes);
     if (extent.width <= 0 || extent.height <= 0)
-        throw Error("is no picture that can be read (PNG, JPEG, BMP or TGA)");
+        throw Error("is not an image that can be read (PNG, JPEG, BMP or TGA)");
     if (extent.width > MAX_SIDE || extent.height > MAX_SIDE ||
         extent.width * extent.height > MAX_TEXELS)
         throw Error("has " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +

@@ -191,7 +191,7 @@ def test_partial_pictures_appear_and_a_full_disk_does_not_end_the_run(pathtracer
                           "-o", "full.exr", preexec_fn=limit)
     lines = done.stderr.splitlines()
     assert done.returncode == 1 and len(lines) >= 2
-    assert all("rendering goes on" in line for line in lines[:-1]) and "full.exr" in lines[-1]
+    assert all("rendering continues" in line for line in lines[:-1]) and "full.exr" in lines[-1]
     assert not (pathtracer.folder / "full.exr").exists()
 
 

@@ -92,7 +92,7 @@ WRONG = {
     "a missing picture": (lambda g: texture_on_floor(g, uri="none.png"), "none.png: there is no such file"),
     "a picture that is none": (
         lambda g: texture_on_floor(g, bufferView=g.view(b"x" * 64), mimeType="image/png"),
-        "no picture",
+        "not an image",
     ),
     "a damaged picture": (
         lambda g: texture_on_floor(g, bufferView=g.view(encoded(FOUR)[:50]), mimeType="image/png"),
