@@ -28,6 +28,7 @@ def test_measures_are_left_at_once(work, interrupts, monkeypatch):
     arrived = threading.Event()
 
     def slow(ranks, *sigma):
+        assert threading.current_thread() is not threading.main_thread(), "a C function would keep Ctrl-C waiting here"
         signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
         assert arrived.wait(60), "the caller waited for the end of the work"
         raise ValueError("the work ends in the background")
