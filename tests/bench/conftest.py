@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The modules of scripts/ as the scripts see them, and the path tracer that scripts/test built."""
+"""Makes the modules of scripts/ importable, and finds the path tracer built by scripts/test."""
 
 import os
 import sys

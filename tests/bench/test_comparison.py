@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the page says of two samplers: no ratio that rests on too few seeds or on the reference's own error."""
+"""The comparison of two samplers on a page: no ratio from too few seeds or dominated by the reference's error."""
 
 import json
 import re

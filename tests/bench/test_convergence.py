@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The convergence command, from a tiny run to its page, and what it says when something is wrong."""
+"""The convergence command: a tiny run with its page, and error messages."""
 
 import csv
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The comparison with Mitsuba: its statistics on figures made up, its scenes, and a small run where Mitsuba is installed."""
+"""The comparison with Mitsuba: its statistics on synthetic data, its scenes, and a small run if Mitsuba is installed."""
 
 import sys
 
@@ -10,12 +10,12 @@ from report.correctness_scenes import SCENES, ball, box, write_obj
 
 
 def pictures(rng, seeds=8, mean=1.0, size=(48, 64)):
-    """Grainy pictures: the exponential distribution has the tail of rendered noise."""
+    """Noisy pictures; the exponential distribution has a tail like rendered noise."""
     return [mean * rng.exponential(size=(*size, 3)) for _ in range(seeds)]
 
 
 def test_equal_renderers_agree():
-    """180 comparisons, each of 48 blocks in three channels at a chance of 1 %: above 8 alarms less than one run in a thousand."""
+    """180 comparisons of 48 blocks in three channels at a false-alarm rate of 1 %: more than 8 alarms in less than one run in 1000."""
     rng = np.random.default_rng(3)
     alarms = sum(not correctness.compare(pictures(rng), pictures(rng), 0.0).agrees for _ in range(180))
     assert alarms <= 8

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The demo's sheets, table and page, from small pictures."""
+"""The demo's contact sheets, table and page, from small pictures."""
 
 import re
 
@@ -48,7 +48,7 @@ def test_table_has_a_line_for_every_sampler_and_count():
 
 
 def test_readme_picture_shows_a_difference_that_a_step_back_keeps(pathtracer, tmp_path):
-    """White noise and blue noise are both there, and after the blur blue noise is nearer to the truth by far."""
+    """The picture shows white and blue noise, and after the blur blue noise is much closer to the reference."""
     renderer = demo.Renderer(pathtracer, tmp_path)
     assert demo.readme_picture(renderer).width <= 840  # what a README's column shows without resampling
     left, top, width, height = demo.PICTURE_PART

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samplers after a denoiser: the logic around it with a blur in its place, and one run of it where it is installed."""
+"""Samplers after denoising: the logic, with a blur as the denoiser, and one real run if pyoidn is installed."""
 
 import re
 import sys
@@ -23,7 +23,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def blur(colour, albedo, normal, clean):
-    """A denoiser of a sort: what it is given decides what comes out, clean or not."""
+    """A simple denoiser whose output depends on all of its inputs."""
     assert colour.shape == albedo.shape == normal.shape and np.all(np.abs(normal) < 1.001) and albedo.max() <= 1
     return ndimage.gaussian_filter(colour, (0.5 if clean else 1, 0.5 if clean else 1, 0)).astype(np.float32)
 
@@ -127,7 +127,7 @@ def test_measures_of_pictures_made_up():
 
 
 def report_of(blue, trial_values=None):
-    """Sobol has the error 1, blue what is given, apart half of that, with 1 % of noise."""
+    """sobol has an error of 1, blue the given one, and "apart" half of that, with 1 % noise."""
     rng, view = np.random.default_rng(2), views.chosen("core", ("cornell",))
     results = {}
     for label, error in (("white", 1.2), ("sobol", 1.0), ("blue", blue)):

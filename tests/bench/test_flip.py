@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""FLIP as the reports use it."""
+"""FLIP as used in the reports."""
 
 import numpy as np
 import pytest

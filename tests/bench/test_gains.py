@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gains over scenes, views and seeds, and their intervals, on figures made up."""
+"""Gains over scenes, views and seeds, and their intervals, on synthetic data."""
 
 import types
 
@@ -16,8 +16,8 @@ def test_a_gain_is_a_mean_of_means():
 
 
 def test_intervals_hold_what_they_are_of():
-    """200 trials of 95 % intervals over 40 scenes: fewer than 178 hits have a chance of 1 in 5000 if 95 % hold. A bootstrap
-    of 40 scenes holds 93 to 94 %."""
+    """200 trials of 95 % intervals over 40 scenes: if the coverage is 95 %, fewer than 178 hits have a probability of 1 in
+    5000. A bootstrap of 40 scenes covers 93 to 94 %."""
     rng, hits = np.random.default_rng(5), 0
     for _ in range(200):
         groups = [[scene + 0.2 * rng.standard_normal(3) for _ in range(2)] for scene in rng.standard_normal(40)]
@@ -35,7 +35,7 @@ def test_scenes_that_differ_widen_the_interval_more_than_seeds_do():
 
 
 class MadeUp:
-    """white has the error 1, sobol .5, the peers .4 and .2 or the other way round, blue .25."""
+    """Errors: white 1, sobol .5, the peers .4 and .2 or vice versa, blue .25."""
 
     def __init__(self, own=0.0):
         self.views = views.chosen("core")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measures that tables and reports are made of, against what is known of them without code."""
+"""The error measures of tables and reports, against known values."""
 
 import math
 
@@ -140,7 +140,7 @@ def test_a_screen_shows_nothing_beyond_white():
 
 
 def test_pixels_are_clipped_before_the_blur():
-    """Black and twice white in turn is grey after a blur, but a screen shows half of that."""
+    """Alternating black and twice white blurs to white, but a screen shows half of that."""
     y, x = np.mgrid[0:32, 0:32]
     image = np.repeat(2.0 * ((x + y) % 2)[..., None], 3, axis=2)
     assert displayed_rmse(image, np.full_like(image, 0.5), 0.0, 2.1) < 0.01
@@ -180,7 +180,7 @@ def test_all_errors_are_those_of_the_single_measures():
 
 
 def test_a_reference_tells_its_own_error_by_its_halves():
-    """Halves with independent errors of 1 have a mean with one of sqrt(1/2)."""
+    """If two halves have independent errors of 1, their mean has an error of sqrt(1/2)."""
     truth = np.full((128, 128, 3), 5.0)
     halves = truth + noise((128, 128, 3)), truth + noise((128, 128, 3), 2)
     found = own_errors((halves[0] + halves[1]) / 2, halves[0])

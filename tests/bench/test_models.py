@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samplers on models from files: a tiny run of the whole, what fails in it, and the summary that is made of it."""
+"""Samplers on models from files: a tiny complete run, its failures, and its summary."""
 
 import csv
 import dataclasses

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report on networks: what a model costs, rows of other networks, and a quick run of the whole."""
+"""The report on networks: cost of a model, rows of other networks, and a quick complete run."""
 
 import csv
 import importlib.util
@@ -16,7 +16,7 @@ from onnx_file import convolution
 from report import neural
 from report.onnx_cost import cost, metadata
 
-SHIPPED = neural.ROOT / "libbn/data/neural.onnx"
+BUILTIN = neural.ROOT / "libbn/data/neural.onnx"
 
 
 def test_cost_of_a_convolution():
@@ -25,10 +25,10 @@ def test_cost_of_a_convolution():
     assert metadata(model) == {"bn.receptive_radius": "2", "bn.align": "1", "bn.version": "1"}
 
 
-@pytest.mark.skipif(not SHIPPED.exists(), reason="no network in libbn/data")
+@pytest.mark.skipif(not BUILTIN.exists(), reason="no network in libbn/data")
 def test_cost_of_what_ships():
-    operations, weights = cost(SHIPPED.read_bytes())
-    assert 0 < weights < SHIPPED.stat().st_size / 4 and weights < operations <= 30000
+    operations, weights = cost(BUILTIN.read_bytes())
+    assert 0 < weights < BUILTIN.stat().st_size / 4 and weights < operations <= 30000
 
 
 def test_rows_of_other_networks(tmp_path):
@@ -40,7 +40,7 @@ def test_rows_of_other_networks(tmp_path):
     assert "| perceptron | 1 ms | 1 ms | 244 ns | 1600 | 0.0865 | 0.0588 |" in neural.table([row])
 
 
-@pytest.mark.skipif(importlib.util.find_spec("onnxruntime") is None or not SHIPPED.exists(), reason="no network to run")
+@pytest.mark.skipif(importlib.util.find_spec("onnxruntime") is None or not BUILTIN.exists(), reason="no network to run")
 def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
     paper = tmp_path / "paper.csv"
     paper.write_text("name,size,seconds,threads,e_1,e_1.5,flop_per_texel\nperceptron,64,0.001,1,0.0865,0.0588,1600\n")

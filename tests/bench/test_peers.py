@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samplers of other libraries: found by what the path tracer lists, asked for with --openqmc."""
+"""Samplers of other libraries: listed by the path tracer, requested with --openqmc."""
 
 import argparse
 import subprocess

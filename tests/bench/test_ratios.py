@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ratios over seeds, their intervals and tests, and seconds to an error, against figures known by hand."""
+"""Ratios over seeds, their intervals and tests, and times to an error, against values computed by hand."""
 
 import math
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures are made once, made again when what they depend on changes, and finished where they were left."""
+"""Pictures are rendered once, again if anything they depend on changes, and resumed after an interruption."""
 
 import os
 import subprocess

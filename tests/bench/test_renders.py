@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The judge of the samplers: a tiny run of the whole, interrupted and finished, and its parts on figures made up."""
+"""scripts/bench renders: a tiny complete run, interrupted and resumed, and its parts on synthetic data."""
 
 import csv
 import os
@@ -86,7 +86,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
 
 
 def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path, monkeypatch):
-    """A path tracer whose blue has another seed stands for one with another table."""
+    """A path tracer with another seed for blue simulates one with another table."""
     program, made, real = tmp_path / "pathtracer", [], judge.measure
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
     view = views.chosen("core", ("lens",), (16, 17))[0]
@@ -115,7 +115,7 @@ def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
 
 
 def test_a_reference_knows_its_own_error(pathtracer):
-    """The mean of 64 samples of sobol is nearer to that of 2048 than it is to be believed: within a factor of 1.5."""
+    """The estimate of a reference's own error is right within a factor of 1.5: 64 samples of sobol against 2048."""
     view = views.chosen("core", ("penumbra",), (31, 32))[0]
     coarse, fine = (judge.render_reference(pathtracer, view, spp) for spp in (64, 2048))
     assert fine.own["rmse"] < coarse.own["rmse"] / 3
@@ -139,7 +139,7 @@ def test_seeds_and_counts_of_the_plan():
 
 
 def made_up(blue, seeds=8, own=0.0):
-    """A report on one scene in which white has the error 1, sobol a half, and blue what is given, with 1 % of noise."""
+    """A report on one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
     rng, (view, _) = np.random.default_rng(11), views.chosen("core", ("cornell",), (16, 16))
     labels = ("white", "sobol", "blue")
     options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(16, 16), views="core", reference_spp=64,
@@ -244,7 +244,7 @@ def test_embree_that_fails_is_a_row_and_not_an_end(pathtracer, tmp_path):
 
 
 def test_the_box_for_embree_is_closed_but_for_its_front():
-    """Every wall and the floor, the ceiling without the lamp, two blocks with sides."""
+    """All walls and the floor, the ceiling without the lamp, and two blocks."""
     quads = embree_scene.quads()
     assert len(quads) == 8 + 2 * 5
     below = np.array([corners for _, corners in quads[:4]], float)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report on samplers and the programs behind it: OpenQMC's samplers stand in every table and plot, or in none."""
+"""The report on samplers and its programs: OpenQMC's samplers are in all tables and plots, or in none."""
 
 import csv
 import io
@@ -84,7 +84,7 @@ def test_wrong_arguments_get_the_usage(programs, arguments):
 
 
 def rows_of(names):
-    """Rows as bench_samplers prints them, with made-up errors."""
+    """Rows in the format of bench_samplers, with synthetic errors."""
     rows = [{"sampler": name, "figure": figure, "spp": str(spp), "sigma": sigma, "rmse": f"{0.1 / spp / (1 + k)}"}
             for k, name in enumerate(names) for figure in samplers.FIGURES for spp in (1, 4, 16, 64)
             for sigma in samplers.BLURS]
@@ -93,7 +93,7 @@ def rows_of(names):
     return rows, draws
 
 
-# Stands in for both benchmarks: prints a file beside it, or random samples.
+# Replaces both benchmarks: prints a file beside it, or random samples.
 FAKE = """#!{python}
 import sys, pathlib
 import numpy as np

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The views that samplers are judged from."""
+"""The views used to compare samplers."""
 
 import argparse
 import itertools

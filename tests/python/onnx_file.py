@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes small ONNX models: one convolution. Field numbers are those of the public schema (onnx.proto)."""
+"""Writes ONNX models of one convolution. Field numbers are those of onnx.proto."""
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def _value(number, name, channels):
 
 
 def convolution(kernels, domain="", **metadata):
-    """The bytes of a model whose channels are the noise under kernels, float32 of shape (channels, 2r + 1, 2r + 1)."""
+    """The bytes of a model that convolves the noise with kernels, float32 of shape (channels, 2r + 1, 2r + 1)."""
     kernels = np.asarray(kernels, "<f4")
     channels, height, width = kernels.shape
     dims = b"".join(_field(1, extent) for extent in (channels, 1, height, width))

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures written again in plain NumPy from their definitions, to check the library's against."""
+"""The measures in plain NumPy, written from their definitions, to check those of the library."""
 
 import numpy as np
 
 
 def mask_error(ranks, sigma):
-    """E_sigma by its definition: 64 thresholds, each blurred by a product in the frequency domain."""
+    """E_sigma by definition: 64 thresholded masks, each blurred in the frequency domain."""
     height, width = ranks.shape
     values = (ranks + 0.5) / ranks.size
     f2 = np.fft.fftfreq(height)[:, None] ** 2 + np.fft.fftfreq(width)[None, :] ** 2
@@ -19,7 +19,7 @@ def mask_error(ranks, sigma):
 
 
 def mask_error_in_space(ranks, sigma):
-    """E_sigma without a transform: circular convolution with the wrapped, sampled kernel of the transfer function."""
+    """E_sigma without a transform: circular convolution with the kernel of the transfer function."""
     height, width = ranks.shape
 
     def kernel(n):
@@ -42,7 +42,7 @@ def mask_error_in_space(ranks, sigma):
 
 
 def power_spectrum(values):
-    """Power over variance, white noise 1, by sums of cosines and sines; the constant is 0."""
+    """Power divided by variance, by sums of cosines and sines; frequency 0 is 0."""
     height, width = values.shape
     centred = values - values.mean()
     fy = np.exp(-2j * np.pi * np.outer(np.arange(height), np.arange(height)) / height)
@@ -51,7 +51,7 @@ def power_spectrum(values):
 
 
 def rings(shape):
-    """Lists of flat positions, one list per ring of frequencies 1 / max(shape) wide, the constant left out."""
+    """Lists of flat positions, one list per ring of width 1 / max(shape), without frequency 0."""
     height, width = shape
     found = {}
     for y in range(height):

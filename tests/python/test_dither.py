@@ -58,8 +58,8 @@ def test_uint8_at_256_levels_is_unchanged():
 
 @pytest.mark.parametrize("levels", [2, 4])
 def test_the_mean_stays(levels):
-    """Within 0.001 of full scale for pictures of 256 x 256; twice that for ramps along an axis, which meet the same
-    columns of the mask at the same values again and again."""
+    """Within 0.001 of full scale for pictures of 256 x 256; twice that for ramps along an axis, where the same values
+    repeatedly meet the same columns of the mask."""
     y, x = np.mgrid[:256, :256] / 255
     pictures = [
         np.full_like(x, 0.37),

@@ -24,7 +24,7 @@ def interrupts():
 @pytest.mark.parametrize("work", [bluenoise.power_spectrum, bluenoise.measure, bluenoise.radial_power,
                                   lambda ranks: bluenoise.anisotropy([ranks] * 4)])
 def test_measures_are_left_at_once(work, interrupts, monkeypatch):
-    """The C functions are replaced by ones that end only after the interrupt, so that nothing depends on time."""
+    """Replacements for the C functions return only after the interrupt, so the test does not depend on timing."""
     arrived = threading.Event()
 
     def slow(ranks, *sigma):

@@ -178,7 +178,7 @@ def test_anneal_bad_arguments(shape, options, error, words):
 
 
 def test_white_is_white():
-    """Against the analytic error of white noise; the spread over seeds is below 1 %."""
+    """The error is the analytic one of white noise; it varies by less than 1 % over seeds."""
     figures = bluenoise.measure(mask((128, 128), method="white", seed=1))
     assert figures["e_1"] == pytest.approx(0.1152, rel=0.05)
 
@@ -269,7 +269,7 @@ def test_an_exception_in_progress_comes_through():
 
 
 def test_interrupt_stops_a_long_mask():
-    """As Ctrl-C does: a signal during the work is noticed long before the work is done."""
+    """A signal during the work stops it long before its end."""
     import signal
 
     seen = []

@@ -106,7 +106,7 @@ def test_small_masks_have_no_rings():
 
 
 def test_published_masks(reference_masks):
-    """The figures that are known for the yardstick masks (sigma 1.9), to their printed digits."""
+    """The known figures of the published masks (sigma 1.9), to their printed digits."""
     image = pytest.importorskip("PIL.Image")
     for path in sorted(reference_masks.glob("peters_128_*.png")):
         values = np.asarray(image.open(path))

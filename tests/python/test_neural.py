@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Networks, in the real ONNX Runtime: a convolution that NumPy repeats, the network that ships, errors."""
+"""Networks in the real ONNX Runtime: a convolution checked with NumPy, the built-in network, errors."""
 
 import importlib.util
 import os
@@ -33,7 +33,7 @@ TWO = convolution(KERNELS)
 
 
 def convolve(noise, kernel):
-    """The inner part of the noise under a kernel, in double precision."""
+    """The valid part of a convolution, in double precision."""
     height, width = (extent - 2 * RADIUS for extent in noise.shape)
     total = np.zeros((height, width))
     for (y, x), weight in np.ndenumerate(kernel.astype(float)):
@@ -47,7 +47,7 @@ def one():
 
 
 @pytest.fixture(scope="module")
-def shipped():
+def builtin():
     try:
         return NeuralGenerator()
     except ValueError as error:
@@ -160,8 +160,8 @@ def test_bad_arguments(one, call, error, words, capfd):
 
 
 def test_signals_stop_a_large_mask():
-    """Handlers run while the network works, so that Ctrl-C stops it: signals that come during one call are handled
-    one by one. Without that, the first of them would be handled after the call, and would stand for all of them."""
+    """Signal handlers run while the network works, so Ctrl-C stops it: signals during one call are handled one by one.
+    Otherwise they would be handled together, after the call."""
     large = NeuralGenerator(ONE, threads=1)
     handled = []
 
@@ -213,7 +213,7 @@ def test_finds_the_library_inside_the_installed_package(monkeypatch):
 
 
 def in_onnxruntime(folder, model, noise):
-    """What the package onnxruntime makes of noise, (channels, height, width), in a process of its own."""
+    """The output of the package onnxruntime for noise, (channels, height, width), from a separate process."""
     program = (
         "import sys, numpy as np, onnxruntime\n"
         "session = onnxruntime.InferenceSession(sys.stdin.buffer.read())\n"
@@ -230,7 +230,7 @@ def in_onnxruntime(folder, model, noise):
 
 
 def test_onnxruntime_itself_agrees(tmp_path):
-    """The models and the noise are what they are said to be: the same in the package onnxruntime."""
+    """Models and noise follow their documentation: the package onnxruntime gives the same output."""
     noise = NeuralGenerator.noise(10 - RADIUS, -RADIUS, 90 + 2 * RADIUS, 70 + 2 * RADIUS, seed=4)
     expected = np.clip(in_onnxruntime(tmp_path, TWO, noise), 0, 1 - 2**-24)
     np.testing.assert_allclose(NeuralGenerator(TWO).window(10, 0, 90, 70, seed=4), expected, atol=1e-6)
@@ -238,8 +238,8 @@ def test_onnxruntime_itself_agrees(tmp_path):
 
 @pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx"])
 @pytest.mark.parametrize("shape", [(64, 64), (52, 132)])
-def test_the_networks_that_ship_agree_with_onnxruntime(tmp_path, name, shape):
-    """Ranks are those of its values, but for values closer than a ten-thousandth."""
+def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
+    """Ranks are those of the values, except for values closer than 1e-4."""
     model = (Path(__file__).resolve().parents[2] / "libbn/data" / name).read_bytes()
     radius = 36 if name == "neural.onnx" else 18
     assert b"bn.receptive_radius\x12\x02" + str(radius).encode() in model
@@ -251,20 +251,20 @@ def test_the_networks_that_ship_agree_with_onnxruntime(tmp_path, name, shape):
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (37, 53), (64, 64), (200, 131)])
-def test_shipped_masks_are_permutations(shipped, shape):
-    ranks = shipped.mask(shape, seed=1)
+def test_builtin_masks_are_permutations(builtin, shape):
+    ranks = builtin.mask(shape, seed=1)
     assert np.array_equal(np.sort(ranks, axis=None), np.arange(ranks.size))
     assert (ranks == bluenoise.mask(shape, method="neural", seed=1)).all()
 
 
-def test_shipped_windows_show_one_uniform_plane(shipped):
-    plane = shipped.window(-300, 20, 500, 400, seed=6)
+def test_builtin_windows_show_one_uniform_plane(builtin):
+    plane = builtin.window(-300, 20, 500, 400, seed=6)
     assert plane.min() >= 0 and plane.max() < 1
     # White noise of 200,000 texels would stray by less than .002 here (a false alarm in about 10^4).
     counts = np.histogram(plane, bins=64, range=(0, 1))[0] / plane.size
     assert abs(np.cumsum(counts) - np.arange(1, 65) / 64).max() < 0.01
     for x0, y0 in ((-300, 20), (-157, 91), (-42, 300)):
-        part = shipped.window(x0, y0, 150, 101, seed=6)
+        part = builtin.window(x0, y0, 150, 101, seed=6)
         np.testing.assert_allclose(part, plane[y0 - 20 : y0 + 81, x0 + 300 : x0 + 450], atol=1e-5)
-    far = shipped.window(2**40 - 64, -(2**40), 64, 64, seed=6)
+    far = builtin.window(2**40 - 64, -(2**40), 64, 64, seed=6)
     assert 0.4 < far.mean() < 0.6

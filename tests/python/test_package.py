@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package as installed: version, names, types, files, no needless imports."""
+"""The installed package: version, names, types, files, no unneeded imports."""
 
 import doctest
 import importlib

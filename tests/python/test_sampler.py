@@ -118,7 +118,7 @@ def test_generator_gives_a_seed():
 
 
 def test_prefixes_of_a_pixel_are_nets():
-    """Every first 2**m samples of a pixel hit each elementary interval of volume 2**-m once, in both pairs."""
+    """The first 2**m samples of a pixel hit each elementary interval of volume 2**-m once, in both pairs."""
     u = Sampler("blue", seed=11).block(5, 6, 3, 2, 0, 64).reshape(6, 64, 4)
     for pixel in u:
         for pair in (pixel[:, :2], pixel[:, 2:]):

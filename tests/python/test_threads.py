@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The interpreter lock is released during C work, and results do not depend on threads."""
+"""C code releases the GIL, and results do not depend on threads."""
 
 import importlib.util
 import sys
@@ -17,7 +17,7 @@ from bluenoise import _core as core
 
 @pytest.fixture
 def no_forced_switches():
-    """Python hands the lock to another thread only where the running one gives it up of its own accord."""
+    """The GIL is passed to another thread only if the running one releases it."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1000.0)
     yield
@@ -52,8 +52,8 @@ if importlib.util.find_spec("onnxruntime") is not None:
 
 @pytest.mark.parametrize("name", sorted(WORK))
 def test_another_thread_runs_during_the_work(name, no_forced_switches):
-    """The other thread counts and gives way; its count can rise across one call only if that call lets it run.
-    Calls repeat because a busy machine need not schedule the other thread within one of them."""
+    """Another thread counts and yields; its count increases during a call only if that call releases the GIL. Calls are
+    repeated because a busy machine may not schedule the other thread during one of them."""
     ticks = 0
     stop = False
 
@@ -93,7 +93,7 @@ def test_threads_agree():
 
 
 def test_two_masks_overlap():
-    """Two threads meet at a barrier in the middle of their work, which takes both being in it at once."""
+    """Two threads meet at a barrier in the middle of their work, which is possible only if both run at once."""
     meeting = threading.Barrier(2, timeout=60)
 
     def make(seed):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What editors and type checkers see: one signature of mask() for each method, literals for names, typed results."""
+"""The view of editors and type checkers: one signature of mask() for each method, literals for names, typed results."""
 
 import inspect
 import sys
@@ -53,7 +53,7 @@ def test_type_checker_accepts_right_calls_and_refuses_wrong_ones(tmp_path):
     assert found == set(range(first, first + WRONG.count("\n") - 1)), out
 
 
-@pytest.mark.skipif(sys.version_info < (3, 11), reason="typing.get_overloads is of Python 3.11")
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="typing.get_overloads needs Python 3.11")
 def test_each_method_has_the_signature_of_its_function():
     seen = set()
     for overload in typing.get_overloads(bluenoise.mask):

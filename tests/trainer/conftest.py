@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The trainer is tested from the tree; its packages come with `scripts/setup --with-trainer`."""
+"""Tests run the trainer from the source tree; `scripts/setup --with-trainer` installs its dependencies."""
 
 import os
 import sys
@@ -22,6 +22,6 @@ def one_thread() -> None:
 
 @pytest.fixture(scope="session")
 def trainer_environment() -> dict[str, str]:
-    """For `python -m bn_trainer` in a process of its own."""
+    """The environment for `python -m bn_trainer` as a separate process."""
     path = os.pathsep.join(filter(None, [str(TRAINER), os.environ.get("PYTHONPATH", "")]))
     return {**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"}

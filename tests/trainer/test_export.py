@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ONNX file: in libbn's format, equal to torch, complete or not there; and the models that ship."""
+"""The ONNX file: libbn's format, equal to torch, written atomically; and the built-in models."""
 
 import csv
 import hashlib
@@ -20,7 +20,7 @@ from bn_trainer.export import check, export
 from bn_trainer.model import Relaxation
 
 DATA = Path(__file__).resolve().parents[2] / "libbn" / "data"
-SHIPPED = ("neural.onnx", "neural_fast.onnx")
+BUILTIN = ("neural.onnx", "neural_fast.onnx")
 
 
 def small_model():
@@ -40,7 +40,7 @@ def session_of(data):
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
-    """The model, its file, and what export said of it."""
+    """The model, its file, and the result of export."""
     model, path = small_model(), tmp_path_factory.mktemp("export") / "folder" / "m.onnx"
     return model, path, export(model, path)
 
@@ -112,8 +112,8 @@ def limits():
         return {row["model"]: {k: float(v) for k, v in row.items() if k != "model"} for row in csv.DictReader(file)}
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_models_are_what_they_were(name):
+@pytest.mark.parametrize("name", BUILTIN)
+def test_builtin_models_are_what_they_were(name):
     sums = dict(reversed(line.split()) for line in (DATA / "SHA256SUMS").read_text().splitlines())
     data = (DATA / name).read_bytes()
     assert hashlib.sha256(data).hexdigest() == sums[name]
@@ -122,8 +122,8 @@ def test_shipped_models_are_what_they_were(name):
     assert sums[name] in (DATA / "README.md").read_text()
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_models_keep_their_quality(name):
+@pytest.mark.parametrize("name", BUILTIN)
+def test_builtin_models_keep_their_quality(name):
     network, radius, _ = evaluate.network_of(DATA / name)
     table = evaluate.errors(network, radius, 64, 64, 20)
     limit = limits()[name]
@@ -135,8 +135,8 @@ def test_shipped_models_keep_their_quality(name):
     assert radius <= 64
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_models_have_no_fixed_pattern(name):
+@pytest.mark.parametrize("name", BUILTIN)
+def test_builtin_models_have_no_fixed_pattern(name):
     network, radius, _ = evaluate.network_of(DATA / name)
     spread, independent, worst = evaluate.flatness(network, radius, 200)
     assert spread < 1.1 * independent

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed form of the loss against the definition and the library, and the gradients."""
+"""The closed form of the loss against its definition and the library, and its gradients."""
 
 import bluenoise
 import numpy as np
@@ -15,7 +15,7 @@ def uniform(shape, seed, method="white"):
 
 
 def by_definition(values, sigma, levels=256):
-    """E_sigma^2: blurred thresholded mask less the level, squared, averaged over texels and levels."""
+    """E_sigma^2: blurred thresholded mask minus the level, squared, averaged over texels and levels."""
     fy, fx = np.fft.fftfreq(values.shape[0]), np.fft.fftfreq(values.shape[1])
     blur = np.exp(-2 * np.pi**2 * sigma**2 * (fy[:, None] ** 2 + fx[None, :] ** 2))
     total = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network: padding and torus agree, it commutes with shifts and symmetries, its gradients are right."""
+"""The network: padded and toroidal forms agree, it commutes with shifts and symmetries, gradients are right."""
 
 import pytest
 import torch

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's losses and perceptron, Wronski's descent, and the table made of them."""
+"""The paper's losses and perceptron, Wronski's method, and the table that compares them."""
 
 import argparse
 import csv

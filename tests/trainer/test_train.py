@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Training: it learns, it goes on exactly, processes share it, and mistakes are said in one line."""
+"""Training: it learns, resumes exactly, runs in several processes, and reports mistakes in one line."""
 
 import csv
 import subprocess
