@@ -457,7 +457,7 @@ static void test_real_runtime(const char *runtime) {
     parts.radius = "3";
     CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA && neural == NULL);
     parts.radius = "2";
-    parts.operator_name = "NoSuchOperator";
+    parts.operator_name = "Softmax"; /* takes one input */
     CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA);
 }
 

@@ -6,6 +6,7 @@
  * itself from models of the test writer: `fuzz_onnx_model [count] [seed]` changes, cuts, repeats
  * and swaps bytes of them count times. */
 #include "../c/onnx_writer.h"
+#include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,6 +29,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
         require(model.align >= 1 && model.align <= BN_MODEL_MOST_ALIGN, "align");
         require(model.channels >= 1 && model.channels <= BN_MODEL_MOST_CHANNELS, "channels");
         require(memchr(model.output, 0, sizeof model.output) != NULL, "output name");
+        const uint32_t extent = 256 + 2 * model.radius;
+        const bn_result memory = bn_onnx_memory_check(bytes, size, extent, extent);
+        require(memory == BN_SUCCESS || memory == BN_ERROR_BAD_DATA ||
+                    memory == BN_ERROR_UNSUPPORTED,
+                "result of the memory check");
     } else {
         require(result == BN_ERROR_BAD_DATA || result == BN_ERROR_UNSUPPORTED, "result");
         require(memcmp(&model, &before, sizeof model) == 0, "a failure wrote");

@@ -83,15 +83,20 @@ static inline bn_neural_options bn_neural_options_default(void) {
  *   IO                model_path cannot be read
  *   BAD_DATA          the model is damaged, larger than 64 MiB, not of the format below, or gives
  *                     numbers that are not finite
- *   UNSUPPORTED       the model has another bn.version, external data, operators from outside the
- *                     ONNX standard, functions or control flow; this library has no built-in
- *                     network; this system cannot load libraries
+ *   UNSUPPORTED       the model has another bn.version, external data, sparse tensors, functions,
+ *                     control flow or an operator that libbn does not know, or it needs too much
+ *                     memory; this library has no built-in network; this system cannot load
+ *                     libraries
  *   RUNTIME           ONNX Runtime was not found, is too old, or failed
  *   OUT_OF_MEMORY
  *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both
  * float32. The input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has
- * shape (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its metadata hold:
+ * shape (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its operators are those of the
+ * ONNX standard whose results can be bounded from the extents of their inputs: convolution,
+ * pooling, arithmetic, activations, normalisation, slicing, concatenation and the like. For an
+ * input of 256 + 2r texels each way, it holds at most 2^26 elements at a time, weights included.
+ * Its metadata hold:
  *
  *   bn.version           1
  *   bn.receptive_radius  r, at most 256: how far a texel sees

@@ -14,6 +14,7 @@
 #include "base/options.h"
 #include "base/threads.h"
 #include "neural/files.h"
+#include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"
 #include "neural/onnxruntime.h"
 #include <bn/neural.h>
@@ -141,6 +142,10 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
 #endif
     }
     result = bn_onnx_model_read(bytes, size, &n->model);
+    if (result == BN_SUCCESS) {
+        const uint32_t outer = BN_TILE_EXTENT + 2 * n->model.radius;
+        result = bn_onnx_memory_check(bytes, size, outer, outer);
+    }
     if (result == BN_SUCCESS) {
         bn_onnx_model *m = &n->model;
         if (m->axes[0][0] != 0 && m->axes[1][0] != 0) {

@@ -7,69 +7,8 @@
  * refused. It skips fields that it does not know. Field numbers are those of the public schema
  * (onnx.proto). */
 #include "neural/onnx_model.h"
+#include "neural/protobuf.h"
 #include <string.h>
-
-enum { WIRE_VARINT = 0, WIRE_64_BIT = 1, WIRE_BYTES = 2, WIRE_32_BIT = 5 };
-
-typedef struct span {
-    const unsigned char *at, *end;
-} span;
-
-typedef struct field {
-    uint32_t number, wire;
-    uint64_t value; /* of a varint */
-    span bytes;     /* of a length-delimited field */
-} field;
-
-static int read_varint(span *s, uint64_t *value) {
-    *value = 0;
-    for (uint32_t shift = 0; shift < 64; shift += 7) {
-        if (s->at == s->end) return 0;
-        const unsigned char byte = *s->at++;
-        if (shift == 63 && byte > 1) return 0;
-        *value |= (uint64_t)(byte & 0x7f) << shift;
-        if ((byte & 0x80) == 0) return 1;
-    }
-    return 0;
-}
-
-/* The next field of a message: 1, 0 at its end, -1 when it is malformed. */
-static int next_field(span *s, field *f) {
-    uint64_t key, length;
-    if (s->at == s->end) return 0;
-    if (!read_varint(s, &key) || key >> 3 == 0 || key >> 32 != 0) return -1;
-    f->number = (uint32_t)(key >> 3);
-    f->wire = (uint32_t)(key & 7);
-    f->value = 0;
-    f->bytes.at = f->bytes.end = NULL;
-    switch (f->wire) {
-    case WIRE_VARINT:
-        return read_varint(s, &f->value) ? 1 : -1;
-    case WIRE_64_BIT:
-    case WIRE_32_BIT:
-        length = f->wire == WIRE_64_BIT ? 8 : 4;
-        break;
-    case WIRE_BYTES:
-        if (!read_varint(s, &length)) return -1;
-        break;
-    default: /* groups are not in the schema */
-        return -1;
-    }
-    if (length > (uint64_t)(s->end - s->at)) return -1;
-    f->bytes.at = s->at;
-    s->at += length;
-    f->bytes.end = s->at;
-    return 1;
-}
-
-static int is_text(span s, const char *text) {
-    const size_t length = strlen(text);
-    return (size_t)(s.end - s.at) == length && (length == 0 || memcmp(s.at, text, length) == 0);
-}
-
-static int is_bytes(const field *f) {
-    return f->wire == WIRE_BYTES;
-}
 
 /* A decimal number of at most nine digits and nothing else. */
 static int read_decimal(span s, uint32_t *value) {
@@ -129,19 +68,6 @@ static bn_result check_tensor(span s) {
     return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
 }
 
-/* SparseTensorProto: two tensors. */
-static bn_result check_sparse_tensor(span s) {
-    enum { VALUES = 1, INDICES = 2 };
-    field f;
-    int state;
-    while ((state = next_field(&s, &f)) == 1) {
-        if ((f.number != VALUES && f.number != INDICES) || !is_bytes(&f)) continue;
-        const bn_result result = check_tensor(f.bytes);
-        if (result != BN_SUCCESS) return result;
-    }
-    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
-}
-
 static bn_result check_attribute(span s) {
     enum { TENSOR = 5, GRAPH = 6, TENSORS = 10, GRAPHS = 11, SPARSE = 22, SPARSES = 23 };
     field f;
@@ -150,8 +76,8 @@ static bn_result check_attribute(span s) {
         bn_result result = BN_SUCCESS;
         if (!is_bytes(&f)) continue;
         if (f.number == GRAPH || f.number == GRAPHS) result = BN_ERROR_UNSUPPORTED;
+        if (f.number == SPARSE || f.number == SPARSES) result = BN_ERROR_UNSUPPORTED;
         if (f.number == TENSOR || f.number == TENSORS) result = check_tensor(f.bytes);
-        if (f.number == SPARSE || f.number == SPARSES) result = check_sparse_tensor(f.bytes);
         if (result != BN_SUCCESS) return result;
     }
     return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
@@ -173,18 +99,6 @@ static bn_result check_node(span s) {
         if (result != BN_SUCCESS) return result;
     }
     return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
-}
-
-/* The one field `number` of a message; 0 when there is none or more than one. */
-static int only_message(span s, uint32_t number, span *message) {
-    field f;
-    int state, count = 0;
-    while ((state = next_field(&s, &f)) == 1) {
-        if (f.number != number) continue;
-        if (!is_bytes(&f) || count++) return 0;
-        *message = f.bytes;
-    }
-    return state == 0 && count == 1;
 }
 
 enum { MODEL_AXES = 4 };
@@ -254,7 +168,7 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
             result = check_tensor(f.bytes);
             break;
         case SPARSE_INITIALIZER:
-            result = check_sparse_tensor(f.bytes);
+            result = BN_ERROR_UNSUPPORTED; /* a few bytes of any size */
             break;
         case INPUT:
             if (inputs++ || !read_value(f.bytes, &name, extents, names) ||
