@@ -101,6 +101,48 @@ static void test_vectors(void) {
     CHECK(half_plane_error(ranks, size) < 0.62 * white);
 }
 
+typedef struct watch {
+    int calls, at_zero, cancel_at, backwards;
+    double last;
+} watch;
+
+static int32_t progress(void *user, double fraction) {
+    watch *w = user;
+    w->backwards += !(fraction >= w->last && fraction < 1);
+    w->at_zero += fraction == 0;
+    w->last = fraction;
+    return ++w->calls == w->cancel_at;
+}
+
+/* A large mask asks often: while void-and-cluster makes the start, and within a sweep. */
+static void test_progress(void) {
+    enum { size = 256, texels = size * size, sweeps = 2 };
+    uint32_t *ranks = malloc(2 * texels * sizeof *ranks);
+    for (uint32_t channels = 1; channels <= 2; ++channels) {
+        watch w = {0, 0, 0, 0, 0};
+        bn_anneal_options options = bn_anneal_options_default();
+        options.sigma = 0.5; /* a small window, for speed */
+        options.far_weight = 0;
+        options.sweeps = sweeps;
+        options.progress = progress;
+        options.progress_user = &w;
+        CHECK(bn_anneal(&options, size, size, channels, ranks, channels * texels) == BN_SUCCESS);
+        CHECK(w.backwards == 0 && w.at_zero >= 10 && w.calls - w.at_zero + 1 >= 4 * sweeps);
+        const int stops[] = {1, w.at_zero / 2, w.at_zero + 1, w.calls};
+        for (int i = 0; i < 4; ++i) {
+            watch stopping = {0, 0, stops[i], 0, 0};
+            options.progress_user = &stopping;
+            memset(ranks, 0x5a, 2 * texels * sizeof *ranks);
+            CHECK(bn_anneal(&options, size, size, channels, ranks, channels * texels) ==
+                  BN_ERROR_CANCELLED);
+            size_t touched = 0;
+            for (size_t k = 0; k < 2 * texels; ++k) touched += ranks[k] != 0x5a5a5a5au;
+            CHECK(stopping.calls == stops[i] && touched == 0);
+        }
+    }
+    free(ranks);
+}
+
 static int32_t cancel_late(void *user, double fraction) {
     (void)user;
     return fraction > 0.5;
@@ -147,6 +189,7 @@ int main(void) {
     test_extents();
     test_improves();
     test_vectors();
+    test_progress();
     test_bad_input();
     return check_result();
 }

@@ -23,8 +23,15 @@ static int good_options(const bn_anneal_options *o) {
            bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);
 }
 
-static bn_result start(const bn_anneal_options *o, uint32_t width, uint32_t height,
-                       uint32_t channels, const uint32_t *from, uint32_t *ranks, size_t texels) {
+/* Passes progress on from the void-and-cluster that comes first, which counts as nothing done. */
+static int32_t at_start(void *user, double fraction) {
+    const bn_anneal_options *o = user;
+    (void)fraction;
+    return o->progress(o->progress_user, 0);
+}
+
+static bn_result start(bn_anneal_options *o, uint32_t width, uint32_t height, uint32_t channels,
+                       const uint32_t *from, uint32_t *ranks, size_t texels) {
     for (uint32_t c = 0; c < channels; ++c) {
         if (o->start_from_ranks) {
             const bn_result result = bn_check_mask(from + c * texels, width, height, texels);
@@ -33,6 +40,8 @@ static bn_result start(const bn_anneal_options *o, uint32_t width, uint32_t heig
         } else {
             bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
             v.seed = bn_mix64(o->seed + c);
+            if (o->progress != NULL) v.progress = at_start;
+            v.progress_user = o;
             bn_result result =
                 bn_void_and_cluster(&v, width, height, 1, ranks + c * texels, texels);
             if (result != BN_SUCCESS) return result;

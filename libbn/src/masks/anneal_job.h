@@ -6,7 +6,7 @@
 #include "base/portable_math.h"
 #include "base/random.h"
 
-enum { BN_ANNEAL_LOG_SIZE = 4096 };
+enum { BN_ANNEAL_LOG_SIZE = 4096, BN_ANNEAL_INTERVAL = 1 << 14 };
 
 typedef struct bn_anneal_job {
     const bn_anneal_options *options;
@@ -27,9 +27,11 @@ static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sw
            bn_portable_exp(t * bn_portable_log(o->end_temperature / o->start_temperature));
 }
 
-static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep) {
+/* Asks for progress every BN_ANNEAL_INTERVAL trials; whether the work is to stop. */
+static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep, uint32_t trial) {
     const bn_anneal_options *o = job->options;
-    return o->progress != NULL && o->progress(o->progress_user, (double)sweep / o->sweeps) != 0;
+    if (trial % BN_ANNEAL_INTERVAL != 0 || o->progress == NULL) return 0;
+    return o->progress(o->progress_user, (sweep + (double)trial / job->texels) / o->sweeps) != 0;
 }
 
 /* A texel at most three away from p along each axis, possibly p itself. `choice` is below 49. */

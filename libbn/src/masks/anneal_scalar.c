@@ -73,10 +73,12 @@ static void try_swap(board *b, uint32_t p, uint32_t q, double allowance) {
     }
 }
 
-static void sweep(board *b, double temperature) {
+/* One sweep; 0 when cancelled. */
+static int run_sweep(board *b, uint32_t sweep, double temperature) {
     bn_anneal_job *job = b->job;
     const uint32_t texels = job->texels, reach = texels / 32 + 1;
     for (uint32_t trial = 0; trial < texels; ++trial) {
+        if (bn_anneal_cancelled(job, sweep, trial)) return 0;
         const uint64_t bits = bn_random_next(&job->random);
         const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
         const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];
@@ -93,6 +95,7 @@ static void sweep(board *b, double temperature) {
         }
         try_swap(b, p, q, allowance);
     }
+    return 1;
 }
 
 /* The Gaussians of both blurs, each of volume one, weighted by far_weight. */
@@ -133,12 +136,8 @@ bn_result bn_anneal_scalar(bn_anneal_job *job) {
     for (uint32_t p = 0; p < job->texels; ++p) place(&b, p, job->ranks[p]);
     const double most = BN_ANNEAL_WEIGHT_SUM * (job->texels < 65536 ? job->texels : 65536.0);
     result = BN_SUCCESS;
-    for (uint32_t s = 0; s < job->options->sweeps; ++s) {
-        if (bn_anneal_cancelled(job, s)) {
-            result = BN_ERROR_CANCELLED;
-            break;
-        }
-        sweep(&b, most * bn_anneal_temperature(job, s));
+    for (uint32_t s = 0; s < job->options->sweeps && result == BN_SUCCESS; ++s) {
+        if (!run_sweep(&b, s, most * bn_anneal_temperature(job, s))) result = BN_ERROR_CANCELLED;
     }
 done:
     bn_free(b.image);

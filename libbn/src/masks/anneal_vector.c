@@ -79,10 +79,12 @@ static void try_swap(field *f, uint32_t p, uint32_t q, uint32_t channels, double
     }
 }
 
-static void sweep(field *f, double temperature) {
+/* One sweep; 0 when cancelled. */
+static int run_sweep(field *f, uint32_t sweep, double temperature) {
     bn_anneal_job *job = f->job;
     const uint32_t texels = job->texels, reach = texels / 16 + 1;
     for (uint32_t trial = 0; trial < texels; ++trial) {
+        if (bn_anneal_cancelled(job, sweep, trial)) return 0;
         const uint64_t bits = bn_random_next(&job->random);
         const uint32_t p = (uint32_t)((bits >> 32) * texels >> 32);
         const double allowance = temperature * job->logs[bits & (BN_ANNEAL_LOG_SIZE - 1)];
@@ -109,6 +111,7 @@ static void sweep(field *f, double temperature) {
         }
         if (q != p) try_swap(f, p, q, channels, allowance);
     }
+    return 1;
 }
 
 /* |v|^(channels / 2) from |v|^2, by square roots alone: they are exact on every machine. */
@@ -152,12 +155,8 @@ bn_result bn_anneal_vector(bn_anneal_job *job) {
     }
     const double most = sum * BN_VECTOR_ONE * BN_VECTOR_ONE;
     result = BN_SUCCESS;
-    for (uint32_t s = 0; s < o->sweeps; ++s) {
-        if (bn_anneal_cancelled(job, s)) {
-            result = BN_ERROR_CANCELLED;
-            break;
-        }
-        sweep(f, most * bn_anneal_temperature(job, s));
+    for (uint32_t s = 0; s < o->sweeps && result == BN_SUCCESS; ++s) {
+        if (!run_sweep(f, s, most * bn_anneal_temperature(job, s))) result = BN_ERROR_CANCELLED;
     }
 done:
     bn_free(f->values);

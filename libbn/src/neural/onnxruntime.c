@@ -18,7 +18,11 @@
 #include <windows.h>
 #elif defined(__unix__) || defined(__APPLE__)
 #include <dlfcn.h>
+#include <unistd.h>
 #define BN_HAVE_DLFCN
+#if defined(__linux__)
+#include <sys/auxv.h>
+#endif
 #endif
 
 /* ---- Libraries */
@@ -47,7 +51,11 @@ static void library_unload(void *handle) {
 }
 
 static void set_variable(const char *name, const char *value) {
-    if (getenv(name) == NULL) _putenv_s(name, value);
+    _putenv_s(name, value);
+}
+
+static int has_more_rights_than_user(void) {
+    return 0;
 }
 
 #elif defined(BN_HAVE_DLFCN)
@@ -83,6 +91,14 @@ static void set_variable(const char *name, const char *value) {
     setenv(name, value, 0);
 }
 
+/* As in a set-user-ID program, whose user must not choose the code that it runs. */
+static int has_more_rights_than_user(void) {
+#if defined(__linux__)
+    if (getauxval(AT_SECURE) != 0) return 1; /* knows of file capabilities too */
+#endif
+    return getuid() != geteuid() || getgid() != getegid();
+}
+
 #endif
 
 #if defined(_WIN32) || defined(BN_HAVE_DLFCN)
@@ -97,8 +113,11 @@ static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxrunti
 
 static int load_named(const char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
-    /* Versions from 1.29 on send telemetry, from before it can be switched off by a call. */
-    if (!found->was_loaded) set_variable("ORT_DISABLE_TELEMETRY", "1");
+    /* Versions from 1.29 on send telemetry, from before it can be switched off by a call. A variable
+     * that is set already is left alone: see the note on threads in neural.h. */
+    if (!found->was_loaded && getenv("ORT_DISABLE_TELEMETRY") == NULL) {
+        set_variable("ORT_DISABLE_TELEMETRY", "1");
+    }
     found->handle = library_load(name);
     return found->handle != NULL;
 }
@@ -121,7 +140,7 @@ static int load_anywhere(library *found) {
 }
 
 static int load_library(const char *path, library *found) {
-    if (path == NULL) path = getenv("BN_ONNXRUNTIME");
+    if (path == NULL && !has_more_rights_than_user()) path = getenv("BN_ONNXRUNTIME");
     if (path != NULL && *path != 0) return load_named(path, found);
     return load_anywhere(found);
 }
