@@ -268,8 +268,7 @@ void report(const Picture &p, const Written &written) {
     }
     warn(p.film, written.exposure, scene_extent_text(p.scene));
     if (counters.lost > 0)
-        std::fprintf(stderr,
-                     "pathtracer: %" PRIu64 " samples were not finite and count as black\n",
+        std::fprintf(stderr, "pathtracer: %" PRIu64 " samples were not finite and count as black\n",
                      counters.lost);
     if (p.reference) print_error(film_image(p.film), *p.reference);
 }

@@ -81,15 +81,17 @@ std::string film_warning(const Film &film, float exposure, const std::string &ex
     }
     if (counted == 0) return "";
     if (hits == 0)
-        return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, which " +
+        return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, "
+               "which " +
                extent + ", with --eye and --target, or leave them out";
     if (!(brightest > 0))
-        return "THE PICTURE IS BLACK: no light reaches the visible surfaces; add some with --env sky, or "
+        return "THE PICTURE IS BLACK: no light reaches the visible surfaces; add some with --env "
+               "sky, or "
                "raise --max-depth";
     const std::string better = stops(auto_exposure(film));
     if (preview_level(gain * brightest) < 1)
-        return "the preview is black because the picture is too dark for --exposure " + stops(exposure) +
-               "; --exposure auto would use " + better;
+        return "the preview is black because the picture is too dark for --exposure " +
+               stops(exposure) + "; --exposure auto would use " + better;
     if (2 * white > counted)
         return "most of the preview, " + std::to_string(100 * white / counted) +
                " % of it, is clipped to white at --exposure " + stops(exposure) +

@@ -64,7 +64,8 @@ void check_binary(const std::vector<unsigned char> &bytes) {
     if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
     if (word(4) != 2) throw Error("is not of glTF version 2");
     const uint64_t size = bytes.size();
-    if (word(8) > size) throw Error("is cut short: it is smaller than its header says");
+    if (word(8) < 20 || word(8) > size)
+        throw Error("is cut short: its header says it has " + std::to_string(word(8)) + " bytes");
     uint64_t at = 12;
     while (at + 8 <= word(8)) {
         if (word(at) > word(8) - at - 8) throw Error("is cut short: a chunk goes beyond its end");

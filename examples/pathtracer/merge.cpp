@@ -42,9 +42,9 @@ void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first
     if (begin > next)
         throw Error("samples " + std::to_string(next) + " to " + std::to_string(begin - 1) +
                     " of pixel " + std::to_string(x) + "," + std::to_string(y) +
-                    " are missing before " + path + "; render them with " +
-                    "--first-sample " + std::to_string(next) + " --spp " +
-                    std::to_string(begin - next) + ", or --resume the picture that was stopped");
+                    " are missing before " + path + "; render them with " + "--first-sample " +
+                    std::to_string(next) + " --spp " + std::to_string(begin - next) +
+                    ", or --resume the picture that was stopped");
     film_merge(to, from);
 }
 

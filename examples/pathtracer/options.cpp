@@ -85,7 +85,8 @@ Point3d parse_point(const std::string &option, const std::string &text) {
         begin = end + 1;
     }
     if (!right)
-        throw Error(option + " takes a point x,y,z with coordinates of at most 1e15, not '" + text + "'");
+        throw Error(option + " takes a point x,y,z with coordinates of at most 1e15, not '" + text +
+                    "'");
     return {v[0], v[1], v[2]};
 }
 
@@ -128,8 +129,7 @@ void check_options(const Options &o) {
         throw Error("--convergence needs a picture to compare with; add --reference");
     if (!o.merge.empty()) {
         if (!o.resume.empty()) throw Error("--merge does not render; leave out --resume");
-        if (!o.convergence.empty())
-            throw Error("--merge does not render; leave out --convergence");
+        if (!o.convergence.empty()) throw Error("--merge does not render; leave out --convergence");
         return;
     }
     // Of a picture to go on with; those of the command line are in range.
@@ -200,7 +200,8 @@ Options parse_options(int argc, const char *const *argv) {
         const auto is = [&](const char *other) { return name == other; };
         if (is("--merge")) {
             while (i + 1 < argc && argv[i + 1][0] != '-') options.merge.emplace_back(argv[++i]);
-            if (options.merge.empty()) throw Error("--merge needs the pictures to merge; see --help");
+            if (options.merge.empty())
+                throw Error("--merge needs the pictures to merge; see --help");
         } else if (is("--quiet")) {
             options.quiet = true;
         } else if (is("--single-scatter")) {

@@ -48,8 +48,8 @@ void resume_check(const std::string &path, const ExrHead &picture, const ExrHead
     if (difference.empty() && (a.x0 != b.x0 || a.y0 != b.y0 || a.x1 != b.x1 || a.y1 != b.y1))
         difference = "crop";
     if (!difference.empty())
-        throw Error(path + " is not an earlier state of this picture: they differ in " + difference +
-                    "; options that you leave out are taken from it");
+        throw Error(path + " is not an earlier state of this picture: they differ in " +
+                    difference + "; options that you leave out are taken from it");
 }
 
 Film resume_film(const std::string &path, uint32_t spp) {

@@ -153,6 +153,16 @@ def test_a_file_cut_short_anywhere_is_refused(pathtracer):
         refused(pathtracer, path)
 
 
+def test_a_length_in_the_header_that_ends_before_the_first_chunk(pathtracer):
+    whole = bytearray(floor().glb())
+    path = pathtracer.folder / "lengths.glb"
+    for length in (0, 12, 19, len(whole) + 1):
+        for chunk in (2**32 - 1, 2**31, 1000):
+            whole[8:12], whole[12:16] = struct.pack("<I", length), struct.pack("<I", chunk)
+            path.write_bytes(whole)
+            refused(pathtracer, path, "cut short")
+
+
 def test_a_long_chain_of_nodes_is_no_trouble(pathtracer):
     """Fifty thousand generations, moved by their sum."""
     g = Gltf()

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the fuzzers of the path tracer's readers share. A reader may throw Error, whatever the file;
+// any other exception, a crash or a hang is a finding.
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "error.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
+
+// A folder for the files of this process, removed when it ends. In memory where there is /dev/shm.
+class FuzzFolder {
+  public:
+    FuzzFolder() {
+        const std::filesystem::path shared = "/dev/shm";
+        const bool has_shared = access(shared.c_str(), W_OK) == 0;
+        std::string name =
+            ((has_shared ? shared : std::filesystem::temp_directory_path()) / "bn-fuzz-XXXXXX")
+                .string();
+        if (!mkdtemp(name.data())) std::abort();
+        path_ = name;
+    }
+    FuzzFolder(const FuzzFolder &) = delete;
+    FuzzFolder &operator=(const FuzzFolder &) = delete;
+    ~FuzzFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+
+    // Writes a file; returns its path.
+    std::string write(const char *name, const void *bytes, size_t size) const {
+        const std::string path = path_ / name;
+        std::FILE *file = std::fopen(path.c_str(), "wb");
+        if (!file || std::fwrite(bytes, 1, size, file) != size || std::fclose(file) != 0)
+            std::abort();
+        return path;
+    }
+
+  private:
+    std::filesystem::path path_;
+};
+
+inline const FuzzFolder &fuzz_folder() {
+    static const FuzzFolder folder;
+    return folder;
+}
+
+// Whether any reader took the last input: what a corpus begins with must be read.
+extern bool fuzz_input_was_read;
+
+// Runs a reader, which may refuse the file.
+template <typename Read>
+void fuzz_read(Read read) {
+    try {
+        read();
+        fuzz_input_was_read = true;
+    } catch (const Error &) {
+    }
+}
