@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What every C test uses: CHECK counts and prints failures, check_result ends the program. */
+ * Used by every C test: CHECK() counts and prints failures, check_result() is the exit status. */
 #ifndef BN_TESTS_CHECK_H
 #define BN_TESTS_CHECK_H
 

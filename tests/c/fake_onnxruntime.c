@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A stand-in for ONNX Runtime, loaded as a library in its place: computes one known function,
- * counts its objects, and fails where a test asks it to. Compiled again with FAKE_VERSION,
- * FAKE_NO_TABLE, FAKE_NO_BASE or FAKE_ENTRY, it is a runtime that cannot be used. */
+ * A fake ONNX Runtime, loaded in place of the real library. It computes one known function, counts
+ * its objects, and fails where a test asks it to. Compiled with FAKE_VERSION, FAKE_HAS_TABLE,
+ * FAKE_HAS_BASE or FAKE_ENTRY, it is a library that libbn cannot use. */
 #define _GNU_SOURCE
 #include "fake_onnxruntime.h"
 #include "../../libbn/src/neural/onnxruntime_api.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The levers of the stand-in for ONNX Runtime, and the network it computes. */
+ * How tests control the fake ONNX Runtime, and the network that it computes. */
 #ifndef BN_TESTS_FAKE_ONNXRUNTIME_H
 #define BN_TESTS_FAKE_ONNXRUNTIME_H
 
@@ -18,7 +18,8 @@ typedef struct fake_state {
 
 typedef fake_state *(*fake_state_getter)(void);
 
-/* What the stand-in makes of the first, the middle and the last texel that a texel sees. */
+/* The output of the fake network, from the first, the middle and the last texel of the window that
+ * an output texel sees. */
 static inline float fake_network(uint32_t channel, float first, float middle, float last) {
     return (channel % 2 ? 1 - middle : middle) * 0.5f + first * 0.25f + last * 0.125f;
 }

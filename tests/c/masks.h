@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the tests of masks share. */
+ * Shared by the tests of masks. */
 #ifndef BN_TESTS_MASKS_H
 #define BN_TESTS_MASKS_H
 

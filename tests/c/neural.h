@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the tests of networks share: the libraries built beside them, and opening a model in one. */
+ * Shared by the tests of networks: the fake runtimes built beside them, and opening a model in one.
+ * */
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 
@@ -10,7 +11,7 @@
 #include <stdio.h>
 #include <unistd.h>
 
-/* The stand-in's levers, at rest; its library stays loaded. */
+/* Resets the state of the fake runtime, whose library stays loaded. */
 static inline fake_state *fake_reset(void) {
     static fake_state *state;
     if (state == NULL) {
@@ -38,8 +39,8 @@ static inline bn_result open_parts(const model_parts *parts, const char *runtime
     return bn_neural_open(&options, neural);
 }
 
-/* Sends what the process prints, by whatever means, to a file of its own; standard output is kept
- * in what is returned. */
+/* Redirects everything that the process prints to a temporary file. Returns the descriptor of the
+ * real standard output. */
 static inline int begin_silence(void) {
     FILE *file = tmpfile();
     fflush(stdout);
@@ -49,8 +50,7 @@ static inline int begin_silence(void) {
     return kept;
 }
 
-/* Gives standard output back, shows on it what was printed, and returns how many bytes that were.
- */
+/* Restores standard output, copies to it what was printed, and returns the number of bytes. */
 static inline long end_silence(int kept) {
     char text[4096];
     fflush(stdout);

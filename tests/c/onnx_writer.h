@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Writes small ONNX models for tests: one convolution, and everything that can be wrong with it.
+ * Writes small ONNX models for tests: one convolution, with every kind of mistake.
  * Field numbers are those of the public schema (onnx.proto). */
 #ifndef BN_TESTS_ONNX_WRITER_H
 #define BN_TESTS_ONNX_WRITER_H

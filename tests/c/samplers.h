@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Making samplers for tests; a failure ends the program. */
+ * Creates samplers for tests; a failure ends the program. */
 #ifndef BN_TESTS_SAMPLERS_H
 #define BN_TESTS_SAMPLERS_H
 

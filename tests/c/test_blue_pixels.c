@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What makes the pixels and families of BLUE differ: neighbours share neither the order of their
- * samples nor their low digits, every order is as likely as every other, and families see the tile
- * in all its shifts and reflections. The false-alarm rates are those of fresh seeds. */
+ * How the pixels and families of BLUE differ: neighbours share neither the order of their samples
+ * nor their low digits, all orders are equally likely, and families use all shifts and reflections
+ * of the tile. False-alarm rates are for fresh seeds. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -143,9 +143,9 @@ static int compare_u32(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Samples 32, 64 and 128 places apart take their points in orders of their own: whether index i + 2 k
- * and its neighbour are exchanged does not follow from i. Of 2^15 sums of two such exchanges, k from
- * 1 to 15, 2048 pixels see nearly as many. */
+/* Samples 32, 64 and 128 places apart take their points in orders of their own: whether index i + 2
+ * k and its neighbour are exchanged does not follow from i. Of 2^15 sums of two such exchanges, k
+ * from 1 to 15, 2048 pixels see nearly as many. */
 static void test_exchanges(void) {
     enum { PIXELS = 2048 };
     static uint32_t sums[3][PIXELS];
@@ -276,8 +276,8 @@ static void test_variants(void) {
     }
 }
 
-/* Another seed is not the same families moved over the screen: from seed to seed their shifts change
- * in all ways. */
+/* Another seed is not the same families moved over the screen: from seed to seed their shifts
+ * change in all ways. */
 static void test_seeds(void) {
     enum { FAMILIES = 256 };
     bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 1), *t = make_sampler(BN_SAMPLER_BLUE, 0, 2);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The masks that ship: every rank once, copies equal, quality within limits. */
+ * The built-in masks: every rank once, copies equal, quality within limits. */
 #include "check.h"
 #include "masks.h"
 

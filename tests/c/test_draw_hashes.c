@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * No bit of any draw changes unseen: hashes of 4,096 draws of every kind, at ordinary and extreme
- * arguments, against draw_hashes.txt. With --print the program prints that file. */
+ * Notices a change of any bit of any draw: hashes of 4,096 draws of every kind, at ordinary and
+ * extreme arguments, must equal draw_hashes.txt. --print prints that file. */
 #include "check.h"
 #include <bn/bn_draw.h>
 #include <inttypes.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The plain form of bn_draw.h, which other machines use, draws what the library draws. */
+ * bn_draw.h without SSE2, as on other machines, draws the same bits as the library. */
 #define BN_DRAW_PLAIN
 #include "check.h"
 #include <bn/bn_draw.h>

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The masks of every method against the limits of quality/masks.csv.
  *
- * A row is a method, extents, its sigma, how many seeds (0, 1, ...) are averaged, a measure and the
- * most it may be. The generators give the same bits everywhere, so there are no false alarms. e_S
- * bn_mask_error at sigma S low_A/B    mean power (white noise: 1) of the mask thresholded at grey
- * level A/B, below half the principal frequency sqrt(min(g, 1 - g)) anisotropy of the mean spectrum
- * of all seeds: 10 log10 of variance over squared mean on rings one frequency step wide, averaged
- * over rings of at least 32 texels, in dB */
+ * A row is a method, extents, its sigma, how many seeds (0, 1, ...) are averaged, a measure and its
+ * upper limit. The generators give the same bits everywhere, so there are no false alarms.
+ * Measures:
+ *
+ *     e_S          bn_mask_error() at sigma S
+ *     low_A/B      mean power (white noise: 1) of the mask thresholded at grey level g = A/B, below
+ *                  half the principal frequency sqrt(min(g, 1 - g))
+ *     anisotropy   of the mean spectrum of all seeds, in dB: 10 log10 of variance over squared mean
+ *                  on rings one frequency step wide, averaged over rings of at least 32 texels */
 #include "check.h"
 #include "masks.h"
 #include <math.h>

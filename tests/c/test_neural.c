@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Masks and windows of networks, on a stand-in for ONNX Runtime that computes a known function: the
- * noise, tiles, wrapping, threads, every failing call, libraries that will not do; and on the real
- * ONNX Runtime where one is found. */
+ * Masks and windows of networks. In a fake ONNX Runtime that computes a known function: noise,
+ * tiles, wrapping, threads, every failing call, unusable libraries. Then in the real ONNX Runtime,
+ * where one is found. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "masks.h"

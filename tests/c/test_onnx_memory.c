@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Small model files that would take gigabytes are refused before a runtime sees them, and those that
- * only look like it are not. On the stand-in for ONNX Runtime, which would take any of them. */
+ * Small model files that would take gigabytes are refused before a runtime sees them; harmless ones
+ * that resemble them are not. The fake ONNX Runtime would accept any of them. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "neural.h"

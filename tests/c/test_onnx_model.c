@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Models that are refused before a runtime sees them, each with the result that says why, and
- * nothing printed; on the stand-in for ONNX Runtime, which would take any of them. */
+ * Models that are refused before a runtime sees them, each with the right result and without a
+ * message. The fake ONNX Runtime would accept any of them. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "neural.h"

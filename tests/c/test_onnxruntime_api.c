@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The entries that libbn declares of ONNX Runtime's C interface stand where the real header has
- * them. Skipped (exit status 77) where there is no header: set BN_ONNXRUNTIME_INCLUDE_DIR to have
- * one. */
+ * The entries of ONNX Runtime's C API that libbn declares have the offsets of the real header.
+ * Skipped (exit status 77) without a header; BN_ONNXRUNTIME_INCLUDE_DIR names its folder. */
 #include <stdio.h>
 
 #ifndef BN_HAVE_ONNXRUNTIME_HEADER

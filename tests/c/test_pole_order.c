@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the pole order of BLUE promises, counted from draws: the first 4^k samples of every aligned
- * block of 16^s pixels are a (0, k + 2 s, 4)-net to base 4, for each of the four domains of a
- * family; siblings are no copies of each other; indices from 256 on go on as the first do. Nets
- * within a pixel are tested in test_sampler.c. */
+ * The promises of the pole order of BLUE, counted from draws: the first 4^k samples of every
+ * aligned block of 16^s pixels are a (0, k + 2 s, 4)-net in base 4, for each of the four domains of
+ * a family; members of a family are not copies of each other; indices from 256 on continue the same
+ * nets. test_sampler.c tests the nets within a pixel. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Relaxation: permutations at any extents, the same bits on any number of threads, quality,
- * finishing other masks, cancelling, bad input. */
+ * refining other masks, cancelling, bad input. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>

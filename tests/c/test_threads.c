@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Many threads share one sampler and make masks side by side: what they get does not depend on who
- * draws first. Built with the thread sanitizer this also shows that nothing is written twice. */
+ * Many threads share one sampler and make masks at the same time: their results do not depend on
+ * order. Under the thread sanitizer, this also shows that there are no data races. */
 #include "check.h"
 #include <bn/bn.h>
 #include <pthread.h>

@@ -56,8 +56,8 @@ static int is_stable(const mask *m, size_t ones) {
     return 1;
 }
 
-/* The smallest distance between two of `points` texels, as a share of their spacing, the square root
- * of the area of each. A square grid has 1, a triangular one 1.07. */
+/* The smallest distance between two of `points` texels, as a share of their spacing, the square
+ * root of the area of each. A square grid has 1, a triangular one 1.07. */
 static double evenness(const mask *m, const size_t *texels, size_t points) {
     int least = INT32_MAX;
     for (size_t i = 1; i < points; ++i) {

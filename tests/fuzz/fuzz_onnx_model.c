@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The reader of model files on any bytes: it must not read beyond them, and what it accepts is in
- * range.
+ * Fuzzes the readers of model files: they must not read beyond the bytes they are given, and what
+ * they accept must be in range.
  *
- * Built with -fsanitize=fuzzer (BN_FUZZ) this is a libFuzzer program. Else main() makes inputs by
- * itself from models of the test writer: `fuzz_onnx_model [count] [seed]` changes, cuts, repeats
- * and swaps bytes of them count times. */
+ * Built with -fsanitize=fuzzer (BN_FUZZ) this is a libFuzzer program. Otherwise main() mutates
+ * models of the test writer: `fuzz_onnx_model [count] [seed]` makes count inputs. */
 #include "../c/onnx_writer.h"
 #include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Blocks of samples are bit-equal to single draws, for every kind and every way a range of indices
- * can lie to the runs that vector code draws. */
+ * Blocks of samples are bit-equal to single draws, for every kind and every alignment of a range of
+ * indices to the runs of vector code. */
 #include "../c/check.h"
 #include <bn/bn.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Prints a hash of the ranks of every classical generator over extents and options that reach all
- * the vector code. The same text must come out on every instruction set and machine. */
+ * Prints hashes of the masks of every classical generator, at extents and with options that reach
+ * all vector code. The text must be the same with every instruction set, on every machine. */
 #include "../c/masks.h"
 #include <stdio.h>
 
