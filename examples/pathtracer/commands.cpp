@@ -282,6 +282,7 @@ SceneOptions scene_options(const Options &options) {
         result.environment = std::make_shared<Environment>(environment_read(options.environment));
     result.single_scatter = options.single_scatter;
     result.photometric = options.photometric;
+    result.allow_outside = options.allow_outside;
     return result;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last words of a program that cannot even throw.
+// What errors may say, and the last words of a program that cannot even throw.
 #include "error.h"
 
 #include <cstdio>
@@ -22,6 +22,14 @@ namespace {
 }
 
 } // namespace
+
+std::string printable(std::string text) {
+    constexpr size_t LONGEST = 200;
+    if (text.size() > LONGEST) text = text.substr(0, LONGEST) + "...";
+    for (char &c : text)
+        if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
+    return text;
+}
 
 void exit_where_it_would_abort() {
     std::set_terminate(say_why_and_exit);

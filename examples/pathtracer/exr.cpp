@@ -25,6 +25,7 @@
 #include <new>
 
 #include "error.h"
+#include "exr_check.h"
 
 namespace {
 
@@ -141,7 +142,7 @@ uint64_t count_attribute(const Imf::Header &header, const char *name, uint64_t l
     const char *end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, value);
     if (error != std::errc() || stop != end || value > largest)
-        throw Error(std::string("its ") + name + " is '" + text + "'");
+        throw Error(std::string("its ") + name + " is '" + printable(text) + "'");
     return value;
 }
 
@@ -192,6 +193,7 @@ ExrHead read_head(const Imf::Header &header) {
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {
+        exr_check(path);
         return read();
     } catch (const std::bad_alloc &) {
         throw;

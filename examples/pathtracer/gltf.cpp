@@ -6,13 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
 #include "gltf_parts.h"
 
 namespace {
-
-constexpr int MAX_NESTING = 256; // of JSON; tinygltf takes values apart by recursion
 
 // ---- The file
 
@@ -33,47 +30,6 @@ bool is_known(const std::string &extension) {
     return extension.compare(0, 14, "KHR_materials_") == 0;
 }
 
-// Refuses what tinygltf would follow too far: JSON nested deeper than its stack, chunks that go
-// beyond the file.
-void check_nesting(const char *text, size_t size) {
-    int depth = 0;
-    bool quoted = false;
-    for (size_t i = 0; i < size; ++i) {
-        const char c = text[i];
-        if (quoted) {
-            if (c == '\\')
-                ++i;
-            else if (c == '"')
-                quoted = false;
-        } else if (c == '"') {
-            quoted = true;
-        } else if (c == '{' || c == '[') {
-            if (++depth > MAX_NESTING) throw Error("is not glTF: its JSON is nested too deeply");
-        } else if (c == '}' || c == ']') {
-            --depth;
-        }
-    }
-}
-
-void check_binary(const std::vector<unsigned char> &bytes) {
-    const auto word = [&](size_t at) {
-        return static_cast<uint64_t>(bytes[at]) | static_cast<uint64_t>(bytes[at + 1]) << 8 |
-               static_cast<uint64_t>(bytes[at + 2]) << 16 |
-               static_cast<uint64_t>(bytes[at + 3]) << 24;
-    };
-    if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
-    if (word(4) != 2) throw Error("is not of glTF version 2");
-    const uint64_t size = bytes.size();
-    if (word(8) < 20 || word(8) > size)
-        throw Error("is cut short: its header says it has " + std::to_string(word(8)) + " bytes");
-    uint64_t at = 12;
-    while (at + 8 <= word(8)) {
-        if (word(at) > word(8) - at - 8) throw Error("is cut short: a chunk goes beyond its end");
-        at += 8 + word(at);
-    }
-    check_nesting(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
-}
-
 // Keeps the bytes of an image: it is decoded when a material asks for it. Images in buffer views
 // are left there, as this view is not checked yet.
 bool keep_image(tinygltf::Image *image, const int, std::string *, std::string *, int, int,
@@ -86,23 +42,45 @@ std::string first_line(const std::string &text) {
     return text.substr(0, text.find('\n'));
 }
 
-tinygltf::Model load(const std::string &path) {
-    const std::vector<unsigned char> bytes = read_file(path);
-    const std::string folder = std::filesystem::path(path).parent_path().string();
+// tinygltf asks for files by the names that the scene has for them, and looks nowhere else.
+struct FileAccess {
+    SceneFolder &folder;
+    std::string problem; // with the last file that was asked for
+};
+
+bool read_whole_file(std::vector<unsigned char> *bytes, std::string *error, const std::string &name,
+                     void *user) {
+    auto &access = *static_cast<FileAccess *>(user);
+    try {
+        *bytes = access.folder.read(name);
+        return true;
+    } catch (const Error &problem) {
+        access.problem = printable(name) + ": " + problem.what();
+        *error = access.problem;
+        return false;
+    }
+}
+
+tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene_folder) {
+    FileAccess access{scene_folder, {}};
     tinygltf::Model model;
     tinygltf::TinyGLTF reader;
     reader.SetImageLoader(keep_image, nullptr);
+    reader.SetFsCallbacks({[](const std::string &, void *) { return true; },
+                           [](const std::string &name, void *) { return name; }, read_whole_file,
+                           nullptr, &access});
+    const std::string folder; // before names: nothing
     std::string error, warning;
     bool good = false;
     try {
         const auto size = static_cast<unsigned>(bytes.size());
         if (size >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0) {
-            check_binary(bytes);
+            gltf_check_binary(bytes);
             good =
                 reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, folder);
         } else {
             const char *text = reinterpret_cast<const char *>(bytes.data());
-            check_nesting(text, bytes.size());
+            gltf_check_text(text, bytes.size());
             good = reader.LoadASCIIFromString(&model, &error, &warning, text, size, folder);
         }
     } catch (const Error &) {
@@ -110,15 +88,17 @@ tinygltf::Model load(const std::string &path) {
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &problem) {
-        throw Error(std::string("is not valid glTF 2.0: ") + first_line(problem.what()));
+        throw Error(std::string("is not valid glTF 2.0: ") + printable(first_line(problem.what())));
     }
     // Before other errors: what an extension puts elsewhere is missing where it is looked for.
     for (const std::string &extension : model.extensionsRequired)
         if (!is_known(extension))
-            throw Error("requires the extension " + extension + ", which cannot be read");
-    if (!good) throw Error("is not valid glTF 2.0: " + first_line(error));
+            throw Error("requires the extension " + printable(extension) +
+                        ", which cannot be read");
+    if (error.find("File read error") == 0) throw Error("buffer " + access.problem);
+    if (!good) throw Error("is not valid glTF 2.0: " + printable(first_line(error)));
     if (model.asset.version.compare(0, 2, "2.") != 0)
-        throw Error("is glTF " + model.asset.version + "; version 2 is read");
+        throw Error("is glTF " + printable(model.asset.version) + "; version 2 is read");
     return model;
 }
 
@@ -242,12 +222,12 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
     };
     if (attribute("POSITION") < 0) return; // the format says: to be skipped
     const std::vector<float> positions =
-        gltf_floats(r.model, attribute("POSITION"), 3, "positions");
+        gltf_floats(r.model, attribute("POSITION"), 3, draft.max_elements, "positions");
     const size_t count = positions.size() / 3;
     const auto optional = [&](const char *name, int components, const char *what) {
         std::vector<float> values;
         if (attribute(name) >= 0) {
-            values = gltf_floats(r.model, attribute(name), components, what);
+            values = gltf_floats(r.model, attribute(name), components, draft.max_elements, what);
             if (values.size() / static_cast<size_t>(components) != count)
                 throw Error("has " + std::string(what) + " of another count than its positions");
         }
@@ -310,7 +290,7 @@ void read_camera(Reader &r, int index, const Transform &t, const std::string &no
                                    forward,
                                    up,
                                    static_cast<float>(std::tan(0.5 * angle)),
-                                   node_name.empty() ? camera.name : node_name});
+                                   printable(node_name.empty() ? camera.name : node_name)});
     }
 }
 
@@ -399,13 +379,15 @@ void read_nodes(Reader &r) {
 
 } // namespace
 
-SceneDraft gltf_read(const std::string &path) {
-    const tinygltf::Model model = load(path);
+SceneDraft gltf_read(const std::string &path, SceneFolder &folder) {
+    const std::vector<unsigned char> bytes = read_file(path);
+    const tinygltf::Model model = load(bytes, folder);
     SceneDraft draft;
+    draft_set_input(draft, bytes.size(), folder);
     for (const std::string &extension : model.extensionsUsed)
-        if (!is_known(extension)) draft.ignored.insert("the extension " + extension);
+        if (!is_known(extension)) draft.ignored.insert("the extension " + printable(extension));
     if (!model.animations.empty()) draft.ignored.insert("animations");
-    Reader reader = {model, draft, GltfMaterials(model, draft)};
+    Reader reader = {model, draft, GltfMaterials(model, folder, draft)};
     read_nodes(reader);
     return draft;
 }

@@ -75,11 +75,12 @@ GltfBytes elements(const tinygltf::Model &model, int view, size_t offset, size_t
     return {bytes.data + offset, bytes.size - offset, bytes.stride};
 }
 
-const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const char *what) {
+const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, size_t limit,
+                                  const char *what) {
     const tinygltf::Accessor &accessor = gltf_at(model.accessors, index, "accessor");
-    if (accessor.count > MAX_SCENE_ELEMENTS)
+    if (accessor.count > limit)
         throw Error("has " + std::to_string(accessor.count) + " " + what + "; at most " +
-                    std::to_string(MAX_SCENE_ELEMENTS) + " are read");
+                    std::to_string(limit) + " are read from a file of this size");
     if (component_size(accessor.componentType) == 0)
         throw Error(std::string(what) + " have a number type that glTF does not have");
     return accessor;
@@ -104,13 +105,13 @@ int gltf_components(const tinygltf::Model &model, int accessor) {
 }
 
 std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int components,
-                               const char *what) {
-    const tinygltf::Accessor &accessor = checked(model, index, what);
+                               size_t limit, const char *what) {
+    const tinygltf::Accessor &accessor = checked(model, index, limit, what);
     if (gltf_components(model, index) != components)
         throw Error(std::string(what) + " have the wrong number of components");
     const auto width = static_cast<size_t>(components);
     const size_t size = component_size(accessor.componentType);
-    std::vector<float> values(accessor.count * width);
+    std::vector<float> values;
     const auto read = [&](const unsigned char *from, float *to) {
         for (size_t c = 0; c < width; ++c)
             to[c] = component_at(from + c * size, accessor.componentType, accessor.normalized);
@@ -119,9 +120,11 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
     if (accessor.bufferView >= 0) {
         const GltfBytes bytes = elements(model, accessor.bufferView, accessor.byteOffset,
                                          accessor.count, width * size, what);
+        values.resize(accessor.count * width);
         for (size_t i = 0; i < accessor.count; ++i)
             read(bytes.data + i * bytes.stride, &values[i * width]);
     }
+    values.resize(accessor.count * width);
     if (accessor.sparse.isSparse) {
         const auto &sparse = accessor.sparse;
         if (sparse.count < 0 || static_cast<size_t>(sparse.count) > accessor.count ||
@@ -149,7 +152,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
 
 std::vector<uint32_t> gltf_indices(const tinygltf::Model &model, int index, size_t limit) {
     const char *const what = "indices";
-    const tinygltf::Accessor &accessor = checked(model, index, what);
+    const tinygltf::Accessor &accessor = checked(model, index, MAX_SCENE_ELEMENTS, what);
     if (gltf_components(model, index) != 1 || !is_index_type(accessor.componentType))
         throw Error("has indices that are not unsigned integers");
     if (accessor.sparse.isSparse) throw Error("has sparse indices, which cannot be read");

@@ -2,6 +2,7 @@
 // Materials and textures of glTF. Metal without a texture that says otherwise is the conductor,
 // what transmits is the dielectric, what has neither metal nor coat is diffuse, all else the
 // mixture that glTF names metallic-roughness.
+#include <charconv>
 #include <cmath>
 
 #include "gltf_parts.h"
@@ -47,8 +48,27 @@ const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_
                                                                   {"MSFT_texture_dds", "DDS"}};
 
 std::string image_name(const tinygltf::Image &image, int number) {
-    if (!image.uri.empty() && image.uri.compare(0, 5, "data:") != 0) return "image " + image.uri;
-    return "image " + std::to_string(number) + (image.name.empty() ? "" : " " + image.name);
+    if (!image.uri.empty() && image.uri.compare(0, 5, "data:") != 0)
+        return "image " + printable(image.uri);
+    return "image " + std::to_string(number) +
+           (image.name.empty() ? "" : " " + printable(image.name));
+}
+
+// The name of the file that a URI stands for.
+std::string percent_decoded(const std::string &uri) {
+    std::string name;
+    for (size_t i = 0; i < uri.size(); ++i) {
+        unsigned byte = 0;
+        const char *const digits = uri.data() + i + 1;
+        if (uri[i] == '%' && i + 2 < uri.size() &&
+            std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2) {
+            name += static_cast<char>(byte);
+            i += 2;
+        } else {
+            name += uri[i];
+        }
+    }
+    return name;
 }
 
 // Which picture a texture has that offers no PNG or JPEG, and of what kind.
@@ -82,18 +102,20 @@ int32_t GltfMaterials::load(int index, bool srgb) {
     }
     const tinygltf::Image &image = gltf_at(model_.images, texture.source, "image");
     const std::string name = image_name(image, texture.source);
-    Texture loaded;
+    int32_t number = 0;
     try {
         if (image.bufferView >= 0) {
             const GltfBytes bytes = gltf_buffer_view(model_, image.bufferView, "an image");
-            loaded = texture_decode({bytes.data, bytes.data + bytes.size});
+            number = draft_add_texture(draft_, {bytes.data, bytes.data + bytes.size}, folder_);
+        } else if (image.image.empty()) { // what was wrong with it mattered to nobody until now
+            number = draft_add_texture(draft_, folder_.read(percent_decoded(image.uri)), folder_);
         } else {
-            if (image.image.empty()) throw Error("there is no such file");
-            loaded = texture_decode(image.image);
+            number = draft_add_texture(draft_, image.image, folder_);
         }
     } catch (const Error &error) {
         throw Error(name + ": " + error.what());
     }
+    Texture &loaded = draft_.scene.textures[static_cast<size_t>(number)];
     loaded.srgb = srgb;
     if (texture.sampler >= 0) {
         const tinygltf::Sampler &sampler = gltf_at(model_.samplers, texture.sampler, "sampler");
@@ -106,8 +128,7 @@ int32_t GltfMaterials::load(int index, bool srgb) {
         loaded.wrap_v = wrap(sampler.wrapT);
         loaded.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
     }
-    draft_.scene.textures.push_back(std::move(loaded));
-    return known->second = static_cast<int32_t>(draft_.scene.textures.size() - 1);
+    return known->second = number;
 }
 
 TextureUse GltfMaterials::texture(int index, int set, const tinygltf::ExtensionMap &extensions,

@@ -11,14 +11,23 @@
 #include <vector>
 
 #include "error.h"
+#include "input_file.h"
 #include "scene_file.h"
+
+// ---- gltf_check.cpp
+
+// Refuse the text of a .gltf, and a .glb, that tinygltf would follow too far: JSON nested deeper
+// than its stack or of too many parts, chunks beyond the file. Throw Error.
+void gltf_check_text(const char *text, size_t size);
+void gltf_check_binary(const std::vector<unsigned char> &bytes);
 
 // ---- gltf_accessor.cpp
 
 // The elements of an accessor as numbers: `components` for each, integers scaled to [0, 1] or
-// [-1, 1] where they are marked as normalized. `what` names it in an error. Throws Error.
+// [-1, 1] where they are marked as normalized; at most `limit` of them, as they need not be in the
+// file. `what` names them in an error. Throws Error.
 std::vector<float> gltf_floats(const tinygltf::Model &model, int accessor, int components,
-                               const char *what);
+                               size_t limit, const char *what);
 
 // The number of components of an accessor's elements, 0 where there is no such accessor.
 int gltf_components(const tinygltf::Model &model, int accessor);
@@ -48,7 +57,8 @@ const Element &gltf_at(const std::vector<Element> &list, int index, const char *
 
 class GltfMaterials {
   public:
-    GltfMaterials(const tinygltf::Model &model, SceneDraft &draft) : model_(model), draft_(draft) {}
+    GltfMaterials(const tinygltf::Model &model, SceneFolder &folder, SceneDraft &draft)
+        : model_(model), folder_(folder), draft_(draft) {}
     // The draft's material for one of the model's (-1: the default one), read when it is first
     // asked for, and so are its textures: what is not used need not be there. Throws Error.
     uint32_t get(int material, bool vertex_colours);
@@ -59,6 +69,7 @@ class GltfMaterials {
     int32_t load(int index, bool srgb);
 
     const tinygltf::Model &model_;
+    SceneFolder &folder_;
     SceneDraft &draft_;
     std::map<std::pair<int, bool>, uint32_t> materials_;
     std::map<std::pair<int, bool>, int32_t> textures_;

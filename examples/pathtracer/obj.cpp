@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -44,26 +42,41 @@ void mend_backslashes(std::string &content) {
     }
 }
 
-// Reads material files beside the OBJ; one that is missing is noted.
+// Reads material files, each once; one that is missing is noted, and any other problem kept, as no
+// exception should pass through the loader.
 class MaterialFiles : public tinyobj::MaterialReader {
   public:
-    MaterialFiles(std::filesystem::path folder, std::set<std::string> &ignored)
-        : folder_(std::move(folder)), ignored_(ignored) {}
+    MaterialFiles(SceneFolder &folder, std::set<std::string> &ignored)
+        : folder_(folder), ignored_(ignored) {}
     bool operator()(const std::string &name, std::vector<tinyobj::material_t> *materials,
                     std::map<std::string, int> *numbers, std::string *warning,
                     std::string *error) override {
-        std::ifstream file(folder_ / local_name(name));
-        if (!file) {
-            ignored_.insert("the missing material file " + name);
-            return false;
+        try {
+            if (!known_.insert(folder_.resolve(local_name(name))).second) return true;
+            const auto bytes = folder_.find(local_name(name));
+            if (bytes) {
+                std::istringstream file(std::string(bytes->begin(), bytes->end()));
+                tinyobj::LoadMtl(numbers, materials, &file, warning, error);
+                return true;
+            }
+            ignored_.insert("the missing material file " + printable(name));
+        } catch (const Error &problem) {
+            problem_ = "material file " + printable(name) + ": " + problem.what();
         }
-        tinyobj::LoadMtl(numbers, materials, &file, warning, error);
-        return true;
+        return false;
+    }
+
+    // Throws Error when there was a problem. To be called once the file is read.
+    void finish() {
+        if (!problem_.empty()) throw Error(problem_);
+        known_.clear();
     }
 
   private:
-    std::filesystem::path folder_;
+    SceneFolder &folder_;
     std::set<std::string> &ignored_;
+    std::set<std::filesystem::path> known_;
+    std::string problem_;
 };
 
 Vec3 colour(const tinyobj::real_t (&c)[3], double high) {
@@ -80,7 +93,7 @@ float unit(double v) {
 // Materials of a file as those of a scene.
 struct MaterialReader {
     SceneDraft &draft;
-    std::filesystem::path folder;
+    SceneFolder &folder;
     bool vertex_colours; // the file has some
     std::map<std::pair<std::string, bool>, int32_t> textures;
 
@@ -90,16 +103,14 @@ struct MaterialReader {
         if (name.empty()) return use;
         const auto [known, is_new] = textures.try_emplace({name, srgb}, -1);
         if (is_new) {
-            Texture loaded;
             try {
-                loaded = texture_decode(read_file((folder / local_name(name)).string()));
+                known->second = draft_add_texture(draft, folder.read(local_name(name)), folder);
             } catch (const Error &error) {
-                throw Error("image " + name + ": " + error.what());
+                throw Error("image " + printable(name) + ": " + error.what());
             }
+            Texture &loaded = draft.scene.textures.back();
             loaded.srgb = srgb;
             if (options.clamp) loaded.wrap_u = loaded.wrap_v = Texture::CLAMP;
-            known->second = static_cast<int32_t>(draft.scene.textures.size());
-            draft.scene.textures.push_back(std::move(loaded));
         }
         use.texture = known->second;
         // Its v grows upwards.
@@ -189,9 +200,10 @@ ObjFile load(const std::string &content, MaterialFiles &material_files, bool spl
     ObjFile file;
     std::istringstream text(content);
     std::string error;
-    if (!tinyobj::LoadObj(&file.attributes, &file.shapes, &file.materials, &file.warning, &error,
-                          &text, &material_files, split, false))
-        throw Error("is not valid OBJ: " + error.substr(0, error.find('\n')));
+    const bool good = tinyobj::LoadObj(&file.attributes, &file.shapes, &file.materials,
+                                       &file.warning, &error, &text, &material_files, split, false);
+    material_files.finish();
+    if (!good) throw Error("is not valid OBJ: " + printable(error.substr(0, error.find('\n'))));
     return file;
 }
 
@@ -330,14 +342,14 @@ void add_faces(const tinyobj::mesh_t &mesh, MaterialNumbers &materials, Vertices
 
 } // namespace
 
-SceneDraft obj_read(const std::string &path) {
+SceneDraft obj_read(const std::string &path, SceneFolder &folder) {
     SceneDraft draft;
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     const std::vector<unsigned char> bytes = read_file(path);
     std::string content(bytes.begin(), bytes.end());
     mend_backslashes(content);
     MaterialFiles material_files(folder, draft.ignored);
     const ObjFile file = parse(content, material_files, draft);
+    draft_set_input(draft, bytes.size(), folder);
     note_ignored(file, draft);
 
     MaterialReader reader{draft, folder, !file.attributes.colors.empty(), {}};

@@ -23,6 +23,7 @@ struct Options {
     uint32_t light_samples = 0; // at the first surface of a path; 0: as the scene has it
     bool single_scatter = false;
     bool photometric = false;
+    bool allow_outside = false;    // a scene's file may read others outside of its folder
     std::string environment;       // an EXR file, or empty: the scene's own
     unsigned threads;              // default: one per core
     double time_limit = 0;         // seconds; 0: none

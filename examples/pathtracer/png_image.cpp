@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "error.h"
+#include "input_file.h"
 
 namespace {
 
@@ -67,9 +68,15 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
 }
 
 GreyImage png_read_grey(const std::string &path) {
+    std::vector<unsigned char> bytes;
+    try {
+        bytes = read_file(path);
+    } catch (const Error &error) {
+        throw Error("cannot read the PNG file " + path + ": " + error.what());
+    }
     PngReader reader;
     png_image &png = reader.png;
-    if (!png_image_begin_read_from_file(&png, path.c_str()))
+    if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
         throw Error("cannot read the PNG file " + path + ": " + png.message);
     const uint64_t pixels = static_cast<uint64_t>(png.width) * png.height;
     if (pixels > 1u << 24) throw Error("the mask " + path + " is too large: at most 2^24 texels");

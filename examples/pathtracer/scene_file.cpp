@@ -3,10 +3,6 @@
 #include "scene_file.h"
 
 #include <cctype>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 
 #include "error.h"
 
@@ -15,8 +11,10 @@ namespace {
 // Of light of 555 nm, by the definition of the candela; glTF's exporters take it for all light.
 constexpr float LUMENS_PER_WATT = 683;
 constexpr float MAX_GLOW = 1;           // radiance
-constexpr double MAX_COORDINATE = 1e15; // squares of squares of it still are floats
-constexpr uintmax_t MAX_FILE = uintmax_t{1} << 32;
+constexpr double MAX_COORDINATE = 1e15; // doubles tell places an eighth apart
+// From the middle of a scene. Products of three lengths and an area still are floats, so that
+// pictures are right; a hundred times as far, Embree ends the program.
+constexpr float MAX_REACH = 1e10f;
 
 std::string ending(const std::string &name) {
     const size_t dot = name.rfind('.');
@@ -122,24 +120,29 @@ bool is_scene_file(const std::string &name) {
     return end == ".gltf" || end == ".glb" || end == ".obj";
 }
 
-std::vector<unsigned char> read_file(const std::string &path) {
-    std::error_code error;
-    if (!std::filesystem::exists(path, error)) throw Error("there is no such file");
-    const uintmax_t size = std::filesystem::file_size(path, error);
-    if (error) throw Error("is not a file that can be read");
-    if (size >= MAX_FILE) throw Error("is too large: files below 4 GiB are read");
-    std::vector<unsigned char> bytes(size);
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw Error(std::string("cannot be opened: ") + std::strerror(errno));
-    if (size > 0 &&
-        !stream.read(reinterpret_cast<char *>(bytes.data()), static_cast<std::streamsize>(size)))
-        throw Error("cannot be read completely");
-    return bytes;
+void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folder) {
+    constexpr uint64_t SPARE = 1 << 22, PER_BYTE = 16; // a mesh may be used by many nodes
+    draft.bytes = bytes;
+    draft.max_elements = static_cast<size_t>(
+        std::min<uint64_t>(SPARE + PER_BYTE * (bytes + folder.size()), MAX_SCENE_ELEMENTS));
+}
+
+int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes,
+                          const SceneFolder &folder) {
+    constexpr uint64_t SPARE = 1 << 26, PER_BYTE = 256; // as many as a PNG of one colour has
+    Texture texture = texture_decode(bytes);
+    draft.texels += texture.rgba.size() / 4;
+    if (draft.texels > SPARE + PER_BYTE * (draft.bytes + folder.size()))
+        throw Error("exceeds the limit: the textures so far have " + std::to_string(draft.texels) +
+                    " texels, too many for a file of this size");
+    draft.scene.textures.push_back(std::move(texture));
+    return static_cast<int32_t>(draft.scene.textures.size() - 1);
 }
 
 uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &v) {
-    if (draft.points.size() >= MAX_SCENE_ELEMENTS)
-        throw Error("has more than " + std::to_string(MAX_SCENE_ELEMENTS) + " vertices");
+    if (draft.points.size() >= draft.max_elements)
+        throw Error("has more than " + std::to_string(draft.max_elements) +
+                    " vertices, too many for a file of this size");
     if (!is_usable(v.position))
         throw Error("has a vertex that is not a finite number, or beyond 1e15");
     Scene &scene = draft.scene;
@@ -151,8 +154,9 @@ uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &v) {
 }
 
 void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c) {
-    if (draft.scene.triangles.size() >= MAX_SCENE_ELEMENTS)
-        throw Error("has more than " + std::to_string(MAX_SCENE_ELEMENTS) + " triangles");
+    if (draft.scene.triangles.size() >= draft.max_elements)
+        throw Error("has more than " + std::to_string(draft.max_elements) +
+                    " triangles, too many for a file of this size");
     draft.scene.triangles.push_back({{a, b, c}});
     draft.scene.surfaces.push_back({material, -1});
 }
@@ -177,7 +181,9 @@ uint32_t draft_add_material(SceneDraft &draft, const Material &material, const E
 
 Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     try {
-        SceneDraft draft = ending(path) == ".obj" ? obj_read(path) : gltf_read(path);
+        SceneFolder folder(path, options.allow_outside);
+        SceneDraft draft =
+            ending(path) == ".obj" ? obj_read(path, folder) : gltf_read(path, folder);
         Scene &scene = draft.scene;
         if (scene.triangles.empty()) throw Error("has no triangles to render");
         if (scene.maps.empty()) { // then nothing looks these up
@@ -190,8 +196,15 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         const Point3d middle = recentre(draft.points, scene.vertices);
         draft.points = {};
 
+        for (const Vec3 v : scene.vertices)
+            if (!(max_magnitude(v) <= MAX_REACH))
+                throw Error("extends more than 1e10 from its centre; scale it down");
         bool lit = make_area_lights(draft);
         for (DraftLight &light : draft.lights) {
+            if (!is_usable(light.position)) {
+                draft.ignored.insert("a light beyond 1e15");
+                continue;
+            }
             light.light.corner = minus(light.position, middle);
             if (options.photometric)
                 light.light.radiance = (1 / LUMENS_PER_WATT) * light.light.radiance;

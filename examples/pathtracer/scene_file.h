@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "input_file.h"
 #include "scene_options.h"
 
 // Whether a name is that of a file, by its ending: .gltf, .glb or .obj in any case.
@@ -45,8 +46,15 @@ struct SceneDraft {
     std::vector<Emission> emission; // of each material
     std::vector<DraftLight> lights;
     std::vector<DraftCamera> cameras;
-    std::set<std::string> ignored; // what the file has and the scene has not
+    std::set<std::string> ignored;            // what the file has and the scene has not
+    size_t max_elements = MAX_SCENE_ELEMENTS; // vertices, and triangles, by the size of the files
+    uint64_t bytes = 0;                       // of the file
+    uint64_t texels = 0;                      // of all textures
 };
+
+// Says how large the file is, and what it has read from its folder: those that ask for much memory
+// by using the same bytes again, or none at all, are refused.
+void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folder);
 
 // Adds a vertex with everything a vertex may have, 0 where it lacks it. Throws Error when there are
 // too many.
@@ -58,12 +66,14 @@ struct DraftVertex {
 };
 uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &vertex);
 void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c);
+// Adds a texture out of the bytes of its file; returns its number. Throws Error, its text to follow
+// the picture's name.
+int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes,
+                          const SceneFolder &folder);
 uint32_t draft_add_material(SceneDraft &draft, const Material &material, const Emission &emission,
                             const SurfaceMaps &maps);
 
-// Readers. Errors say what is wrong, without the file's name.
-SceneDraft gltf_read(const std::string &path);
-SceneDraft obj_read(const std::string &path);
-
-// The bytes of a file. Throws Error, its text to follow the file's name.
-std::vector<unsigned char> read_file(const std::string &path);
+// Readers of a file, and through its folder of the files it names. Errors say what is wrong, without
+// the file's name.
+SceneDraft gltf_read(const std::string &path, SceneFolder &folder);
+SceneDraft obj_read(const std::string &path, SceneFolder &folder);

@@ -15,10 +15,13 @@ namespace {
 
 constexpr int MAX_SIDE = 32768;              // texels
 constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
+constexpr int64_t MIN_TEXELS = 1 << 16;      // that no file is too short for
 constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
 
 struct Extent {
     int64_t width = 0, height = 0; // 0: none found
+    // How many texels a byte of the file can hold. Deflate makes at most 1032 bytes of one.
+    int64_t texels_per_byte = 0;
 };
 
 // A JPEG states its extent in the segment that starts a frame.
@@ -33,7 +36,8 @@ Extent jpeg_extent(const std::vector<unsigned char> &b) {
         }
         const bool frame =
             marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-        if (frame) return {b[at + 7] << 8 | b[at + 8], b[at + 5] << 8 | b[at + 6]};
+        if (frame) // a bit or more for each 8x8 of them
+            return {b[at + 7] << 8 | b[at + 8], b[at + 5] << 8 | b[at + 6], 1024};
         at += 2 + static_cast<size_t>(b[at + 2] << 8 | b[at + 3]);
     }
     return {};
@@ -50,16 +54,19 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
         return static_cast<int64_t>(b[at]) << 24 | b[at + 1] << 16 | b[at + 2] << 8 | b[at + 3];
     };
     if (b.size() < 26) return {};
-    if (std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0) return {big(16), big(20)};
+    if (std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0) {
+        const int64_t channels = b[25] == 6 ? 4 : b[25] == 2 ? 3 : b[25] == 4 ? 2 : 1;
+        return {big(16), big(20), 1032 * 8 / std::max<int64_t>(b[24] * channels, 1)};
+    }
     if (b[0] == 0xff && b[1] == 0xd8) return jpeg_extent(b);
     if (b[0] == 'B' && b[1] == 'M') {
         const auto height = static_cast<int32_t>(little(22, 4)); // negative: the first row on top
-        return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height))};
+        return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height)), 8};
     }
     // TGA has no signature: a palette or none, a known kind, a known depth.
     const bool kind = b[2] == 1 || b[2] == 2 || b[2] == 3 || b[2] == 9 || b[2] == 10 || b[2] == 11;
     const bool depth = b[16] == 8 || b[16] == 15 || b[16] == 16 || b[16] == 24 || b[16] == 32;
-    if (b[1] <= 1 && kind && depth) return {little(12, 2), little(14, 2)};
+    if (b[1] <= 1 && kind && depth) return {little(12, 2), little(14, 2), 128};
     return {};
 }
 
@@ -109,6 +116,10 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
         extent.width * extent.height > MAX_TEXELS)
         throw Error("has " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
                     " texels; at most 2^27 are read, 32768 a side");
+    if (extent.width * extent.height >
+        MIN_TEXELS + extent.texels_per_byte * static_cast<int64_t>(bytes.size()))
+        throw Error("claims " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
+                    " texels, more than its " + std::to_string(bytes.size()) + " bytes can hold");
     tinygltf::Image image;
     std::string error, warning;
     if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),

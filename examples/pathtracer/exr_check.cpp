@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// The header of an OpenEXR file, read once before the library reads it: the library reserves the
+// memory that sizes in the header ask for, whatever the size of the file.
+#include "exr_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+
+#include "error.h"
+#include "input_file.h"
+
+namespace {
+
+// What no file is refused for, and how many bytes one byte of a file may become: deflate reaches
+// 1032, and the methods that code even blocks reach more.
+constexpr double SPARE_BYTES = 1 << 24;
+constexpr double MOST_EXPANSION = 8192;
+constexpr uint32_t MULTI_PART = 0x1000;
+constexpr std::array<double, 10> BLOCK_ROWS = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+
+class HeaderReader {
+  public:
+    explicit HeaderReader(const InputFile &file) : file_(file) {}
+
+    uint64_t left() const { return file_.size() - std::min(place_, file_.size()); }
+
+    void bytes(void *to, size_t count) {
+        if (file_.read(place_, to, count) != count) throw Error("it is cut short");
+        place_ += count;
+    }
+    template <typename Number>
+    Number number() {
+        unsigned char raw[4] = {0, 0, 0, 0};
+        bytes(raw, sizeof(Number));
+        const uint32_t value = raw[0] | static_cast<uint32_t>(raw[1]) << 8 |
+                               static_cast<uint32_t>(raw[2]) << 16 |
+                               static_cast<uint32_t>(raw[3]) << 24;
+        return static_cast<Number>(value);
+    }
+    std::string text() {
+        char raw[256];
+        const size_t count = file_.read(place_, raw, sizeof raw);
+        const void *end = std::memchr(raw, 0, count);
+        if (!end) throw Error("its header has an unterminated name");
+        const auto length = static_cast<size_t>(static_cast<const char *>(end) - raw);
+        place_ += length + 1;
+        return {raw, length};
+    }
+    uint64_t place() const { return place_; }
+    void go_to(uint64_t place) { place_ = place; }
+
+  private:
+    const InputFile &file_;
+    uint64_t place_ = 0;
+};
+
+struct Claims {
+    double width = 0, height = 0, bytes_per_pixel = 0, tile_pixels = 0, block_rows = 1;
+};
+
+double extent(int32_t low, int32_t high) {
+    return static_cast<double>(high) - low + 1;
+}
+
+double channel_bytes(HeaderReader &header, uint64_t end) {
+    double bytes = 0;
+    while (header.place() < end && !header.text().empty()) {
+        const auto type = header.number<uint32_t>();
+        bytes += type == 1 ? 2 : 4; // half, or float and integer
+        header.go_to(header.place() + 12);
+    }
+    return bytes;
+}
+
+// Reads one header. Returns false where there is none: an empty one ends a file of several parts.
+bool read_claims(HeaderReader &header, Claims &claims) {
+    bool any = false;
+    for (std::string name = header.text(); !name.empty(); name = header.text()) {
+        any = true;
+        header.text(); // the type
+        const auto size = header.number<uint32_t>();
+        if (size > header.left()) throw Error("it is cut short, or not an EXR file");
+        const uint64_t end = header.place() + size;
+        if (name == "dataWindow" && size == 16) {
+            const auto x0 = header.number<int32_t>(), y0 = header.number<int32_t>();
+            claims.width = extent(x0, header.number<int32_t>());
+            claims.height = extent(y0, header.number<int32_t>());
+        } else if (name == "channels") {
+            claims.bytes_per_pixel = channel_bytes(header, end);
+        } else if (name == "tiles" && size == 9) {
+            const double x = header.number<uint32_t>();
+            claims.tile_pixels = x * header.number<uint32_t>();
+        } else if (name == "compression" && size == 1) {
+            const size_t method = header.number<uint8_t>();
+            if (method < BLOCK_ROWS.size()) claims.block_rows = BLOCK_ROWS[method];
+        } else if (name == "chunkCount" && size == 4) {
+            if (header.number<uint32_t>() > header.left() / 8) throw Error("it is cut short");
+        }
+        header.go_to(end);
+    }
+    return any;
+}
+
+} // namespace
+
+void exr_check(const std::string &path) {
+    const InputFile file(path);
+    HeaderReader header(file);
+    if (file.size() < 8 || header.number<uint32_t>() != 20000630) return; // refused by the library
+    const bool has_parts = (header.number<uint32_t>() & MULTI_PART) != 0;
+    const auto size = static_cast<double>(file.size());
+    double needed = 0;
+    Claims claims;
+    while (read_claims(header, claims)) {
+        const double rows = std::max(claims.height, claims.block_rows);
+        needed += claims.bytes_per_pixel * std::max(claims.width * rows, claims.tile_pixels);
+        // Where each block of rows is takes 8 bytes in the file.
+        const bool is_short =
+            claims.tile_pixels == 0 && claims.height / claims.block_rows * 8 > size;
+        if (is_short || needed > SPARE_BYTES + MOST_EXPANSION * size)
+            throw Error("it claims " + std::to_string(static_cast<int64_t>(claims.width)) + "x" +
+                        std::to_string(static_cast<int64_t>(claims.height)) +
+                        " pixels, more than its " + std::to_string(file.size()) +
+                        " bytes can hold");
+        if (!has_parts) break;
+        claims = {};
+    }
+}
