@@ -29,7 +29,7 @@ def add_train(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--folder", type=Path, metavar="FOLDER",
                         help="folder for configuration, log and checkpoints (default ~/.cache/bn_trainer/<name of the config>)")
     parser.add_argument("--resume", action="store_true", help="continue the run in the folder, with results as if it had never stopped")
-    parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
+    parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"), help="default cpu")
     parser.add_argument("--threads", type=whole(0), default=0, help="threads of torch (default 0: torch chooses)")
     parser.add_argument("--stop-after", type=whole(0), default=0, metavar="N", help="stop after N iterations in total")
     parser.add_argument("--quiet", action="store_true", help="do not show progress")

@@ -76,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--count", type=int, default=1, help="number of masks (default 1)")
     parser.add_argument("--iterations", type=int, default=1000, help="number of iterations (default 1000)")
     parser.add_argument("--rule", choices=sorted(RATES), default="adam", help="update rule (default adam)")
-    parser.add_argument("--rate", type=float, help=f"step size (default {RATES})")
+    parser.add_argument("--rate", type=float, help=f"step size (default {RATES['adam']} for adam, {RATES['descent']} for descent)")
     parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
     parser.add_argument("--out", type=Path, required=True, help="the .npy file to write: float32 (count, size, size), nearly in [-1, 1]")
 
