@@ -7,6 +7,7 @@
 #include <array>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "error.h"
 #include "input_file.h"
@@ -43,7 +44,9 @@ class HeaderReader {
         char raw[256];
         const size_t count = file_.read(place_, raw, sizeof raw);
         const void *end = std::memchr(raw, 0, count);
-        if (!end) throw Error("its header has an unterminated name");
+        if (!end)
+            throw Error(count < sizeof raw ? "it is cut short"
+                                           : "its header has an unterminated name");
         const auto length = static_cast<size_t>(static_cast<const char *>(end) - raw);
         place_ += length + 1;
         return {raw, length};
@@ -64,14 +67,50 @@ double extent(int32_t low, int32_t high) {
     return static_cast<double>(high) - low + 1;
 }
 
+Error damaged() {
+    return Error("its header is damaged");
+}
+
+// The list of channels that ends at that place.
 double channel_bytes(HeaderReader &header, uint64_t end) {
     double bytes = 0;
-    while (header.place() < end && !header.text().empty()) {
+    while (!header.text().empty()) {
         const auto type = header.number<uint32_t>();
         bytes += type == 1 ? 2 : 4; // half, or float and integer
         header.go_to(header.place() + 12);
     }
+    if (header.place() != end) throw damaged();
     return bytes;
+}
+
+// The library reads values of these types by what is in them, whatever their size is said to be:
+// then it would go on elsewhere in the file than the checks here.
+void check_value(HeaderReader &header, const std::string &type, uint64_t size) {
+    constexpr std::pair<const char *, uint64_t> FIXED[] = {
+        {"box2i", 16},      {"box2f", 16},    {"chromaticities", 32},
+        {"compression", 1}, {"double", 8},    {"envmap", 1},
+        {"float", 4},       {"int", 4},       {"keycode", 28},
+        {"m33f", 36},       {"lineOrder", 1}, {"m33d", 72},
+        {"m44f", 64},       {"m44d", 128},    {"rational", 8},
+        {"tiledesc", 9},    {"timecode", 8},  {"v2i", 8},
+        {"v2f", 8},         {"v2d", 16},      {"v3i", 12},
+        {"v3f", 12},        {"v3d", 24},      {"deepImageState", 1}};
+    for (const auto &[name, bytes] : FIXED)
+        if (type == name && size != bytes) throw damaged();
+    const uint64_t begin = header.place(), end = begin + size;
+    if (type == "chlist") {
+        channel_bytes(header, end);
+    } else if (type == "preview") {
+        const uint64_t width = header.number<uint32_t>();
+        if (size < 8 || (size - 8) / 4 != width * header.number<uint32_t>()) throw damaged();
+    } else if (type == "stringvector") {
+        while (header.place() < end) {
+            const uint64_t length = header.number<uint32_t>();
+            header.go_to(header.place() + length);
+        }
+        if (header.place() != end) throw damaged();
+    }
+    header.go_to(begin);
 }
 
 // Reads one header. Returns false where there is none: an empty one ends a file of several parts.
@@ -79,23 +118,24 @@ bool read_claims(HeaderReader &header, Claims &claims) {
     bool any = false;
     for (std::string name = header.text(); !name.empty(); name = header.text()) {
         any = true;
-        header.text(); // the type
+        const std::string type = header.text();
         const auto size = header.number<uint32_t>();
         if (size > header.left()) throw Error("it is cut short, or not an EXR file");
+        check_value(header, type, size);
         const uint64_t end = header.place() + size;
-        if (name == "dataWindow" && size == 16) {
+        if (name == "dataWindow" && type == "box2i") {
             const auto x0 = header.number<int32_t>(), y0 = header.number<int32_t>();
             claims.width = extent(x0, header.number<int32_t>());
             claims.height = extent(y0, header.number<int32_t>());
-        } else if (name == "channels") {
+        } else if (type == "chlist") {
             claims.bytes_per_pixel = channel_bytes(header, end);
-        } else if (name == "tiles" && size == 9) {
+        } else if (type == "tiledesc") {
             const double x = header.number<uint32_t>();
             claims.tile_pixels = x * header.number<uint32_t>();
-        } else if (name == "compression" && size == 1) {
+        } else if (type == "compression") {
             const size_t method = header.number<uint8_t>();
             if (method < BLOCK_ROWS.size()) claims.block_rows = BLOCK_ROWS[method];
-        } else if (name == "chunkCount" && size == 4) {
+        } else if (name == "chunkCount" && type == "int") {
             if (header.number<uint32_t>() > header.left() / 8) throw Error("it is cut short");
         }
         header.go_to(end);
