@@ -34,6 +34,7 @@ class Sampler:
         index_count: int,
         domain: int,
     ) -> npt.NDArray[np.float32]: ...
+    def table_words(self) -> npt.NDArray[np.uint32]: ...
 
 class NeuralGenerator:
     def __init__(

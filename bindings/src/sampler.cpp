@@ -125,6 +125,15 @@ class Sampler {
         return out;
     }
 
+    UInt32s table_words() const {
+        size_t count = 0;
+        check(bn_sampler_table_words(sampler_.get(), nullptr, 0, &count), "sampler");
+        UInt32s words(static_cast<py::ssize_t>(count));
+        check(bn_sampler_table_words(sampler_.get(), words.mutable_data(), count, nullptr),
+              "sampler");
+        return words;
+    }
+
   private:
     /* Samples between two polls: some milliseconds. */
     static constexpr py::ssize_t poll_interval = py::ssize_t{1} << 18;
@@ -149,7 +158,8 @@ void bind_sampler(py::module_ &module) {
         .def("sample", &Sampler::sample, py::arg("x").noconvert(), py::arg("y").noconvert(),
              py::arg("index").noconvert(), py::arg("domain").noconvert(), py::arg("dims"))
         .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("width"),
-             py::arg("height"), py::arg("first_index"), py::arg("index_count"), py::arg("domain"));
+             py::arg("height"), py::arg("first_index"), py::arg("index_count"), py::arg("domain"))
+        .def("table_words", &Sampler::table_words);
     module.def("domain_child", &bn_domain_child, py::arg("domain"), py::arg("key"));
 }
 

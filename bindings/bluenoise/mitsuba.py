@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sampler ``bluenoise`` of Mitsuba 3: importing this module registers it, in the variant that is set and in all set later.
+
+    import mitsuba
+    import bluenoise.mitsuba
+
+    mitsuba.set_variant("llvm_ad_rgb")
+    scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
+
+Every sample is one of ``bluenoise.Sampler("blue", seed=seed)``, to the last bit. The pixel is that of the film, its crop
+offset included. ``seed``, from 0 to 2**31 - 1, is the sampler's; the one given to ``mitsuba.render`` is the key of the root of all domains,
+so a frame number can be passed there. Two-dimensional draws 2 k and 2 k + 1 are the pairs of the root's child k: position in
+the pixel and first light, direction and next light. One-dimensional draw k is the first number of child k of the root's
+child 2**20.
+
+Vectorised variants draw in Dr.Jit, inside recorded loops too. Scalar variants need ``attach(scene)`` after loading, and are slow.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import weakref
+from typing import Any, Optional
+
+import drjit
+import mitsuba
+
+from ._core import domain_child
+from ._sampler import Sampler
+
+__all__ = ["attach"]
+
+# Their types depend on the variant.
+dr: Any = drjit
+mi: Any = mitsuba
+
+_SINGLES = 1 << 20
+_UNSEEDED = 0xFFFFFFFF  # Mitsuba's "as before" for the size of a wavefront
+
+# Places in the table of a sampler, as libbn/include/bn/bn_draw.glsl has them.
+_PIXELS, _BLOCKS, _PLACES, _POINTS, _LATER = 2, 4098, 6146, 6274, 10370
+
+
+# ---- The draw of kind BLUE, on arrays of Dr.Jit; bn_draw.glsl has the same steps
+
+
+def _hash32(v: Any) -> Any:
+    v = (v ^ (v >> 16)) * 0x21F0AAAD
+    v = (v ^ (v >> 15)) * 0xD35A2D97
+    return v ^ (v >> 15)
+
+
+def _child(domain: Any, key: Any) -> Any:
+    v = (domain + (key >> 2) * 0x85EBCA6B + 0x9E3779B9) * 0x21F0AAAD
+    return ((v ^ (v >> 16)) >> 2) | (key << 30)
+
+
+class _Lanes:
+    """What names the sample of each lane but the domain. Dr.Jit does not look into objects of this class, so what they hold
+    is captured by recorded loops instead of carried through them."""
+
+    def __init__(self, words: Any, root: Any, x: Any, y: Any) -> None:
+        self.words, self.root, self.x, self.y = words, root, x, y
+        self.singles = _child(root, mi.UInt32(_SINGLES))
+        self.position = _hash32(x + y * 0x9E3779B1)
+        self.seed = self.word(mi.UInt32(0)), self.word(mi.UInt32(1))
+
+    def at_index(self, index: Any, last: int) -> _Lanes:
+        """The same lanes at other indices, the largest of which is `last`."""
+        self = copy.copy(self)
+        self.reversed = dr.brev(index)
+        t = (index >> 1) - 1
+        flip = mi.UInt32(2) << (t & 15)
+        for bit, shift in ((5, 5), (6, 11), (7, 2)):
+            flip |= ((index >> bit) & 1) << (((t + shift) & 15) + 1)
+        self.flip = dr.select(index < 2, mi.UInt32(0), flip)
+        self.later = max(0, last.bit_length() - 8)
+        return self
+
+    def word(self, at: Any) -> Any:
+        return dr.gather(mi.UInt32, self.words, at)
+
+    def draw(self, domain: Any, half: Any) -> tuple[Any, Any]:
+        """Numbers 2 * half and 2 * half + 1 of a domain."""
+        member = (domain >> 29) & 6
+        family = (domain << 2) ^ self.seed[0]
+        family = dr.mul_hi(family, mi.UInt32(0x7F4A7C15)) + family * 0x9E3779B9 + self.seed[1]
+        column = ((self.x ^ (0 - ((family >> 16) & 1))) + (family >> 26)) & 63
+        row = ((self.y ^ (0 - ((family >> 17) & 1))) + (family >> 20)) & 63
+        place = ((self.word(_PIXELS + row * 64 + column) >> (member * 4)) & 255) + member
+        block = ((row & 60) << 5) + ((column & 60) << 1) + member
+        low = (self.position ^ family) * 0x21F0AAAD + member * 0x85EBCA6B
+        low ^= low >> 15
+        low = dr.select(half == 0, low, low * 0xD35A2D97)
+        high = self.word(_PLACES + place + half) ^ self.word(_BLOCKS + block + half)
+        shuffle = self.position + family
+        digits = self.reversed ^ (self.reversed * (shuffle << 1)) ^ ((shuffle * self.flip) & 0x80000000)
+        point = _POINTS + (digits >> 24) * 16 + member * 2 + half * 2
+        first = self.word(point) ^ ((high << 16) | (low & 0xFFFF))
+        second = self.word(point + 1) ^ ((high & 0xFFFF0000) | (low >> 16))
+        at = _LATER + member * 2 + half * 2
+        for bit in range(self.later):
+            some = 0 - ((digits >> (23 - bit)) & 1)
+            first ^= self.word(at + 16 * bit) & some
+            second ^= self.word(at + 16 * bit + 1) & some
+        reflect = family >> (member * 2 + half * 2)
+        first ^= 0 - (reflect & 1)
+        second ^= 0 - ((reflect >> 1) & 1)
+        return self.to_float(first), self.to_float(second)
+
+    @staticmethod
+    def to_float(bits: Any) -> Any:
+        return mi.Float(bits >> 8) * 2.0**-24
+
+
+class _Film:
+    """The film of the sensor that knows a sampler, hidden from Dr.Jit like the lanes."""
+
+    def __init__(self, sampler: Any) -> None:
+        self.sampler = weakref.ref(sampler)
+        self.film: Any = None
+
+    def extent(self) -> tuple[int, int, int, int]:
+        """x and y of the first pixel that is sampled, width and height."""
+        size, offset = self.film.crop_size(), self.film.crop_offset()
+        border = self.film.rfilter().border_size() if self.film.sample_border() else 0
+        x0, y0, width, height = offset[0] - border, offset[1] - border, size[0] + 2 * border, size[1] + 2 * border
+        return int(x0), int(y0), int(width), int(height)
+
+
+def _registered_film(sampler: Any) -> Any:
+    """The film of the sensor that has this sampler, from the registry of vectorised variants."""
+    missing = number = 0
+    while missing < 64:  # numbers of sensors that are gone are free for a while
+        number += 1
+        try:
+            sensor = dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
+        except RuntimeError:
+            missing += 1
+            continue
+        missing = 0
+        if sensor is not None and sensor.sampler() is sampler:
+            return sensor.film()
+    return None
+
+
+# ---- The plugin, for the variant that is set
+
+
+def _create_class() -> Any:
+    base: Any = mi.Sampler
+
+    class BlueNoiseSampler(base):  # type: ignore[misc]
+        """What vectorised and scalar variants have in common."""
+
+        def __init__(self, props: Any) -> None:
+            base.__init__(self, props)
+            self._sampler = Sampler("blue", seed=int(props.get("seed", 0)))
+            self._film = _Film(self)
+
+        def _like(self) -> Any:
+            """A sampler with the same properties, not seeded."""
+            props = mi.Properties("bluenoise")
+            props["sample_count"] = self.sample_count()
+            other = type(self)(props)
+            other._sampler, other._film = self._sampler, self._film
+            return other
+
+        def fork(self) -> Any:
+            return self._like()
+
+        def to_string(self) -> str:
+            return f"BlueNoiseSampler[sample_count = {self.sample_count()}, seed = {self._sampler.seed}]"
+
+    return _scalar(BlueNoiseSampler) if mi.variant().startswith("scalar") else _vectorised(BlueNoiseSampler)
+
+
+def _vectorised(common: Any) -> Any:
+    class BlueNoiseSampler(common):  # type: ignore[misc]
+        def __init__(self, props: Any) -> None:
+            common.__init__(self, props)
+            self._per_wavefront = 1  # samples of a pixel in a wavefront
+            self._advances = 0
+            self._lanes: Optional[_Lanes] = None
+            # Dr.Jit finds these two and carries them through loops.
+            self._pairs = mi.UInt32(0)
+            self._singles = mi.UInt32(0)
+
+        def clone(self) -> Any:
+            other = self._like()
+            if self._lanes is not None:
+                mi.Sampler.seed(other, 0, self.wavefront_size())
+            other._per_wavefront, other._advances, other._lanes = self._per_wavefront, self._advances, self._lanes
+            other._pairs, other._singles = mi.UInt32(self._pairs), mi.UInt32(self._singles)
+            return other
+
+        def set_samples_per_wavefront(self, samples_per_wavefront: int) -> None:
+            # Mitsuba does not call this when it renders: with a film, seed() finds out.
+            mi.Sampler.set_samples_per_wavefront(self, samples_per_wavefront)
+            self._per_wavefront = samples_per_wavefront
+
+        def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:
+            mi.Sampler.seed(self, seed, wavefront_size)  # for wavefront_size()
+            key = mi.UInt32(seed)
+            dr.make_opaque(key)
+            root = _child(mi.UInt32(0), key)
+            x0, y0, width = self._place()
+            pixel = dr.arange(mi.UInt32, self.wavefront_size()) // self._per_wavefront
+            row = pixel // width
+            words = mi.UInt32(self._sampler._core.table_words())
+            self._lanes = _Lanes(words, root, pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF))
+            self._advances = -1
+            self.advance()
+
+        def _place(self) -> tuple[int, int, int]:
+            """x, y of the first pixel and the length of a row; without a sensor, of a square."""
+            lanes = self.wavefront_size()
+            if self._film.film is None:
+                self._film.film = _registered_film(self._film.sampler())
+            if self._film.film is None:
+                return 0, 0, max(1, math.isqrt(lanes // self._per_wavefront))
+            x0, y0, width, height = self._film.extent()
+            self._per_wavefront = max(1, lanes // (width * height))
+            return x0, y0, width
+
+        def advance(self) -> None:
+            self._advances += 1
+            self._pairs, self._singles = mi.UInt32(0), mi.UInt32(0)
+            if self._lanes is None:
+                return
+            first = self._advances * self._per_wavefront
+            lane = dr.arange(mi.UInt32, self.wavefront_size())
+            index = dr.opaque(mi.UInt32, first) + lane % self._per_wavefront
+            self._lanes = self._lanes.at_index(index, first + self._per_wavefront - 1)
+
+        def schedule_state(self) -> None:
+            dr.schedule(self._pairs, self._singles)
+
+        def next_2d(self, active: Any = True) -> Any:
+            lanes = self._seeded()
+            first, second = lanes.draw(_child(lanes.root, self._pairs >> 1), self._pairs & 1)
+            self._pairs += 1
+            return mi.Point2f(first, second)
+
+        def next_1d(self, active: Any = True) -> Any:
+            lanes = self._seeded()
+            first, _ = lanes.draw(_child(lanes.singles, self._singles), mi.UInt32(0))
+            self._singles += 1
+            return first
+
+        def _seeded(self) -> _Lanes:
+            if self._lanes is None:
+                raise RuntimeError("seed() must come before the first sample")
+            return self._lanes
+
+    return BlueNoiseSampler
+
+
+def _scalar(common: Any) -> Any:
+    class BlueNoiseSampler(common):  # type: ignore[misc]
+        def __init__(self, props: Any) -> None:
+            common.__init__(self, props)
+            self._order: Optional[_BlockOrder] = None
+            self._at = (0, 0)
+            self._root = self._index = self._pairs = self._singles = 0
+
+        def clone(self) -> Any:
+            other = self._like()
+            other._order, other._at, other._root, other._index = self._order, self._at, self._root, self._index
+            other._pairs, other._singles = self._pairs, self._singles
+            return other
+
+        def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:
+            mi.Sampler.seed(self, seed, wavefront_size)  # for wavefront_size()
+            if self._order is None:
+                if self._film.film is None:
+                    raise RuntimeError("scalar variants need bluenoise.mitsuba.attach(scene) after loading")
+                self._order = _BlockOrder(*self._film.extent())
+            key, x, y = self._order.pixel(int(seed))
+            self._at = (x, y)
+            self._root = self._sampler.domain(key)
+            self._index = self._pairs = self._singles = 0
+
+        def advance(self) -> None:
+            self._index += 1
+            self._pairs = self._singles = 0
+
+        def next_2d(self, active: Any = True) -> Any:
+            half = 2 * (self._pairs & 1)
+            u = self._draw(domain_child(self._root, self._pairs >> 1))
+            self._pairs += 1
+            return mi.Point2f(float(u[half]), float(u[half + 1]))
+
+        def next_1d(self, active: Any = True) -> Any:
+            u = self._draw(domain_child(domain_child(self._root, _SINGLES), self._singles))
+            self._singles += 1
+            return float(u[0])
+
+        def _draw(self, domain: int) -> Any:
+            return self._sampler.sample(self._at[0], self._at[1], self._index, domain)
+
+    return BlueNoiseSampler
+
+
+class _BlockOrder:
+    """Which pixel Mitsuba's scalar renderer means by the number it seeds a sampler with: blocks are taken in a spiral from the
+    middle of the film, pixels of a block along a Morton curve, and a render's seed counts whole films."""
+
+    def __init__(self, x0: int, y0: int, width: int, height: int) -> None:
+        self.origin, self.pixels = (x0, y0), width * height
+        self.side = 32
+        while self.side > 1 and -(-width // self.side) * -(-height // self.side) < dr.thread_count() + 1:
+            self.side //= 2
+        self.blocks = _spiral(-(-width // self.side), -(-height // self.side))
+
+    def pixel(self, number: int) -> tuple[int, int, int]:
+        """The render's seed, x and y."""
+        covered = len(self.blocks) * self.side**2
+        seed, rest = divmod(number, self.pixels) if covered == self.pixels else (0, number)
+        if rest >= covered:
+            raise RuntimeError(f"scalar variants render with seeds other than 0 only if blocks of {self.side} x {self.side} "
+                               "pixels fill the film; give the seed to the sampler instead")
+        block, place = divmod(rest, self.side**2)
+        x, y = (sum(((place >> (2 * bit + axis)) & 1) << bit for bit in range(5)) for axis in (0, 1))
+        return (seed, self.origin[0] + self.blocks[block][0] * self.side + x,
+                self.origin[1] + self.blocks[block][1] * self.side + y)
+
+
+def _spiral(columns: int, rows: int) -> list[tuple[int, int]]:
+    """The blocks of a film from the middle outwards: right, down, left, up, by 1, 1, 2, 2, 3, 3 ... steps."""
+    x, y, direction, left, length = columns // 2, rows // 2, 0, 1, 1
+    order: list[tuple[int, int]] = []
+    while len(order) < columns * rows:
+        if 0 <= x < columns and 0 <= y < rows:
+            order.append((x, y))
+        x, y = x + (1, 0, -1, 0)[direction], y + (0, 1, 0, -1)[direction]
+        left -= 1
+        if left == 0:
+            direction = (direction + 1) % 4
+            length += direction % 2 == 0
+            left = length
+    return order
+
+
+# ---- Registration
+
+
+def attach(scene: Any) -> None:
+    """Tells every ``bluenoise`` sampler of a scene its film. Scalar variants need it before they render; vectorised ones find
+    out by themselves."""
+    for sensor in scene.sensors():
+        sampler = sensor.sampler()
+        if isinstance(getattr(sampler, "_film", None), _Film):
+            sampler._film.film = sensor.film()
+
+
+def _register(_old: Optional[str], new: Optional[str]) -> None:
+    if new is not None:
+        mi.register_sampler("bluenoise", lambda props: _classes.setdefault(new, _create_class())(props))
+
+
+_classes: dict[str, Any] = {}
+mi.detail.add_variant_callback(_register)
+_register(None, mi.variant())

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sampler of Mitsuba: the same bits as the library in every variant, pixels in their places, recorded loops."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import bluenoise
+
+mitsuba = pytest.importorskip("mitsuba")
+drjit = pytest.importorskip("drjit")
+
+SAMPLER = bluenoise.Sampler("blue", seed=5)
+SINGLES = 1 << 20
+
+
+def works(variant):
+    """Whether a variant is there and renders: the vectorised ones need LLVM, and end the process if it is too old."""
+    program = (f"import mitsuba; mitsuba.set_variant('{variant}'); box = mitsuba.cornell_box(); "
+               "print(mitsuba.render(mitsuba.load_dict(box), spp=1))")
+    if variant not in mitsuba.variants():
+        return False
+    return variant.startswith("scalar") or subprocess.run([sys.executable, "-c", program], capture_output=True).returncode == 0
+
+
+VECTORISED = [variant for variant in ("llvm_ad_rgb", "llvm_ad_spectral") if works(variant)]
+VARIANTS = ["scalar_rgb", *VECTORISED]
+needs_llvm = pytest.mark.skipif(not VECTORISED, reason="Mitsuba finds no LLVM; install libllvm19 or set DRJIT_LIBLLVM_PATH")
+
+
+@pytest.fixture(autouse=True)
+def registered():
+    import bluenoise.mitsuba  # noqa: F401
+
+
+def scene_of(integrator, width, height, spp, crop=None, border=False, filter="box", sensor=(), seed=5):
+    film = {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": filter}, "sample_border": border,
+            "pixel_format": "rgb", "component_format": "float32"}
+    if crop:
+        film |= dict(zip(("crop_offset_x", "crop_offset_y", "crop_width", "crop_height"), crop))
+    return mitsuba.load_dict({
+        "type": "scene", "integrator": integrator,
+        "light": {"type": "constant"},
+        "floor": {"type": "rectangle", "bsdf": {"type": "diffuse"}},
+        "sensor": {"type": "perspective", "to_world": mitsuba.ScalarTransform4f().look_at([0, -3, 2], [0, 0, 0], [0, 0, 1]),
+                   "film": film, "sampler": {"type": "bluenoise", "sample_count": spp, "seed": seed}, **dict(sensor)}})
+
+
+def own(x, y, index, pair, key=0):
+    """Draw `pair` of two dimensions, in NumPy."""
+    half = 2 * (pair % 2)
+    return SAMPLER.sample(x, y, index, SAMPLER.domain(key, pair // 2))[..., half:half + 2]
+
+
+def register_probe():
+    """An integrator whose radiance is (a 2-D draw, a 1-D draw)."""
+    class Probe(mitsuba.SamplingIntegrator):
+        def __init__(self, props):
+            mitsuba.SamplingIntegrator.__init__(self, props)
+            self.pair = props.get("pair", 1)
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            for _ in range(self.pair):
+                u = sampler.next_2d()
+            return mitsuba.Color3f(u.x, u.y, sampler.next_1d()), True, []
+
+    mitsuba.register_integrator("probe", lambda props: Probe(props))
+
+
+@pytest.mark.parametrize("variant", [name for name in VARIANTS if name.endswith("rgb")])
+@pytest.mark.parametrize("crop", [None, (5, 3, 64, 32)])
+def test_pixels_of_the_film_have_their_draws(variant, crop):
+    mitsuba.set_variant(variant)
+    register_probe()
+    width, height = crop[2:] if crop else (64, 32)
+    scene = scene_of({"type": "probe", "pair": 3}, 70 if crop else 64, 40 if crop else 32, 1, crop)
+    bluenoise.mitsuba.attach(scene)
+    y, x = np.mgrid[0:height, 0:width] + (np.array(crop[1::-1])[:, None, None] if crop else 0)
+    for seed in (0, 7):
+        picture = np.array(mitsuba.render(scene, spp=1, seed=seed))
+        assert np.array_equal(picture[..., :2], own(x, y, 0, 3, seed))
+        assert np.array_equal(picture[..., 2], SAMPLER.sample(x, y, 0, SAMPLER.domain(seed, SINGLES, 0))[..., 0])
+
+
+def test_scalar_films_of_odd_sizes():
+    mitsuba.set_variant("scalar_rgb")
+    register_probe()
+    scene = scene_of({"type": "probe"}, 75, 45, 1)
+    bluenoise.mitsuba.attach(scene)
+    y, x = np.mgrid[0:45, 0:75]
+    assert np.array_equal(np.array(mitsuba.render(scene, spp=1))[..., :2], own(x, y, 0, 1))
+
+
+def test_scalar_says_what_is_missing():
+    mitsuba.set_variant("scalar_rgb")
+    scene = scene_of({"type": "direct"}, 8, 8, 1)
+    with pytest.raises(RuntimeError, match="attach"):
+        scene.sensors()[0].sampler().seed(0)
+
+
+@needs_llvm
+@pytest.mark.parametrize("spp", [16, 600])
+def test_indices_and_draws_of_a_wavefront(spp):
+    mitsuba.set_variant("llvm_ad_rgb")
+    scene = scene_of({"type": "direct"}, 9, 6, spp)
+    sampler = scene.sensors()[0].sampler()
+    sampler.set_samples_per_wavefront(spp // 2)
+    sampler.seed(0, 9 * 6 * (spp // 2))
+    lane = np.arange(9 * 6 * (spp // 2))
+    pixel = lane // (spp // 2)
+    x, y = pixel % 9, pixel // 9
+    for first in (0, spp // 2):
+        index = first + lane % (spp // 2)
+        for pair in range(12):
+            assert np.array_equal(np.array(sampler.next_2d()).T, own(x, y, index, pair))
+            expected = SAMPLER.sample(x, y, index, SAMPLER.domain(0, SINGLES, pair), 1)[..., 0]
+            assert np.array_equal(np.array(sampler.next_1d()), expected)
+        sampler.advance()
+
+
+@needs_llvm
+def test_borders_are_sampled_too():
+    mitsuba.set_variant("llvm_ad_rgb")
+    scene = scene_of({"type": "direct"}, 20, 10, 2, (3, 1, 12, 6), True, "gaussian")
+    sensor = scene.sensors()[0]
+    border = sensor.film().rfilter().border_size()
+    assert border > 0
+    width, height = 12 + 2 * border, 6 + 2 * border
+    sensor.sampler().set_samples_per_wavefront(2)
+    sensor.sampler().seed(0, width * height * 2)
+    y, x = np.mgrid[0:height, 0:width]
+    expected = own(x[..., None] + 3 - border, y[..., None] + 1 - border, np.arange(2), 0)
+    assert np.array_equal(np.array(sensor.sampler().next_2d()).T, expected.reshape(-1, 2))
+
+
+@needs_llvm
+@pytest.mark.parametrize("recorded", [True, False])
+def test_loops_count_draws(recorded):
+    mitsuba.set_variant("llvm_ad_rgb")
+    scene = scene_of({"type": "direct"}, 16, 16, 1)
+    sampler = scene.sensors()[0].sampler()
+    sampler.seed(0, 256)
+    sampler.next_2d()
+    y, x = np.mgrid[0:16, 0:16]
+    with drjit.scoped_set_flag(drjit.JitFlag.SymbolicLoops, recorded):
+        lane = drjit.arange(mitsuba.UInt32, 256)
+        state = drjit.while_loop(
+            (mitsuba.UInt32(0), mitsuba.Float(0), mitsuba.Float(0), sampler),
+            lambda i, a, b, sampler: i < lane % 5,
+            lambda i, a, b, sampler: (i + 1, a + sampler.next_2d().y, b + sampler.next_1d(), sampler),
+            labels=("i", "a", "b", "sampler"))
+    count = (np.arange(256) % 5).reshape(16, 16)
+    pairs = sum(np.where(k < count, own(x, y, 0, 1 + k)[..., 1], 0) for k in range(4))
+    singles = sum(np.where(k < count, SAMPLER.sample(x, y, 0, SAMPLER.domain(0, SINGLES, k))[..., 0], 0) for k in range(4))
+    assert np.allclose(np.array(state[1]).reshape(16, 16), pairs, atol=1e-6)
+    assert np.allclose(np.array(state[2]).reshape(16, 16), singles, atol=1e-6)
+
+
+@needs_llvm
+def test_a_clone_goes_on_from_where_it_was_made():
+    mitsuba.set_variant("llvm_ad_rgb")
+    scene = scene_of({"type": "direct"}, 8, 8, 1)
+    sampler = scene.sensors()[0].sampler()
+    sampler.seed(3, 64)
+    sampler.next_2d()
+    clone = sampler.clone()
+    first = np.array(sampler.next_2d())
+    assert np.array_equal(np.array(clone.next_2d()), first)
+    y, x = np.mgrid[0:8, 0:8]
+    assert np.array_equal(first.T, own(x, y, 0, 1, 3).reshape(-1, 2))
+    sampler.advance()
+    assert np.array_equal(np.array(clone.next_2d()).T, own(x, y, 0, 2, 3).reshape(-1, 2))
+
+
+def gray(scene, **options):
+    return np.array(mitsuba.render(scene, **options), np.float64).mean()
+
+
+@needs_llvm
+@pytest.mark.parametrize("variant", VECTORISED)
+@pytest.mark.parametrize("integrator", ["path", "direct", "volpath", "prb"])
+def test_renders_converge_to_the_same_picture(variant, integrator):
+    mitsuba.set_variant(variant)
+    ours = scene_of({"type": integrator}, 32, 24, 16)
+    other = scene_of({"type": integrator}, 32, 24, 16)
+    # An open sky over a floor: every sampler comes to the mean within a fraction of a percent.
+    independent = mitsuba.load_dict({"type": "independent", "sample_count": 64})
+    assert gray(ours) == pytest.approx(gray(other, spp=64, seed=9), rel=0.01)
+    assert independent is not None and np.isfinite(gray(ours, seed=1))
+
+
+@needs_llvm
+def test_gradients_go_through():
+    mitsuba.set_variant("llvm_ad_rgb")
+    scene = scene_of({"type": "prb"}, 16, 16, 4)
+    params = mitsuba.traverse(scene)
+    key = "light.radiance.value"
+    drjit.enable_grad(params[key])
+    params.update()
+    drjit.backward(drjit.mean(mitsuba.render(scene, params, spp=4).array))
+    # Light adds up: the derivative by the radiance of the only light is the picture at radiance 1.
+    assert np.isfinite(np.array(drjit.grad(params[key]))).all() and np.array(drjit.grad(params[key])).sum() > 0.1
+
+
+@needs_llvm
+def test_blue_beats_independent_after_a_blur():
+    from scipy import ndimage
+
+    mitsuba.set_variant("llvm_ad_rgb")
+    box = mitsuba.cornell_box()
+    box["integrator"] = {"type": "direct"}
+    box["sensor"]["film"] |= {"width": 64, "height": 64, "rfilter": {"type": "box"}}
+
+    def picture(sampler, spp, seed):
+        box["sensor"]["sampler"] = {"type": sampler, "sample_count": spp}
+        return np.array(mitsuba.render(mitsuba.load_dict(box), seed=seed), np.float64)
+
+    reference = picture("stratified", 1024, 99)
+    error = {}
+    for sampler in ("independent", "bluenoise"):
+        blurred = [ndimage.gaussian_filter(picture(sampler, 4, seed) - reference, (2.1, 2.1, 0)) for seed in range(4)]
+        error[sampler] = np.sqrt(np.mean(np.square(blurred)))
+    assert error["bluenoise"] < 0.75 * error["independent"]
