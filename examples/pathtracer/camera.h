@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera with a thin lens, or with a pinhole when the lens has no extent.
+// A camera with a thin lens, or a pinhole if the lens radius is 0.
 #pragma once
 
 #include "math.h"
 
-// Rays have unit directions.
+// A ray. The direction is a unit vector.
 struct Ray {
     Vec3 origin, direction;
 };
@@ -23,14 +23,14 @@ struct Camera {
 // A camera at `position` that looks at `target`. `up` need not be perpendicular to the view.
 Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height);
 
-// Gives the camera a lens of that radius, which shows the plane through `focus` sharply.
+// Gives the camera a lens with this radius. The plane through `focus` is sharp.
 void camera_set_lens(Camera &camera, float radius, Vec3 focus);
 
-// Fits a picture of width x height pixels into the camera: the vertical angle of view stays.
+// Fits a picture of width x height pixels to the camera; the vertical angle of view stays the same.
 void camera_fit(Camera &camera, int width, int height);
 
 // The ray through a point of the picture, in pixels from its top left corner, and a point of the
-// lens, in the unit square; a pinhole does not read the latter.
+// lens, in the unit square. A pinhole ignores the lens point.
 inline Ray camera_ray(const Camera &c, Vec2 point, Vec2 lens) {
     const float x = (point.x - c.half_width) * c.pixel_size;
     const float y = (c.half_height - point.y) * c.pixel_size;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the error of a picture falls while it is rendered.
+// The error of a picture as a function of the number of samples.
 #pragma once
 
 #include <string>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing one of n things with probabilities in proportion to their weights, by inversion: unlike
-// an alias table it keeps the order of the numbers it is given, so what is stratified or blue stays
-// so. Draws are multiples of 2^-24, and so are the limits between things: the probabilities stated
-// are exact for them. Every weight above zero gets at least one step. O(log n) a choice.
+// Chooses one of n items with probabilities proportional to their weights, by inversion. Unlike an
+// alias table this keeps the order of the random numbers, so stratified numbers stay stratified and
+// blue noise stays blue. Draws are multiples of 2^-24 and so are the limits between items, so the
+// stated probabilities are exact. Every weight above zero gets at least one step of 2^-24. A choice
+// takes O(log n).
 #pragma once
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 
 constexpr float DRAW_STEP = 1.0f / (1 << 24);
 
-// Writes count + 1 limits, the first 0 and the last 1. Weights are finite and not negative; when
-// all are zero, the first thing is chosen. At most 2^23 weights.
+// Writes count + 1 limits, from 0 to 1. Weights must be finite and not negative; if all are zero,
+// the first item is always chosen. At most 2^23 weights.
 inline void distribution_build(const double *weights, size_t count, float *limits) {
     double total = 0;
     size_t used = 0;
@@ -32,7 +33,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         const auto steps = static_cast<uint32_t>(share * shared) + static_cast<uint32_t>(before);
         limits[i + 1] = static_cast<float>(steps) * DRAW_STEP;
     }
-    // Rounding of the sum may leave a step over; things of weight zero at the end stay without.
+    // Rounding of the sum may leave a step over; items of weight zero at the end do not get it.
     size_t last = count;
     while (last > 1 && !(weights[last - 1] > 0)) --last;
     for (size_t i = last; i <= count; ++i) limits[i] = 1;
@@ -40,14 +41,14 @@ inline void distribution_build(const double *weights, size_t count, float *limit
 
 struct Choice {
     size_t index;
-    float rest;        // where between its limits the number lay: again in [0, 1)
+    float rest;        // position of the number between the limits of the item, in [0, 1)
     float probability; // of the index
 };
 
 inline Choice distribution_choose(const float *limits, size_t count, float u) {
     const float *above = std::upper_bound(limits + 1, limits + count, u);
     const float low = above[-1], width = *above - low;
-    // The middle of a step, so that things few steps wide are not always met at their beginning.
+    // The middle of a step, so that items only a few steps wide are not always hit at their start.
     const float rest = std::min((u - low + 0.5f * DRAW_STEP) / width, 1 - DRAW_STEP);
     return {static_cast<size_t>(above - 1 - limits), rest, width};
 }

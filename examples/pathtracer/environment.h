@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light from all around: a picture of the whole sphere of directions, in longitude and latitude.
+// Environment light: a latitude-longitude image of the whole sphere of directions.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 #include "math.h"
 
-// Row 0 is straight up (+y), the middle of a row is +z, the left of it +x, as in OpenEXR's
+// Row 0 is straight up (+y), the middle of a row is +z and its left is +x, as in OpenEXR's
 // latitude-longitude maps. Radiance is constant over each texel.
 struct Environment {
     int width, height;
     std::vector<Vec3> texels; // radiance, row by row
-    // For sampling: limits between rows, and in each row limits between columns.
+    // For sampling: the limits between rows, and between the columns of each row.
     std::vector<float> row_limits;    // height + 1
     std::vector<float> column_limits; // height rows of width + 1
     std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
@@ -20,21 +20,21 @@ struct Environment {
                       // is for. 0: too even to be worth it
 };
 
-// Completes an environment that has its size and texels. Throws Error when texels are not finite;
-// negative ones become 0.
+// Makes an environment from its texels. Throws Error if a texel is not finite; negative ones become
+// 0.
 Environment environment_create(int width, int height, std::vector<Vec3> texels);
 
 // A clear sky with a sun in it, wider than the real one, and a ground below.
 Environment environment_sky(Vec3 to_sun);
 
-// Reads a latitude-longitude EXR file. Two names are no files: "sky" is environment_sky, and "none"
-// is black. Throws Error.
+// Reads a latitude-longitude EXR file. Two names are not files: "sky" is environment_sky, and
+// "none" is black. Throws Error.
 Environment environment_read(const std::string &path);
 
 Vec3 environment_radiance(const Environment &environment, Vec3 direction);
 
 // The density per steradian with which environment_sample chooses a direction. It is constant over
-// each texel, and 0 on those darker than the mean: sampling must go together with scattered rays.
+// each texel, and 0 on texels darker than the mean: combine it with scattered rays.
 float environment_pdf(const Environment &environment, Vec3 direction);
 
 struct EnvironmentSample {

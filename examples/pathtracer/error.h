@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is thrown when a run cannot go on: one line that says what was wrong and what to do.
+// Thrown when the program cannot continue: one line that says what is wrong and what to do.
 #pragma once
 
 #include <stdexcept>
@@ -9,9 +9,10 @@ struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// A text out of a file as a part of a line: no ends of lines, no commands to a terminal, no novels.
+// Text from a file, shortened and without line breaks or control characters, so that it can be part
+// of a message.
 std::string printable(std::string text);
 
-// Ends the program with one line and exit code 1 where it would abort: libraries that read files
-// run out of memory in functions that no exception may leave.
+// Makes the program end with one line and exit code 1 where it would abort: the libraries that read
+// files can run out of memory in functions that are noexcept.
 void exit_where_it_would_abort();

@@ -18,11 +18,11 @@
 // Films larger than this are not held at once: 7 GiB.
 constexpr uint64_t MAX_PIXELS = 1u << 26;
 
-// What is written into the header beside the picture.
+// The attributes of the header.
 struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
     CameraMatrices matrices;
-    uint32_t spp; // of the pixel that has most
+    uint32_t spp; // the largest of all pixels
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     bool single_scatter, photometric;
     uint64_t end_sample; // no sample has this number or a higher one
@@ -41,13 +41,13 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes);
 // Reads the channels R, G and B of any EXR file that has them. Throws Error.
 Image exr_read(const std::string &path);
 
-// What a file of this program says of itself.
+// The header of a file that this program wrote.
 struct ExrHead {
     int full_width, full_height;
     Crop crop;
     ExrAttributes attributes;
 };
 
-// Both read files that exr_encode made. Throw Error on others.
+// These read files made by exr_encode. They throw Error for all others.
 ExrHead exr_read_head(const std::string &path);
 Film exr_read_film(const std::string &path);

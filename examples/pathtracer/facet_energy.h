@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light microfacets keep when they scatter it once, in tables integrated at start-up: what
-// is missing is given back by the materials. Rows are over the root of the cosine, as the change is
-// where cosines are small.
+// How much light microfacets keep when they scatter it once, in tables that are integrated at
+// start-up. Materials add the missing light. The tables are indexed by the square root of the
+// cosine, because most of the change is at small cosines.
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ inline Vec3 direction_of_cosine(float cosine) {
     return {std::sqrt(1 - cosine * cosine), 0, cosine};
 }
 
-// What a visible normal keeps of the light that it sends from o to `wi`.
+// The share of light that a visible normal keeps when it scatters from o to `wi`.
 inline float kept(float alpha, Vec3 o, Vec3 wi) {
     return std::abs(wi.z) * ggx_shadowing(alpha, o, wi) / ggx_masking(alpha, o);
 }
@@ -47,7 +47,7 @@ float mean_over_normals(float alpha, Vec3 o, const Function &function) {
         const float v = (static_cast<float>(ring) + 0.5f) / RINGS;
         const float radius = std::sqrt(1 - v * v * v);
         for (int sector = 0; sector < SECTORS; ++sector) {
-            // One half of the disc mirrors the other.
+            // The two halves of the disc are mirror images.
             const float angle = PI * ((static_cast<float>(sector) + 0.5f) / SECTORS - 0.5f);
             const Vec2 disc = {radius * std::cos(angle), radius * std::sin(angle)};
             const double weight = static_cast<double>(v * v);
@@ -62,7 +62,7 @@ float mean_over_normals(float alpha, Vec3 o, const Function &function) {
 // entries the table is linear in the root of the cosine, as interpolate() reads it.
 float hemispherical_mean(const float *table);
 
-// What Schlick's formula adds to a reflectance of 0 at that cosine.
+// What Schlick's formula adds to a reflectance of 0 at this cosine.
 inline float schlick_edge(float cosine) {
     const float c = 1 - std::min(std::max(cosine, 0.0f), 1.0f);
     return c * c * c * c * c;

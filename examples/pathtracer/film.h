@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the samples of each pixel add up to, and the layers of the picture made of it. Everything is
-// kept as means in double with the number of samples, so that pixels may have different numbers of
-// them, can be given more later, and films of different samples can be merged.
+// The accumulated samples of each pixel, from which the layers of the picture are made. All values
+// are means in double precision, stored with the number of samples. So pixels may have different
+// numbers of samples, can get more later, and films with different samples can be merged.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct Film {
 Film film_create(int full_width, int full_height, const Crop &crop);
 
 // Adds a sample to a pixel (Welford, "Note on a Method for Calculating Corrected Sums of Squares
-// and Products", 1962). The result depends on the order of samples in the last bits only.
+// and Products", 1962). The order of samples changes only the last bits of the result.
 void film_add(FilmPixel &pixel, const PathSample &sample);
 
 // Adds the samples of another pixel (Chan, Golub and LeVeque, "Updating Formulae and a Pairwise
@@ -45,11 +45,12 @@ SampleCounts film_counts(const Film &film);
 // The mean radiance; black where there is no sample.
 Image film_image(const Film &film);
 
-// The unbiased variance of single samples, of a channel of radiance; 0 below two samples. The
-// samples of a pixel are not independent: the error of its mean is smaller than this over count.
+// The unbiased variance of single samples of one channel of radiance; 0 below two samples. The
+// samples of a pixel are not independent: the variance of their mean is smaller than this over
+// count.
 double film_variance(const FilmPixel &pixel, int channel);
 
-// Fireflies: pixels more than ten times as bright as the second brightest of their neighbours, and
-// than the mean of the picture. Such a pixel has met light that its neighbours have missed. The
-// rim of a small bright thing can be counted too, as long as it is one pixel wide.
+// Counts fireflies: pixels more than ten times as bright as both the second brightest of their
+// neighbours and the mean of the picture. Such a pixel has found light that its neighbours missed.
+// One-pixel edges of small bright objects can be counted too.
 uint64_t film_fireflies(const Film &film);

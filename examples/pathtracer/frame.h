@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame from its first sample to its last: pass after pass over the whole picture, so that there
-// is a picture at any time, and that it can be judged or written on the way.
+// Renders a frame from the first sample to the last, in passes over the whole picture. So the
+// picture can be compared or written at any time.
 #pragma once
 
 #include <csignal>
@@ -16,19 +16,20 @@ struct FrameSettings {
 };
 
 struct FrameEvents {
-    // Often: what part is done, by samples or by time.
+    // Called often, with the fraction that is done, by samples or by time.
     std::function<void(double fraction, const RenderTotals &totals)> progress;
-    // When every pixel has `spp` samples: 1, 2, 3, 4, 6, 8, 12, 16 and so on, and the last.
+    // Called when every pixel has `spp` samples: 1, 2, 3, 4, 6, 8, 12, 16 and so on, and the last
+    // count.
     std::function<void(uint32_t spp, const RenderTotals &totals)> pass_done;
-    // Between samples, every write_interval seconds.
+    // Called between samples, every write_interval seconds.
     std::function<void(const RenderTotals &totals)> write;
 };
 
 enum class FrameEnd { COMPLETE, TIME_IS_UP, INTERRUPTED };
 
-// Fills the film, which may hold samples already, at most `spp` in each pixel. It takes whole
-// passes: within a time limit the last one is cut to as many samples as should fit, and there is
-// always a first. Ends soon after `interrupted` becomes non-zero.
+// Fills the film up to `spp` samples in each pixel; it may hold some already. Passes are always
+// complete: with a time limit, the last pass takes as many samples as should fit, and there is
+// always at least one pass. Returns soon after `interrupted` becomes non-zero.
 FrameEnd render_frame(const Integrator &integrator, const FrameSettings &settings, Film &film,
                       RenderTotals &totals, const FrameEvents &events,
                       const volatile std::sig_atomic_t &interrupted);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A unidirectional path tracer (Kajiya, "The Rendering Equation", 1986) with next event estimation.
-// Light is found both by choosing points on lights and by scattered rays that hit one; the power
-// heuristic weighs the two (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte
-// Carlo Rendering", 1995). Paths end by Russian roulette or after max_depth bounces, whichever is
-// first; up to there the estimate is unbiased. Pixels are boxes, each sample counts for its own
-// pixel only: splatting would tie neighbours together and spoil the blue noise.
+// Light is found both by sampling points on lights and by scattered rays that hit lights; the power
+// heuristic combines the two (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte
+// Carlo Rendering", 1995). Paths end by Russian roulette or after max_depth bounces; up to that
+// depth the estimate is unbiased. Pixels are boxes, and each sample contributes to its own pixel
+// only: splatting would correlate neighbours and spoil the blue noise.
 #include "integrator.h"
 
 #include <optional>
@@ -22,9 +22,9 @@ float power_heuristic(float pdf, float other_pdf) {
     return 1 / (1 + ratio * ratio);
 }
 
-// Which light, and where on it, from one point of the square: the light is a strip of the square,
-// and what lies inside the strip is stretched to a square again. So a sample that is well spread
-// over the square is well spread over the lights and over each of them.
+// Chooses a light, and a point of the square for it, with one point of the square: each light is a
+// strip of the square, and the strip is stretched to a square again. So points that are well
+// distributed over the square are well distributed over the lights, and over each light.
 const Light &choose_light(const Scene &scene, Vec2 &u) {
     if (scene.lights.size() == 1) return scene.lights[0];
     const Choice choice = distribution_choose(scene.light_limits.data(), scene.lights.size(), u.x);
@@ -36,15 +36,15 @@ const Light &choose_light(const Scene &scene, Vec2 &u) {
 struct Path {
     PixelSample sample;
     PathCounters *counters;
-    Draw
-        u; // of the ray's domain: pair (0,1) sent the ray, pair (2,3) chooses the light where it ends
+    // Of the ray's domain: pair (0,1) chose the ray, pair (2,3) chooses a light where the ray ends.
+    Draw u;
     Ray ray;
     Vec3 throughput = {1, 1, 1};
     Vec3 radiance = {0, 0, 0};
-    // How the ray was found: with what density per steradian, against how many light samples. None
-    // for rays that no light sample could have found, which are the camera's and those of mirrors.
+    // The density per steradian with which the ray was chosen, and the number of light samples that
+    // compete with it: none for camera rays and mirrors, which no light sample can find.
     float scatter_pdf = 1, light_samples = 0;
-    bool seen = true; // by the camera, straight or through mirrors and smooth glass
+    bool seen_by_camera = true; // directly, or through mirrors and smooth glass
 };
 
 Draw counted_draw(const PixelSample &sample, uint32_t domain, int dimensions,
@@ -61,15 +61,15 @@ Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCo
     return {sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
 }
 
-// ---- Light that a ray runs into
+// ---- Light that a ray hits
 
-// The density with which light samples would have found the path's ray: those that choose `light`
-// find it with `light_pdf`.
+// The density with which the light samples would have chosen the direction of the path's ray. A
+// sample of `light` chooses it with `light_pdf`.
 float light_samples_pdf(const Path &path, const Light &light, float light_pdf) {
     return path.light_samples * light.probability * light_pdf;
 }
 
-// Adds what the ray meets, weighed against the light samples that could have found it.
+// Adds light that the ray hits, weighted against the light samples that could have found it.
 void add_found_light(Path &path, float other_pdf, Vec3 emitted) {
     path.radiance += power_heuristic(path.scatter_pdf, other_pdf) * (path.throughput * emitted);
 }
@@ -99,21 +99,24 @@ void add_emission(const Scene &scene, Path &path, const Hit &hit) {
     add_found_light(path, pdf, emitted);
 }
 
-// ---- The surface where a ray ends
+// ---- The surface that a ray hits
 
 struct Vertex {
     Vec3 point;
-    float distance; // that the ray came
-    bool front;     // of the triangle is where it came from
-    Vec3 normal;    // geometric, on the side where the ray came from
-    Frame frame;    // around the normal it is shaded with
+    float distance; // from the ray's origin
+    bool front;     // whether the ray came from the triangle's front
+    Vec3 normal;    // geometric, on the side that the ray came from
+    Frame frame;    // around the shading normal
     Vec3 shading_normal;
-    Vec3 wo; // to where the ray came from, in the frame
+    Vec3 wo; // back along the ray, in the frame
 
-    // Rays start on the side they leave to.
+    // The start of a ray, moved off the surface to the side that the ray leaves to.
     Vec3 start(Vec3 wi) const { return offset_point(point, wi.z > 0 ? normal : -normal, distance); }
-    // Directions on which the shading normal and the triangle do not agree carry nothing.
-    bool agree(Vec3 wi, Vec3 direction) const { return (wi.z > 0) == (dot(normal, direction) > 0); }
+    // Whether `wi` is on the same side of the triangle as of the shading normal. Other directions
+    // carry no light.
+    bool same_side(Vec3 wi, Vec3 direction) const {
+        return (wi.z > 0) == (dot(normal, direction) > 0);
+    }
 };
 
 Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
@@ -132,7 +135,7 @@ Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
     return v;
 }
 
-// The material of a hit. `textured` holds it where something differs from place to place.
+// The material of a hit. `textured` holds it if the material has maps.
 const Material &material_of_hit(const Scene &scene, const Hit &hit,
                                 std::optional<Material> &textured) {
     const Material &base = scene.materials[scene.surfaces[hit.triangle].material];
@@ -143,14 +146,14 @@ const Material &material_of_hit(const Scene &scene, const Hit &hit,
 
 // ---- Next event estimation
 
-// A point on the light, moved off it to the side where its light leaves.
+// The sampled point, moved off the light to the side that emits towards the surface.
 Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     if (!(light.area > 0)) return sample.point;
     const bool leaves_front = dot(light.normal, sample.direction) < 0;
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the light of the point that u chooses, one of `count`.
+// Adds the light of one of `count` light samples, chosen by u.
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
                       const Material &material, Vec2 u, uint32_t count) {
     const Scene &scene = *integrator.scene;
@@ -159,7 +162,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     if (!(sample.pdf > 0)) return;
     const Vec3 wi = to_local(v.frame, sample.direction);
     const Vec3 scattered = material_eval(material, v.front, v.wo, wi);
-    if (!(max_component(scattered) > 0) || !v.agree(wi, sample.direction)) return;
+    if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
     ++path.counters->rays;
     if (occluded(*integrator.geometry, v.start(wi), shadow_ray_end(light, sample))) return;
     const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
@@ -172,7 +175,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     path.radiance += (weight / pdf) * (path.throughput * scattered * emitted);
 }
 
-// Adds the light of points on lights. Returns how many were chosen.
+// Adds the light samples of a vertex. Returns their number.
 uint32_t add_light_samples(const Integrator &integrator, Path &path, const Vertex &v,
                            const Material &material, uint32_t bounce) {
     const Scene &scene = *integrator.scene;
@@ -191,8 +194,8 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
 
 // ---- The next ray
 
-// Makes the path go on in a direction that the material chooses, or returns false where it ends,
-// by roulette too.
+// Continues the path in a direction sampled from the material. Returns false if the path ends, by
+// roulette too.
 bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Material &material,
              uint32_t bounce) {
     const Integrator::RayDomains &domains = integrator.rays[bounce + 1];
@@ -205,17 +208,17 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         material_sample(material, v.front, v.wo, pair01(path.u), choices.u[0]);
     if (!(sample.pdf > 0)) return false;
     const Vec3 direction = to_world(v.frame, sample.wi);
-    if (!v.agree(sample.wi, direction)) return false;
+    if (!v.same_side(sample.wi, direction)) return false;
     path.throughput *= sample.weight;
     if (roulette) {
-        // The share of light the bounce keeps, so that survivors carry on undimmed.
+        // The share of light that the bounce keeps, so survivors keep their throughput.
         const float survival = std::min(max_component(sample.weight), 1.0f);
         if (choices.u[1] >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;
     }
     path.ray = {v.start(sample.wi), direction};
     path.scatter_pdf = sample.pdf;
-    path.seen = path.seen && material_is_smooth(material);
+    path.seen_by_camera = path.seen_by_camera && material_is_smooth(material);
     return true;
 }
 
@@ -249,7 +252,7 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
         ++counters.rays;
-        if (!intersect(*integrator.geometry, path.ray, path.seen, hit)) {
+        if (!intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit)) {
             add_environment(scene, path);
             break;
         }

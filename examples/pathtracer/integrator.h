@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The path integrator: what one sample of one pixel is worth.
+// The path integrator: the value of one sample of one pixel.
 #pragma once
 
 #include <cstdint>
@@ -28,13 +28,13 @@ struct Integrator {
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
                              uint32_t max_depth);
 
-// What tracing paths adds up beside the picture.
+// Statistics of the paths traced.
 struct PathCounters {
     uint64_t rays = 0;
     uint64_t draws_2d = 0, draws_4d = 0; // from the sampler
-    uint64_t lost = 0; // samples that were no finite numbers: there should be none
-    // Paths that ended at max_depth, not by roulette nor by leaving the scene, as shares of a
-    // sample: divided by the number of samples, what part of the paths' worth was cut off.
+    uint64_t lost = 0;                   // samples that were not finite: there should be none
+    // The throughput of paths that ended at max_depth. Divided by the number of samples: the share
+    // of throughput that was cut off.
     double cut_off = 0;
 };
 
@@ -47,12 +47,12 @@ inline PathCounters &operator+=(PathCounters &a, const PathCounters &b) {
     return a;
 }
 
-// What one sample of a pixel sees.
+// The result of one sample of a pixel.
 struct PathSample {
     Vec3 radiance;
-    // Of the surface the camera ray hits, 0 when there is none: what denoisers ask for.
+    // The surface that the camera ray hits, for denoisers; 0 if there is none.
     bool hit;
-    Vec3 albedo, normal; // the normal it is shaded with, in the world
+    Vec3 albedo, normal; // `normal` is the shading normal in world space
     float depth;         // along the camera's axis, from its lens
 };
 

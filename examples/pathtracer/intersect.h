@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finding what a ray hits. Every Embree call of the program is behind this header.
+// Ray intersection. All Embree calls of the program are behind this header.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,7 @@ struct Hit {
     float u, v;        // weights of the second and the third vertex
 };
 
-// The acceleration structure of a scene. It refers to a scene with cut-outs or single-sided
-// materials, and to no other.
+// The acceleration structure of a scene. The scene must outlive it and must not move.
 struct Geometry;
 struct GeometryDelete {
     void operator()(Geometry *geometry) const;
@@ -26,19 +25,20 @@ using GeometryPointer = std::unique_ptr<Geometry, GeometryDelete>;
 // Throws Error.
 GeometryPointer geometry_build(const Scene &scene);
 
-// To be called once by each thread that traces rays: makes it flush denormal numbers to zero.
+// Call this once in each thread that traces rays: it makes the thread flush denormal numbers to
+// zero.
 void geometry_thread_begin();
 
-// The nearest hit, but for the backs of single-sided surfaces where `seen` says that the camera
-// looks along the ray. False when there is none.
-bool intersect(const Geometry &geometry, const Ray &ray, bool seen, Hit &hit);
+// Finds the nearest hit. Rays that are `seen_by_camera` pass through the backs of single-sided
+// surfaces. Returns false if there is no hit.
+bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hit &hit);
 
-// Whether anything lies between the two points.
+// Whether anything blocks the segment between two points.
 bool occluded(const Geometry &geometry, Vec3 from, Vec3 to);
 
-// A point on a surface moved off it, to the side of the unit normal, so that rays from it do not
-// hit the surface itself: by a few times the rounding error of the hit, which grows with the larger
-// of the coordinates and the distance the ray came.
+// Moves a point off its surface, to the side of the unit normal, so that rays from it do not hit
+// the surface again. The distance is a few times the rounding error of the hit, which grows with
+// the coordinates and the length of the ray.
 inline Vec3 offset_point(Vec3 point, Vec3 normal, float distance) {
     const float rounding = 32 * 1.1920929e-7f;
     return point + (rounding * std::max(max_magnitude(point), distance)) * normal;

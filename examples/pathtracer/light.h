@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights: parallelograms and triangles that shine from their front, the side of the normal, or from
-// both sides; the environment; and lights without extent, which no ray can hit. Densities are per
-// steradian as seen from the lit point, so that they compare with those of materials; lights
-// without extent have one of 1.
+// Lights: parallelograms and triangles that emit from their front (the side of the normal) or from
+// both sides; the environment; and punctual lights, which no ray can hit. Densities are per
+// steradian as seen from the lit point, like those of materials; for punctual lights they are 1.
 #pragma once
 
 #include "environment.h"
@@ -25,7 +24,7 @@ struct Light {
     float cosine_inner = 1, cosine_outer = 0; // SPOT: full within, nothing beyond, smooth between
 };
 
-// Whether scattered rays can find it too.
+// Whether scattered rays can hit the light.
 inline bool light_has_extent(const Light &light) {
     return light.kind < Light::POINT;
 }
@@ -38,14 +37,14 @@ struct LightSample {
     Vec2 place; // TRIANGLE: the weights of its second and third vertex
 };
 
-// What a spot leaves of its light in a direction, by the cosine of the angle to its axis.
+// The share of its light that a spot emits at this cosine of the angle to its axis.
 inline float spot_share(const Light &light, float cosine) {
     const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
     const float t = std::clamp((cosine - light.cosine_outer) / range, 0.0f, 1.0f);
     return t * t;
 }
 
-// A point chosen evenly on the light's area, or a direction by the light of the environment.
+// Chooses a point uniformly on the light's area, or a direction by the radiance of the environment.
 inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     if (light.kind == Light::ENVIRONMENT) {
         const EnvironmentSample s = environment_sample(*light.environment, u);
@@ -82,7 +81,7 @@ inline float light_pdf(const Light &light, float distance, float cosine) {
     return distance * distance / (std::abs(cosine) * light.area);
 }
 
-// What makes it worth choosing: the power it sends into a scene of that radius, as luminance.
+// The weight for choosing this light: its power into a scene of this radius, as luminance.
 inline float light_power(const Light &light, float scene_radius) {
     if (light.kind == Light::ENVIRONMENT)
         return light.environment->irradiance * PI * scene_radius * scene_radius;

@@ -2,12 +2,13 @@
 // Surface scattering: three functions, eval, sample and pdf, with a case for each kind of material.
 //
 // Directions are unit vectors that point away from the surface, in a local frame whose +z is the
-// normal on the side of `wo`, where the path comes from the camera; `wi` is where light comes
-// from. Densities are per steradian. `front` says whether `wo` is on the front of the surface.
+// normal on the side of `wo`. `wo` points along the path back to the camera, `wi` to where the
+// light comes from. Densities are per steradian. `front` says whether `wo` is on the front of the
+// surface.
 //
-// What a path carries is radiance over the squared index of refraction, which stays the same along
-// a refracted ray: dielectrics need no factor for rays that come together in the denser medium, and
-// light is seen in glass as bright as in air.
+// Paths carry radiance over the squared index of refraction, which is constant along a refracted
+// ray. So dielectrics need no factor for the compression of radiance in the denser medium, and
+// lights look as bright inside glass as in air.
 #pragma once
 
 #include <cstdint>
@@ -48,16 +49,17 @@ struct Material {
     std::shared_ptr<const DielectricEnergy> energy; // DIELECTRIC, rough: see material_prepare
 };
 
-// Microfacets closer to the mirror than this are beyond the precision of float directions.
+// Below this roughness a surface is a mirror: float directions are not precise enough for its
+// microfacets.
 constexpr float SMOOTH = 0.01f;
-// And so is refraction by less than this.
+// An index of refraction this close to 1 does not refract.
 constexpr float SAME_IOR = 1e-3f;
 
-// To be called once for each material before it is used: makes the tables of rough dielectrics.
+// Call this once for each material before using it: it makes the tables of rough dielectrics.
 void material_prepare(Material &material);
 
-// Whether light goes on in single directions only: then eval and pdf are 0, and what is sampled is
-// marked as smooth.
+// Whether the material scatters into discrete directions only. Then eval and pdf are 0, and samples
+// are marked as smooth.
 inline bool material_is_smooth(const Material &m) {
     const bool specular = m.kind == Material::CONDUCTOR || m.kind == Material::DIELECTRIC;
     return (specular && m.roughness < SMOOTH) ||
@@ -67,7 +69,7 @@ inline bool material_is_smooth(const Material &m) {
 struct MaterialSample {
     Vec3 wi;
     Vec3 weight; // eval / pdf
-    float pdf;   // 0: no direction found, the path ends
+    float pdf;   // 0: no direction was found and the path ends
     bool smooth; // pdf is a probability, and nothing else finds this direction
 };
 
@@ -97,7 +99,7 @@ inline MaterialSample material_sample(const Material &m, bool front, Vec3 wo, Ve
     return {wi, m.albedo, wi.z / PI, false};
 }
 
-// The share of light that comes back, about: what pictures of albedo show. White for glass.
+// The approximate albedo, for the albedo layer. White for glass.
 inline Vec3 material_albedo(const Material &m) {
     return m.kind == Material::DIELECTRIC ? Vec3{1, 1, 1} : m.albedo;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors, orthonormal frames and the maps from the unit square that the path tracer needs.
+// Vectors, orthonormal frames and maps from the unit square.
 //
 // Maps from the unit square decide how much of a sampler's quality survives. The concentric map of
 // the disc (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997) keeps areas and
@@ -81,7 +81,7 @@ inline bool is_finite(Vec3 v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// The unit vector along v whatever its length, as long as it has a direction: else `fallback`.
+// The unit vector along v, for any length above 0; otherwise `fallback`.
 inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     const float squared = dot(v, v);
     if (squared > 1e-30f && squared < 1e30f) return (1 / std::sqrt(squared)) * v;
@@ -119,7 +119,7 @@ inline void small_sin_cos(float angle, float &sine, float &cosine) {
     cosine = 1 + s * (-0.5f + s * (1.0f / 24 + s * (-1.0f / 720 + s * (1.0f / 40320))));
 }
 
-// The unit square to the unit disc, areas kept.
+// Maps the unit square to the unit disc, preserving areas.
 inline Vec2 square_to_disc(Vec2 u) {
     const float a = 2 * u.x - 1, b = 2 * u.y - 1;
     float sine, cosine;
@@ -132,14 +132,14 @@ inline Vec2 square_to_disc(Vec2 u) {
     return {b * sine, b * cosine};
 }
 
-// The unit square to the triangle of the barycentric coordinates (x, y, 1 - x - y), areas kept and
-// without a fold (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019).
+// Maps the unit square to the triangle with barycentric coordinates (x, y, 1 - x - y), preserving
+// areas and without a fold (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019).
 inline Vec2 square_to_triangle(Vec2 u) {
     if (u.y > u.x) return {0.5f * u.x, u.y - 0.5f * u.x};
     return {u.x - 0.5f * u.y, 0.5f * u.y};
 }
 
-// The unit square to directions around +z, with density cosine / pi per steradian.
+// Maps the unit square to directions around +z with density cosine / pi per steradian.
 inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
     const Vec2 d = square_to_disc(u);
     return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};

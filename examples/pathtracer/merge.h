@@ -7,11 +7,11 @@
 
 #include "exr.h"
 
-// How the settings of two pictures differ, with the first one's first: "seed '1' and '2'"; empty
-// when they are parts of one picture. Of regions and samples nothing is said.
+// The first difference between the settings of two pictures, such as "seed '1' and '2'"; empty if
+// they can be parts of one picture. Regions and samples are not compared.
 std::string settings_difference(const ExrHead &one, const ExrHead &other);
 
-// Adds what it cost to render a part to the cost of another.
+// Adds the rendering cost of a part.
 void add_cost(ExrAttributes &to, const ExrAttributes &part);
 
 struct MergedPicture {
@@ -19,8 +19,8 @@ struct MergedPicture {
     ExrAttributes attributes;
 };
 
-// Reads the parts, which this program wrote with the same settings, and merges them: where they
-// overlap they must hold different samples, and in each pixel these must follow each other without
-// a gap, from the first sample of all. Pixels that no part holds are black and have no samples.
-// What is held in memory is the result and one part. Throws Error.
+// Reads parts that this program wrote with the same settings, and merges them. Where they overlap
+// they must hold different samples, and the samples of each pixel must follow each other without
+// gaps, from the first sample of all parts. Pixels outside all parts are black and have no samples.
+// Holds the result and one part in memory. Throws Error.
 MergedPicture merge_pictures(const std::vector<std::string> &paths);

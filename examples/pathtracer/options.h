@@ -15,7 +15,7 @@ struct Options {
     std::string scene = "cornell";
     CameraChoice camera;
     SamplerSettings sampler;
-    uint32_t spp = 16; // with a time limit: the most there is, unless given
+    uint32_t spp = 16; // with a time limit: unlimited, unless given
     uint32_t first_sample = 0;
     int width = 512, height = 512;
     std::optional<Crop> crop; // inside the picture
@@ -32,9 +32,9 @@ struct Options {
     bool auto_exposure = false;    // asked for; without either, files get it, built-in scenes 0
     std::string reference;
     std::string convergence;        // a CSV file, or empty
-    std::string resume;             // a picture to go on with, or empty
+    std::string resume;             // a picture to continue, or empty
     std::set<std::string> given;    // the options that take a value
-    std::vector<std::string> merge; // parts to put together: then nothing is rendered
+    std::vector<std::string> merge; // parts to merge; then nothing is rendered
     std::string output;
     bool quiet = false;
     bool list = false;
@@ -42,11 +42,10 @@ struct Options {
     bool help = false;
 };
 
-// Throws Error. With --help, --list or --list-cameras nothing else is checked.
+// Throws Error. With --help, --list or --list-cameras, nothing else is checked.
 Options parse_options(int argc, const char *const *argv);
 
-// What options have to do with each other, once those of a picture to go on with are known. Throws
-// Error.
+// Checks options against each other, once those of a resumed picture are known. Throws Error.
 void check_options(const Options &options);
 
 // The text of --help.

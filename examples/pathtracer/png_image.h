@@ -8,12 +8,12 @@
 
 #include "image.h"
 
-// An 8-bit sRGB preview as the bytes of a PNG file: exposure in stops, then a curve that leaves
-// middle greys alone and rolls highlights off, then rounding up or down by a blue-noise mask of
-// libbn, so that smooth gradients show no bands. Throws Error.
+// Encodes an 8-bit sRGB preview as a PNG file: exposure in stops, then a tone curve that keeps
+// middle greys and rolls off highlights, then dithering with one of libbn's blue-noise masks, so
+// that smooth gradients show no bands. Throws Error.
 std::vector<char> png_encode_preview(const Image &image, float exposure);
 
-// The level, from 0 to 255, that a preview shows a linear value with, before it is rounded.
+// The preview level of a linear value, from 0 to 255, before rounding.
 float preview_level(float linear);
 
 struct GreyImage {

@@ -7,7 +7,8 @@
 
 #include "scene.h"
 
-// The triangles of a polygon without holes, as numbers of its corners, turning as it turns: n - 2
-// of them, whatever its shape. It may be concave and nearly flat; of one that crosses itself or is
-// degenerate they cover something. Takes n^3 steps at worst.
+// Splits a polygon without holes into n - 2 triangles with the same orientation; each is three
+// indices of corners. The polygon may be concave and not quite flat. For a degenerate or
+// self-intersecting polygon the triangles are valid but their area is unspecified. Takes up to n^3
+// steps.
 std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> &corners);

@@ -42,7 +42,7 @@ struct Scene {
     std::vector<Material> materials;
     std::vector<SurfaceMaps> maps; // of materials that have any
     std::vector<Texture> textures;
-    bool has_cut_outs = false;     // is_cut_out() is to be asked at each hit
+    bool has_cut_outs = false;     // call is_cut_out() at each hit
     bool has_single_sided = false; // any material is
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // empty: rays that leave see black
@@ -54,30 +54,28 @@ struct Scene {
         -1; // the light that the environment is, or -1 when it is not sampled
     uint32_t dropped_triangles = 0; // without area
 
-    std::vector<std::string> notes; // what of a scene's file was left out, for the user
+    std::vector<std::string> notes; // what was left out of a scene's file, for the user
 };
 
-// Makes a scene ready to render, whoever built it: drops triangles without area and lights without
-// power, turns the environment into a light, and prepares lights and materials. Throws Error when a
-// vertex is not finite.
+// Makes any scene ready to render: drops triangles without area and lights without power, turns the
+// environment into a light, and prepares lights and materials. Throws Error if a vertex is not
+// finite.
 void scene_finish(Scene &scene);
 
-// The float vertices of a scene whose points are known in double, as those of files are once their
-// transformations are applied: the middle of their extent is taken off each, so that they keep
-// their digits where they need them. Returns the middle, to be taken off cameras and lights as
-// well.
+// Converts points in double precision, as of files with transformations, to float vertices. The
+// centre of their bounds is subtracted first, so that float keeps the digits that matter. Returns
+// the centre; subtract it from cameras and lights too.
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
-// The normal to shade a hit with: `normal`, turned to the side of `wo`, or the one interpolated
-// between vertices or bent by a map where there is such. Materials that reflect get one that
-// mirrors `wo` above the surface, diffuse ones one that has `wo` on its front.
+// The shading normal of a hit, on the side of `wo`: `normal`, or the normal interpolated between
+// vertices and bent by a map, if the scene has these. For reflecting materials, it reflects `wo`
+// above the surface; for diffuse ones, `wo` is on its front.
 Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo);
 
-// A normal to shade with, bent as little as it takes that `wo` is mirrored above the surface,
-// whose normal is `geometric`: else mirrors under a normal map have black spots where they would
-// show the inside of what they cover (Keller et al., "The Iray Light Transport Simulation and
-// Rendering System", 2017, adapt shading normals in this way). `wo` is on the front of the
-// surface.
+// Bends a shading normal just enough to reflect `wo` above the surface, whose normal is
+// `geometric`. Otherwise mirrors with a normal map would have black spots where the reflection
+// points into the surface (Keller et al., "The Iray Light Transport Simulation and Rendering
+// System", 2017, adapt shading normals in this way). `wo` must be on the front of the surface.
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo);
 
 struct SceneEntry {
@@ -86,11 +84,11 @@ struct SceneEntry {
     Scene (*build)();
 };
 
-// The scenes built in code, in the order of --list.
+// The built-in scenes, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
-// Builds a scene by name, or reads one from a file named .gltf, .glb or .obj, and finishes it; an
-// environment given takes the place of the scene's own, a camera chosen that of its first. Throws
-// Error, naming the known ones or what is wrong with the file or the camera.
+// Builds a scene by name, or reads it from a .gltf, .glb or .obj file, and finishes it. The
+// environment and the camera of the options replace those of the scene. Throws Error that names the
+// known scenes, or what is wrong with the file or the camera.
 struct SceneOptions; // scene_options.h
 Scene scene_build(const std::string &name, const SceneOptions &options);

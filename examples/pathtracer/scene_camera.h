@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing the camera of a scene: one of its own, and then another place, direction or angle.
-// Places are those of the scene's file, in double, however far from its origin.
+// Choosing the camera of a scene: one of its own, optionally with another position, target or
+// angle.
+// Points are in the coordinates of the scene's file, in double precision.
 #pragma once
 
 #include <array>
@@ -17,15 +18,15 @@ struct CameraChoice {
     std::string listed;        // or else a camera as camera_text() has it; may be empty
 };
 
-// Sets the scene's camera; to be called before scene_finish. +y is up in the picture, or -z when
-// the camera looks straight down and +z when it looks straight up. A lens keeps its radius and the
-// distance of its focus. Throws Error.
+// Sets the scene's camera; call this before scene_finish. +y is up in the picture, or -z if the
+// camera looks straight down, and +z if it looks straight up. A lens keeps its radius and focus
+// distance. Throws Error.
 void scene_choose_camera(Scene &scene, const CameraChoice &choice);
 
-// The camera in the options that give it again: "--eye 0,1,5 --target 0,0,0 --fov 40".
+// The options that reproduce a camera: "--eye 0,1,5 --target 0,0,0 --fov 40".
 std::string camera_text(const Scene &scene, const Camera &camera);
 
-// Where its vertices lie: "reaches from -1,0,-1 to 1,2,1".
+// The bounds of the vertices: "reaches from -1,0,-1 to 1,2,1".
 std::string scene_extent_text(const Scene &scene);
 
 // What a standard EXR header says of a camera, for points (x, y, z, 1) as rows that are multiplied

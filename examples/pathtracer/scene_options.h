@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be asked of a scene that is built or read.
+// Options for building or reading a scene.
 #pragma once
 
 #include "scene_camera.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What differs from place to place on a surface: textures and colours of vertices, looked up at
-// each hit of a material that has any. All others cost one comparison.
+// Material properties that vary over a surface: textures and vertex colours, looked up at each hit
+// of a material that has any. All other materials cost one comparison.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 struct Scene;
 
-// A texture as a material uses it.
+// How a material uses a texture.
 struct TextureUse {
     int32_t texture = -1; // index into Scene::textures; -1: none
     uint32_t set = 0;     // of texture coordinates, 0 or 1
@@ -31,27 +31,27 @@ struct SurfaceMaps {
     bool vertex_colours = false;       // times Material::albedo
 };
 
-// A place on a triangle: the weights of its second and third vertex.
+// A point on a triangle: the barycentric weights of its second and third vertex.
 struct SurfacePoint {
     uint32_t triangle;
     float u, v;
 };
 
-// The material of a place. Its maps are not -1.
+// The material at a point. Its maps must not be -1.
 Material material_at(const Scene &scene, const Material &material, SurfacePoint point);
 
-// What the material of a place with an emission map sends out.
+// The emission at a point of a material with an emission map.
 Vec3 emission_at(const Scene &scene, SurfacePoint point);
 
-// The mean of what an emission map makes of all of its texture.
+// The mean emission over the whole texture of an emission map.
 Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps);
 
-// The mean of emission_at() over a triangle, by a few points, and a little of the mean of its whole
-// texture: so that it is zero only where no place of the texture shines.
+// The mean of emission_at() over a few points of a triangle, plus a little of the mean of the whole
+// texture: so it is zero only if the texture is black everywhere.
 Vec3 mean_emission(const Scene &scene, uint32_t triangle, Vec3 whole_texture);
 
-// Whether the surface has a hole there.
+// Whether the surface is cut out at this point.
 bool is_cut_out(const Scene &scene, SurfacePoint point);
 
-// A normal to shade with, bent by the normal map of the place's material if it has one.
+// The shading normal, bent by the material's normal map if it has one.
 Vec3 mapped_normal(const Scene &scene, SurfacePoint point, Vec3 normal);
