@@ -36,7 +36,7 @@
  * COST
  *
  * A draw of four dimensions takes about 60 instructions on x86-64 and four loads of 8 to 16 bytes,
- * from 43 KiB of tables of which one member of a family uses half. Inlined into a loop, draws of
+ * from 42 KiB of tables, of which one member of a family uses half. Inlined into a loop, draws of
  * many domains in one pixel, or of many indices, share their common work. Samples from index 256 on
  * take one more XOR for each further bit of the index. With SSE2, the last step handles all four
  * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2; the bits are the same. */
