@@ -8,6 +8,7 @@ the name and the value of the argument. All functions are thread-safe and releas
 """
 
 from ._arguments import MaskMethod, SamplerKind
+from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
 from ._masks import mask, to_float
@@ -25,6 +26,9 @@ __all__ = [
     "SamplerKind",
     "__version__",
     "anisotropy",
+    "choose",
+    "choose_cdf",
+    "choose_u32",
     "dither",
     "mask",
     "measure",

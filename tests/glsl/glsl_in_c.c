@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_draw.glsl as a shader sees it, without bn_draw.h: the words of GLSL that it uses are defined
- * for a C compiler, and the tables are the flat buffer of bn_sampler_table_words(). */
+ * bn_draw.glsl and bn_choose.glsl as a shader sees them, without their headers: the words of GLSL
+ * that they use are defined for a C compiler, and the tables are the flat buffer of
+ * bn_sampler_table_words(). */
 #include "glsl_in_c.h"
 
 typedef struct bn_uint4 bn_uint4;
@@ -29,7 +30,35 @@ static uint32_t glsl_reverse(uint32_t v) {
 #pragma GCC diagnostic ignored "-Wmissing-prototypes"
 #endif
 #include <bn/bn_draw.glsl>
+
+static const float *glsl_cdf;
+
+#define BN_CDF(i) glsl_cdf[i]
+#define BN_CHOOSE_IN_C /* C has no `inout` and no casts that look like calls */
+#define BN_CHOOSE_UINT uint
+#define BN_CHOOSE_BOOL int
+#define BN_CHOOSE_FUNCTION
+#define BN_CHOOSE_U float *u
+#define BN_CHOOSE_GET_U (*u)
+#define BN_CHOOSE_TO_UINT(v) (uint)(v)
+#define BN_CHOOSE_TO_FLOAT(v) (float)(v)
+#define BN_CHOOSE_TABLE uint first,
+#define BN_CHOOSE_LIMIT(i) BN_CDF(first + (i))
+#include <bn/bn_choose.glsl>
 #undef uint
+
+int glsl_choose(float probability, float *u) {
+    return bn_choose(probability, u);
+}
+
+uint32_t glsl_choose_u32(uint32_t count, float *u) {
+    return bn_choose_u32(count, u);
+}
+
+uint32_t glsl_choose_cdf(const float *cdf, uint32_t first, uint32_t count, float *u) {
+    glsl_cdf = cdf;
+    return bn_choose_cdf(first, count, u);
+}
 
 uint32_t glsl_word_count(void) {
     return BN_WORD_COUNT;

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of a shader, made of bn_draw.glsl and the words of bn_sampler_table_words() alone, give
- * the bits of the library. That the text is GLSL is checked by glslangValidator where that is
+ * the bits of the library; so do the choices of bn_choose.glsl. That the text is GLSL is checked by glslangValidator where that is
  * installed. */
 #include "../c/check.h"
 #include "glsl_in_c.h"
+#include <bn/bn_choose.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,6 +17,36 @@ static void test_words(const bn_sampler *s) {
     CHECK(bn_sampler_table_words(s, NULL, 0, NULL) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_sampler_table_words(NULL, &word, 1, &needed) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_sampler_table_words(s, &word, 1, NULL) == BN_ERROR_SIZE_MISMATCH && word == 7);
+}
+
+/* Every width that an item can have, at its ends and in the middle. */
+static void test_choices(void) {
+    enum { STEPS = 1 << 24, ITEMS = 5 };
+    float cdf[ITEMS + 2] = {NAN, -1.0f, 0.0f, 0.2f, 0.2f, 0.6f, 1.0f};
+    int wrong = 0;
+    uint32_t random = 3;
+    for (uint32_t limit = 0; limit <= STEPS; ++limit) {
+        random = random * 1664525u + 1013904223u;
+        const uint32_t steps[] = {0, limit / 2, limit - 1, limit, random >> 8, STEPS - 1};
+        const float p = (float)limit / STEPS;
+        const uint32_t count = limit < 1000 ? limit : random >> (limit & 31u);
+        for (int i = limit % 64 == 0 ? 0 : 2; i < (limit % 64 == 0 ? 6 : 5); ++i) {
+            const float u = (float)(steps[i] & (STEPS - 1u)) / STEPS;
+            float a = u, b = u;
+            wrong += glsl_choose(p, &a) != bn_choose(p, &b) || a != b;
+            a = b = u;
+            wrong += glsl_choose_u32(count, &a) != bn_choose_u32(count, &b) || a != b;
+            a = b = u;
+            wrong += glsl_choose_cdf(cdf, 2, ITEMS, &a) != bn_choose_cdf(cdf + 2, ITEMS, &b);
+            wrong += a != b;
+        }
+    }
+    CHECK(wrong == 0);
+    static const float strange[] = {-1.0f, -0.0f, 1e-45f, 0.3f, 1.0f, 2.0f, INFINITY, NAN};
+    for (int i = 0; i < 64; ++i) {
+        float a = strange[i / 8], b = a;
+        CHECK(glsl_choose(strange[i % 8], &a) == bn_choose(strange[i % 8], &b) && a == b);
+    }
 }
 
 int main(void) {
@@ -47,5 +79,6 @@ int main(void) {
         }
     }
     free(words);
+    test_choices();
     return check_result();
 }

@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Choose with a number of a draw, and use what is left of it: bn_choose(), bn_choose_u32() and
+ * bn_choose_cdf() in the common subset of GLSL and C. bn_choose.h compiles them as C and is their
+ * manual; the bits are the same.
+ *
+ * In a shader (GLSL 4.30 or GLSL ES 3.10, no extensions), include this file, before or after
+ * bn_draw.glsl or without it:
+ *
+ *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
+ *     uint light = bn_choose_u32(light_count, u.x);
+ *     bool coat = bn_choose(coat_probability, u.z);
+ *
+ * For bn_choose_cdf(first, count, u), first say where tables are. `first` is where one begins:
+ *
+ *     layout(std430, binding = 1) readonly buffer cdf_table { float cdf[]; };
+ *     #define BN_CDF(i) cdf[i] */
+#ifndef BN_CHOOSE_GLSL
+#define BN_CHOOSE_GLSL
+
+#ifndef BN_CHOOSE_IN_C
+#ifdef GL_ES
+precision highp float;
+precision highp int;
+#endif
+#define BN_CHOOSE_UINT uint
+#define BN_CHOOSE_BOOL bool
+#define BN_CHOOSE_FUNCTION
+#define BN_CHOOSE_U inout float u
+#define BN_CHOOSE_GET_U u
+#define BN_CHOOSE_TO_UINT(v) uint(v)
+#define BN_CHOOSE_TO_FLOAT(v) float(v)
+#define BN_CHOOSE_TABLE uint first,
+#define BN_CHOOSE_LIMIT(i) BN_CDF(first + (i))
+#endif
+
+#define BN_CHOOSE_STEPS 0x1000000u /* in [0, 1), each of 2^-24 */
+
+/* The step that a number lies in. Also right for NaN, which no comparison is true for. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_step(float u) {
+    if (!(u > 0.0f)) return 0u;
+    return u < 1.0f ? BN_CHOOSE_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
+}
+
+/* The number of steps below a limit: u < limit is true for these and no others. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_steps_below(float limit) {
+    if (!(limit > 0.0f)) return 0u;
+    float steps = (limit < 1.0f ? limit : 1.0f) * 16777216.0f;
+    BN_CHOOSE_UINT whole = BN_CHOOSE_TO_UINT(steps);
+    return BN_CHOOSE_TO_FLOAT(whole) < steps ? whole + 1u : whole;
+}
+
+#ifndef BN_CHOOSE_STRETCH
+#define BN_CHOOSE_STRETCH(place, width) bn_choose_stretch(place, width)
+/* (place + 1/2) / width in steps, rounded down, for place < width <= 2^24: long division. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_stretch(BN_CHOOSE_UINT place, BN_CHOOSE_UINT width) {
+    BN_CHOOSE_UINT rest = 2u * place + 1u;
+    BN_CHOOSE_UINT quotient = rest / width;
+    rest = (rest - quotient * width) << 8u;
+    quotient = quotient << 8u | rest / width;
+    rest = (rest - rest / width * width) << 8u;
+    quotient = quotient << 8u | rest / width;
+    rest = (rest - rest / width * width) << 7u;
+    return quotient << 7u | rest / width;
+}
+#endif
+
+#ifndef BN_CHOOSE_MULTIPLY
+#define BN_CHOOSE_MULTIPLY(a, b, high, low) umulExtended(a, b, high, low)
+#endif
+
+BN_CHOOSE_FUNCTION float bn_choose_float(BN_CHOOSE_UINT place) {
+    return BN_CHOOSE_TO_FLOAT(place) * (1.0f / 16777216.0f);
+}
+
+BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose(float probability, BN_CHOOSE_U) {
+    BN_CHOOSE_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
+    BN_CHOOSE_UINT limit = bn_choose_steps_below(probability);
+    BN_CHOOSE_UINT low = place < limit ? 0u : limit;
+    BN_CHOOSE_UINT width = place < limit ? limit : BN_CHOOSE_STEPS - limit;
+    BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(place - low, width));
+    return place < limit;
+}
+
+/* The middle of the step times count: its whole part chooses, its fraction is left. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_u32(BN_CHOOSE_UINT count, BN_CHOOSE_U) {
+    BN_CHOOSE_UINT high, low, n = count > 0u ? count : 1u;
+    BN_CHOOSE_MULTIPLY(2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u, n, high, low);
+    BN_CHOOSE_GET_U = bn_choose_float(low >> 1u & (BN_CHOOSE_STEPS - 1u));
+    return high << 7u | low >> 25u;
+}
+
+#if defined(BN_CHOOSE_IN_C) || defined(BN_CDF)
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_CHOOSE_UINT count,
+                                                BN_CHOOSE_U) {
+    BN_CHOOSE_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
+    BN_CHOOSE_UINT item = 0u, last = count > 0u ? count - 1u : 0u;
+    BN_CHOOSE_UINT low = 0u, high = BN_CHOOSE_STEPS; /* of the item, as far as they are known */
+    while (item < last) {
+        BN_CHOOSE_UINT middle = item + (last - item) / 2u;
+        BN_CHOOSE_UINT limit = bn_choose_steps_below(BN_CHOOSE_LIMIT(middle));
+        if (place < limit) {
+            last = middle;
+            high = limit;
+        } else {
+            item = middle + 1u;
+            low = limit;
+        }
+    }
+    BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(place - low, high - low));
+    return item;
+}
+#endif
+
+#endif

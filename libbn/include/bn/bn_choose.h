@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Choose with a number of a draw, and use what is left of it.
+ *
+ * A choice needs only the leading digits of a number. These functions choose, then stretch the part
+ * of [0, 1) that made the choice to [0, 1) again. So the choice and what follows it come from one
+ * well-stratified pair, and a draw is saved:
+ *
+ *     float u[4];
+ *     bn_sample_4d(sampler, x, y, index, domain, u);
+ *     const uint32_t light = bn_choose_u32(light_count, &u[0]);
+ *     point = point_on_light(light, u[0], u[1]);
+ *     if (bn_choose(coat_probability, &u[2])) direction = sample_coat(u[2], u[3]);
+ *
+ * Order the items so that neighbours in the list are neighbours in space.
+ *
+ * Steps. A draw is a multiple of 2^-24 and represents the step of that width above it. What is left
+ * is the middle of the step, stretched and rounded down to a multiple of 2^-24. It is always below
+ * 1. A choice that was certain leaves a draw as it was. An item that is w steps wide leaves w
+ * different numbers, spread evenly: an item with a share of 1/256 leaves 16 bits. Choose from what
+ * is left again as long as that is enough.
+ *
+ * Outside the range. A u below 0 or NaN counts as 0, one of 1 or more as the last step. Digits of u
+ * finer than 2^-24 are dropped.
+ *
+ * These are inline functions, and shaders have them in bn_choose.glsl. The bits are the same
+ * everywhere. A choice takes a few nanoseconds, that from a table O(log count). */
+#ifndef BN_BN_CHOOSE_H
+#define BN_BN_CHOOSE_H
+
+#include <bn/bn.h>
+
+#ifdef __cplusplus
+extern "C" {
+#define BN_CHOOSE_TO_UINT(v) static_cast<uint32_t>(static_cast<int32_t>(v))
+#define BN_CHOOSE_TO_FLOAT(v) static_cast<float>(static_cast<int32_t>(v))
+#define BN_CHOOSE_TO_DOUBLE(v) static_cast<double>(static_cast<int32_t>(v))
+#define BN_CHOOSE_TO_UINT64(v) static_cast<uint64_t>(v)
+#define BN_CHOOSE_LOW_WORD(v) static_cast<uint32_t>(v)
+#else
+#define BN_CHOOSE_TO_UINT(v) (uint32_t)(int32_t)(v)
+#define BN_CHOOSE_TO_FLOAT(v) (float)(int32_t)(v)
+#define BN_CHOOSE_TO_DOUBLE(v) (double)(int32_t)(v)
+#define BN_CHOOSE_TO_UINT64(v) (uint64_t)(v)
+#define BN_CHOOSE_LOW_WORD(v) (uint32_t)(v)
+#endif
+
+/* True, 1, with the given probability, and exactly if *u < probability. The chance is therefore the
+ * probability rounded up to a multiple of 2^-24, which changes nothing from 1/2 up. Far below
+ * 2^-12, divide by the rounded probability, or your estimate is off by the difference. 0 and less,
+ * and NaN, are never chosen; 1 and more, always. Either way *u becomes what is left. */
+static inline int bn_choose(float probability, float *u);
+
+/* One of `count` items from 0 up, all equally likely: each has 2^24 / count steps, rounded up or
+ * down. Above 2^24 items, only 2^24 of them can be chosen, evenly spread. A count of 0 gives 0, as a
+ * count of 1 does. */
+static inline uint32_t bn_choose_u32(uint32_t count, float *u);
+
+/* Item i with probability cdf[i] - cdf[i - 1]: the first item for which *u < cdf[i]. The cumulative
+ * probabilities ascend; the last counts as 1, whatever rounding made of it. Limits are rounded up to
+ * multiples of 2^-24; if they are such multiples, the probabilities are exact. Items without a step
+ * between their limits are never chosen. If items at the end have no probability, the limit before
+ * them must be 1. Any table is safe: out of order or with NaN, some item is chosen. A count of 0
+ * gives 0. */
+static inline uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
+
+/* ---- The text that shaders share */
+
+/* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so
+ * rounding cannot reach another, even where -ffast-math multiplies by the reciprocal. */
+static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
+    const double middle = 2.0 * BN_CHOOSE_TO_DOUBLE(place) + 1.0;
+    return BN_CHOOSE_TO_UINT(middle * 8388608.0 / BN_CHOOSE_TO_DOUBLE(width) + 1.0 / 67108864.0);
+}
+
+#define BN_CHOOSE_IN_C
+#define BN_CHOOSE_UINT uint32_t
+#define BN_CHOOSE_BOOL int
+#define BN_CHOOSE_FUNCTION static inline
+#define BN_CHOOSE_U float *u
+#define BN_CHOOSE_GET_U (*u)
+#define BN_CHOOSE_TABLE const float *cdf,
+#define BN_CHOOSE_LIMIT(i) cdf[i]
+#define BN_CHOOSE_STRETCH(place, width) bn_choose_stretched(place, width)
+#define BN_CHOOSE_MULTIPLY(a, b, high, low)                                                        \
+    const uint64_t product = BN_CHOOSE_TO_UINT64(a) * (b);                                         \
+    high = BN_CHOOSE_LOW_WORD(product >> 32);                                                      \
+    low = BN_CHOOSE_LOW_WORD(product)
+#include <bn/bn_choose.glsl>
+#undef BN_CHOOSE_TO_UINT
+#undef BN_CHOOSE_TO_FLOAT
+#undef BN_CHOOSE_TO_DOUBLE
+#undef BN_CHOOSE_TO_UINT64
+#undef BN_CHOOSE_LOW_WORD
+#undef BN_CHOOSE_UINT
+#undef BN_CHOOSE_BOOL
+#undef BN_CHOOSE_FUNCTION
+#undef BN_CHOOSE_U
+#undef BN_CHOOSE_GET_U
+#undef BN_CHOOSE_TABLE
+#undef BN_CHOOSE_LIMIT
+#undef BN_CHOOSE_STRETCH
+#undef BN_CHOOSE_MULTIPLY
+#undef BN_CHOOSE_STEPS
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Choices and what they leave, over every draw: probabilities, limits, and how evenly what is left
+ * fills [0, 1). */
+#include "check.h"
+#include <bn/bn_choose.h>
+#include <math.h>
+#include <stdlib.h>
+
+enum { STEPS = 1 << 24, THRESHOLDS = 8 };
+
+static float draw(uint32_t step) {
+    return (float)step / STEPS;
+}
+
+/* What is left is a draw again: a multiple of 2^-24 in [0, 1). */
+static int is_draw(float u) {
+    return u >= 0.0f && u < 1.0f && u * STEPS == floorf(u * STEPS);
+}
+
+/* One item: the draws that choose it, and how many of them leave less than each threshold. */
+typedef struct item {
+    uint32_t count, below[THRESHOLDS];
+    float last;
+    int bad; /* not a draw, or not in the order of the draws */
+} item;
+
+static void item_add(item *it, float left) {
+    it->bad += !is_draw(left) || (it->count > 0 && left < it->last);
+    it->last = left;
+    ++it->count;
+    for (int t = 0; t < THRESHOLDS; ++t) it->below[t] += left < ((float)t + 0.5f) / THRESHOLDS;
+}
+
+/* The middles of equal parts of [0, 1) are even to half a part. */
+static void check_even(const item *it, double slack) {
+    CHECK(it->bad == 0);
+    for (int t = 0; t < THRESHOLDS; ++t) {
+        CHECK(fabs(it->below[t] - it->count * (t + 0.5) / THRESHOLDS) <= slack);
+    }
+}
+
+static void test_probability(float p) {
+    item items[2] = {{0}, {0}};
+    int wrong = 0;
+    for (uint32_t step = 0; step < STEPS; ++step) {
+        float u = draw(step);
+        const int expected = u < p, chosen = bn_choose(p, &u);
+        wrong += chosen != expected;
+        wrong += (p >= 1.0f || p <= 0.0f) && u != draw(step); /* a certain choice leaves the draw */
+        item_add(&items[!chosen], u);
+    }
+    CHECK(wrong == 0);
+    CHECK(items[0].count == (uint32_t)ceil((double)p * STEPS));
+    CHECK(items[0].count + items[1].count == STEPS);
+    check_even(&items[0], 0.5);
+    check_even(&items[1], 0.5);
+}
+
+/* At a limit, the draws on both sides leave the last and the first part of their items. */
+static void check_limit(uint32_t limit, float p) {
+    const uint32_t width[2] = {limit, STEPS - limit};
+    for (uint32_t side = 0; side < 2; ++side) {
+        if (width[side] == 0) continue;
+        float u = draw(side == 0 ? limit - 1 : limit);
+        const uint32_t numerator = side == 0 ? 2 * width[side] - 1 : 1;
+        CHECK(bn_choose(p, &u) == (side == 0));
+        CHECK(u == draw((uint32_t)(((uint64_t)numerator << 23) / width[side])));
+        CHECK(is_draw(u));
+    }
+}
+
+static void test_limits(void) {
+    uint32_t random = 1;
+    for (uint32_t i = 0; i <= 100000; ++i) {
+        random = random * 1664525u + 1013904223u;
+        const uint32_t limit = i < 300 ? i : i < 600 ? STEPS - (i - 300) : random >> 8;
+        check_limit(limit, draw(limit));
+        /* Between two multiples of 2^-24 lie probabilities below 1/2 only: they are rounded up. */
+        if (limit > 0 && limit < STEPS / 2) check_limit(limit + 1, nextafterf(draw(limit), 1.0f));
+        if (limit > 1 && limit <= STEPS / 2) check_limit(limit, nextafterf(draw(limit), 0.0f));
+    }
+    check_limit(1, 1e-45f);
+}
+
+static void test_count(uint32_t count) {
+    item *items = calloc(count, sizeof *items);
+    uint32_t last = 0, narrow = STEPS, wide = 0;
+    int wrong = 0;
+    for (uint32_t step = 0; step < STEPS; ++step) {
+        float u = draw(step);
+        const uint32_t chosen = bn_choose_u32(count, &u);
+        wrong +=
+            chosen >= count || chosen < last || chosen > last + 1 || (step == 0 && chosen != 0);
+        if (chosen >= count) break;
+        last = chosen;
+        /* The choice and what is left are the middle of the step again. */
+        wrong += fabs((chosen + (double)u) / count - (step + 0.5) / STEPS) > 1.0 / STEPS / count;
+        wrong += count == 1 && u != draw(step);
+        item_add(&items[chosen], u);
+    }
+    CHECK(wrong == 0 && last == count - 1);
+    for (uint32_t i = 0; i < count; ++i) {
+        if (items[i].count < narrow) narrow = items[i].count;
+        if (items[i].count > wide) wide = items[i].count;
+        check_even(&items[i], STEPS % count == 0 ? 0.5 : 1.0);
+    }
+    CHECK(narrow >= STEPS / count && wide <= STEPS / count + (STEPS % count != 0));
+    free(items);
+}
+
+static void test_many_items(void) {
+    static const uint32_t counts[] = {STEPS / 3, STEPS - 1, STEPS, STEPS + 1, UINT32_MAX};
+    for (int i = 0; i < 5; ++i) {
+        uint32_t last = 0;
+        int wrong = 0;
+        for (uint32_t step = 0; step < STEPS; step += 13) {
+            float u = draw(step);
+            const uint32_t chosen = bn_choose_u32(counts[i], &u);
+            wrong += !is_draw(u) || chosen >= counts[i] || (step > 0 && chosen < last);
+            const double middle = counts[i] * (step + 0.5) / STEPS;
+            wrong += fabs(chosen + (double)u - middle) > 1.0 / STEPS + 1e-15 * middle;
+            last = chosen;
+        }
+        CHECK(wrong == 0 && counts[i] - last <= counts[i] / STEPS * 13 + 13);
+    }
+}
+
+static void test_table(void) {
+    static const float cdf[] = {0.0f,  0.125f, 0.125f, 0.25f, 0.3f, 0.3f + 6e-8f,
+                                0.75f, 0.9f,   1.0f,   1.0f,  1.0f};
+    enum { COUNT = sizeof cdf / sizeof *cdf };
+    item items[COUNT] = {{0}};
+    int wrong = 0;
+    for (uint32_t step = 0; step < STEPS; ++step) {
+        float u = draw(step);
+        uint32_t expected = 0;
+        while (expected < COUNT - 1 && !(u < cdf[expected])) ++expected;
+        const uint32_t chosen = bn_choose_cdf(cdf, COUNT, &u);
+        wrong += chosen != expected;
+        item_add(&items[expected], u);
+    }
+    CHECK(wrong == 0);
+    uint32_t below = 0;
+    for (int i = 0; i < COUNT; ++i) {
+        check_even(&items[i], 0.5);
+        below += items[i].count;
+        CHECK(below == (uint32_t)ceil((double)cdf[i] * STEPS));
+    }
+    CHECK(items[0].count == 0 && items[2].count == 0 && items[9].count == 0 &&
+          items[10].count == 0);
+    CHECK(items[5].count > 0 && items[8].count > 0);
+}
+
+/* The three agree where they can. */
+static void test_agreement(void) {
+    float cdf[64];
+    for (int i = 0; i < 64; ++i) cdf[i] = (float)(i + 1) / 64.0f;
+    int wrong = 0;
+    for (uint32_t step = 0; step < STEPS; step += 5) {
+        float a = draw(step), b = a, c = a, d = a;
+        wrong += bn_choose_u32(64, &a) != bn_choose_cdf(cdf, 64, &b) || a != b;
+        wrong += bn_choose(0.25f, &c) != (bn_choose_cdf(cdf + 15, 2, &d) == 0) || c != d;
+        float e = draw(step);
+        /* Twice from what is left is once from all, as long as the digits last. */
+        const uint32_t first = bn_choose_u32(8, &e);
+        wrong += 8 * first + bn_choose_u32(8, &e) != bn_choose_u32(64, &(float){draw(step)});
+        wrong += fabsf(e - a) > 1.0f / (1 << 17);
+    }
+    CHECK(wrong == 0);
+}
+
+static void test_bad_arguments(void) {
+    static const float outside[] = {-0.0f, -1e-30f, -1.0f, -INFINITY, NAN, 1.0f, 1.5f, INFINITY};
+    const float last = draw(STEPS - 1);
+    for (int i = 0; i < 8; ++i) {
+        const float inside = i < 5 ? 0.0f : last;
+        float u = outside[i], v = inside;
+        CHECK(bn_choose(0.3f, &u) == bn_choose(0.3f, &v) && u == v);
+        u = outside[i], v = inside;
+        CHECK(bn_choose_u32(7, &u) == bn_choose_u32(7, &v) && u == v);
+        static const float cdf[] = {0.3f, 0.6f, 1.0f};
+        u = outside[i], v = inside;
+        CHECK(bn_choose_cdf(cdf, 3, &u) == bn_choose_cdf(cdf, 3, &v) && u == v);
+        u = 0.5f;
+        CHECK(bn_choose(outside[i], &u) == (i >= 5) && u == 0.5f);
+    }
+    float u = 0.5f + 1.0f / STEPS;
+    CHECK(bn_choose_u32(0, &u) == 0 && u == 0.5f + 1.0f / STEPS);
+    CHECK(bn_choose_cdf(NULL, 0, &u) == 0 && u == 0.5f + 1.0f / STEPS);
+    u = draw(3) / 4; /* finer than a draw */
+    CHECK(bn_choose(1.0f, &u) == 1 && u == 0.0f);
+
+    /* Any table chooses an item and leaves a draw. */
+    float table[9];
+    uint32_t random = 7;
+    int wrong = 0;
+    for (int i = 0; i < 200000; ++i) {
+        for (int k = 0; k < 9; ++k) {
+            random = random * 1664525u + 1013904223u;
+            table[k] = random >> 28 == 0 ? NAN : (float)(int32_t)random / (float)(1u << 30);
+        }
+        u = draw(random >> 8);
+        wrong += bn_choose_cdf(table, 9, &u) >= 9 || !is_draw(u);
+    }
+    CHECK(wrong == 0);
+}
+
+int main(void) {
+    static const float probabilities[] = {0.0f, 1e-30f, 1.0f / STEPS, 1e-4f,
+                                          0.3f, 0.5f,   0.7f,         1.0f};
+    static const uint32_t counts[] = {1, 7, 16, 1000};
+    for (int i = 0; i < 8; ++i) test_probability(probabilities[i]);
+    for (int i = 0; i < 4; ++i) test_count(counts[i]);
+    test_limits();
+    test_many_items();
+    test_table();
+    test_agreement();
+    test_bad_arguments();
+    return check_result();
+}
