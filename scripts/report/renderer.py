@@ -70,7 +70,8 @@ class Request:
 
     def key(self):
         """Everything that determines the picture, for a record, without unused options."""
-        key = dataclasses.asdict(self)
+        # A list, as records have it when they are read again.
+        key = {**dataclasses.asdict(self), "more": list(self.more)}
         return {name: value for name, value in key.items() if value or name not in ("declared", "mask", "more")}
 
 

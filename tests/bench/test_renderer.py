@@ -11,7 +11,7 @@ from report.files import read_exr, write_exr, written_beside
 from report.image_error import SIGMAS, rmse
 from report.renderer import RenderError, Renderer, Request
 
-SMALL = Request("sobol", spp=8, seed=5, width=24, height=16)
+SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
 
 
 @pytest.fixture
