@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Runs PROGRAM and compares what it prints with the file EXPECTED.
-execute_process(COMMAND "${PROGRAM}" OUTPUT_VARIABLE printed RESULT_VARIABLE status)
+# Runs PROGRAM (with EMULATOR, if any) and compares what it prints with the file EXPECTED.
+execute_process(COMMAND ${EMULATOR} "${PROGRAM}" OUTPUT_VARIABLE printed RESULT_VARIABLE status)
 file(READ "${EXPECTED}" expected)
 string(REPLACE "\r" "" printed "${printed}")
 if(NOT status EQUAL 0)

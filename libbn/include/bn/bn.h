@@ -38,8 +38,10 @@
  * after they are created.
  *
  * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any
- * number of threads. The neural network is the one exception; see neural.h. A new version of the
- * library may give other bits: CHANGELOG.md says so. */
+ * number of threads, whatever rounding mode, flush-to-zero or trap the program has set. The
+ * neural network is the one exception; see neural.h. bn_mask_error(), bn_power_spectrum() and
+ * bn_rank_to_float() from 2^27 ranks on round as the program has set. A new version of the library
+ * may give other bits: CHANGELOG.md says so. */
 #ifndef BN_BN_H
 #define BN_BN_H
 
@@ -99,7 +101,8 @@ BN_API const char *bn_version_string(void);
 
 /* A progress callback. Long computations call it at short intervals, on the thread that called the
  * function, with the fraction done so far, from 0 to 1. A non-zero return value cancels the
- * computation, which then returns BN_ERROR_CANCELLED. */
+ * computation, which then returns BN_ERROR_CANCELLED. The callback runs in C's default
+ * floating-point environment. */
 typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */

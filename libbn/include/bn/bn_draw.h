@@ -62,13 +62,13 @@ typedef struct bn_draw_table {
     int32_t kind;          /* BN_SAMPLER_... */
     uint32_t blue_indices; /* 256 when kind is BLUE, else 0 */
     uint32_t reserved;
-    const bn_sampler *sampler;
-    const uint32_t *words; /* what bn_sampler_table_words() copies */
+    uint32_t reflections[16][4]; /* as bit masks; aligned to 16 bytes */
     /* For the first 256 indices: the bit-reversed index, and bn_draw_flip() of the index. */
     struct {
         uint32_t reversed, flip;
     } index[256];
-    uint32_t reflections[16][4]; /* as bit masks; aligned to 16 bytes */
+    const bn_sampler *sampler;
+    const uint32_t *words; /* what bn_sampler_table_words() copies */
 } bn_draw_table;
 
 /* The table of a sampler; valid until the sampler is destroyed. */

@@ -2,6 +2,7 @@
  * Simulated annealing of masks (Georgiev and Fajardo, "Blue-noise dithered sampling", 2016):
  * arguments, the starting point and the choice of energy. Takes sweeps x texels trials. */
 #include "base/check.h"
+#include "base/float_environment.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include "masks/anneal_scalar.h"
@@ -50,8 +51,8 @@ static bn_result start(bn_anneal_options *o, uint32_t width, uint32_t height, ui
     return BN_SUCCESS;
 }
 
-bn_result bn_anneal(const bn_anneal_options *given, uint32_t width, uint32_t height,
-                    uint32_t channels, uint32_t *ranks, size_t count) {
+static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, uint32_t width, uint32_t height,
+                                    uint32_t channels, uint32_t *ranks, size_t count) {
     bn_anneal_options o = bn_anneal_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result != BN_SUCCESS) return result;
@@ -96,5 +97,14 @@ bn_result bn_anneal(const bn_anneal_options *given, uint32_t width, uint32_t hei
 done:
     bn_free(logs);
     bn_free(job.ranks);
+    return result;
+}
+
+bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uint32_t height,
+                    uint32_t channels, uint32_t *ranks, size_t count) {
+    fenv_t host;
+    bn_float_environment_set(&host);
+    const bn_result result = anneal(options, width, height, channels, ranks, count);
+    bn_float_environment_restore(&host);
     return result;
 }

@@ -3,6 +3,7 @@
  * continuous-tone pictures", 1973; with a blue-noise mask, Ulichney 1993): one threshold per pixel
  * and channel. */
 #include "base/check.h"
+#include "base/float_environment.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include <math.h>
@@ -37,8 +38,9 @@ static float quantise(const levels *l, float value, double threshold) {
     return (float)((low + floor(fraction + threshold)) / l->steps);
 }
 
-bn_result bn_dither(const bn_dither_options *given, const float *image, uint32_t width,
-                    uint32_t height, uint32_t channels, float *out, size_t count) {
+static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float *image,
+                                    uint32_t width, uint32_t height, uint32_t channels, float *out,
+                                    size_t count) {
     bn_dither_options o = bn_dither_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result != BN_SUCCESS) return result;
@@ -89,4 +91,13 @@ bn_result bn_dither(const bn_dither_options *given, const float *image, uint32_t
     }
     bn_free(thresholds);
     return BN_SUCCESS;
+}
+
+bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
+                    uint32_t height, uint32_t channels, float *out, size_t count) {
+    fenv_t host;
+    bn_float_environment_set(&host);
+    const bn_result result = dither(options, image, width, height, channels, out, count);
+    bn_float_environment_restore(&host);
+    return result;
 }

@@ -9,6 +9,7 @@
  * and instruction sets cannot change a bit. A step takes the kernel's 60 pairs and one histogram
  * entry per texel. */
 #include "base/check.h"
+#include "base/float_environment.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
@@ -220,8 +221,8 @@ static int good_options(const bn_relax_options *o) {
            bn_in_range(o->end_softness, DBL_TRUE_MIN, o->start_softness);
 }
 
-bn_result bn_relax(const bn_relax_options *given, uint32_t width, uint32_t height, uint32_t *ranks,
-                   size_t count) {
+static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width, uint32_t height,
+                                   uint32_t *ranks, size_t count) {
     bn_relax_options o = bn_relax_options_default();
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result != BN_SUCCESS) return result;
@@ -284,5 +285,14 @@ done:
     bn_free(r.last);
     bn_free(r.ranks);
     bn_free(final);
+    return result;
+}
+
+bn_result bn_relax(const bn_relax_options *options, uint32_t width, uint32_t height,
+                   uint32_t *ranks, size_t count) {
+    fenv_t host;
+    bn_float_environment_set(&host);
+    const bn_result result = relax(options, width, height, ranks, count);
+    bn_float_environment_restore(&host);
     return result;
 }

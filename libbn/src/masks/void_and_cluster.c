@@ -7,6 +7,7 @@
  * scale, where the minority texels are far apart, bn_thin() orders them. Time and memory are almost
  * linear. */
 #include "base/check.h"
+#include "base/float_environment.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
@@ -142,8 +143,9 @@ static int good_options(const bn_void_and_cluster_options *o) {
     return bn_in_range(o->sigma, 0.25, 16) && bn_in_range(o->initial_fraction, DBL_TRUE_MIN, 0.5);
 }
 
-bn_result bn_void_and_cluster(const bn_void_and_cluster_options *given, uint32_t width,
-                              uint32_t height, uint32_t depth, uint32_t *ranks, size_t count) {
+static BN_NOINLINE bn_result void_and_cluster(const bn_void_and_cluster_options *given,
+                                              uint32_t width, uint32_t height, uint32_t depth,
+                                              uint32_t *ranks, size_t count) {
     bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
     bn_result result = bn_options_read(&options, sizeof options, given);
     if (result != BN_SUCCESS) return result;
@@ -167,5 +169,14 @@ bn_result bn_void_and_cluster(const bn_void_and_cluster_options *given, uint32_t
     bn_field_destroy(&m.field);
     bn_free(m.ranks);
     bn_free(m.minority);
+    return result;
+}
+
+bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
+                              uint32_t height, uint32_t depth, uint32_t *ranks, size_t count) {
+    fenv_t host;
+    bn_float_environment_set(&host);
+    const bn_result result = void_and_cluster(options, width, height, depth, ranks, count);
+    bn_float_environment_restore(&host);
     return result;
 }

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Arithmetic that gives the same bits whatever the host has set: directed rounding, flush-to-zero,
+ * denormals-are-zero, traps. A public function that computes with floats sets the default
+ * environment, calls the function that does the work, which is BN_NOINLINE so that no computation
+ * moves out of the pair, and restores the host's environment with its exception flags. Threads
+ * started in between inherit the default. */
+#ifndef BN_FLOAT_ENVIRONMENT_H
+#define BN_FLOAT_ENVIRONMENT_H
+
+#include <fenv.h>
+
+#if (defined(__i386__) && !defined(__SSE2_MATH__)) || (defined(_M_IX86_FP) && _M_IX86_FP < 2)
+#error                                                                                             \
+    "On 32-bit x86, libbn needs SSE2, as x87 arithmetic gives other bits: add -msse2 -mfpmath=sse"
+#endif
+
+#if defined(_MSC_VER)
+#define BN_NOINLINE __declspec(noinline)
+#else
+#define BN_NOINLINE __attribute__((noinline))
+#endif
+
+void bn_float_environment_set(fenv_t *host);
+void bn_float_environment_restore(const fenv_t *host);
+
+#endif

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Draws, masks, ranks and dithering have the same bits when the host has set another rounding mode,
+ * flush-to-zero, denormals-are-zero or traps, and the host gets back what it has set. */
+#include "check.h"
+#include "masks.h"
+#include "samplers.h"
+#include <fenv.h>
+#if defined(__SSE2__) || defined(_M_X64)
+#include <pmmintrin.h>
+#define HAS_MXCSR 1
+#endif
+
+enum { SIDE = 40, TEXELS = SIDE * SIDE, KINDS = 5 };
+
+static uint64_t mixed(uint64_t hash, const void *data, size_t size) {
+    const unsigned char *bytes = data;
+    for (size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3u;
+    return hash;
+}
+
+/* Hashes of results: everything that computes, once. */
+typedef struct results {
+    uint64_t draws[KINDS], void_and_cluster, relax, anneal, vectors, ranks, dither;
+} results;
+
+/* What is computed must not depend on the compiler's own rounding, so this is one call deep. */
+static results compute(void) {
+    static uint32_t ranks[2 * TEXELS];
+    static float image[TEXELS], out[TEXELS];
+    results r;
+    memset(&r, 0, sizeof r);
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make_sampler(kind, 0, 9);
+        for (uint32_t i = 0; i < 2000; ++i) {
+            float u[4];
+            bn_sample_4d(s, (int32_t)(i * 2654435761u), (int32_t)(i * 40503u), i * i, i, u);
+            r.draws[kind] = mixed(r.draws[kind], u, sizeof u);
+        }
+        bn_sampler_destroy(s);
+    }
+    bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+    for (int i = 0; i < 4; ++i) {
+        v.sigma = 0.7 + 0.61 * i;
+        v.initial_fraction = 0.07 + 0.013 * i;
+        CHECK(bn_void_and_cluster(&v, SIDE - (uint32_t)i, SIDE, 1, ranks,
+                                  (SIDE - (size_t)i) * SIDE) == BN_SUCCESS);
+        r.void_and_cluster = mixed(r.void_and_cluster, ranks, (SIDE - (size_t)i) * SIDE * 4);
+    }
+    bn_relax_options relax = bn_relax_options_default();
+    CHECK(bn_relax(&relax, SIDE, SIDE, ranks, TEXELS) == BN_SUCCESS);
+    r.relax = mixed(0, ranks, TEXELS * sizeof *ranks);
+    bn_anneal_options anneal = bn_anneal_options_default();
+    anneal.sweeps = 20;
+    anneal.start_temperature = 0.01;
+    CHECK(bn_anneal(&anneal, SIDE, SIDE, 1, ranks, TEXELS) == BN_SUCCESS);
+    r.anneal = mixed(0, ranks, TEXELS * sizeof *ranks);
+    anneal.sweeps = 4;
+    CHECK(bn_anneal(&anneal, SIDE, SIDE, 2, ranks, (size_t)2 * TEXELS) == BN_SUCCESS);
+    r.vectors = mixed(0, ranks, 2 * TEXELS * sizeof *ranks);
+
+    /* Values that directed rounding would move across a threshold, and denormal ones. */
+    for (uint32_t i = 0; i < TEXELS; ++i) {
+        const uint32_t bits = i < 64 ? i : 0x3f000000u + i;
+        memcpy(&image[i], &bits, sizeof bits);
+    }
+    CHECK(bn_ranks_from_values(image, TEXELS, ranks) == BN_SUCCESS);
+    CHECK(ranks[1] == 1 && ranks[63] == 63);
+    r.ranks = mixed(0, ranks, TEXELS * sizeof *ranks);
+    for (uint32_t i = 1; i < 1u << 20; i += i / 3 + 1) {
+        for (uint32_t j = 0; j < 100; ++j) {
+            const float value = bn_rank_to_float(i * j / 100, i);
+            r.ranks = mixed(r.ranks, &value, sizeof value);
+        }
+    }
+    for (uint32_t i = 0; i < TEXELS; ++i) {
+        /* (2 i + 1) / (2 TEXELS): often exactly on a threshold. */
+        image[i] = bn_rank_to_float(i, TEXELS);
+    }
+    fill_white(ranks, TEXELS, 7);
+    for (uint32_t levels = 2; levels <= 256; levels += 127) {
+        bn_dither_options d = bn_dither_options_default();
+        d.levels = levels;
+        d.srgb = levels > 2;
+        d.mask_ranks = ranks;
+        d.mask_width = d.mask_height = SIDE;
+        CHECK(bn_dither(&d, image, SIDE, SIDE, 1, out, TEXELS) == BN_SUCCESS);
+        r.dither = mixed(r.dither, out, sizeof out);
+    }
+    return r;
+}
+
+static void compare(const results *expected, const char *setting) {
+    const results r = compute();
+    CHECK(memcmp(r.draws, expected->draws, sizeof r.draws) == 0);
+    CHECK(r.void_and_cluster == expected->void_and_cluster);
+    CHECK(r.relax == expected->relax);
+    CHECK(r.anneal == expected->anneal);
+    CHECK(r.vectors == expected->vectors);
+    CHECK(r.ranks == expected->ranks);
+    CHECK(r.dither == expected->dither);
+    if (memcmp(&r, expected, sizeof r) != 0) printf("  with %s\n", setting);
+}
+
+int main(void) {
+    const results expected = compute();
+    static const struct {
+        const char *name;
+        int mode;
+    } modes[] = {
+#if defined(FE_UPWARD)
+        {"upward rounding", FE_UPWARD},
+#endif
+#if defined(FE_DOWNWARD)
+        {"downward rounding", FE_DOWNWARD},
+#endif
+#if defined(FE_TOWARDZERO)
+        {"rounding towards zero", FE_TOWARDZERO},
+#endif
+        {"rounding to nearest", FE_TONEAREST}
+    };
+    for (size_t i = 0; i < sizeof modes / sizeof *modes; ++i) {
+        CHECK(fesetround(modes[i].mode) == 0);
+        feclearexcept(FE_ALL_EXCEPT);
+        feraiseexcept(FE_OVERFLOW);
+        compare(&expected, modes[i].name);
+        CHECK(fegetround() == modes[i].mode);
+        CHECK(fetestexcept(FE_OVERFLOW) != 0);
+    }
+    fesetenv(FE_DFL_ENV);
+#if defined(HAS_MXCSR)
+    const unsigned before = _mm_getcsr();
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+    compare(&expected, "flush-to-zero and denormals-are-zero");
+    CHECK(_MM_GET_FLUSH_ZERO_MODE() == _MM_FLUSH_ZERO_ON);
+    CHECK(_MM_GET_DENORMALS_ZERO_MODE() == _MM_DENORMALS_ZERO_ON);
+    _mm_setcsr(before);
+    /* A host that traps on inexact results: they happen everywhere, and would end the program. */
+    bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+    uint32_t ranks[64];
+    _MM_SET_EXCEPTION_MASK(_MM_MASK_MASK & ~_MM_MASK_INEXACT);
+    const unsigned trapping = _mm_getcsr();
+    const bn_result result = bn_void_and_cluster(&v, 8, 8, 1, ranks, 64);
+    const unsigned after = _mm_getcsr();
+    _mm_setcsr(before);
+    CHECK(result == BN_SUCCESS && after == trapping);
+#endif
+    return check_result();
+}

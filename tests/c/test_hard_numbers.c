@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Numbers at which arithmetic goes wrong: every float that a draw can be, sums of 2^18 samples,
+ * indices and coordinates at the ends of their types, extreme sigmas, ties everywhere. */
+#include "check.h"
+#include "masks.h"
+#include "samplers.h"
+#include <bn/bn_draw.h>
+#include <float.h>
+#include <math.h>
+
+enum { KINDS = 5 };
+
+/* The conversion drops the last 8 bits, so its 2^24 results at both ends of those are all cases of
+ * 2^32: each is a multiple of 2^-24, larger than the one before, and below 1. */
+static void test_every_float(void) {
+    uint32_t wrong = 0;
+    for (uint32_t i = 0; i < 1u << 24; ++i) {
+        const float low = bn_draw_float(i << 8), high = bn_draw_float(i << 8 | 255u);
+        wrong += (double)low != (double)i / 16777216.0 || high != low;
+    }
+    CHECK(wrong == 0);
+    CHECK(bn_draw_float(0) == 0 && bn_draw_float(255) == 0 && bn_draw_float(256) == 0x1p-24f);
+    CHECK(bn_draw_float(UINT32_MAX) == 1 - 0x1p-24f);
+}
+
+/* The first 2^m samples of a pixel have one value in each interval of length 2^-m, for every m, so
+ * running sums of the first m bits are known integers. */
+static void test_running_sums(void) {
+    enum { LOG2 = 18 };
+    static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL};
+    for (int k = 0; k < 2; ++k) {
+        bn_sampler *s = make_sampler(kinds[k], 0, 21);
+        uint64_t sums[LOG2 + 1][4] = {{0}};
+        double mean = 0;
+        for (uint32_t i = 0; i < 1u << LOG2; ++i) {
+            uint32_t u[4];
+            bn_draw_4d_u32(bn_sampler_table(s), -7, 1000003, i, 77, u);
+            for (int m = LOG2; m > 0 && i < 1u << m; --m) {
+                for (int d = 0; d < 4; ++d) sums[m][d] += u[d] >> (32 - m);
+            }
+            mean += (bn_draw_float(u[0]) - mean) / (i + 1.0);
+        }
+        for (int m = 1; m <= LOG2; ++m) {
+            const uint64_t count = (uint64_t)1 << m;
+            for (int d = 0; d < 4; ++d) CHECK(sums[m][d] == count * (count - 1) / 2);
+        }
+        CHECK(fabs(mean - 0.5) < 0x1p-18);
+        bn_sampler_destroy(s);
+    }
+}
+
+/* Draws next to one another where an index or a coordinate gains a bit or changes its sign: one
+ * value in [0, 1) each, none of them twice, and blocks that cross the place agree. */
+static void test_ends(void) {
+    static const uint32_t indices[] = {1u << 8, 1u << 16, 1u << 24, 1u << 31, UINT32_MAX - 2u};
+    static const int32_t places[] = {INT32_MIN, -65536, -256, -1, 0, 255, 65535, INT32_MAX - 3};
+    enum { INDICES = sizeof indices / sizeof *indices, PLACES = sizeof places / sizeof *places };
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make_sampler(kind, 0, 1);
+        for (int n = 0; n < INDICES * PLACES * PLACES; ++n) {
+            const uint32_t first = indices[n % INDICES] - 2u;
+            const int32_t x0 = places[n / INDICES % PLACES], y0 = places[n / INDICES / PLACES];
+            float block[4 * 4 * 5][4];
+            uint32_t seen[4 * 4 * 5][2];
+            CHECK(bn_sample_block(s, x0, y0, 4, 4, first, 5, 8, block[0], 4 * 4 * 5 * 4) ==
+                  BN_SUCCESS);
+            int wrong = 0, twice = 0;
+            for (int i = 0; i < 4 * 4 * 5; ++i) {
+                uint32_t u[4];
+                bn_sample_4d_u32(s, x0 + i / 5 % 4, y0 + i / 20, first + (uint32_t)(i % 5), 8, u);
+                for (int d = 0; d < 4; ++d) {
+                    wrong += !(block[i][d] >= 0 && block[i][d] < 1);
+                    wrong += block[i][d] != bn_draw_float(u[d]);
+                }
+                memcpy(seen[i], u, sizeof seen[i]);
+                for (int j = 0; j < i; ++j) twice += memcmp(seen[j], u, sizeof seen[j]) == 0;
+            }
+            CHECK(wrong == 0 && twice == 0);
+        }
+        bn_sampler_destroy(s);
+    }
+}
+
+static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) {
+    static const double sigmas[] = {0, DBL_TRUE_MIN, 0.25, 16, 1e6, 1e150, DBL_MAX};
+    double before = INFINITY;
+    for (size_t i = 0; i < sizeof sigmas / sizeof *sigmas; ++i) {
+        double error = -1;
+        CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigmas[i], &error) ==
+              BN_SUCCESS);
+        CHECK(error >= 0 && error <= before * (1 + 1e-12));
+        before = error;
+    }
+}
+
+/* Tiny and odd extents, at the ends of the range of every generator, and measured. */
+static void test_sigmas(void) {
+    static const uint32_t extents[][2] = {{1, 1}, {1, 2}, {3, 1}, {3, 3}, {17, 31}, {1, 97}};
+    for (size_t e = 0; e < sizeof extents / sizeof *extents; ++e) {
+        const uint32_t width = extents[e][0], height = extents[e][1];
+        const size_t count = (size_t)width * height;
+        uint32_t ranks[17 * 31];
+        float power[17 * 31];
+        for (double sigma = 0.25; sigma <= 16; sigma *= 2) {
+            bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+            bn_relax_options relax = bn_relax_options_default();
+            bn_anneal_options anneal = bn_anneal_options_default();
+            v.sigma = sigma;
+            CHECK(bn_void_and_cluster(&v, width, height, 1, ranks, count) == BN_SUCCESS);
+            CHECK(is_permutation(ranks, count));
+            check_error(ranks, width, height);
+            relax.sigma = sigma < 2.5 ? sigma : 2.5;
+            relax.steps = 6;
+            CHECK(bn_relax(&relax, width, height, ranks, count) == BN_SUCCESS);
+            CHECK(is_permutation(ranks, count));
+            anneal.sigma = sigma < 4 ? sigma : 4;
+            anneal.far_sigma = 4;
+            anneal.sweeps = 2;
+            CHECK(bn_anneal(&anneal, width, height, 1, ranks, count) == BN_SUCCESS);
+            CHECK(is_permutation(ranks, count));
+            CHECK(bn_power_spectrum(ranks, width, height, count, power) == BN_SUCCESS);
+            for (size_t i = 0; i < count; ++i) CHECK(power[i] >= 0 && power[i] <= FLT_MAX);
+        }
+    }
+}
+
+/* Equal values keep their order, however many there are; a flat picture on a threshold gives the
+ * upper level where the rule floor(v + t) says so. */
+static void test_ties(void) {
+    enum { COUNT = 1 << 17, SIDE = 16, TEXELS = SIDE * SIDE };
+    static float values[COUNT];
+    static uint32_t ranks[COUNT];
+    static const float ties[] = {0, -0.0f, 1, -FLT_MAX, INFINITY, 1e-45f};
+    for (size_t t = 0; t < sizeof ties / sizeof *ties; ++t) {
+        size_t moved = 0;
+        for (int i = 0; i < COUNT; ++i) values[i] = ties[t];
+        CHECK(bn_ranks_from_values(values, COUNT, ranks) == BN_SUCCESS);
+        for (uint32_t i = 0; i < COUNT; ++i) moved += ranks[i] != i;
+        CHECK(moved == 0);
+    }
+    fill_white(ranks, TEXELS, 5);
+    bn_dither_options options = bn_dither_options_default();
+    options.mask_ranks = ranks;
+    options.mask_width = options.mask_height = SIDE;
+    for (int rank = 0; rank < TEXELS; rank += 15) {
+        float out[TEXELS];
+        int upper = 0;
+        /* 1 - (rank + 0.5) / TEXELS is exact. */
+        for (int i = 0; i < TEXELS; ++i) values[i] = 1 - ((float)rank + 0.5f) / TEXELS;
+        CHECK(bn_dither(&options, values, SIDE, SIDE, 1, out, TEXELS) == BN_SUCCESS);
+        for (int i = 0; i < TEXELS; ++i) upper += out[i] == 1;
+        CHECK(upper == TEXELS - rank);
+    }
+}
+
+int main(void) {
+    test_every_float();
+    test_running_sums();
+    test_ends();
+    test_sigmas();
+    test_ties();
+    return check_result();
+}

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Running means and variances of a pixel over 2^24 samples, from which a mean in float would drift,
+// and of films that are merged.
+#include "check.h"
+#include "film.h"
+
+namespace {
+
+constexpr uint32_t COUNT = 1u << 24;
+
+// Sample i of a ramp from 0 to 1, bright in red, of small contrast in green, constant in blue.
+PathSample sample_at(uint32_t i) {
+    const float ramp = static_cast<float>(i) / COUNT;
+    PathSample sample = {};
+    sample.radiance = {1000 * ramp, 1 + ramp / 1024, 0.1f};
+    sample.albedo = sample.normal = {ramp, 0.1f, 1};
+    sample.hit = i % 2 == 0;
+    sample.depth = ramp;
+    return sample;
+}
+
+void check_near(double value, double expected, const char *what) {
+    CHECK(std::abs(value - expected) <= 1e-10 * std::abs(expected), "%s: %.17g instead of %.17g",
+          what, value, expected);
+}
+
+void check_pixel(const FilmPixel &pixel) {
+    const double n = COUNT, mean = (n - 1) / (2 * n), variance = (n + 1) / (12 * n);
+    CHECK(pixel.count == COUNT && pixel.hits == COUNT / 2, "%u samples, %u hits", pixel.count,
+          pixel.hits);
+    check_near(pixel.radiance[2], static_cast<double>(0.1f), "a constant");
+    check_near(pixel.albedo[0], mean, "albedo");
+    check_near(pixel.normal[2], 1, "normal");
+    check_near(pixel.depth, (n - 2) / (2 * n), "depth");
+    // Samples are floats, so they are off the ramp by up to 2^-24 of themselves.
+    CHECK(std::abs(pixel.radiance[0] - 1000 * mean) < 1e-5, "mean %.17g", pixel.radiance[0]);
+    CHECK(std::abs(film_variance(pixel, 0) / (1e6 * variance) - 1) < 1e-6, "variance %.17g",
+          film_variance(pixel, 0));
+    CHECK(std::abs(pixel.radiance[1] - 1 - mean / 1024) < 1e-9, "mean %.17g", pixel.radiance[1]);
+    CHECK(std::abs(film_variance(pixel, 1) / (variance / 1048576) - 1) < 1e-6, "variance %.17g",
+          film_variance(pixel, 1));
+    CHECK(std::abs(film_variance(pixel, 2)) < 1e-20, "variance %.17g", film_variance(pixel, 2));
+}
+
+} // namespace
+
+int main() {
+    FilmPixel whole = {}, parts[2] = {};
+    for (uint32_t i = 0; i < COUNT; ++i) {
+        const PathSample sample = sample_at(i);
+        film_add(whole, sample);
+        film_add(parts[i >= COUNT / 3], sample);
+    }
+    check_pixel(whole);
+    film_merge(parts[0], parts[1]);
+    check_pixel(parts[0]);
+    return 0;
+}
