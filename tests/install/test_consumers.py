@@ -22,6 +22,7 @@ def test_find_package(installed, expected, tmp_path):
     cmake_build(HERE / "find_package", tmp_path, f"-DCMAKE_PREFIX_PATH={installed.prefix}")
     assert run(tmp_path / "consumer") == expected
     assert run(tmp_path / "consumer_cpp").split()[0] == installed.pkg_config("--modversion")[0]
+    assert run(tmp_path / "consumer_hpp").splitlines() == [*expected.splitlines()[:4], "0"]
 
 
 def test_find_package_checks_the_version(static_library, tmp_path):
@@ -93,7 +94,7 @@ def test_library_without_the_network(expected, tmp_path):
 
 def test_nothing_of_the_source_tree_is_installed_by_name(installed):
     for path in installed.prefix.rglob("*"):
-        if path.suffix in (".cmake", ".pc", ".h"):
+        if path.suffix in (".cmake", ".pc", ".h", ".hpp", ".glsl"):
             assert str(ROOT) not in path.read_text(), path
 
 

@@ -25,6 +25,14 @@ def test_compiles_alone(header, standard, compiler, tmp_path):
     run(compiler, "-x", language, f"-std={standard}", *STRICT, *old, "-I", INCLUDE, source)
 
 
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("standard", ["c++17", "c++20"])
+def test_the_cpp_header_compiles_alone(standard, compiler, tmp_path):
+    source = tmp_path / "alone.cpp"
+    source.write_text("#include <bn/bn.hpp>\n#include <bn/bn.hpp>\nusing used = bn::Sampler;\n")
+    run(compiler, "-x", "c++", f"-std={standard}", *STRICT, "-Wold-style-cast", "-Wshadow", "-I", INCLUDE, source)
+
+
 @pytest.mark.parametrize("header", HEADERS)
 def test_includes_next_to_nothing(header):
     includes = set(re.findall(r'^\s*#\s*include\s*[<"](.+?)[>"]', (INCLUDE / "bn" / header).read_text(),
