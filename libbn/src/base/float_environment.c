@@ -2,12 +2,25 @@
  * The default floating-point environment, in a file of its own so that compilers cannot see into
  * these calls. */
 #include "base/float_environment.h"
+#if defined(__SSE2__) || defined(_M_X64)
+#include <emmintrin.h>
+#define HAS_MXCSR 1
+#endif
 
-void bn_float_environment_set(fenv_t *host) {
-    fegetenv(host);
+void bn_float_environment_set(bn_float_environment *host) {
+#if defined(HAS_MXCSR)
+    host->mxcsr = _mm_getcsr();
+#endif
+    fegetenv(&host->standard);
     fesetenv(FE_DFL_ENV);
+#if defined(HAS_MXCSR)
+    _mm_setcsr(0x1f80); /* the processor's default: to nearest, nothing flushed or trapped */
+#endif
 }
 
-void bn_float_environment_restore(const fenv_t *host) {
-    fesetenv(host);
+void bn_float_environment_restore(const bn_float_environment *host) {
+    fesetenv(&host->standard);
+#if defined(HAS_MXCSR)
+    _mm_setcsr(host->mxcsr);
+#endif
 }

@@ -20,7 +20,12 @@
 #define BN_NOINLINE __attribute__((noinline))
 #endif
 
-void bn_float_environment_set(fenv_t *host);
-void bn_float_environment_restore(const fenv_t *host);
+typedef struct bn_float_environment {
+    fenv_t standard;
+    unsigned mxcsr; /* SSE's own; MinGW's <fenv.h> leaves it alone */
+} bn_float_environment;
+
+void bn_float_environment_set(bn_float_environment *host);
+void bn_float_environment_restore(const bn_float_environment *host);
 
 #endif

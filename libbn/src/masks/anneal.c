@@ -102,7 +102,7 @@ done:
 
 bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uint32_t height,
                     uint32_t channels, uint32_t *ranks, size_t count) {
-    fenv_t host;
+    bn_float_environment host;
     bn_float_environment_set(&host);
     const bn_result result = anneal(options, width, height, channels, ranks, count);
     bn_float_environment_restore(&host);

@@ -95,7 +95,7 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
 
 bn_result bn_dither(const bn_dither_options *options, const float *image, uint32_t width,
                     uint32_t height, uint32_t channels, float *out, size_t count) {
-    fenv_t host;
+    bn_float_environment host;
     bn_float_environment_set(&host);
     const bn_result result = dither(options, image, width, height, channels, out, count);
     bn_float_environment_restore(&host);

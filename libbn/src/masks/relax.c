@@ -290,7 +290,7 @@ done:
 
 bn_result bn_relax(const bn_relax_options *options, uint32_t width, uint32_t height,
                    uint32_t *ranks, size_t count) {
-    fenv_t host;
+    bn_float_environment host;
     bn_float_environment_set(&host);
     const bn_result result = relax(options, width, height, ranks, count);
     bn_float_environment_restore(&host);

@@ -174,7 +174,7 @@ static BN_NOINLINE bn_result void_and_cluster(const bn_void_and_cluster_options 
 
 bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options, uint32_t width,
                               uint32_t height, uint32_t depth, uint32_t *ranks, size_t count) {
-    fenv_t host;
+    bn_float_environment host;
     bn_float_environment_set(&host);
     const bn_result result = void_and_cluster(options, width, height, depth, ranks, count);
     bn_float_environment_restore(&host);
