@@ -275,7 +275,7 @@ class Report:
             names.append(scene)
         if rows:
             heads = ["blue, 1 spp", "sobol, plain", "blue, plain", "sobol, apart", "blue, apart", "reference"]
-            write_image(path, sheet(rows, names, heads).quantize(192, dither=0))
+            write_image(path, sheet(rows, names, heads))
 
 
 def part(image, side=SHEET_SIDE):
