@@ -275,7 +275,9 @@ class Report:
             names.append(scene)
         if rows:
             heads = ["blue, 1 spp", "sobol, plain", "blue, plain", "sobol, apart", "blue, apart", "reference"]
-            write_image(path, sheet(rows, names, heads))
+            # A palette with dithering: a third of the size of full colour, and no bands in smooth light.
+            whole = sheet(rows, names, heads).convert("RGB")
+            write_image(path, whole.quantize(palette=whole.quantize(256)))
 
 
 def part(image, side=SHEET_SIDE):
