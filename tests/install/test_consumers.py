@@ -2,6 +2,7 @@
 """Programs of other projects that use libbn in each way the README shows."""
 
 import os
+import re
 import subprocess
 
 import pytest
@@ -84,7 +85,7 @@ def test_library_without_the_network(expected, tmp_path):
     symbols = run("nm", "-g", without.library)
     assert "bn_void_and_cluster" in symbols
     for name in ("bn_neural", "bn_data_neural", "bn_onnx", "dlopen", "fopen", "setenv"):
-        assert name not in symbols, name
+        assert not re.search(rf"\b{name}", symbols), name  # fesetenv is none of them
     # A program that needs the network learns why it has none, not that a symbol is missing.
     (tmp_path / "wants.c").write_text(f'#include "{ROOT}/libbn/include/bn/neural.h"\n')
     found = subprocess.run(["cc", "-DBN_NO_NEURAL", "-I", header.parents[1], "-fsyntax-only", tmp_path / "wants.c"],
