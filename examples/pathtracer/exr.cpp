@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // OpenEXR pictures. Files are encoded in memory: the library's own file streams do not report an
-// error of the last write.
+// error in the last write.
 #include "exr.h"
 
 #include <ImfChannelList.h>
@@ -46,7 +46,7 @@ class MemoryStream : public Imf::OStream {
     size_t position_ = 0;
 };
 
-// A channel as it lies in a file: a plane of floats over the data window.
+// A channel of a file: a plane of floats over the data window.
 struct Plane {
     const char *name;
     std::vector<float> values;
@@ -59,7 +59,7 @@ Imf::Slice slice(Imf::PixelType type, void *values, const Imath::Box2i &window) 
     return Imf::Slice::Make(type, values, window, 4, 4 * row);
 }
 
-// The layers of a film, but for the counts. What is too large for float is cut off there.
+// The layers of a film, except the counts. Values are clamped to the range of float.
 std::vector<Plane> film_planes(const Film &film) {
     std::vector<Plane> planes;
     const auto add = [&](const char *name, auto value) {
@@ -86,7 +86,7 @@ std::vector<Plane> film_planes(const Film &film) {
     return planes;
 }
 
-// The reverse.
+// The reverse of film_planes(); takes the counts as well.
 Film film_of_planes(int full_width, int full_height, const Crop &crop,
                     const std::vector<Plane> &planes, const std::vector<uint32_t> &counts) {
     Film film = film_create(full_width, full_height, crop);
@@ -108,7 +108,7 @@ Film film_of_planes(int full_width, int full_height, const Crop &crop,
     return film;
 }
 
-// What a file says of its windows, checked. Imf checks that they are not empty.
+// Reads and checks the windows of a file. Imf checks that they are not empty.
 void read_windows(const Imf::Header &header, int &full_width, int &full_height, Crop &crop) {
     const Imath::Box2i display = header.displayWindow(), data = header.dataWindow();
     const int64_t x0 = data.min.x, y0 = data.min.y, x1 = int64_t{data.max.x} + 1,
@@ -135,7 +135,7 @@ auto attribute(const Imf::Header &header, const char *name) {
     return found->value();
 }
 
-// What does not fit the format's integers, which have 32 bits with a sign, is text.
+// Numbers that may not fit the format's integers, signed 32-bit, are stored as text.
 uint64_t count_attribute(const Imf::Header &header, const char *name, uint64_t largest) {
     const std::string text = attribute<Imf::StringAttribute>(header, name);
     uint64_t value = 0;
@@ -189,7 +189,7 @@ ExrHead read_head(const Imf::Header &header) {
     return head;
 }
 
-// Runs a reader, whose errors become one line with the name of the file.
+// Runs a reader and turns its errors into one line with the file's name.
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {
@@ -246,7 +246,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     real("samplingShare", attributes.sampling_share);
     text("fireflies", std::to_string(attributes.fireflies));
     text("software", std::string("libbn pathtracer ") + bn_version_string());
-    text("bnVersion", bn_version_string()); // the name "version" is the file format's own
+    text("bnVersion", bn_version_string()); // the format itself uses the name "version"
 
     std::vector<Plane> planes = film_planes(film);
     std::vector<uint32_t> counts;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR pictures: layers in one part, 32 bits a channel, ZIP, the data window is the crop.
+// OpenEXR pictures: layers in one part, 32 bits per channel, ZIP; the data window is the crop.
 //
-//     R, G, B         mean radiance          A           share of camera rays that hit a surface
-//     albedo.R, G, B  of what they hit       normal.X, Y, Z   of it, in the world, mean
-//     depth.Z         along the camera's axis, mean over those that hit
+//     R, G, B         mean radiance          A           fraction of camera rays that hit a surface
+//     albedo.R, G, B  mean; 0 for misses     normal.X, Y, Z   mean, in world space; 0 for misses
+//     depth.Z         along the camera's axis, mean over the hits
 //     count           samples taken (the only integer channel)
 //     variance.R, G, B  of single samples, unbiased; 0 below two samples
 #pragma once
@@ -15,23 +15,23 @@
 #include "film.h"
 #include "scene_camera.h"
 
-// Films larger than this are not held at once: 7 GiB.
+// The most pixels of a film held in memory: 7 GiB.
 constexpr uint64_t MAX_PIXELS = 1u << 26;
 
 // The attributes of the header.
 struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
     CameraMatrices matrices;
-    uint32_t spp; // the largest of all pixels
+    uint32_t spp; // the highest count of any pixel
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     bool single_scatter, photometric;
-    uint64_t end_sample; // no sample has this number or a higher one
+    uint64_t end_sample; // all sample numbers are below this
     uint64_t seed;
     float exposure; // of the preview, in stops
     double seconds; // of rendering
     uint64_t ray_count;
     unsigned threads;
-    double sampling_share; // of that time, spent in drawing samples; about
+    double sampling_share; // of that time spent drawing samples, approximately
     uint64_t fireflies;    // pixels, see film.h
 };
 
@@ -48,6 +48,6 @@ struct ExrHead {
     ExrAttributes attributes;
 };
 
-// These read files made by exr_encode. They throw Error for all others.
+// These read files made by exr_encode. They throw Error for any other file.
 ExrHead exr_read_head(const std::string &path);
 Film exr_read_film(const std::string &path);

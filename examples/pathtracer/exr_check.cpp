@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The header of an OpenEXR file, read once before the library reads it: the library reserves the
-// memory that sizes in the header ask for, whatever the size of the file.
+// Checks the header of an OpenEXR file before the library reads it: the library allocates whatever
+// memory the header asks for, however small the file is.
 #include "exr_check.h"
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace {
 
-// What no file is refused for, and how many bytes one byte of a file may become: deflate reaches
-// 1032, and the methods that code even blocks reach more.
+// Bytes that any file may ask for, and the most that one byte of a file may expand to: deflate
+// reaches 1032, and methods that encode uniform blocks reach more.
 constexpr double SPARE_BYTES = 1 << 24;
 constexpr double MOST_EXPANSION = 8192;
 constexpr uint32_t MULTI_PART = 0x1000;
@@ -71,20 +71,20 @@ Error damaged() {
     return Error("its header is damaged");
 }
 
-// The list of channels that ends at that place.
+// The bytes per pixel of a channel list, which must end at `end`.
 double channel_bytes(HeaderReader &header, uint64_t end) {
     double bytes = 0;
     while (!header.text().empty()) {
         const auto type = header.number<uint32_t>();
-        bytes += type == 1 ? 2 : 4; // half, or float and integer
+        bytes += type == 1 ? 2 : 4; // half is 2 bytes, float and uint 4
         header.go_to(header.place() + 12);
     }
     if (header.place() != end) throw damaged();
     return bytes;
 }
 
-// The library reads values of these types by what is in them, whatever their size is said to be:
-// then it would go on elsewhere in the file than the checks here.
+// The library parses values of these types by their contents, whatever size the header states: with
+// a wrong size, it would continue elsewhere in the file than the checks here.
 void check_value(HeaderReader &header, const std::string &type, uint64_t size) {
     constexpr std::pair<const char *, uint64_t> FIXED[] = {
         {"box2i", 16},      {"box2f", 16},    {"chromaticities", 32},
@@ -113,7 +113,7 @@ void check_value(HeaderReader &header, const std::string &type, uint64_t size) {
     header.go_to(begin);
 }
 
-// Reads one header. Returns false where there is none: an empty one ends a file of several parts.
+// Reads one header. Returns false if it is empty, which ends the headers of a multi-part file.
 bool read_claims(HeaderReader &header, Claims &claims) {
     bool any = false;
     for (std::string name = header.text(); !name.empty(); name = header.text()) {
@@ -148,7 +148,7 @@ bool read_claims(HeaderReader &header, Claims &claims) {
 void exr_check(const std::string &path) {
     const InputFile file(path);
     HeaderReader header(file);
-    if (file.size() < 8 || header.number<uint32_t>() != 20000630) return; // refused by the library
+    if (file.size() < 8 || header.number<uint32_t>() != 20000630) return; // the library rejects it
     const bool has_parts = (header.number<uint32_t>() & MULTI_PART) != 0;
     const auto size = static_cast<double>(file.size());
     double needed = 0;
@@ -156,7 +156,7 @@ void exr_check(const std::string &path) {
     while (read_claims(header, claims)) {
         const double rows = std::max(claims.height, claims.block_rows);
         needed += claims.bytes_per_pixel * std::max(claims.width * rows, claims.tile_pixels);
-        // Where each block of rows is takes 8 bytes in the file.
+        // The file holds an 8-byte offset for each block of rows.
         const bool is_short =
             claims.tile_pixels == 0 && claims.height / claims.block_rows * 8 > size;
         if (is_short || needed > SPARE_BYTES + MOST_EXPANSION * size)

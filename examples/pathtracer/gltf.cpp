@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading glTF 2.0: the scene's tree of nodes with their meshes, cameras and lights.
-// Transformations are put together and applied in double, so that what is far from the origin keeps
-// its digits. The tree is walked without recursion, and a node that is reached twice makes it no
-// tree.
+// Reads glTF 2.0: walks the scene's node tree and reads its meshes, cameras and lights.
+// Transforms are composed and applied in double, so that geometry far from the origin keeps its
+// precision. The walk is iterative; a node reached twice is an error: such nodes form no tree.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -13,7 +12,7 @@ namespace {
 
 // ---- The file
 
-// What the reader understands, or names itself where a material has it.
+// Extensions that the reader supports, or reports itself where a material uses them.
 bool is_known(const std::string &extension) {
     const char *const known[] = {"KHR_lights_punctual",
                                  "KHR_materials_ior",
@@ -30,8 +29,8 @@ bool is_known(const std::string &extension) {
     return extension.compare(0, 14, "KHR_materials_") == 0;
 }
 
-// Keeps the bytes of an image: it is decoded when a material asks for it. Images in buffer views
-// are left there, as this view is not checked yet.
+// Keeps the bytes of an image, to be decoded when a material first uses it. Images in buffer views
+// stay there, as the view is not checked yet.
 bool keep_image(tinygltf::Image *image, const int, std::string *, std::string *, int, int,
                 const unsigned char *bytes, int size, void *) {
     if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
@@ -42,10 +41,10 @@ std::string first_line(const std::string &text) {
     return text.substr(0, text.find('\n'));
 }
 
-// tinygltf asks for files by the names that the scene has for them, and looks nowhere else.
+// tinygltf requests files by the names in the scene, and reads them only through this.
 struct FileAccess {
     SceneFolder &folder;
-    std::string problem; // with the last file that was asked for
+    std::string problem; // with the last file requested
 };
 
 bool read_whole_file(std::vector<unsigned char> *bytes, std::string *error, const std::string &name,
@@ -69,7 +68,7 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
     reader.SetFsCallbacks({[](const std::string &, void *) { return true; },
                            [](const std::string &name, void *) { return name; }, read_whole_file,
                            nullptr, &access});
-    const std::string folder; // before names: nothing
+    const std::string folder; // empty: names get no prefix
     std::string error, warning;
     bool good = false;
     try {
@@ -90,7 +89,7 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
     } catch (const std::exception &problem) {
         throw Error(std::string("is not valid glTF 2.0: ") + printable(first_line(problem.what())));
     }
-    // Before other errors: what an extension puts elsewhere is missing where it is looked for.
+    // Checked first: data that an extension stores elsewhere would be reported as missing.
     for (const std::string &extension : model.extensionsRequired)
         if (!is_known(extension))
             throw Error("requires the extension " + printable(extension) +
@@ -123,7 +122,7 @@ Transform operator*(const Transform &a, const Transform &b) {
 
 Transform local_transform(const tinygltf::Node &node) {
     Transform t = IDENTITY;
-    if (node.matrix.size() == 16) { // column by column
+    if (node.matrix.size() == 16) { // column-major
         for (size_t i = 0; i < 3; ++i)
             for (size_t j = 0; j < 4; ++j) t.m[i][j] = node.matrix[4 * j + i];
         return t;
@@ -156,7 +155,7 @@ Point3d applied(const Transform &t, const float *p) {
     return {row(0), row(1), row(2)};
 }
 
-// A unit vector along (x, y, z) after the 3 x 3 part of a matrix; zero when it has no direction.
+// The unit vector along m * (x, y, z); zero if that has no direction.
 Vec3 direction(const double (&m)[3][3], double x, double y, double z) {
     const double v[3] = {m[0][0] * x + m[0][1] * y + m[0][2] * z,
                          m[1][0] * x + m[1][1] * y + m[1][2] * z,
@@ -174,7 +173,8 @@ Vec3 axis_direction(const Transform &t, double x, double y, double z) {
     return direction(m, x, y, z);
 }
 
-// The matrix of cofactors takes normals along, whatever the scales; a mirror turns them over.
+// The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
+// its cofactors are negated. Returns the determinant.
 double cofactors(const Transform &t, double (&c)[3][3]) {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
@@ -196,7 +196,7 @@ struct Reader {
     GltfMaterials materials;
 };
 
-// Calls `triangle` with the numbers of corners in a list of `count`, for each triangle of a mode.
+// Calls `triangle` with three corner indices below `count`, for each triangle of a primitive mode.
 template <typename Function>
 void for_each_triangle(int mode, size_t count, const Function &triangle) {
     if (mode == TINYGLTF_MODE_TRIANGLES)
@@ -220,7 +220,7 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
         const auto found = primitive.attributes.find(name);
         return found == primitive.attributes.end() ? -1 : found->second;
     };
-    if (attribute("POSITION") < 0) return; // the format says: to be skipped
+    if (attribute("POSITION") < 0) return; // glTF says to skip it
     const std::vector<float> positions =
         gltf_floats(r.model, attribute("POSITION"), 3, draft.max_elements, "positions");
     const size_t count = positions.size() / 3;
@@ -275,7 +275,7 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
                       });
 }
 
-// ---- Cameras and lights: both look along their node's -z
+// ---- Cameras and lights: both point along their node's -z
 
 void read_camera(Reader &r, int index, const Transform &t, const std::string &node_name) {
     const tinygltf::Camera &camera = gltf_at(r.model.cameras, index, "camera");
@@ -338,7 +338,7 @@ void read_node(Reader &r, const tinygltf::Node &node, const Transform &t) {
 
 void read_nodes(Reader &r) {
     const tinygltf::Model &model = r.model;
-    std::vector<std::pair<int, Transform>> open; // still to be read, the next one last
+    std::vector<std::pair<int, Transform>> open; // a stack of nodes still to be read
     std::vector<bool> reached(model.nodes.size());
     const auto reach = [&](const std::vector<int> &nodes, const Transform &parent) {
         for (size_t i = nodes.size(); i-- > 0;) {
@@ -355,7 +355,7 @@ void read_nodes(Reader &r) {
         const int chosen = model.defaultScene < 0 ? 0 : model.defaultScene;
         reach(gltf_at(model.scenes, chosen, "scene").nodes, IDENTITY);
         if (model.scenes.size() > 1) r.draft.ignored.insert("scenes but the default one");
-    } else { // the format leaves it open; everything that has no parent is what is meant
+    } else { // glTF leaves this open: read every node without a parent
         std::vector<bool> is_child(model.nodes.size());
         for (const tinygltf::Node &node : model.nodes)
             for (const int child : node.children) {

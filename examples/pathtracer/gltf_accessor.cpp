@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading arrays out of a glTF's buffers: whatever their offsets, strides and counts claim, nothing
-// outside of the buffers is touched.
+// Reads arrays from glTF buffers. Whatever offsets, strides and counts a file claims, nothing
+// outside the buffers is read.
 #include <cmath>
 #include <cstring>
 
@@ -63,7 +63,7 @@ bool is_index_type(int type) {
            type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
-// Where `count` elements of `size` bytes begin, with the distance between them.
+// Locates `count` elements of `size` bytes each in a buffer view: their start and stride.
 GltfBytes elements(const tinygltf::Model &model, int view, size_t offset, size_t count, size_t size,
                    const char *what) {
     GltfBytes bytes = gltf_buffer_view(model, view, what);
@@ -116,7 +116,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
         for (size_t c = 0; c < width; ++c)
             to[c] = component_at(from + c * size, accessor.componentType, accessor.normalized);
     };
-    // Without a buffer view they are all zero.
+    // Without a buffer view, all elements are zero.
     if (accessor.bufferView >= 0) {
         const GltfBytes bytes = elements(model, accessor.bufferView, accessor.byteOffset,
                                          accessor.count, width * size, what);

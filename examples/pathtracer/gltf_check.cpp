@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is looked at before tinygltf is shown a file: it takes values apart by recursion, makes
-// large structures of short texts, and copies the binary chunk for each buffer that asks for it.
-// One pass over the text, which stays as it is.
+// Checks a file before tinygltf parses it: tinygltf recurses into nested values, builds large
+// structures from short texts, and copies the binary chunk for each buffer that uses it. The check
+// is one pass over the text and does not change it.
 #include <algorithm>
 
 #include "gltf_parts.h"
@@ -9,8 +9,8 @@
 namespace {
 
 constexpr int MAX_NESTING = 256;
-// Three letters may become a material of 2300 bytes or another object of up to 900, two letters a
-// value of 180.
+// Three characters can become a material of 2300 bytes or another object of up to 900; two
+// characters, a value of 180.
 constexpr size_t MAX_MATERIALS = size_t{1} << 16;
 constexpr size_t MAX_OBJECTS = size_t{1} << 20;
 constexpr size_t MAX_VALUES = size_t{1} << 23;
@@ -19,7 +19,7 @@ void check_count(size_t count, size_t most, const char *what) {
     if (count > most) throw Error("has more than " + std::to_string(most) + " " + what);
 }
 
-// Follows JSON from letter to letter. What is no JSON is left to the parser.
+// Scans JSON character by character. Invalid JSON is left to the parser.
 class JsonScan {
   public:
     void scan(const char *text, size_t size) {
@@ -41,13 +41,13 @@ class JsonScan {
         }
     }
 
-    // Of the list `buffers`: those that have no bytes but the binary chunk's.
+    // Entries of `buffers` without a URI: their bytes are the binary chunk's.
     size_t buffers_without_file() const { return buffers_without_file_; }
 
   private:
     bool is_in_buffer() const { return in_buffers_ && depth_ == 3; }
 
-    // Returns where the string ends that begins there.
+    // Returns the position of the quote that closes the string starting at `begin`.
     size_t skip_string(const char *text, size_t size, size_t begin) {
         is_escaped_ = false;
         size_t end = begin;
@@ -58,7 +58,7 @@ class JsonScan {
             }
         end = std::min(end, size);
         if (is_value_ && is_in_buffer() && key_ == "uri") has_file_ = end > begin;
-        string_.assign(text + begin, std::min<size_t>(end - begin, 16)); // enough to tell
+        string_.assign(text + begin, std::min<size_t>(end - begin, 16)); // enough to compare
         return end;
     }
 
@@ -79,9 +79,9 @@ class JsonScan {
     }
 
     int depth_ = 0;
-    std::string string_, key_; // the last ones
-    bool is_escaped_ = false;  // the last string
-    bool is_value_ = false;    // a string that comes now is one
+    std::string string_, key_; // the most recent ones
+    bool is_escaped_ = false;  // the most recent string has an escape
+    bool is_value_ = false;    // a string here is a value, not a key
     bool in_materials_ = false, in_buffers_ = false, has_file_ = false;
     size_t materials_ = 0, objects_ = 0, values_ = 0, buffers_without_file_ = 0;
 };

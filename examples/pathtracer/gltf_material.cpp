@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials and textures of glTF. Metal without a texture that says otherwise is the conductor,
-// what transmits is the dielectric, what has neither metal nor coat is diffuse, all else the
-// mixture that glTF names metallic-roughness.
+// Materials and textures of glTF. Full metal without a metallic-roughness texture becomes a
+// conductor, a transmissive material a dielectric, one with neither metal nor coat diffuse; all
+// others use glTF's metallic-roughness model.
 #include <charconv>
 #include <cmath>
 
@@ -17,7 +17,7 @@ const tinygltf::Value *member(const tinygltf::ExtensionMap &extensions, const ch
     return &found->second.Get(name);
 }
 
-// A factor that the format bounds.
+// Clamps a factor to its range in glTF; values that are not finite become `low`.
 float within(double value, double low, double high) {
     return std::isfinite(value) ? static_cast<float>(std::min(std::max(value, low), high))
                                 : static_cast<float>(low);
@@ -28,7 +28,7 @@ Vec3 colour(const std::vector<double> &factor, double high) {
     return {within(factor[0], 0, high), within(factor[1], 0, high), within(factor[2], 0, high)};
 }
 
-// Parts of materials that this program has no means for.
+// Material extensions that are not supported.
 const std::pair<const char *, const char *> UNKNOWN_PARTS[] = {
     {"KHR_materials_clearcoat", "clearcoat"},
     {"KHR_materials_sheen", "sheen"},
@@ -41,7 +41,7 @@ const std::pair<const char *, const char *> UNKNOWN_PARTS[] = {
     {"KHR_materials_pbrSpecularGlossiness", "specular-glossiness materials"},
 };
 
-// Kinds of pictures that are not decoded. A texture may have a PNG or a JPEG beside them.
+// Image formats that are not decoded. A texture may offer a PNG or JPEG as a fallback.
 const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_webp", "WebP"},
                                                                   {"EXT_texture_avif", "AVIF"},
                                                                   {"KHR_texture_basisu", "KTX2"},
@@ -54,7 +54,7 @@ std::string image_name(const tinygltf::Image &image, int number) {
            (image.name.empty() ? "" : " " + printable(image.name));
 }
 
-// The name of the file that a URI stands for.
+// The file name that a percent-encoded URI stands for.
 std::string percent_decoded(const std::string &uri) {
     std::string name;
     for (size_t i = 0; i < uri.size(); ++i) {
@@ -71,7 +71,7 @@ std::string percent_decoded(const std::string &uri) {
     return name;
 }
 
-// Which picture a texture has that offers no PNG or JPEG, and of what kind.
+// Names the image, and its format, of a texture that offers no PNG or JPEG.
 std::string unreadable_picture(const tinygltf::Model &model, const tinygltf::Texture &texture) {
     for (const auto &[extension, kind] : UNKNOWN_PICTURES) {
         const double source = gltf_number(texture.extensions, extension, "source", -1);
@@ -107,7 +107,7 @@ int32_t GltfMaterials::load(int index, bool srgb) {
         if (image.bufferView >= 0) {
             const GltfBytes bytes = gltf_buffer_view(model_, image.bufferView, "an image");
             number = draft_add_texture(draft_, {bytes.data, bytes.data + bytes.size}, folder_);
-        } else if (image.image.empty()) { // what was wrong with it mattered to nobody until now
+        } else if (image.image.empty()) { // tinygltf read nothing; errors matter only now
             number = draft_add_texture(draft_, folder_.read(percent_decoded(image.uri)), folder_);
         } else {
             number = draft_add_texture(draft_, image.image, folder_);
@@ -180,7 +180,7 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
     m.ior = within(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
     const char *const specular = "KHR_materials_specular";
     const float coat = within(gltf_number(source.extensions, specular, "specularFactor", 1), 0, 1);
-    if (coat < 1) { // less of a coat is one of a lower index of refraction
+    if (coat < 1) { // a weaker coat acts like a lower index of refraction
         const float root = std::sqrt(coat) * (m.ior - 1) / (m.ior + 1);
         m.ior = (1 + root) / (1 - root);
     }
@@ -193,14 +193,14 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
                           pbr.baseColorTexture.extensions, true);
     const double alpha = pbr.baseColorFactor.size() == 4 ? pbr.baseColorFactor[3] : 1.0;
     const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
-    // Metal does not transmit. But metal is what a file says that leaves its metallicFactor out:
-    // where blending lets light through as well, glass is meant.
+    // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if
+    // it also blends with an alpha below 1, it means glass.
     const bool transmits = gltf_number(source.extensions, "KHR_materials_transmission",
                                        "transmissionFactor", 0) >= 0.5 &&
                            (m.metallic < 0.5f || (blend && alpha < 1));
     if (transmits) {
         m.kind = Material::DIELECTRIC;
-        if (blend) { // what it does not cover lets all colours through
+        if (blend) { // the uncovered part passes all colours
             const float cover = within(alpha, 0, 1);
             m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
         }
@@ -218,7 +218,7 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
                  : bare    ? Material::DIFFUSE
                            : Material::METALLIC_ROUGHNESS;
     }
-    // Glass has an inside, and what is inside is seen through its back.
+    // Glass stays two-sided: what is inside is seen through its back faces.
     m.single_sided = !source.doubleSided && !transmits;
     maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
                           source.normalTexture.extensions, false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the glTF reader. tinygltf takes the file apart and hardly checks what is in it:
-// every number that leads to another place is checked here before it is followed.
+// The parts of the glTF reader. tinygltf parses the file but hardly checks its contents: every
+// index, offset and size is checked here before it is used.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -16,23 +16,23 @@
 
 // ---- gltf_check.cpp
 
-// Refuse the text of a .gltf, and a .glb, that tinygltf would follow too far: JSON nested deeper
-// than its stack or of too many parts, chunks beyond the file. Throw Error.
+// Reject the text of a .gltf, or a .glb, that tinygltf would not survive: JSON that is nested too
+// deeply for its stack or has too many values, or chunks that run past the end. Throw Error.
 void gltf_check_text(const char *text, size_t size);
 void gltf_check_binary(const std::vector<unsigned char> &bytes);
 
 // ---- gltf_accessor.cpp
 
-// The elements of an accessor as numbers: `components` for each, integers scaled to [0, 1] or
-// [-1, 1] where they are marked as normalized; at most `limit` of them, as they need not be in the
-// file. `what` names them in an error. Throws Error.
+// Reads the elements of an accessor as floats, `components` each; normalized integers are scaled to
+// [0, 1] or [-1, 1]. There may be at most `limit` elements, as not all need be stored in the file.
+// `what` names them in errors. Throws Error.
 std::vector<float> gltf_floats(const tinygltf::Model &model, int accessor, int components,
                                size_t limit, const char *what);
 
-// The number of components of an accessor's elements, 0 where there is no such accessor.
+// The number of components per element of an accessor; 0 if there is no such accessor.
 int gltf_components(const tinygltf::Model &model, int accessor);
 
-// The elements of an accessor of indices, each below `limit`. Throws Error.
+// Reads an accessor of indices, each of which must be below `limit`. Throws Error.
 std::vector<uint32_t> gltf_indices(const tinygltf::Model &model, int accessor, size_t limit);
 
 // The bytes of a buffer view. Throws Error.
@@ -42,7 +42,7 @@ struct GltfBytes {
 };
 GltfBytes gltf_buffer_view(const tinygltf::Model &model, int view, const char *what);
 
-// An element of a list of the model, or an Error that says it is not there.
+// An element of one of the model's lists. Throws Error if the index is out of range.
 template <typename Element>
 const Element &gltf_at(const std::vector<Element> &list, int index, const char *what) {
     if (index < 0 || static_cast<size_t>(index) >= list.size()) {
@@ -59,8 +59,8 @@ class GltfMaterials {
   public:
     GltfMaterials(const tinygltf::Model &model, SceneFolder &folder, SceneDraft &draft)
         : model_(model), folder_(folder), draft_(draft) {}
-    // The draft's material for one of the model's (-1: the default one), read when it is first
-    // asked for, and so are its textures: what is not used need not be there. Throws Error.
+    // The draft's material for a material of the model (-1: the default one). Materials and their
+    // textures are read on first use: image files that are not used may be missing. Throws Error.
     uint32_t get(int material, bool vertex_colours);
 
   private:
@@ -75,6 +75,6 @@ class GltfMaterials {
     std::map<std::pair<int, bool>, int32_t> textures_;
 };
 
-// A number of an extension, or what stands for it.
+// A number in an extension, or `otherwise` if it is missing.
 double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extension,
                    const char *name, double otherwise);

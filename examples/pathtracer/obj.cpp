@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading Wavefront OBJ and MTL. The old parameters are those of another age: diffuse and specular
-// colours with an exponent become a ground under a coat, or metal where nothing is diffuse; what is
-// transparent becomes glass. The newer Pr and Pm are taken as they are.
+// Reads Wavefront OBJ and MTL. The original parameters predate physically based shading: diffuse
+// and specular colours with an exponent become a coated base, or metal if nothing is diffuse;
+// transparent materials become glass. The newer Pr and Pm are used as they are.
 #include <tiny_obj_loader.h>
 
 #include <algorithm>
@@ -17,10 +17,10 @@
 
 namespace {
 
-constexpr unsigned MAX_CORNERS = 1024; // of a polygon that is split here
+constexpr unsigned MAX_CORNERS = 1024; // of a polygon triangulated here
 
-// A file's name as it is here: programs on Windows write backslashes, quotes and whole paths of
-// their own disks, of which the last part counts.
+// Converts a name in the scene to a local one. Windows programs write backslashes, quotes and
+// absolute paths on their own drives, of which only the last part is kept.
 std::string local_name(std::string name) {
     if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
         name = name.substr(1, name.size() - 2);
@@ -29,7 +29,8 @@ std::string local_name(std::string name) {
     return on_a_disk ? name.substr(name.rfind('/') + 1) : name;
 }
 
-// The loader drops backslashes of `mtllib` lines, but for those that keep spaces within a name.
+// The loader drops the backslashes in `mtllib` lines, except those that escape a space: turn the
+// others into slashes.
 void mend_backslashes(std::string &content) {
     size_t at = 0;
     while (at < content.size()) {
@@ -42,8 +43,8 @@ void mend_backslashes(std::string &content) {
     }
 }
 
-// Reads material files, each once; one that is missing is noted, and any other problem kept, as no
-// exception should pass through the loader.
+// Reads each material file once. Missing files are noted as ignored; other errors are kept for
+// finish(), as no exception should pass through the loader.
 class MaterialFiles : public tinyobj::MaterialReader {
   public:
     MaterialFiles(SceneFolder &folder, std::set<std::string> &ignored)
@@ -66,7 +67,7 @@ class MaterialFiles : public tinyobj::MaterialReader {
         return false;
     }
 
-    // Throws Error when there was a problem. To be called once the file is read.
+    // Throws the error that was kept, if any. Call it once the file is loaded.
     void finish() {
         if (!problem_.empty()) throw Error(problem_);
         known_.clear();
@@ -90,11 +91,11 @@ float unit(double v) {
     return v > 0 ? static_cast<float>(std::min(v, 1.0)) : 0.0f;
 }
 
-// Materials of a file as those of a scene.
+// Converts the file's materials to the scene's.
 struct MaterialReader {
     SceneDraft &draft;
     SceneFolder &folder;
-    bool vertex_colours; // the file has some
+    bool vertex_colours; // the file has vertex colours
     std::map<std::pair<std::string, bool>, int32_t> textures;
 
     TextureUse texture(const std::string &name, const tinyobj::texture_option_t &options,
@@ -113,7 +114,7 @@ struct MaterialReader {
             if (options.clamp) loaded.wrap_u = loaded.wrap_v = Texture::CLAMP;
         }
         use.texture = known->second;
-        // Its v grows upwards.
+        // OBJ's v points up.
         const auto f = [](double v) { return static_cast<float>(v); };
         const float rows[2][3] = {{f(options.scale[0]), 0, f(options.origin_offset[0])},
                                   {0, -f(options.scale[1]), 1 - f(options.origin_offset[1])}};
@@ -127,7 +128,7 @@ struct MaterialReader {
         maps.vertex_colours = vertex_colours;
         const Vec3 diffuse = colour(source.diffuse, 1), specular = colour(source.specular, 1);
         const Vec3 passed = colour(source.transmittance, 1);
-        // An exponent of Blinn and Phong as a roughness of the same width.
+        // The roughness whose lobe is as wide as that of the Blinn-Phong exponent.
         const double exponent = source.shininess > 0 ? source.shininess : 0;
         m.roughness = unit(std::sqrt(std::sqrt(2 / (exponent + 2))));
         m.albedo = diffuse;
@@ -177,7 +178,7 @@ struct MaterialReader {
     }
 };
 
-// An element of an array that an index of the file points at.
+// Checks an index of the file against the length of its array.
 size_t checked(int index, size_t count, const char *what) {
     if (index < 0 || static_cast<size_t>(index) >= count)
         throw Error("has an index out of range: " + std::string(what) + " " +
@@ -186,7 +187,7 @@ size_t checked(int index, size_t count, const char *what) {
     return static_cast<size_t>(index);
 }
 
-// ---- Taking the file apart
+// ---- Parsing
 
 struct ObjFile {
     tinyobj::attrib_t attributes;
@@ -195,7 +196,7 @@ struct ObjFile {
     std::string warning;
 };
 
-// `split`: polygons become triangles.
+// With `split`, the loader triangulates polygons.
 ObjFile load(const std::string &content, MaterialFiles &material_files, bool split) {
     ObjFile file;
     std::istringstream text(content);
@@ -207,7 +208,7 @@ ObjFile load(const std::string &content, MaterialFiles &material_files, bool spl
     return file;
 }
 
-// Some versions of the loader keep the number of a polygon's corners in 8 bits.
+// Some versions of the loader store a polygon's corner count in 8 bits.
 bool all_corners_counted(const ObjFile &file) {
     for (const tinyobj::shape_t &shape : file.shapes) {
         size_t corners = 0;
@@ -220,15 +221,15 @@ bool all_corners_counted(const ObjFile &file) {
     return true;
 }
 
-// Polygons are split here, as the loader does not get concave ones right. Those of very many corners
-// are left to it.
+// Polygons are triangulated here, as the loader gets concave ones wrong. If one has too many
+// corners, the loader triangulates the whole file.
 ObjFile parse(const std::string &content, MaterialFiles &material_files, SceneDraft &draft) {
     ObjFile file = load(content, material_files, false);
     if (!all_corners_counted(file)) {
         file = load(content, material_files, true);
         draft.ignored.insert("that polygons of more than 255 corners may be concave");
     }
-    // Faces with such indices may be left out by the loader.
+    // The loader may drop faces with such indices.
     if (file.warning.find("ndices out of bounds") != std::string::npos ||
         file.warning.find("invalid vertex index") != std::string::npos)
         throw Error("has an index out of range");
@@ -252,7 +253,7 @@ void note_ignored(const ObjFile &file, SceneDraft &draft) {
 
 // ---- Vertices and faces
 
-// Corners that have everything in common are one vertex.
+// Merges corners with the same indices into one vertex.
 class Vertices {
   public:
     Vertices(const tinyobj::attrib_t &attributes, SceneDraft &draft)
@@ -292,7 +293,7 @@ class Vertices {
     std::map<std::array<int, 3>, uint32_t> vertices_;
 };
 
-// The material of faces that name none: grey.
+// The material of faces without one: grey.
 tinyobj::material_t standard_material() {
     tinyobj::material_t material{};
     for (double &c : material.diffuse) c = 0.6;
@@ -300,7 +301,7 @@ tinyobj::material_t standard_material() {
     return material;
 }
 
-// Materials by their number in the file; -1 is the standard one.
+// Looks up materials by their number in the file; -1 is the standard one.
 class MaterialNumbers {
   public:
     MaterialNumbers(const ObjFile &file, MaterialReader &reader) : reader_(reader) {
@@ -317,7 +318,7 @@ class MaterialNumbers {
   private:
     MaterialReader &reader_;
     std::vector<uint32_t> materials_;
-    std::optional<uint32_t> standard_; // made when it is first asked for
+    std::optional<uint32_t> standard_; // made on first use
 };
 
 void add_faces(const tinyobj::mesh_t &mesh, MaterialNumbers &materials, Vertices &vertices,

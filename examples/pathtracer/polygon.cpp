@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cutting off ears (Meisters, "Polygons Have Ears", 1975): a corner whose triangle lies inside the
-// polygon, with no other corner in it, is cut off, until a triangle is left. The polygon is seen
-// along the axis to which its normal, by Newell's sums, is nearest.
+// Ear clipping (Meisters, "Polygons Have Ears", 1975): corners whose triangle lies inside the
+// polygon and contains no other corner are cut off until one triangle is left. The polygon is
+// projected along the axis nearest to its normal, which Newell's method gives.
 #include "polygon.h"
 
 #include <cmath>
@@ -13,12 +13,12 @@ struct Point2d {
     double x, y;
 };
 
-// Twice the area of a triangle, positive when it turns counter-clockwise.
+// Twice the signed area of a triangle, positive if it is counter-clockwise.
 double turn(Point2d a, Point2d b, Point2d c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Seen so that it turns counter-clockwise.
+// Projects the polygon so that it is counter-clockwise.
 std::vector<Point2d> flattened(const std::vector<Point3d> &corners) {
     double n[3] = {0, 0, 0};
     const Point3d o = corners[0];
@@ -61,8 +61,7 @@ std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> 
         if (!(turn(a, b, c) > 0)) return false;
         for (const size_t i : left) {
             const Point2d p = points[i];
-            // Corners at the same place, as where a polygon goes to a hole and back, are not
-            // inside.
+            // Coincident corners, as on a bridge to a hole and back, are not inside.
             if (same(p, a) || same(p, b) || same(p, c)) continue;
             if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
         }
@@ -77,7 +76,7 @@ std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> 
             const double area = std::abs(turn(points[t[0]], points[t[1]], points[t[2]]));
             if (area < least) least = area, flattest = i;
         }
-        // None is left only in what is no polygon: the smallest triangle does least harm.
+        // Only an invalid polygon has no ear: cutting off the smallest triangle does least harm.
         if (ear == left.size()) ear = flattest;
         triangles.push_back(neighbours(ear));
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bricks of scenes built in code.
+// Building blocks for scenes built in code.
 #include "scene_builder.h"
 
 namespace {
@@ -10,7 +10,7 @@ uint32_t add_material(Scene &scene, const Material &material) {
 }
 
 uint32_t add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
-    // Vertices added before had no normals: zero says so.
+    // Zero marks earlier vertices as having no normal.
     scene.normals.resize(scene.vertices.size(), {0, 0, 0});
     scene.vertices.push_back(position);
     scene.normals.push_back(normal);

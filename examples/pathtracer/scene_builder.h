@@ -14,28 +14,27 @@ void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 
 // A parallelogram light. It emits to the side from which a, b, c are counter-clockwise.
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c);
-// The same, given by its centre and a point that it faces; its upper edge is level.
+// The same, from its centre and a point that it faces; its upper edge is horizontal.
 void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
                        float width, float height);
 
 // A triangle light that emits from its front.
 void add_triangle_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c);
 
-// A block that stands on the floor: the four corners of its top in order around it,
-// counter-clockwise as seen from above. It has no bottom.
+// A block that stands on the floor, without a bottom. The corners are those of its top,
+// counter-clockwise as seen from above.
 void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]);
 
-// A box given by its centre and three half-extents; its front is outside if x, y, z are
-// right-handed.
+// A box, from its centre and three half-axes; it faces outwards if x, y, z are right-handed.
 void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 x, Vec3 y, Vec3 z);
 
-// A sphere of `around` meridians and half as many rings, shaded smoothly.
+// A smooth-shaded sphere with `around` meridians and half as many rings.
 void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around = 96);
 
-// A cylinder between two points, shaded smoothly, without end caps.
+// A smooth-shaded cylinder between two points, without end caps.
 void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int around = 16);
 
-// A profile of (z, y) points swept from x0 to x1 > x0, shaded smoothly. Its front is on top where z
+// A smooth-shaded sweep of a profile of (z, y) points from x0 to x1 > x0. It faces up where z
 // increases along the profile.
 void add_profile(Scene &scene, uint32_t material, float x0, float x1,
                  const std::vector<Vec2> &profile);

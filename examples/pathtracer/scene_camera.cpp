@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing the camera of a scene.
+// Chooses the camera of a scene.
 #include "scene_camera.h"
 
 #include <charconv>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double DEGREE = 3.14159265358979323846 / 180;
 
-// The fewest digits that read back as the same float where the value is one, else the same double.
+// The shortest text that reads back exactly: as a float if the value is one, else as a double.
 std::string digits(double value) {
     char text[32];
     const auto as_float = static_cast<float>(value);
@@ -44,7 +44,7 @@ float tan_half(double fov) {
     return static_cast<float>(std::tan(0.5 * fov * DEGREE));
 }
 
-// In degrees, with as few digits as give the tangent again.
+// The angle in degrees, with the fewest digits that reproduce the tangent.
 std::string fov_text(float tan_half_height) {
     const double fov = 2 * std::atan(static_cast<double>(tan_half_height)) / DEGREE;
     char text[32];
@@ -95,14 +95,14 @@ void choose(Scene &scene, const CameraChoice &choice) {
     }
     const Point3d eye = choice.eye.value_or(plus(scene.camera.position, scene.origin));
     const Point3d target = choice.target.value_or(plus(scene.camera.target, scene.origin));
-    // The listed camera is the scene's own to the bit.
+    // Re-aiming at the same target would change the last bits of the scene's own camera.
     if (!same(minus(eye, scene.origin), scene.camera.position) ||
         !same(minus(target, scene.origin), scene.camera.target))
         aim(scene, eye, target);
     if (choice.fov) scene.camera.tan_half_height = tan_half(*choice.fov);
 }
 
-// What camera_text() wrote.
+// Parses the output of camera_text().
 CameraChoice parse_camera(const std::string &text) {
     Point3d eye, target;
     double fov = 0;
@@ -122,7 +122,7 @@ CameraChoice parse_camera(const std::string &text) {
 
 void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
     if (!choice.listed.empty()) {
-        // One of the scene's own keeps what the text does not say, its direction that is up.
+        // A camera of the scene keeps what the text leaves out: its up direction.
         for (const NamedCamera &named : scene.cameras)
             if (camera_text(scene, named.camera) == choice.listed) {
                 scene.camera = named.camera;
@@ -170,7 +170,7 @@ CameraMatrices camera_matrices(const Scene &scene, int width, int height) {
     const Point3d eye = plus(camera.position, scene.origin);
     const double at[3] = {eye.x, eye.y, eye.z};
     const Vec3 axes[3] = {camera.right, camera.up, camera.forward};
-    double view[4][3]; // the last row moves
+    double view[4][3]; // the last row translates
     for (int column = 0; column < 3; ++column) {
         const Vec3 v = axes[column];
         const double axis[3] = {static_cast<double>(v.x), static_cast<double>(v.y),
@@ -183,7 +183,7 @@ CameraMatrices camera_matrices(const Scene &scene, int width, int height) {
     }
     const auto tangent = static_cast<double>(camera.tan_half_height);
     const double x_scale = 0.5 * height / (tangent * width), y_scale = 0.5 / tangent;
-    // z is of no use in NDC; it keeps the matrix from being singular.
+    // Nothing uses z in NDC; it keeps the matrix invertible.
     const auto near = static_cast<double>(1e-3f * length(camera.target - camera.position));
     CameraMatrices m{};
     for (size_t row = 0; row < 4; ++row) {

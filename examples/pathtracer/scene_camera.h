@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing the camera of a scene: one of its own, optionally with another position, target or
-// angle.
+// Chooses the camera of a scene: one of its own, optionally with another position, target or angle.
 // Points are in the coordinates of the scene's file, in double precision.
 #pragma once
 
@@ -10,16 +9,16 @@
 
 #include "scene.h"
 
-// What is not given stays as the scene's camera has it.
+// Unset fields keep the values of the scene's camera.
 struct CameraChoice {
     std::optional<uint32_t> number; // of the scene's cameras; the first unless given
     std::optional<Point3d> eye, target;
     std::optional<double> fov; // the vertical angle of view, in degrees
-    std::string listed;        // or else a camera as camera_text() has it; may be empty
+    std::string listed;        // instead: a camera as text, from camera_text(); may be empty
 };
 
-// Sets the scene's camera; call this before scene_finish. +y is up in the picture, or -z if the
-// camera looks straight down, and +z if it looks straight up. A lens keeps its radius and focus
+// Sets the scene's camera; call this before scene_finish. Up in the picture is +y, or -z if the
+// camera looks straight down, or +z if it looks straight up. A lens keeps its radius and focus
 // distance. Throws Error.
 void scene_choose_camera(Scene &scene, const CameraChoice &choice);
 
@@ -29,14 +28,14 @@ std::string camera_text(const Scene &scene, const Camera &camera);
 // The bounds of the vertices: "reaches from -1,0,-1 to 1,2,1".
 std::string scene_extent_text(const Scene &scene);
 
-// What a standard EXR header says of a camera, for points (x, y, z, 1) as rows that are multiplied
-// from the left; row by row. In camera space x is to the right, y up and z ahead. In NDC, after the
-// division by w, (0, 0) is the top left corner of the picture and (1, 1) the bottom right one.
-// Points are in the coordinates of the scene's file. The lens counts as a pinhole at its middle.
+// The camera matrices of a standard EXR header, row-major, for row vectors (x, y, z, 1) on their
+// left. In camera space, x points right, y up and z ahead. In NDC, after the division by w, (0, 0)
+// is the top left corner of the picture and (1, 1) the bottom right. Points are in the coordinates
+// of the scene's file. A lens counts as a pinhole at its centre.
 struct CameraMatrices {
     std::array<float, 16> world_to_camera, world_to_ndc;
 };
 CameraMatrices camera_matrices(const Scene &scene, int width, int height);
 
-// A line for each camera of the scene.
+// One line per camera of the scene.
 std::string camera_list(const Scene &scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What scenes from files have in common.
+// What all scene readers share.
 #include "scene_file.h"
 
 #include <cctype>
@@ -8,12 +8,12 @@
 
 namespace {
 
-// Of light of 555 nm, by the definition of the candela; glTF's exporters take it for all light.
+// At 555 nm, by the definition of the candela; glTF exporters use it for all light.
 constexpr float LUMENS_PER_WATT = 683;
 constexpr float MAX_GLOW = 1;           // radiance
-constexpr double MAX_COORDINATE = 1e15; // doubles tell places an eighth apart
-// From the middle of a scene. Products of three lengths and an area still are floats, so that
-// pictures are right; a hundred times as far, Embree ends the program.
+constexpr double MAX_COORDINATE = 1e15; // doubles resolve an eighth there
+// The largest distance from the scene's centre. Products of three lengths, and areas, still fit in
+// a float, so pictures are right; a hundred times as far, Embree ends the program.
 constexpr float MAX_REACH = 1e10f;
 
 std::string ending(const std::string &name) {
@@ -37,9 +37,9 @@ bool has_any(Vec3 v) {
     return v.x > 0 || v.y > 0 || v.z > 0;
 }
 
-// Triangles of materials that shine become lights. Returns whether any is a lamp. What shines
-// through a texture is none, nor what is no brighter than the white of a display, which is all that
-// glTF's emissiveFactor reaches: eyes, labels and switches glow, and leave the scene to its sky.
+// Turns triangles of emissive materials into lights. Returns whether any counts as a lamp. Textured
+// emission does not, nor does emission no brighter than a display's white, the most that glTF's
+// emissiveFactor reaches: eyes, labels and switches glow, but the scene keeps its sky.
 bool make_area_lights(SceneDraft &draft) {
     Scene &scene = draft.scene;
     std::vector<Vec3> whole_textures; // of each map
@@ -77,7 +77,7 @@ bool make_area_lights(SceneDraft &draft) {
     return lit;
 }
 
-// Three quarters from the front and a little from above, as near as shows everything in a square.
+// A three-quarter front view, slightly from above, as close as shows everything in a square.
 Camera framing_camera(const Scene &scene) {
     Vec3 low = scene.vertices[0], high = low;
     for (const Vec3 v : scene.vertices) {
@@ -99,14 +99,14 @@ Camera framing_camera(const Scene &scene) {
     return camera;
 }
 
-// A camera of the file, in the scene moved to the origin. It looks at what on its axis is nearest
-// to the middle of the scene.
+// Moves a camera of the file to the origin along with the scene. Its target is the point on its
+// axis nearest to the scene's centre.
 Camera placed_camera(const DraftCamera &draft, Point3d middle) {
     const Vec3 position = minus(draft.position, middle);
     const float ahead = -dot(position, draft.forward);
     const Vec3 target = position + (ahead > 0 ? ahead : 1) * draft.forward;
     Camera camera = camera_look_at(position, target, draft.up, draft.tan_half_height);
-    // Far from the middle the difference of the two has lost digits of the direction.
+    // Far from the centre, target - position loses precision: keep the file's direction.
     camera.forward = draft.forward;
     camera.right = normalize(cross(draft.forward, draft.up));
     camera.up = cross(camera.right, draft.forward);
@@ -121,7 +121,7 @@ bool is_scene_file(const std::string &name) {
 }
 
 void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folder) {
-    constexpr uint64_t SPARE = 1 << 22, PER_BYTE = 16; // a mesh may be used by many nodes
+    constexpr uint64_t SPARE = 1 << 22, PER_BYTE = 16; // many nodes may share a mesh
     draft.bytes = bytes;
     draft.max_elements = static_cast<size_t>(
         std::min<uint64_t>(SPARE + PER_BYTE * (bytes + folder.size()), MAX_SCENE_ELEMENTS));
@@ -129,7 +129,7 @@ void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folde
 
 int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes,
                           const SceneFolder &folder) {
-    constexpr uint64_t SPARE = 1 << 26, PER_BYTE = 256; // as many as a PNG of one colour has
+    constexpr uint64_t SPARE = 1 << 26, PER_BYTE = 256; // a PNG of one colour has as many
     Texture texture = texture_decode(bytes);
     draft.texels += texture.rgba.size() / 4;
     if (draft.texels > SPARE + PER_BYTE * (draft.bytes + folder.size()))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes from files: glTF 2.0 and OBJ. A reader makes a draft of what its file says, in double and
-// where the file has it; what all of them need is done once: the scene is moved to the origin, what
-// shines becomes a light, and a camera and a sky stand in for those that are missing.
+// Scenes from files: glTF 2.0 and OBJ. A reader makes a draft of its file, in double and in the
+// file's own coordinates. Shared code then moves the scene to the origin, turns emissive triangles
+// into lights, and adds a camera and a sky where they are missing.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,14 @@
 #include "input_file.h"
 #include "scene_options.h"
 
-// Whether a name is that of a file, by its ending: .gltf, .glb or .obj in any case.
+// Whether a name is that of a scene file: it ends in .gltf, .glb or .obj, in upper or lower case.
 bool is_scene_file(const std::string &name);
 
-// Reads a scene; it still has to be finished. An environment given takes the place of the sky.
+// Reads a scene; scene_finish must still be called. An environment in the options replaces the sky.
 // Throws Error.
 Scene scene_file_read(const std::string &path, const SceneOptions &options);
 
-// At most so many triangles, and so many vertices.
+// The most triangles, and the most vertices, of a scene.
 constexpr size_t MAX_SCENE_ELEMENTS = size_t{1} << 26;
 
 struct DraftCamera {
@@ -30,11 +30,11 @@ struct DraftCamera {
 };
 
 struct DraftLight {
-    Light light; // but for its corner
+    Light light; // except its corner
     Point3d position;
 };
 
-// What a material sends out by itself.
+// The light that a material emits.
 struct Emission {
     Vec3 radiance = {0, 0, 0}; // without its texture
     bool both_sides = false;
@@ -42,22 +42,22 @@ struct Emission {
 
 struct SceneDraft {
     Scene scene;                    // all but vertices, camera and lights
-    std::vector<Point3d> points;    // its vertices; whatever a vertex has beside is in the scene
+    std::vector<Point3d> points;    // its vertices; their other attributes are in the scene
     std::vector<Emission> emission; // of each material
     std::vector<DraftLight> lights;
     std::vector<DraftCamera> cameras;
-    std::set<std::string> ignored;            // what the file has and the scene has not
-    size_t max_elements = MAX_SCENE_ELEMENTS; // vertices, and triangles, by the size of the files
+    std::set<std::string> ignored;            // what the file has and the scene lacks
+    size_t max_elements = MAX_SCENE_ELEMENTS; // vertices, and triangles; set by the files' size
     uint64_t bytes = 0;                       // of the file
     uint64_t texels = 0;                      // of all textures
 };
 
-// Says how large the file is, and what it has read from its folder: those that ask for much memory
-// by using the same bytes again, or none at all, are refused.
+// Sets the draft's limits by the size of the file and of what was read from its folder: files that
+// claim much memory by using the same bytes again, or none at all, are rejected.
 void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folder);
 
-// Adds a vertex with everything a vertex may have, 0 where it lacks it. Throws Error when there are
-// too many.
+// Adds a vertex; missing attributes have the values below. Throws Error if there are too many
+// vertices, or if the position is not finite or beyond 1e15.
 struct DraftVertex {
     Point3d position;
     Vec3 normal = {0, 0, 0};
@@ -66,14 +66,14 @@ struct DraftVertex {
 };
 uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &vertex);
 void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c);
-// Adds a texture out of the bytes of its file; returns its number. Throws Error, its text to follow
-// the picture's name.
+// Decodes the bytes of an image file and adds the texture; returns its number. Throws Error, its
+// text to follow the image's name.
 int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes,
                           const SceneFolder &folder);
 uint32_t draft_add_material(SceneDraft &draft, const Material &material, const Emission &emission,
                             const SurfaceMaps &maps);
 
-// Readers of a file, and through its folder of the files it names. Errors say what is wrong, without
+// Read a scene file, and through its folder the files it names. Errors say what is wrong, without
 // the file's name.
 SceneDraft gltf_read(const std::string &path, SceneFolder &folder);
 SceneDraft obj_read(const std::string &path, SceneFolder &folder);

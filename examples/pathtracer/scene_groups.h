@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions that build the scenes, for the list in scene.cpp.
+// The functions that build the scenes listed in scene.cpp.
 #pragma once
 
 #include "scene.h"

@@ -6,8 +6,8 @@
 
 struct SceneOptions {
     CameraChoice camera;
-    std::shared_ptr<const Environment> environment; // in place of the scene's own; may be empty
+    std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
     bool single_scatter = false;                    // rough materials without multiple scattering
     bool allow_outside = false; // a scene file may read files outside its folder
-    bool photometric = false;   // a file's lights without extent are in candela and lux
+    bool photometric = false;   // a file's punctual lights are in candela and lux
 };

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures and vertex colours at a place of a surface.
+// Looks up textures and vertex colours at a point on a surface.
 #include "surface_maps.h"
 
 #include "scene.h"
 
 namespace {
 
-// Weighs a value of the vertices of a triangle.
+// Interpolates a vertex attribute over a triangle.
 template <typename Value>
 Value interpolated(const std::vector<Value> &values, const Triangle &t, SurfacePoint p) {
     const Value a = values[t.vertices[0]], b = values[t.vertices[1]], c = values[t.vertices[2]];
@@ -90,7 +90,7 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[maps.normal.set];
     if (coordinates.empty()) return normal;
 
-    // The directions in which the texture's coordinates grow on the triangle.
+    // The directions on the surface in which u and v increase.
     const auto &t = scene.triangles[p.triangle].vertices;
     const Vec3 edge1 = scene.vertices[t[1]] - scene.vertices[t[0]];
     const Vec3 edge2 = scene.vertices[t[2]] - scene.vertices[t[0]];
@@ -104,7 +104,7 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
     const Vec3 along_u = along_surface(turn * (uv2.y * edge1 - uv1.y * edge2));
     const Vec3 along_v = along_surface(turn * (uv1.x * edge2 - uv2.x * edge1));
 
-    // Green is up in the picture, v grows downwards.
+    // Green points up in the image, v down.
     const Vec3 n = looked_up(scene, maps.normal, p).rgb;
     const float x = maps.normal_scale * (2 * n.x - 1), y = maps.normal_scale * (2 * n.y - 1);
     return normalize_or(x * along_u - y * along_v + (2 * n.z - 1) * normal, normal);

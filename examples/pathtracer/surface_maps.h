@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Material properties that vary over a surface: textures and vertex colours, looked up at each hit
-// of a material that has any. All other materials cost one comparison.
+// on a material that has any. Other materials cost one comparison.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,20 @@ struct Scene;
 struct TextureUse {
     int32_t texture = -1; // index into Scene::textures; -1: none
     uint32_t set = 0;     // of texture coordinates, 0 or 1
-    // From the coordinates of the vertices to those of the texture: two rows of u, v, 1.
+    // From vertex coordinates to texture coordinates: two rows, each times (u, v, 1).
     float transform[2][3] = {{1, 0, 0}, {0, 1, 0}};
 };
 
 struct SurfaceMaps {
     TextureUse colour;              // times Material::albedo
     TextureUse metallic_roughness;  // blue times metallic, green times roughness
-    TextureUse roughness, metallic; // the same from the red of two textures
+    TextureUse roughness, metallic; // the same, each from red
     TextureUse emission;            // times emission_factor
-    TextureUse normal;              // in the frame of the texture coordinates
+    TextureUse normal;              // in tangent space
     TextureUse cut_out;             // alpha, or red where the texture has none
     Vec3 emission_factor = {0, 0, 0};
     float normal_scale = 1;
-    float alpha = 1, alpha_cutoff = 0; // cut out where alpha times the texture's is below
+    float alpha = 1, alpha_cutoff = 0; // cut out if alpha times the texture's is below
     bool vertex_colours = false;       // times Material::albedo
 };
 
@@ -37,7 +37,7 @@ struct SurfacePoint {
     float u, v;
 };
 
-// The material at a point. Its maps must not be -1.
+// The material at a point; material.maps must not be -1.
 Material material_at(const Scene &scene, const Material &material, SurfacePoint point);
 
 // The emission at a point of a material with an emission map.
@@ -46,8 +46,8 @@ Vec3 emission_at(const Scene &scene, SurfacePoint point);
 // The mean emission over the whole texture of an emission map.
 Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps);
 
-// The mean of emission_at() over a few points of a triangle, plus a little of the mean of the whole
-// texture: so it is zero only if the texture is black everywhere.
+// The mean of emission_at() over a few points of a triangle, plus a small share of the mean of the
+// whole texture, so that it is zero only if the texture is black everywhere.
 Vec3 mean_emission(const Scene &scene, uint32_t triangle, Vec3 whole_texture);
 
 // Whether the surface is cut out at this point.

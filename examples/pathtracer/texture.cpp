@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoding is left to the decoder that tinygltf brings (stb_image). It is shown only files of four
-// kinds whose header states an extent within bounds: it trusts what headers say, and reserves
-// memory for it.
+// Images are decoded by stb_image, which tinygltf includes. It trusts headers and allocates the
+// memory they ask for, so it gets only files of four formats whose header states an extent within
+// bounds.
 #include "texture.h"
 
 #include <tiny_gltf.h>
@@ -15,16 +15,16 @@ namespace {
 
 constexpr int MAX_SIDE = 32768;              // texels
 constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
-constexpr int64_t MIN_TEXELS = 1 << 16;      // that no file is too short for
+constexpr int64_t MIN_TEXELS = 1 << 16;      // allowed for files of any size
 constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
 
 struct Extent {
     int64_t width = 0, height = 0; // 0: none found
-    // How many texels a byte of the file can hold. Deflate makes at most 1032 bytes of one.
+    // The most texels a byte of the file can hold. Deflate expands a byte to at most 1032.
     int64_t texels_per_byte = 0;
 };
 
-// A JPEG states its extent in the segment that starts a frame.
+// A JPEG states its extent in its start-of-frame segment.
 Extent jpeg_extent(const std::vector<unsigned char> &b) {
     size_t at = 2;
     while (at + 9 < b.size()) {
@@ -36,7 +36,7 @@ Extent jpeg_extent(const std::vector<unsigned char> &b) {
         }
         const bool frame =
             marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-        if (frame) // a bit or more for each 8x8 of them
+        if (frame) // at least a bit per 8x8 block
             return {b[at + 7] << 8 | b[at + 8], b[at + 5] << 8 | b[at + 6], 1024};
         at += 2 + static_cast<size_t>(b[at + 2] << 8 | b[at + 3]);
     }
@@ -60,17 +60,17 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
     }
     if (b[0] == 0xff && b[1] == 0xd8) return jpeg_extent(b);
     if (b[0] == 'B' && b[1] == 'M') {
-        const auto height = static_cast<int32_t>(little(22, 4)); // negative: the first row on top
+        const auto height = static_cast<int32_t>(little(22, 4)); // negative: top row first
         return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height)), 8};
     }
-    // TGA has no signature: a palette or none, a known kind, a known depth.
+    // TGA has no signature: check for a valid palette flag, image type and depth.
     const bool kind = b[2] == 1 || b[2] == 2 || b[2] == 3 || b[2] == 9 || b[2] == 10 || b[2] == 11;
     const bool depth = b[16] == 8 || b[16] == 15 || b[16] == 16 || b[16] == 24 || b[16] == 32;
     if (b[1] <= 1 && kind && depth) return {little(12, 2), little(14, 2), 128};
     return {};
 }
 
-// Red, green and blue of sRGB as light.
+// Decodes a byte of sRGB to linear.
 const std::array<float, 256> &srgb_table() {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> t;
@@ -83,7 +83,7 @@ const std::array<float, 256> &srgb_table() {
     return table;
 }
 
-// The texel of that number along one axis, numbers below 0 and beyond the side included.
+// Wraps a texel index along one axis; it may be negative or past the side.
 int wrapped(int64_t i, int side, Texture::Wrap wrap) {
     if (wrap == Texture::CLAMP) return static_cast<int>(std::clamp<int64_t>(i, 0, side - 1));
     const int64_t period = wrap == Texture::MIRROR ? int64_t{2} * side : side;
@@ -148,7 +148,7 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
 }
 
 TextureColour texture_at(const Texture &t, Vec2 uv) {
-    // Coordinates that are none, or beyond all use, are those of the corner.
+    // Non-finite and huge coordinates map to the corner.
     const auto place = [](float v, int side) {
         return std::abs(v) < 1e6f ? static_cast<double>(v) * side : 0.0;
     };
