@@ -29,7 +29,7 @@ static volatile float sink;
 
 static double now(void) {
     struct timespec time;
-    timespec_get(&time, TIME_UTC);
+    clock_gettime(CLOCK_REALTIME, &time);
     return 1e9 * (double)time.tv_sec + (double)time.tv_nsec;
 }
 

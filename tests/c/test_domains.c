@@ -174,7 +174,7 @@ static void test_screen_correlation(void) {
 /* Products of two half-planes: in the two pairs of one domain, in two domains of a family, or in
  * domains of two families. The error of BLUE against that of SOBOL, whose sequences are
  * independent. The ratios vary by 2 % from seed to seed. */
-typedef enum relation { DOMAIN, FAMILY, FAMILIES } relation;
+typedef enum relation { ONE_DOMAIN, ONE_FAMILY, TWO_FAMILIES } relation;
 
 static double product_error(const bn_sampler *s, int function, uint32_t count, relation where) {
     double angle = 2.4 * function, square = 0.0, mean[2] = {0.0, 0.0};
@@ -185,7 +185,7 @@ static double product_error(const bn_sampler *s, int function, uint32_t count, r
     uint32_t first = pair < 3 ? 0 : pair < 5 ? 1 : 2;
     uint32_t second = pair < 3 ? pair + 1 : pair < 5 ? pair - 1 : 3;
     uint32_t a = bn_domain_child(parent, first);
-    uint32_t b = bn_domain_child(where == FAMILIES ? a : parent, second);
+    uint32_t b = bn_domain_child(where == TWO_FAMILIES ? a : parent, second);
     for (int k = 0; k < 2; ++k) {
         normal[k][2] = 0.5 * (normal[k][0] + normal[k][1]) + 0.1 * sin(5.0 * angle + k);
         for (int i = 0; i < GRID * GRID; ++i) {
@@ -201,7 +201,7 @@ static double product_error(const bn_sampler *s, int function, uint32_t count, r
             float u[4], v[4];
             bn_sample_4d(s, pixel % SIDE, pixel / SIDE, i, a, u);
             bn_sample_4d(s, pixel % SIDE, pixel / SIDE, i, b, v);
-            const float *w = where == DOMAIN ? u + 2 : v;
+            const float *w = where == ONE_DOMAIN ? u + 2 : v;
             sum += normal[0][0] * u[0] + normal[0][1] * u[1] < normal[0][2] &&
                    normal[1][0] * w[0] + normal[1][1] * w[1] < normal[1][2];
         }
@@ -216,7 +216,7 @@ static void test_products(void) {
     /* At 4, 16 and 64 samples. */
     static const double limits[3][3] = {{1.04, 0.80, 0.66}, {1.04, 0.94, 0.74}, {1.04, 1.04, 1.04}};
     bn_sampler *blue = make(BN_SAMPLER_BLUE), *sobol = make(BN_SAMPLER_SOBOL);
-    for (int where = DOMAIN; where <= FAMILIES; ++where) {
+    for (int where = ONE_DOMAIN; where <= TWO_FAMILIES; ++where) {
         for (int power = 0; power < 3; ++power) {
             double b = 0.0, s = 0.0;
             for (int f = 0; f < FUNCTIONS; ++f) {
