@@ -11,26 +11,26 @@ struct Ray {
 
 struct Camera {
     Vec3 position;
-    Vec3 target;             // a point ahead, to say what the camera looks at
-    Vec3 forward, up, right; // unit vectors; right is the direction of growing x in the picture
+    Vec3 target;             // a point ahead, to report what the camera looks at
+    Vec3 forward, up, right; // unit vectors; x grows to the right in the picture
     float tan_half_height;   // tangent of half the vertical angle of view
-    float pixel_size;        // of the picture at distance 1; camera_frame sets the rest
+    float pixel_size;        // at distance 1; camera_fit sets it and the half sizes
     float half_width, half_height; // of the picture, in pixels
     float lens_radius;             // 0: a pinhole
-    float focus_distance;          // along `forward`, to the plane that is sharp
+    float focus_distance;          // along `forward`, to the plane in focus
 };
 
 // A camera at `position` that looks at `target`. `up` need not be perpendicular to the view.
 Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height);
 
-// Gives the camera a lens with this radius. The plane through `focus` is sharp.
+// Gives the camera a lens of this radius, focused on the plane through `focus`.
 void camera_set_lens(Camera &camera, float radius, Vec3 focus);
 
-// Fits a picture of width x height pixels to the camera; the vertical angle of view stays the same.
+// Fits the camera to a picture of width x height pixels; the vertical angle of view stays the same.
 void camera_fit(Camera &camera, int width, int height);
 
-// The ray through a point of the picture, in pixels from its top left corner, and a point of the
-// lens, in the unit square. A pinhole ignores the lens point.
+// The ray through a point of the picture, in pixels from its top left corner, and a point on the
+// lens, given in the unit square. A pinhole ignores the lens point.
 inline Ray camera_ray(const Camera &c, Vec2 point, Vec2 lens) {
     const float x = (point.x - c.half_width) * c.pixel_size;
     const float y = (c.half_height - point.y) * c.pixel_size;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendering and merging, in the order of things: everything that can fail early is tried before the
-// first ray.
+// Rendering and merging, step by step: everything that can fail early is tried before the first
+// ray.
 #include "commands.h"
 
 #include <unistd.h>
@@ -28,9 +28,9 @@
 
 namespace {
 
-// ---- What rendering and merging share
+// ---- Shared by rendering and merging
 
-// The reference's pixels inside the crop; nothing when none is given.
+// The reference's pixels inside the crop; empty if there is no reference.
 std::optional<Image> load_reference(const std::string &path, int full_width, int full_height,
                                     const Crop &crop) {
     if (path.empty()) return {};
@@ -51,7 +51,7 @@ void print_error(const Image &image, const Image &reference) {
                 blurred_rmse(image, reference, 1.0), blurred_rmse(image, reference, 2.1));
 }
 
-// Loud enough for --quiet. Parts of a picture may well be empty.
+// Prints even with --quiet. Partial pictures are exempt: they may well be empty.
 void warn(const Film &film, float exposure, const std::string &extent) {
     if (pixel_count(film.crop) <
         static_cast<uint64_t>(film.full_width) * static_cast<uint64_t>(film.full_height))
@@ -62,7 +62,7 @@ void warn(const Film &film, float exposure, const std::string &extent) {
 
 // ---- Interrupts
 
-// Set by an interrupt. The second one ends the program at once.
+// The signal of the first interrupt. A second one ends the program at once.
 volatile std::sig_atomic_t interrupted = 0;
 
 void interrupt(int signal) {
@@ -71,25 +71,25 @@ void interrupt(int signal) {
 }
 
 void listen_to_interrupts() {
-    // Those started with interrupts ignored, in the background of a script, go on ignoring them.
+    // If interrupts were ignored at start, as in a script's background jobs, keep ignoring them.
     for (const int signal : {SIGINT, SIGTERM})
         if (std::signal(signal, interrupt) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
 // ---- Before the first ray
 
-// Everything a picture is made of, and what is known of it so far.
+// Everything that makes a picture, and what is known about it so far.
 struct Picture {
-    Options options; // with --resume: completed by those of the picture
+    Options options; // with --resume, completed from that picture
     std::optional<ExrHead> resumed;
     Scene scene;
     SamplerPointer sampler;
-    uint32_t spp; // to end with
+    uint32_t spp; // target
     Crop crop;
     std::optional<Image> reference;
     ExrHead head;
     Film film;
-    double samples_before; // taken by the picture that is resumed
+    double samples_before; // already in the resumed picture
     RenderTotals totals;
     std::vector<ConvergenceRow> convergence;
 };
@@ -104,7 +104,7 @@ Scene load_scene(const Options &options) {
     return scene;
 }
 
-// The samples per pixel to end with. With a time limit there may be fewer than asked for.
+// The target samples per pixel. A time limit may end rendering sooner.
 uint32_t checked_spp(const Options &options, const Scene &scene, const Sampler &sampler) {
     const uint64_t last_sample = (uint64_t{1} << 32) / scene.light_samples;
     uint32_t spp = options.spp;
@@ -166,7 +166,7 @@ Picture prepare(const Options &options) {
     return p;
 }
 
-// An empty film, or that of the picture that is resumed.
+// An empty film, or the resumed picture's.
 void prepare_film(Picture &p) {
     if (p.resumed) {
         resume_check(p.options.resume, *p.resumed, p.head);
@@ -189,7 +189,7 @@ void print_progress(double fraction, const RenderTotals &totals) {
     std::fflush(stderr);
 }
 
-// The header of the picture as far as it is rendered.
+// The header of the picture as rendered so far.
 ExrAttributes current_attributes(const Picture &p, const Integrator &integrator,
                                  const RenderSettings &settings) {
     ExrAttributes a = p.head.attributes;
@@ -232,7 +232,7 @@ Written render(Picture &p, const Outputs &outputs) {
         try {
             outputs.write(p.film, attributes(), p.convergence);
         } catch (const Error &error) {
-            // Hours of rendering may be at stake: the disk may have room again at the end.
+            // Hours of rendering may be at stake, and the disk may have room again by the end.
             std::fprintf(stderr, "pathtracer: %s; rendering continues\n", error.what());
         }
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the error of a picture falls while it is rendered.
+// How the error of a picture falls as it renders.
 #include "convergence.h"
 
 #include <cstdio>

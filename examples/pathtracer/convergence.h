@@ -9,7 +9,7 @@
 
 struct ConvergenceRow {
     uint32_t spp;
-    double seconds; // of rendering, from its start
+    double seconds; // since rendering began
     double rmse;
     double relative_rmse;  // see difference.h
     double rmse_1, rmse_2; // after Gaussians of 1.0 and 2.1 pixels

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blue noise moves error to high frequencies, where the eye and any later filter average it away.
-// What is left is the error after a Gaussian: separable, in double, two passes over the picture.
+// To measure what remains, blur the error first: a separable Gaussian, in double, in two passes.
 #include "difference.h"
 
 #include <algorithm>
@@ -20,15 +20,14 @@ std::vector<double> gaussian_weights(double sigma) {
     return weights;
 }
 
-// An index mirrored into 0 .. size - 1, the edge value repeated: c b a | a b c | c b a.
+// Mirrors an index into 0 .. size - 1, repeating the edge: c b a | a b c | c b a.
 int mirror(int i, int size) {
     const int period = 2 * size;
     i = (i % period + period) % period;
     return i < size ? i : period - 1 - i;
 }
 
-// Filters `lines` lines of `size` elements: element i of line j is at data[j * line_step + i *
-// step].
+// Filters `lines` lines of `size` elements. Element i of line j is data[j * line_step + i * step].
 void filter_lines(std::vector<double> &data, const std::vector<double> &weights, int size,
                   size_t step, int lines, size_t line_step) {
     const int radius = static_cast<int>(weights.size() / 2);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The difference between a picture and its reference, as it is and as seen from a distance.
+// The difference between a picture and its reference, as is and as seen from a distance.
 #pragma once
 
 #include "image.h"
 
-// The root mean square over pixels and channels of image - reference, blurred by a Gaussian of
-// sigma pixels that ends at four sigma and mirrors the picture at its edges. Sigma 0 is the plain
-// RMSE. Both images hold the same pixels.
+// The RMS of image - reference over pixels and channels, after a Gaussian of sigma pixels that is
+// cut off at four sigma and mirrors the picture at its edges. Sigma 0 is the plain RMSE. Both
+// images must cover the same pixels.
 double blurred_rmse(const Image &image, const Image &reference, double sigma);
 
-// The root mean square of (image - reference) / (reference + a tenth of the reference's mean), over
-// pixels and channels: dark parts count as much as bright ones.
+// The RMS of (image - reference) / (reference + a tenth of the reference's mean) over pixels and
+// channels, so dark parts count as much as bright ones.
 double relative_rmse(const Image &image, const Image &reference);
 
-// The part of an image inside a crop. The crop must lie within that of the image.
+// The part of an image inside a crop, which must lie within the image's own crop.
 Image image_crop(const Image &image, const Crop &crop);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses one of n items with probabilities proportional to their weights, by inversion. Unlike an
-// alias table this keeps the order of the random numbers, so stratified numbers stay stratified and
-// blue noise stays blue. Draws are multiples of 2^-24 and so are the limits between items, so the
-// stated probabilities are exact. Every weight above zero gets at least one step of 2^-24. A choice
-// takes O(log n).
+// Chooses one of n items with probability proportional to its weight, by inversion, in O(log n).
+// Unlike an alias table, inversion is monotonic: stratified numbers stay stratified and blue noise
+// stays blue. Draws and the limits between items are multiples of 2^-24, so the stated
+// probabilities are exact. Every weight above zero gets at least one step of 2^-24.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +12,7 @@
 
 constexpr float DRAW_STEP = 1.0f / (1 << 24);
 
-// Writes count + 1 limits, from 0 to 1. Weights must be finite and not negative; if all are zero,
+// Writes count + 1 limits, from 0 to 1. Weights must be finite and non-negative; if all are zero,
 // the first item is always chosen. At most 2^23 weights.
 inline void distribution_build(const double *weights, size_t count, float *limits) {
     double total = 0;
@@ -22,7 +21,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         total += weights[i];
         used += weights[i] > 0 ? 1 : 0;
     }
-    const double shared = static_cast<double>((1u << 24) - used); // steps beyond the first of each
+    const double shared = static_cast<double>((1u << 24) - used); // steps after one for each item
     double sum = 0;
     size_t before = 0;
     limits[0] = 0;
@@ -33,7 +32,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         const auto steps = static_cast<uint32_t>(share * shared) + static_cast<uint32_t>(before);
         limits[i + 1] = static_cast<float>(steps) * DRAW_STEP;
     }
-    // Rounding of the sum may leave a step over; items of weight zero at the end do not get it.
+    // Rounding may leave a step over. It must not go to trailing items of weight zero.
     size_t last = count;
     while (last > 1 && !(weights[last - 1] > 0)) --last;
     for (size_t i = last; i <= count; ++i) limits[i] = 1;
@@ -41,14 +40,14 @@ inline void distribution_build(const double *weights, size_t count, float *limit
 
 struct Choice {
     size_t index;
-    float rest;        // position of the number between the limits of the item, in [0, 1)
-    float probability; // of the index
+    float rest;        // where the number falls between the item's limits, in [0, 1)
+    float probability; // of choosing this item
 };
 
 inline Choice distribution_choose(const float *limits, size_t count, float u) {
     const float *above = std::upper_bound(limits + 1, limits + count, u);
     const float low = above[-1], width = *above - low;
-    // The middle of a step, so that items only a few steps wide are not always hit at their start.
+    // Use the middle of the step, so items only a few steps wide are not always hit at their start.
     const float rest = std::min((u - low + 0.5f * DRAW_STEP) / width, 1 - DRAW_STEP);
     return {static_cast<size_t>(above - 1 - limits), rest, width};
 }

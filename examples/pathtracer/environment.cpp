@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The environment is sampled by the light of its texels: first the row, then the column in it, both
-// by inversion, then evenly over the texel's solid angle. Radiance is constant over a texel, so
-// that what is sampled is exactly what shines: between interpolated texels the two would differ
-// most where it matters, at the rim of the sun. From the light of each texel the mean is taken off:
-// scattered rays find what is no brighter than most of the sky well enough, and multiple importance
-// sampling counts both (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in
-// Multiple Importance Sampling", 2019). An even sky is left to scattered rays alone.
+// The environment is sampled by brightness: a row, then a column in it, both by inversion, then
+// uniformly over the texel's solid angle. Radiance is constant over a texel, so the pdf matches the
+// radiance exactly; with interpolation they would differ most at the rim of the sun, where it
+// matters. The mean is subtracted from each texel's luminance: scattered rays find whatever is no
+// brighter than most of the sky, and multiple importance sampling accounts for both (Karlik et al.,
+// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). A
+// uniform sky is left to scattered rays alone.
 #include "environment.h"
 
 #include <cmath>
@@ -16,7 +16,7 @@
 
 namespace {
 
-// The least share of the light that must stand out from the mean for the environment to be sampled.
+// Sample the environment only if at least this share of its light exceeds the mean.
 constexpr double LEAST_CONTRAST = 0.02;
 
 struct Texel {
@@ -113,7 +113,7 @@ Environment environment_sky(Vec3 to_sun) {
     const int width = 1024, height = 512;
     const Vec3 zenith = {0.08f, 0.18f, 0.48f}, horizon = {0.55f, 0.62f, 0.70f};
     const Vec3 glow = {1.0f, 0.72f, 0.42f}, ground = {0.20f, 0.18f, 0.16f};
-    const float sun_radius = 0.03f; // radians: ten texels across, so that it looks round
+    const float sun_radius = 0.03f; // radians: ten texels across, enough to look round
     const Vec3 sun_radiance = {700, 590, 430};
 
     std::vector<Vec3> texels;
@@ -127,7 +127,7 @@ Environment environment_sky(Vec3 to_sun) {
             Vec3 radiance = haze * horizon + (1 - haze) * (d.y > 0 ? zenith : ground);
             if (d.y > 0) {
                 const float angle = std::acos(std::min(toward, 1.0f));
-                const float edge = 2 * PI / static_cast<float>(width); // a texel's
+                const float edge = 2 * PI / static_cast<float>(width); // one texel, in radians
                 const float disc = std::clamp((sun_radius - angle) / edge + 0.5f, 0.0f, 1.0f);
                 radiance += (0.5f * std::pow(toward, 6.0f) + 3 * std::pow(toward, 300.0f)) * glow;
                 radiance += disc * sun_radiance;

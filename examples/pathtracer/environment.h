@@ -16,25 +16,25 @@ struct Environment {
     std::vector<float> row_limits;    // height + 1
     std::vector<float> column_limits; // height rows of width + 1
     std::vector<float> row_cosines;   // height + 1: of the angle to +y, from 1 to -1
-    float irradiance; // luminance above its mean, summed over the sphere: what sampling
-                      // is for. 0: too even to be worth it
+    float irradiance; // luminance above the mean, integrated over the sphere. 0: too
+                      // uniform to be worth sampling
 };
 
-// Makes an environment from its texels. Throws Error if a texel is not finite; negative ones become
-// 0.
+// Makes an environment from its texels; negative values become 0. Throws Error if a texel is not
+// finite.
 Environment environment_create(int width, int height, std::vector<Vec3> texels);
 
-// A clear sky with a sun in it, wider than the real one, and a ground below.
+// A clear sky with a sun, wider than the real one, and ground below.
 Environment environment_sky(Vec3 to_sun);
 
-// Reads a latitude-longitude EXR file. Two names are not files: "sky" is environment_sky, and
-// "none" is black. Throws Error.
+// Reads a latitude-longitude EXR file. Two names are special: "sky" is environment_sky, "none" is
+// black. Throws Error.
 Environment environment_read(const std::string &path);
 
 Vec3 environment_radiance(const Environment &environment, Vec3 direction);
 
 // The density per steradian with which environment_sample chooses a direction. It is constant over
-// each texel, and 0 on texels darker than the mean: combine it with scattered rays.
+// each texel and 0 on texels darker than the mean, so combine it with scattered rays.
 float environment_pdf(const Environment &environment, Vec3 direction);
 
 struct EnvironmentSample {

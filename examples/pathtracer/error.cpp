@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What errors may say, and the last words of a program that cannot even throw.
+// Cleaning text for error messages, and exiting cleanly when the program cannot even throw.
 #include "error.h"
 
 #include <cstdio>

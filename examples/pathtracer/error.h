@@ -9,10 +9,10 @@ struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// Text from a file, shortened and without line breaks or control characters, so that it can be part
-// of a message.
+// Makes text from a file safe to print in a message: shortens it and removes line breaks and
+// control characters.
 std::string printable(std::string text);
 
-// Makes the program end with one line and exit code 1 where it would abort: the libraries that read
-// files can run out of memory in functions that are noexcept.
+// Makes the program print one line and exit with code 1 instead of aborting: the libraries that
+// read files can run out of memory inside noexcept functions.
 void exit_where_it_would_abort();

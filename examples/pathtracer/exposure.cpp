@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How bright a preview has to be.
+// Choosing the exposure of a preview.
 #include "exposure.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int BLOCK = 16; // pixels
 constexpr double MIDDLE_GREY = 0.18;
-constexpr double LARGEST = 64; // stops, as the command line has it
+constexpr double LARGEST = 64; // stops; the command line has the same limit
 
 double luminance_of(const FilmPixel &p) {
     return static_cast<double>(
@@ -24,7 +24,7 @@ bool shows_surface(const FilmPixel &p) {
     return p.hits > 0 && 2 * uint64_t{p.hits} >= p.count;
 }
 
-// Whether to judge a picture by the pixels that show a surface: unless they are very few.
+// Whether to judge a picture only by the pixels that show a surface: not if there are hardly any.
 bool has_surfaces(const Film &film) {
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     return static_cast<size_t>(hits) * 1000 > film.pixels.size();

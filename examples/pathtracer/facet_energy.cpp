@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light microfacets keep when they scatter it once.
+// How much light microfacets keep in single scattering.
 #include "facet_energy.h"
 
 namespace facet_energy {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the samples of each pixel add up to.
+// Accumulating the samples of each pixel.
 #include "film.h"
 
 #include <algorithm>

@@ -6,8 +6,8 @@
 
 namespace {
 
-// At most so many samples are taken of one tile before another is begun, so that an interruption is
-// heard.
+// The most samples per pixel in one pass. Threads stop only between tiles, so a long pass would
+// make interrupts slow.
 constexpr uint32_t LONGEST_PASS = 256;
 
 // The count after `count` in 1, 2, 3, 4, 6, 8, 12, 16, 24 ...
@@ -18,8 +18,8 @@ uint32_t next_count(uint32_t count) {
     return count + std::min(step, LONGEST_PASS);
 }
 
-// The end of the next pass such that it should fit into the time left; `count` when none does. The
-// passes from `start` to `count` took `seconds`.
+// The sample count at which the next pass should end to fit in the time left, or `count` if not
+// even one sample fits. Passes from `start` to `count` took `seconds`.
 uint32_t count_in_time(uint32_t start, uint32_t count, uint32_t next, double seconds,
                        double time_limit) {
     if (count == start) return count + 1;
@@ -42,7 +42,7 @@ FrameEnd render_frame(const Integrator &integrator, const FrameSettings &setting
             next = count_in_time(start, count, next, totals.seconds, settings.time_limit);
             if (next == count) return FrameEnd::TIME_IS_UP;
         }
-        next = std::max(next, counts.most); // even from here on
+        next = std::max(next, counts.most); // brings all pixels to the same count
         const auto go_on = [&](double fraction, const RenderTotals &so_far) {
             const double samples = count + fraction * (next - count);
             double done = (samples - start) / (settings.spp - start);

@@ -22,6 +22,6 @@ inline size_t pixel_count(const Crop &crop) {
 
 struct Image {
     int full_width, full_height; // of the whole picture
-    Crop crop;                   // the pixels that are held
+    Crop crop;                   // the pixels held
     std::vector<float> rgb;      // height(crop) rows of width(crop) pixels of 3
 };

@@ -3,8 +3,8 @@
 // Light is found both by sampling points on lights and by scattered rays that hit lights; the power
 // heuristic combines the two (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte
 // Carlo Rendering", 1995). Paths end by Russian roulette or after max_depth bounces; up to that
-// depth the estimate is unbiased. Pixels are boxes, and each sample contributes to its own pixel
-// only: splatting would correlate neighbours and spoil the blue noise.
+// depth the estimate is unbiased. The pixel filter is a box, and each sample contributes to its own
+// pixel only: splatting would correlate neighbours and spoil the blue noise.
 #include "integrator.h"
 
 #include <optional>
@@ -13,18 +13,18 @@
 
 namespace {
 
-// The first bounces decide most of a pixel; roulette there would cost more noise than time.
+// The first bounces decide most of a pixel; roulette there would add more noise than it saves time.
 constexpr uint32_t FIRST_ROULETTE_BOUNCE = 3;
 
-// The weight of a sample of density pdf > 0.
+// The MIS weight of a sample of density pdf > 0.
 float power_heuristic(float pdf, float other_pdf) {
     const float ratio = other_pdf / pdf;
     return 1 / (1 + ratio * ratio);
 }
 
-// Chooses a light, and a point of the square for it, with one point of the square: each light is a
-// strip of the square, and the strip is stretched to a square again. So points that are well
-// distributed over the square are well distributed over the lights, and over each light.
+// Turns one point of the unit square into a light and a point on it. Each light owns a strip of the
+// square, which is stretched back to a square, so points well distributed over the square are well
+// distributed over the lights and over each light.
 const Light &choose_light(const Scene &scene, Vec2 &u) {
     if (scene.lights.size() == 1) return scene.lights[0];
     const Choice choice = distribution_choose(scene.light_limits.data(), scene.lights.size(), u.x);
@@ -32,17 +32,19 @@ const Light &choose_light(const Scene &scene, Vec2 &u) {
     return scene.lights[choice.index];
 }
 
-// A path on its way from the camera.
+// The state of a path traced from the camera.
 struct Path {
     PixelSample sample;
     PathCounters *counters;
-    // Of the ray's domain: pair (0,1) chose the ray, pair (2,3) chooses a light where the ray ends.
+    // Drawn from the ray's domain: pair (0,1) chose the ray, pair (2,3) chooses a light where the
+    // ray ends.
     Draw u;
     Ray ray;
     Vec3 throughput = {1, 1, 1};
     Vec3 radiance = {0, 0, 0};
     // The density per steradian with which the ray was chosen, and the number of light samples that
-    // compete with it: none for camera rays and mirrors, which no light sample can find.
+    // compete with it: none after the camera or a mirror, since no light sample could find those
+    // rays.
     float scatter_pdf = 1, light_samples = 0;
     bool seen_by_camera = true; // directly, or through mirrors and smooth glass
 };
@@ -63,13 +65,13 @@ Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCo
 
 // ---- Light that a ray hits
 
-// The density with which the light samples would have chosen the direction of the path's ray. A
+// The density with which the path's light samples would have chosen its ray's direction, if one
 // sample of `light` chooses it with `light_pdf`.
 float light_samples_pdf(const Path &path, const Light &light, float light_pdf) {
     return path.light_samples * light.probability * light_pdf;
 }
 
-// Adds light that the ray hits, weighted against the light samples that could have found it.
+// Adds light that the ray hits, weighted against the light samples that could have found it too.
 void add_found_light(Path &path, float other_pdf, Vec3 emitted) {
     path.radiance += power_heuristic(path.scatter_pdf, other_pdf) * (path.throughput * emitted);
 }
@@ -105,12 +107,12 @@ struct Vertex {
     Vec3 point;
     float distance; // from the ray's origin
     bool front;     // whether the ray came from the triangle's front
-    Vec3 normal;    // geometric, on the side that the ray came from
+    Vec3 normal;    // geometric, on the side the ray came from
     Frame frame;    // around the shading normal
     Vec3 shading_normal;
     Vec3 wo; // back along the ray, in the frame
 
-    // The start of a ray, moved off the surface to the side that the ray leaves to.
+    // The origin of the next ray, moved off the surface to the side the ray leaves on.
     Vec3 start(Vec3 wi) const { return offset_point(point, wi.z > 0 ? normal : -normal, distance); }
     // Whether `wi` is on the same side of the triangle as of the shading normal. Other directions
     // carry no light.
@@ -135,7 +137,7 @@ Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
     return v;
 }
 
-// The material of a hit. `textured` holds it if the material has maps.
+// The material at a hit, stored in `textured` if it has maps.
 const Material &material_of_hit(const Scene &scene, const Hit &hit,
                                 std::optional<Material> &textured) {
     const Material &base = scene.materials[scene.surfaces[hit.triangle].material];
@@ -153,7 +155,7 @@ Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the light of one of `count` light samples, chosen by u.
+// Adds the contribution of one of `count` light samples, chosen by u.
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
                       const Material &material, Vec2 u, uint32_t count) {
     const Scene &scene = *integrator.scene;
@@ -175,7 +177,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     path.radiance += (weight / pdf) * (path.throughput * scattered * emitted);
 }
 
-// Adds the light samples of a vertex. Returns their number.
+// Adds a vertex's light samples. Returns how many.
 uint32_t add_light_samples(const Integrator &integrator, Path &path, const Vertex &v,
                            const Material &material, uint32_t bounce) {
     const Scene &scene = *integrator.scene;
@@ -195,7 +197,7 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
 // ---- The next ray
 
 // Continues the path in a direction sampled from the material. Returns false if the path ends, by
-// roulette too.
+// roulette or otherwise.
 bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Material &material,
              uint32_t bounce) {
     const Integrator::RayDomains &domains = integrator.rays[bounce + 1];
@@ -211,7 +213,8 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
     if (!v.same_side(sample.wi, direction)) return false;
     path.throughput *= sample.weight;
     if (roulette) {
-        // The share of light that the bounce keeps, so survivors keep their throughput.
+        // Survive with the share of light the bounce keeps, so survivors' throughput stays the
+        // same.
         const float survival = std::min(max_component(sample.weight), 1.0f);
         if (choices.u[1] >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;

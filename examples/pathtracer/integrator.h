@@ -9,8 +9,8 @@
 #include "sampler.h"
 #include "scene.h"
 
-// Everything a path reads while it is traced. The domains of a ray do not depend on the path, so
-// they are derived once.
+// Everything a path reads while it is traced. Ray domains do not depend on the path, so they are
+// derived once.
 struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
@@ -18,11 +18,11 @@ struct Integrator {
     uint32_t max_depth; // surface bounces; 0 shows lights only
     struct RayDomains {
         uint32_t ray, choices;
-        int dimensions; // of `ray`: 4 where it holds the light, or the lens, too
+        int dimensions; // drawn from `ray`: 4 if it also serves the light or the lens
     };
     std::vector<RayDomains> rays; // the camera's, and one for each of max_depth bounces
     uint32_t first_light;
-    bool first_light_apart; // in `first_light`, not in the camera ray's domain
+    bool first_light_apart; // drawn from `first_light`, not from the camera ray's domain
 };
 
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
@@ -32,9 +32,9 @@ Integrator integrator_create(const Scene &scene, const Geometry &geometry, const
 struct PathCounters {
     uint64_t rays = 0;
     uint64_t draws_2d = 0, draws_4d = 0; // from the sampler
-    uint64_t lost = 0;                   // samples that were not finite: there should be none
-    // The throughput of paths that ended at max_depth. Divided by the number of samples: the share
-    // of throughput that was cut off.
+    uint64_t lost = 0;                   // non-finite samples: there should be none
+    // The total throughput of paths cut off at max_depth. Divided by the number of samples, the
+    // share of throughput lost.
     double cut_off = 0;
 };
 
@@ -50,12 +50,12 @@ inline PathCounters &operator+=(PathCounters &a, const PathCounters &b) {
 // The result of one sample of a pixel.
 struct PathSample {
     Vec3 radiance;
-    // The surface that the camera ray hits, for denoisers; 0 if there is none.
+    // The first surface the camera ray hits, for denoisers; 0 if there is none.
     bool hit;
     Vec3 albedo, normal; // `normal` is the shading normal in world space
     float depth;         // along the camera's axis, from its lens
 };
 
-// Sample `index` of pixel (x, y), top left is (0, 0). Adds to `counters`.
+// Traces sample `index` of pixel (x, y); (0, 0) is top left. Adds to `counters`.
 PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
                       PathCounters &counters);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finding what a ray hits, with Embree 3 or 4: they differ in the context argument of queries.
+// Ray queries with Embree 3 or 4, which differ in the context argument.
 #include "intersect.h"
 
 #include <limits>
@@ -35,10 +35,11 @@ void record_error(void *user, RTCError, const char *message) {
     if (first->empty()) *first = message ? message : "unknown error";
 }
 
-// Marks rays that do not see the backs of single-sided surfaces.
+// Marks rays that pass through the backs of single-sided surfaces.
 constexpr unsigned SEES_FRONTS = 1;
 
-// Rays go on where the surface has a hole or no back. One ray at a time is all this program traces.
+// Lets rays continue through cut-outs and through the backs of single-sided surfaces. This program
+// traces one ray at a time, so N is 1.
 void pass_through(const RTCFilterFunctionNArguments *query) {
     const auto &scene = *static_cast<const Scene *>(query->geometryUserPtr);
     const uint32_t triangle = RTCHitN_primID(query->hit, query->N, 0);
@@ -86,7 +87,7 @@ GeometryPointer geometry_build(const Scene &scene) {
     if (!geometry->device) throw Error("Embree cannot start on this machine");
     rtcSetDeviceErrorFunction(geometry->device, record_error, &error);
 
-    // Robust: rays do not slip through the seam between neighbouring surfaces.
+    // Robust mode: rays must not slip through the seam between neighbouring triangles.
     geometry->scene = rtcNewScene(geometry->device);
     rtcSetSceneFlags(geometry->scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(geometry->scene, RTC_BUILD_QUALITY_HIGH);

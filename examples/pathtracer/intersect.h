@@ -15,7 +15,7 @@ struct Hit {
     float u, v;        // weights of the second and the third vertex
 };
 
-// The acceleration structure of a scene. The scene must outlive it and must not move.
+// A scene's acceleration structure. The scene must outlive it and must not move.
 struct Geometry;
 struct GeometryDelete {
     void operator()(Geometry *geometry) const;
@@ -25,19 +25,18 @@ using GeometryPointer = std::unique_ptr<Geometry, GeometryDelete>;
 // Throws Error.
 GeometryPointer geometry_build(const Scene &scene);
 
-// Call this once in each thread that traces rays: it makes the thread flush denormal numbers to
-// zero.
+// Call this once in each thread that traces rays: it makes the thread flush denormals to zero.
 void geometry_thread_begin();
 
-// Finds the nearest hit. Rays that are `seen_by_camera` pass through the backs of single-sided
-// surfaces. Returns false if there is no hit.
+// Finds the nearest hit; returns false if there is none. Rays that are `seen_by_camera` pass
+// through the backs of single-sided surfaces.
 bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hit &hit);
 
 // Whether anything blocks the segment between two points.
 bool occluded(const Geometry &geometry, Vec3 from, Vec3 to);
 
-// Moves a point off its surface, to the side of the unit normal, so that rays from it do not hit
-// the surface again. The distance is a few times the rounding error of the hit, which grows with
+// Moves a point off its surface, towards the unit normal, so that rays from it do not hit the
+// surface again. The distance is a few times the rounding error of the hit point, which grows with
 // the coordinates and the length of the ray.
 inline Vec3 offset_point(Vec3 point, Vec3 normal, float distance) {
     const float rounding = 32 * 1.1920929e-7f;

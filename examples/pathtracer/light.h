@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights: parallelograms and triangles that emit from their front (the side of the normal) or from
+// Lights: parallelograms and triangles that emit from the front (the side of the normal) or from
 // both sides; the environment; and punctual lights, which no ray can hit. Densities are per
 // steradian as seen from the lit point, like those of materials; for punctual lights they are 1.
 #pragma once
@@ -10,18 +10,18 @@
 struct Light {
     enum Kind { PARALLELOGRAM, TRIANGLE, ENVIRONMENT, POINT, SPOT, DIRECTIONAL };
     Kind kind;
-    Vec3 corner, edge_u, edge_v; // POINT, SPOT: the corner is the place
-    Vec3 normal;                 // unit. SPOT, DIRECTIONAL: the direction in which it shines
+    Vec3 corner, edge_u, edge_v; // POINT, SPOT: the corner is the position
+    Vec3 normal;                 // unit. SPOT, DIRECTIONAL: the direction it shines in
     float area;
-    Vec3 radiance; // POINT, SPOT: power per steradian. DIRECTIONAL: irradiance of a
-                   // surface across it
-    const Environment *environment; // of the scene; its own radiance counts
-    float distance;          // ENVIRONMENT, DIRECTIONAL: that is beyond everything in the scene
-    float probability;       // of being chosen among the lights; scene_finish sets it
-    bool both_sides = false; // PARALLELOGRAM, TRIANGLE: shines from its back as well
-    bool mapped = false; // TRIANGLE: `radiance` is a mean, and emission_at() tells that of a place
-    uint32_t triangle = 0; // the one in the scene that a TRIANGLE is; scene_finish sets it
-    float cosine_inner = 1, cosine_outer = 0; // SPOT: full within, nothing beyond, smooth between
+    Vec3 radiance; // POINT, SPOT: radiant intensity. DIRECTIONAL: irradiance at
+                   // normal incidence
+    const Environment *environment; // ENVIRONMENT: the scene's; used instead of `radiance`
+    float distance;          // ENVIRONMENT, DIRECTIONAL: beyond everything in the scene
+    float probability;       // of being chosen among all lights; set by scene_finish
+    bool both_sides = false; // PARALLELOGRAM, TRIANGLE: the back emits too
+    bool mapped = false; // TRIANGLE: `radiance` is a mean; emission_at() gives it at a point
+    uint32_t triangle = 0; // TRIANGLE: its index in the scene; set by scene_finish
+    float cosine_inner = 1, cosine_outer = 0; // SPOT: full inside, none outside, smooth between
 };
 
 // Whether scattered rays can hit the light.
@@ -30,21 +30,21 @@ inline bool light_has_extent(const Light &light) {
 }
 
 struct LightSample {
-    Vec3 point;     // where it comes from
+    Vec3 point;     // on the light
     Vec3 direction; // unit, from the lit point to it
     Vec3 radiance;
-    float pdf;  // per steradian; 0: the light does not shine there
-    Vec2 place; // TRIANGLE: the weights of its second and third vertex
+    float pdf;  // per steradian; 0: no light reaches the lit point
+    Vec2 place; // TRIANGLE: barycentric weights of its second and third vertices
 };
 
-// The share of its light that a spot emits at this cosine of the angle to its axis.
+// The fraction of its intensity a spot emits at this cosine to its axis.
 inline float spot_share(const Light &light, float cosine) {
     const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
     const float t = std::clamp((cosine - light.cosine_outer) / range, 0.0f, 1.0f);
     return t * t;
 }
 
-// Chooses a point uniformly on the light's area, or a direction by the radiance of the environment.
+// Samples a point uniformly on the light's area, or a direction by the environment's radiance.
 inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
     if (light.kind == Light::ENVIRONMENT) {
         const EnvironmentSample s = environment_sample(*light.environment, u);
@@ -75,13 +75,14 @@ inline LightSample light_sample(const Light &light, Vec3 lit_point, Vec2 u) {
             squared * distance / (along_normal * light.area), u};
 }
 
-// The density with which light_sample chooses a point of an area light at that distance, seen under
-// a cosine that is not 0.
+// The density with which light_sample chooses a point of an area light, at this distance and
+// non-zero cosine.
 inline float light_pdf(const Light &light, float distance, float cosine) {
     return distance * distance / (std::abs(cosine) * light.area);
 }
 
-// The weight for choosing this light: its power into a scene of this radius, as luminance.
+// The weight for choosing this light: the power, as luminance, it sends into a scene of this
+// radius.
 inline float light_power(const Light &light, float scene_radius) {
     if (light.kind == Light::ENVIRONMENT)
         return light.environment->irradiance * PI * scene_radius * scene_radius;

@@ -34,7 +34,7 @@ void print_cameras(const Options &options) {
 int main(int argc, char **argv) {
     exit_where_it_would_abort();
 #ifdef SIGXFSZ
-    // A file size limit is an error like a full disk, not a reason to die with half a file.
+    // Treat a file size limit as an error, like a full disk, instead of dying with half a file.
     std::signal(SIGXFSZ, SIG_IGN);
 #endif
     try {
@@ -49,7 +49,7 @@ int main(int argc, char **argv) {
             run_merge(options);
         } else {
             const int signal = run_render(options);
-            // As the shell has it: a script sees that the picture is not complete.
+            // The shell's convention: a script sees that the picture is incomplete.
             if (signal) return 128 + signal;
         }
         return 0;

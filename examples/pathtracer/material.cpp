@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // GGX conductors and dielectrics; mixture.cpp has the metallic-roughness material of glTF.
 //
-// Light that microfacets scatter more than once is missing from their formulas. It comes back as a
-// wide lobe of its own (Kulla and Conty, "Revisiting Physically Based Shading at Imageworks",
-// 2017): what is lost in direction o times what is lost in direction i, which is reciprocal and
-// adds up to what is lost. How much that is stands in tables, integrated at start-up: for
-// conductors over cosine and roughness with a white Fresnel term, for each rough dielectric over
-// cosine. A rough material is sampled as the mixture of both lobes, the wide one with the
-// probability of the loss.
+// Microfacet formulas lose the light that scatters more than once. A wide lobe adds it back (Kulla
+// and Conty, "Revisiting Physically Based Shading at Imageworks", 2017): the loss in direction o
+// times the loss in direction i, which is reciprocal and restores exactly what was lost. The losses
+// are tabulated at start-up: for conductors over cosine and roughness, with a white Fresnel term;
+// for each rough dielectric over cosine. Rough materials are sampled as the mixture of both lobes,
+// the wide one with the probability of the loss.
 //
-// Fresnel of conductors: Schlick's, with a tint near the edge (Kutz et al., "Novel aspects of the
+// Conductor Fresnel: Schlick's, with a tint towards grazing (Kutz et al., "Novel aspects of the
 // Adobe Standard Material", 2021).
 #include "material.h"
 
@@ -27,7 +26,7 @@ float alpha_of(const Material &m) {
 
 // ---- Conductors
 
-// Between two roughnesses of the table.
+// The energy tables interpolated to a material's roughness.
 struct ConductorEnergy {
     const float *low, *high;
     float t;
@@ -52,7 +51,8 @@ float loss(const ConductorEnergy &e, float cosine) {
 }
 
 Vec3 fresnel_conductor(const Material &m, float cosine) {
-    // The tint is 1 - `edge` of what Schlick's formula says at the cosine of 82 degrees, 1/7.
+    // `edge` scales Schlick's reflectance at 82 degrees, cosine 1/7; the tint term subtracts the
+    // rest.
     const float at_edge = 1.0f / 7;
     const float grazing = std::pow(1 - at_edge, 5.0f);
     const float scale = 1 / (at_edge * std::pow(1 - at_edge, 6.0f));
@@ -65,8 +65,8 @@ Vec3 fresnel_conductor(const Material &m, float cosine) {
     return {one(m.albedo.x, m.edge.x), one(m.albedo.y, m.edge.y), one(m.albedo.z, m.edge.z)};
 }
 
-// The Fresnel term of light scattered more than once: reflected by all facets on average, and lost
-// again by a part of it each time.
+// The Fresnel term of multiply scattered light: a geometric series in which every facet reflects
+// the mean Fresnel term and a share mean_loss of that hits another facet.
 Vec3 fresnel_multiple(const Material &m, float mean_loss) {
     const float grazing = std::pow(6.0f / 7, 5.0f), scale = 7 / std::pow(6.0f / 7, 6.0f);
     const auto one = [&](float f0, float edge) {
@@ -109,14 +109,14 @@ float loss(const Material &m, bool front, float cosine) {
                     1 - interpolate(m.energy->kept[front ? 0 : 1], std::sqrt(std::abs(cosine))));
 }
 
-// The facet that sends light from `wi` to `wo`. False when none does.
+// The facet that scatters light from `wi` to `wo`. False if there is none.
 bool dielectric_facet(Vec3 wo, Vec3 wi, float eta, Vec3 &h) {
     h = normalize_or(wi.z > 0 ? wo + wi : wo + eta * wi, {0, 0, 1});
     if (h.z < 0) h = -h;
     return dot(wo, h) > 0 && (dot(wi, h) > 0) == (wi.z > 0);
 }
 
-// The derivative of a facet's normal by the direction it sends light to or from.
+// The Jacobian from directions to facet normals: dh/dwi.
 float dielectric_jacobian(Vec3 wo, Vec3 wi, Vec3 h, float eta) {
     const float wo_h = dot(wo, h), wi_h = dot(wi, h);
     if (wi.z > 0) return 1 / (4 * wo_h);
@@ -173,7 +173,7 @@ MaterialSample sample_smooth(const Material &m, bool front, Vec3 wo, float lobe)
     return {wi, m.albedo, 1 - fresnel, true};
 }
 
-// A direction of a rough material's mixture.
+// Samples a direction from a rough material's mixture of lobes.
 bool sample_rough(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe, Vec3 &wi) {
     const bool metal = m.kind == Material::CONDUCTOR;
     const float wide = metal ? loss(conductor_energy(m), wo.z) : loss(m, front, wo.z);
@@ -231,8 +231,9 @@ void material_prepare(Material &m) {
         }
         return;
     }
-    // The shares that reciprocity asks for: they are to each other as the losses of the far sides
-    // times what a smooth interface lets through, whose ratio is the squared index of refraction.
+    // Reciprocity fixes the ratio of the two shares. Each is proportional to the far side's mean
+    // loss times the mean transmittance of a smooth interface, and those transmittances differ by
+    // the squared index of refraction.
     passed[1] = passed[0] / (m.ior * m.ior);
     e.passed_loss[0] = passed[0] * e.mean_loss[1] / larger;
     e.passed_loss[1] = passed[1] * e.mean_loss[0] / larger;

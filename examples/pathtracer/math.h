@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vectors, orthonormal frames and maps from the unit square.
 //
-// Maps from the unit square decide how much of a sampler's quality survives. The concentric map of
-// the disc (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997) keeps areas and
-// hardly stretches; the polar map has a seam that tears neighbouring samples apart. The frame is
-// Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
+// The maps from the unit square decide how much of a sampler's quality survives. The concentric map
+// to the disc (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997) preserves
+// area with little distortion; the polar map has a seam that separates neighbouring samples. The
+// frame is Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
 #pragma once
 
 #include <algorithm>
@@ -81,13 +81,13 @@ inline bool is_finite(Vec3 v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// The unit vector along v, for any length above 0; otherwise `fallback`.
+// The unit vector along v, however short or long; `fallback` if v is zero or not finite.
 inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     const float squared = dot(v, v);
     if (squared > 1e-30f && squared < 1e30f) return (1 / std::sqrt(squared)) * v;
     const float largest = max_magnitude(v);
     if (!(largest > 0) || !std::isfinite(largest)) return fallback;
-    // In two steps: one division alone could overflow for the smallest of vectors.
+    // In two steps: a single division could overflow for the shortest vectors.
     return normalize({v.x / largest, v.y / largest, v.z / largest});
 }
 
@@ -111,15 +111,15 @@ inline Vec3 to_local(const Frame &f, Vec3 v) {
     return {dot(f.tangent, v), dot(f.bitangent, v), dot(f.normal, v)};
 }
 
-// Sine and cosine of an angle in [-pi/4, pi/4]: the first terms of the series, good to the last
-// bits of a float there.
+// Sine and cosine of an angle in [-pi/4, pi/4], by the first terms of their series: accurate there
+// to the last bits of a float.
 inline void small_sin_cos(float angle, float &sine, float &cosine) {
     const float s = angle * angle;
     sine = angle * (1 + s * (-1.0f / 6 + s * (1.0f / 120 + s * (-1.0f / 5040))));
     cosine = 1 + s * (-0.5f + s * (1.0f / 24 + s * (-1.0f / 720 + s * (1.0f / 40320))));
 }
 
-// Maps the unit square to the unit disc, preserving areas.
+// Maps the unit square to the unit disc, preserving area.
 inline Vec2 square_to_disc(Vec2 u) {
     const float a = 2 * u.x - 1, b = 2 * u.y - 1;
     float sine, cosine;
@@ -133,7 +133,7 @@ inline Vec2 square_to_disc(Vec2 u) {
 }
 
 // Maps the unit square to the triangle with barycentric coordinates (x, y, 1 - x - y), preserving
-// areas and without a fold (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019).
+// area and without a fold (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019).
 inline Vec2 square_to_triangle(Vec2 u) {
     if (u.y > u.x) return {0.5f * u.x, u.y - 0.5f * u.x};
     return {u.x - 0.5f * u.y, 0.5f * u.y};

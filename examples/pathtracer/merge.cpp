@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Putting a picture together from parts.
+// Merging a picture from parts.
 #include "merge.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ Crop around(const Crop &a, const Crop &b) {
     return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-// What the parts of one picture have in common, by name, for saying what differs.
+// The settings that parts of one picture must share, with names for the error message.
 std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &head) {
     const ExrAttributes &a = head.attributes;
     return {{"size", std::to_string(head.full_width) + "x" + std::to_string(head.full_height)},
@@ -34,7 +34,7 @@ std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &hea
             {"photometric", a.photometric ? "on" : "off"}};
 }
 
-// Adds the samples of a part to a pixel of the picture, which begins at sample `first`.
+// Adds a part's samples to a pixel of the picture, which starts at sample `first`.
 void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first,
               const ExrHead &part, const std::string &path) {
     if (from.count == 0) return;
@@ -62,7 +62,7 @@ std::string settings_difference(const ExrHead &one, const ExrHead &other) {
 }
 
 void add_cost(ExrAttributes &to, const ExrAttributes &part) {
-    // Of all threads' time, as if one machine had done it all.
+    // Weighted by time, as if one machine had rendered everything.
     if (to.seconds + part.seconds > 0)
         to.sampling_share = (to.sampling_share * to.seconds + part.sampling_share * part.seconds) /
                             (to.seconds + part.seconds);
@@ -107,7 +107,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
                     " pixels; merge fewer of them");
 
     merged.film = film_create(heads[0].full_width, heads[0].full_height, crop);
-    // In the order of their samples, so that each pixel is filled without gaps.
+    // In sample order, so that each pixel fills up without gaps.
     std::vector<size_t> order(paths.size());
     std::iota(order.begin(), order.end(), size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {

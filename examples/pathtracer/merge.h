@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Putting a picture together from parts: regions, ranges of samples, or both.
+// Merging a picture from parts: regions, ranges of samples, or both.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 #include "exr.h"
 
 // The first difference between the settings of two pictures, such as "seed '1' and '2'"; empty if
-// they can be parts of one picture. Regions and samples are not compared.
+// they can be parts of one picture. Regions and sample ranges are not compared.
 std::string settings_difference(const ExrHead &one, const ExrHead &other);
 
 // Adds the rendering cost of a part.
@@ -19,8 +19,8 @@ struct MergedPicture {
     ExrAttributes attributes;
 };
 
-// Reads parts that this program wrote with the same settings, and merges them. Where they overlap
-// they must hold different samples, and the samples of each pixel must follow each other without
-// gaps, from the first sample of all parts. Pixels outside all parts are black and have no samples.
-// Holds the result and one part in memory. Throws Error.
+// Reads and merges parts that this program wrote with the same settings. Where parts overlap they
+// must hold different samples, and each pixel's samples must be consecutive, starting at the first
+// sample of all parts. Pixels outside all parts are black and have no samples. Holds only the
+// result and one part in memory. Throws Error.
 MergedPicture merge_pictures(const std::vector<std::string> &paths);

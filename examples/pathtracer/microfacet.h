@@ -2,22 +2,22 @@
 // What rough materials share: the GGX distribution of microfacets with Smith's height-correlated
 // shadowing and masking (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
 // 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014) and
-// Fresnel's equations. Directions are local, the surface's normal is +z; alpha is in (0, 1].
+// Fresnel's equations. Directions are local, with the surface normal along +z; alpha is in (0, 1].
 //
-// Written so that grazing directions divide by nothing that vanishes: densities and shadowing
-// already hold the division by the cosines that go with them.
+// The functions are stable at grazing angles: masking and shadowing include the division by their
+// cosines, so nothing divides by a vanishing cosine.
 #pragma once
 
 #include "math.h"
 
-// The distribution of microfacet normals: its integral over cosine is 1.
+// D(h), the distribution of microfacet normals; its cosine-weighted integral is 1.
 inline float ggx_density(float alpha, Vec3 h) {
     const float squared = alpha * alpha;
     const float t = (h.x * h.x + h.y * h.y) / squared + h.z * h.z;
     return 1 / (PI * squared * t * t);
 }
 
-// Smith's function of one direction times two: |z| + the square root of z^2 + (alpha sine)^2.
+// Twice Smith's function of one direction: |z| + sqrt(z^2 + (alpha sine)^2).
 inline float ggx_smith(float alpha, Vec3 w) {
     return std::abs(w.z) + std::sqrt(w.z * w.z + alpha * alpha * (w.x * w.x + w.y * w.y));
 }
@@ -38,8 +38,8 @@ inline float ggx_visible_density(float alpha, Vec3 o, Vec3 h) {
     return ggx_masking(alpha, o) * std::max(0.0f, dot(o, h)) * ggx_density(alpha, h);
 }
 
-// A normal with that density from a point chosen evenly on the unit disc (Heitz, "Sampling the GGX
-// Distribution of Visible Normals", 2018).
+// Samples a normal with that density from a uniform point on the unit disc (Heitz, "Sampling the
+// GGX Distribution of Visible Normals", 2018).
 inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     const Vec3 stretched = normalize({alpha * o.x, alpha * o.y, o.z});
     const float squared = stretched.x * stretched.x + stretched.y * stretched.y;
@@ -54,8 +54,8 @@ inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     return normalize({alpha * h.x, alpha * h.y, std::max(h.z, 1e-6f)});
 }
 
-// The share of light that an interface reflects. eta: index of refraction of the far side over that
-// of the near side.
+// The fraction of light an interface reflects. eta: index of refraction of the far side over the
+// near side.
 inline float fresnel_dielectric(float cosine, float eta) {
     const float squared_sine = (1 - cosine * cosine) / (eta * eta);
     if (squared_sine >= 1) return 1; // total internal reflection
@@ -65,8 +65,8 @@ inline float fresnel_dielectric(float cosine, float eta) {
     return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// The direction opposite to o after refraction by a facet of normal h, o.h > 0. False when nothing
-// passes.
+// Refracts o, with o.h > 0, through a facet of normal h: `wi` is on the far side. False on total
+// internal reflection.
 inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
     const float cosine = dot(o, h);
     const float squared_sine = (1 - cosine * cosine) / (eta * eta);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Metallic-roughness is a mixture of metal and of a coat over a diffuse ground, one GGX lobe for
-// both as Schlick's formula is linear in its reflectance. The ground gets what the coat leaves in
-// the direction of the light, on average, and gives back what the coat leaves in the direction of
-// the eye (Kelemen and Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model",
-// 2001), so that white stays white whatever the mixture.
+// Metallic-roughness blends metal with a coated diffuse base. Schlick's formula is linear in its
+// reflectance, so one GGX lobe serves both. The base receives what the coat lets through from the
+// light and returns what the coat lets through towards the eye, normalised by the mean (Kelemen and
+// Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so white stays
+// white for any blend.
 #include "mixture.h"
 
 #include "distribution.h"
@@ -18,23 +18,23 @@ float lerp(float t, float a, float b) {
     return (1 - t) * a + t * b;
 }
 
-// How much light the single scattering of facets returns at a roughness and a cosine: `bound` of
-// what the reflectance says, and `edge` of all that is left to 1.
+// The directional albedo of single scattering at a roughness and cosine: `bound` scales with the
+// reflectance, `edge` is what Schlick's formula adds to any reflectance.
 struct FacetAlbedo {
     float bound, edge;
     float at(float reflectance) const { return reflectance * bound + edge; }
 };
 
-// A metallic-roughness material, prepared for one place.
+// A metallic-roughness material, prepared for one point.
 struct Mixture {
-    Vec3 reflectance; // seen straight
-    Vec3 ground;      // of the diffuse part, over what the coat takes of it on average
-    Vec3 multiple;    // of what facets scatter more than once, over the mean loss
+    Vec3 reflectance; // at normal incidence
+    Vec3 ground;      // albedo of the diffuse base, over mean_left
+    Vec3 multiple;    // colour of multiple scattering, over mean_loss
     float coat;       // reflectance of the coat alone
     float coat_multiple;
-    float mean_left, mean_loss; // what the coat leaves to the ground, and facets lose, on average
+    float mean_left, mean_loss; // means: what the coat leaves to the base; what facets lose
     float alpha;
-    float t; // between the rows of the tables
+    float t; // fraction between two table rows
     size_t row;
 };
 
@@ -78,7 +78,7 @@ Mixture mixture(const Material &m) {
     return x;
 }
 
-// What the coat leaves to the ground, and what facets lose, at a cosine.
+// What the coat leaves to the base, and what facets lose, at one cosine.
 struct Left {
     float by_coat, by_facets;
 };
@@ -88,8 +88,8 @@ Left left_at(const Mixture &x, FacetAlbedo f) {
     return {std::max(0.0f, 1 - f.at(x.coat) - x.coat_multiple * lost), lost};
 }
 
-// The share of directions that are sampled by facets: by what they return at the cosine of `wo`,
-// as the rest is sampled by its cosine.
+// The probability of sampling the facet lobe: its share of the light returned at the cosine of
+// `wo`. The rest is sampled by cosine.
 float facet_share(const Mixture &x, Vec3 wo, Left &left) {
     const FacetAlbedo f = facet_albedo(x, wo.z);
     left = left_at(x, f);
@@ -129,7 +129,7 @@ MaterialSample mixture_sample(const Material &m, Vec3 wo, Vec2 u) {
     Left left;
     const float share = facet_share(x, wo, left);
     Vec3 wi;
-    // u.x chooses the lobe, and what is left of it is stretched to [0, 1) again.
+    // u.x chooses the lobe, then is rescaled to [0, 1).
     if (u.x < share) {
         u.x = std::min(u.x / share, 1 - DRAW_STEP);
         const Vec3 h = ggx_visible_normal(x.alpha, wo, square_to_disc(u));

@@ -4,8 +4,7 @@
 
 #include "material.h"
 
-// The scattering function times the cosine of `wi`, and the density with which mixture_sample()
-// chooses it.
+// The BRDF times the cosine of `wi`, and the density with which mixture_sample() chooses it.
 struct MixtureValue {
     Vec3 eval;
     float pdf;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc)
-// beside those of libbn, in builds with -DBN_OPENQMC=DIR. They are used as its README says: a
-// sampler for each pixel and index is the root, each decision of a path is a child of it by
-// newDomain(), and light samples that belong to one path come from newDomainSplit().
+// beside libbn's, in builds with -DBN_OPENQMC=DIR. They are used as its README recommends: the root
+// is a sampler for one pixel and index, each decision of a path is a child of it by newDomain(),
+// and split light samples of one path come from newDomainSplit().
 //
-// OpenQMC takes no seed. What re-randomises its patterns is the frame number: of it and of the keys
-// it derives by how much the tables are moved on the screen, the same for all pixels, so that their
-// blue noise stays whole. A hash of the seed is the frame number here.
+// OpenQMC takes no seed; the frame number re-randomises its patterns. From it and the domain keys
+// OpenQMC derives how far its tables are shifted on the screen. The shift is the same for all
+// pixels, which keeps their blue noise intact. Here the frame number is a hash of the seed.
 #include "sampler.h"
 
 #ifdef BN_WITH_OPENQMC
@@ -17,8 +17,8 @@
 
 namespace {
 
-// 30 bits: OpenQMC adds the high half of the index to its frame number, an int. The mixing is that
-// of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+// 30 bits, because OpenQMC adds the high half of the index to its frame number, an int. The mixer
+// is SplitMix64's (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
 int frame_of(uint64_t seed) {
     seed += 0x9e3779b97f4a7c15u;
     seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line: one row per option, numbers checked against their range where they are read.
+// The command line: one row per option; numbers are range-checked as they are read.
 #include "options.h"
 
 #include <charconv>
@@ -12,14 +12,14 @@
 
 namespace {
 
-constexpr int MAX_EXTENT = 65536; // pixels a side
+constexpr int MAX_EXTENT = 65536; // pixels per side
 constexpr uint32_t MAX_SPP = 1u << 24;
 constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
 constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
 constexpr double MAX_SECONDS = 1e7;
 constexpr double MAX_COORDINATE = 1e15;
-constexpr double MIN_FOV = 1e-4; // degrees, from 0 and from 180
+constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
 
 const char *const WITH_VALUE[] = {
     "--scene",   "--sampler",       "--spp",      "--declare", "--mask",
@@ -28,7 +28,7 @@ const char *const WITH_VALUE[] = {
     "--time",    "--write-partial", "--camera",   "--eye",     "--target",
     "--fov",     "--convergence",   "--resume",   "-o"};
 
-// The whole text as a number in [low, high].
+// Parses the whole text as a number in [low, high].
 template <typename Number>
 bool parse_number(const std::string &text, Number low, Number high, Number &value) {
     const char *end = text.data() + text.size();
@@ -132,7 +132,7 @@ void check_options(const Options &o) {
         if (!o.convergence.empty()) throw Error("--merge does not render; leave out --convergence");
         return;
     }
-    // Of a picture to go on with; those of the command line are in range.
+    // Only a resumed picture can fail this; the command line is already range-checked.
     if (o.max_depth > MAX_DEPTH || o.light_samples > MAX_LIGHT_SAMPLES)
         throw Error(o.resume + " has impossible settings: --max-depth " +
                     std::to_string(o.max_depth) + ", --light-samples " +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temporary files have random names and are created exclusively, so that nobody who can write to
-// the folder can make this program follow a link of theirs. What is renamed has reached the disk:
-// after a crash of the machine there is the old file or the new one, complete.
+// Temporary files have random names and are created exclusively, so nobody with write access to the
+// folder can make this program follow a link of theirs. Files are flushed to disk before they are
+// renamed: after a system crash either the old or the new file is there, complete.
 #include "output_file.h"
 
 #include <fcntl.h>
@@ -23,14 +23,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int MAX_LINKS = 40; // followed from one name, as by Linux
+constexpr int MAX_LINKS = 40; // followed from one name; Linux has the same limit
 
 Error cannot_write(const fs::path &path, const std::string &why) {
     return Error("cannot write " + path.string() + ": " + why);
 }
 
-// Replaces a path by the one its symbolic links lead to, whether a file is there or not. Returns
-// false when they lead nowhere.
+// Replaces a path by the target of its symbolic links, whether or not a file exists there. Returns
+// false if the links never end.
 bool follow_links(fs::path &path) {
     std::error_code ignored;
     for (int links = 0; fs::is_symlink(fs::symlink_status(path, ignored)); ++links) {
@@ -51,7 +51,7 @@ fs::path folder_of(const fs::path &path) {
     return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-// A name beside `path` that nobody can guess.
+// An unguessable name next to `path`.
 fs::path beside(const fs::path &path) {
     std::random_device random;
     char suffix[32];
@@ -61,10 +61,10 @@ fs::path beside(const fs::path &path) {
     return result;
 }
 
-// Removes a file when it goes out of scope, unless it was renamed.
+// A file that is removed when it goes out of scope, unless it was renamed.
 class TemporaryFile {
   public:
-    // Creates a file beside `target`. Errors name `path`, which is how the user calls it.
+    // Creates a file next to `target`. Errors name `path`, as the user wrote it.
     TemporaryFile(const fs::path &path, const fs::path &target)
         : path_(path), target_(target), name_(beside(target)) {
         descriptor_ =
@@ -79,7 +79,7 @@ class TemporaryFile {
         if (!old_.empty()) unlink(old_.c_str());
     }
 
-    // Writes the file to the disk and closes it.
+    // Writes the file, flushes it to disk and closes it.
     void write(const std::vector<char> &bytes) {
         for (size_t done = 0; done < bytes.size();) {
             const ssize_t count = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
@@ -94,8 +94,8 @@ class TemporaryFile {
         if (!synced || !closed) throw cannot_write(path_, std::strerror(synced ? errno : error));
     }
 
-    // Puts the file in place. What was there before keeps a second name, where the file system has
-    // hard links, for undo().
+    // Puts the file in place. Where the file system has hard links, the old file keeps a second
+    // name for undo().
     void rename() {
         const fs::path old = beside(target_);
         if (link(target_.c_str(), old.c_str()) == 0) old_ = old;
@@ -105,7 +105,7 @@ class TemporaryFile {
         renamed_ = true;
     }
 
-    // Puts back what rename() replaced, as far as the file system lets it.
+    // Restores what rename() replaced, as far as the file system allows.
     void undo() {
         if (!renamed_) return;
         if (!old_.empty() && std::rename(old_.c_str(), target_.c_str()) == 0)
@@ -118,12 +118,12 @@ class TemporaryFile {
 
   private:
     fs::path path_, target_, name_;
-    fs::path old_; // a second name of the file that was replaced, or empty
+    fs::path old_; // second name of the replaced file, or empty
     int descriptor_ = -1;
     bool renamed_ = false, had_old_ = false;
 };
 
-// Makes renames in a folder last. Some file systems cannot, and then nothing is lost but that.
+// Makes renames in a folder durable. Some file systems cannot; then only durability is lost.
 void sync_folder(const fs::path &folder) {
     const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor < 0) return;

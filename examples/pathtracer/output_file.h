@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing files so that each is there complete or not at all: they are written to a temporary file
-// in the same folder and renamed when complete.
+// Writes files completely or not at all: each goes to a temporary file in the same folder, which is
+// renamed when complete.
 #pragma once
 
 #include <filesystem>
@@ -8,15 +8,14 @@
 #include <utility>
 #include <vector>
 
-// Throws Error unless a file could be written under that name. Leaves nothing behind.
+// Throws Error unless a file can be written under that name. Leaves nothing behind.
 void check_writable(const std::filesystem::path &path);
 
-// Writes all the files and replaces those that had their names before. Symbolic links stay links:
-// the files they point to are replaced. When anything fails, throws Error and leaves nothing new; the
-// old files are still there, all of them (on file systems without hard links, only those whose
-// renaming failed).
+// Writes all the files, replacing any of the same names. Symbolic links stay links; the files they
+// point to are replaced. If anything fails, throws Error, leaves nothing new and keeps all the old
+// files (without hard links, only those whose renaming failed).
 void write_files(const std::vector<std::pair<std::filesystem::path, std::vector<char>>> &files);
 
-// Whether two names lead to the same file, through symbolic and hard links too. Files that do not
-// exist yet are the same when creating both would create one.
+// Whether two names lead to the same file, through symbolic or hard links too. Files that do not
+// exist yet are the same if creating both would create one.
 bool is_same_file(const std::filesystem::path &a, const std::filesystem::path &b);

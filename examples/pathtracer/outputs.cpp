@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of a picture. The preview's name is derived, so it is the one that surprises.
+// The files of a picture. The preview's name is derived from the EXR's, so it is the one most
+// likely to clash unexpectedly.
 #include "outputs.h"
 
 #include "error.h"
@@ -11,7 +12,7 @@
 namespace {
 
 struct NamedFile {
-    std::string role; // as the command line has it
+    std::string role; // as named on the command line
     std::filesystem::path path;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of a picture: the EXR, its preview, and the error along the run.
+// The files of a picture: the EXR, its preview, and the error over the run.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,14 @@
 #include "exr.h"
 #include "options.h"
 
-// Throws Error when an output is also another output or an input, whatever name it goes by. Only
-// --resume may be replaced by -o. With --resume, call it once the picture's settings are known.
+// Throws Error if an output is also another output or an input, under any name. Only the --resume
+// picture may be replaced by -o. With --resume, call this once the picture's settings are known.
 void check_file_names(const Options &options);
 
 class Outputs {
   public:
-    // Throws Error unless all files can be written: made before the first ray, so that a wrong name
-    // costs nothing. `scene` decides the exposure when none is given.
+    // Throws Error unless all files can be written. Construct before the first ray, so that a wrong
+    // name costs nothing. `scene` decides the exposure if none is given.
     Outputs(const Options &options, const std::string &scene);
 
     // Replaces all files at once. Returns the exposure of the preview. Throws Error.
@@ -29,5 +29,5 @@ class Outputs {
 
   private:
     std::filesystem::path exr_, png_, csv_; // csv_ may be empty
-    std::optional<float> exposure_;         // else automatic
+    std::optional<float> exposure_;         // automatic if empty
 };

@@ -12,7 +12,7 @@
 
 namespace {
 
-// Linear up to the shoulder, above it an exponential of the same slope that ends at 1.
+// Linear up to the shoulder, then an exponential that continues its slope and levels off at 1.
 float tone_curve(float v) {
     const float shoulder = 0.6f, rest = 1 - shoulder;
     return v < shoulder ? v : 1 - rest * std::exp((shoulder - v) / rest);
@@ -22,7 +22,7 @@ float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
-// A PNG that is being read. Frees what libpng holds, also when an exception ends the reading.
+// A PNG being read. Frees libpng's memory even if an exception ends the read.
 struct PngReader {
     png_image png{};
     PngReader() { png.version = PNG_IMAGE_VERSION; }
@@ -41,7 +41,7 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
     constexpr int MASK = 64; // texels
     const uint16_t *ranks = bn_builtin_mask(MASK);
-    // The three channels see different parts of the mask, so that they do not rise together.
+    // Each channel uses a shifted mask, so they do not all round up at the same pixels.
     constexpr int SHIFT_X[3] = {0, 21, 43}, SHIFT_Y[3] = {0, 37, 11};
     std::vector<uint8_t> pixels;
     pixels.reserve(image.rgb.size());

@@ -8,12 +8,12 @@
 
 #include "image.h"
 
-// Encodes an 8-bit sRGB preview as a PNG file: exposure in stops, then a tone curve that keeps
-// middle greys and rolls off highlights, then dithering with one of libbn's blue-noise masks, so
-// that smooth gradients show no bands. Throws Error.
+// Encodes an 8-bit sRGB preview as a PNG file: applies the exposure in stops, a tone curve that
+// keeps middle greys and rolls off highlights, and dithering with one of libbn's blue-noise masks,
+// so that smooth gradients show no bands. Throws Error.
 std::vector<char> png_encode_preview(const Image &image, float exposure);
 
-// The preview level of a linear value, from 0 to 255, before rounding.
+// The preview level of a linear value, 0 to 255, before rounding.
 float preview_level(float linear);
 
 struct GreyImage {
@@ -21,5 +21,5 @@ struct GreyImage {
     std::vector<uint16_t> values;
 };
 
-// Reads a PNG as 16-bit greys. Throws Error.
+// Reads a PNG as 16-bit grey. Throws Error.
 GreyImage png_read_grey(const std::string &path);

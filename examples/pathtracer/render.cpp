@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendering on all cores: threads take small tiles from a counter until none is left. The samples
-// of a pixel are added in their order, so the film is the same to the bit for any number of threads
-// and any crop.
+// Rendering on all cores: threads take small tiles from a shared counter until none are left. Each
+// pixel's samples are added in order, so the film is bit-identical for any number of threads and
+// any crop.
 #include "render.h"
 
 #include <atomic>
@@ -15,7 +15,7 @@
 
 namespace {
 
-constexpr int TILE_SIZE = 8; // pixels: small, so that the last tiles end together
+constexpr int TILE_SIZE = 8; // pixels; small, so that the last tiles finish together
 
 using Clock = std::chrono::steady_clock;
 
@@ -32,8 +32,8 @@ struct Job {
     std::atomic<int> next_tile{0};
     std::atomic<bool> stop{false};
     std::mutex mutex;
-    std::condition_variable finished; // a thread has left
-    PathCounters counters;            // guarded by the mutex, as are the rest
+    std::condition_variable finished; // signalled when a thread exits
+    PathCounters counters;            // guarded by the mutex, like the rest
     int tiles_done = 0;
     unsigned threads_left = 0;
 };
@@ -45,7 +45,8 @@ void render_pixel(const Job &job, int x, int y, PathCounters &counters) {
     while (pixel.count < job.count) {
         const uint32_t index = job.settings->first_sample + pixel.count;
         PathSample sample = trace_path(*job.integrator, x, y, index, counters);
-        // One such sample would spoil the pixel for ever. It is counted, and said at the end.
+        // One such sample would spoil the pixel for good. Count it; the total is reported at the
+        // end.
         if (!is_finite(sample.radiance)) {
             sample.radiance = {0, 0, 0};
             ++counters.lost;
@@ -98,7 +99,7 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
                 ++job.threads_left;
             }
         } catch (const std::system_error &) {
-            // The system gives no more threads: those there are do the work.
+            // The system grants no more threads: those already started do the work.
             if (threads.empty()) throw Error("the system does not let this program start a thread");
         }
         while (!job.finished.wait_for(lock, std::chrono::milliseconds(100),
@@ -125,12 +126,12 @@ double sampling_share(const Integrator &integrator, const RenderSettings &settin
         constexpr int DRAWS = 1 << 15;
         const Crop &crop = film.crop;
         double fastest = 1;
-        volatile float sink = 0; // so that draws are not left out
+        volatile float sink = 0; // keeps the compiler from removing the draws
         for (int run = 0; run < 3; ++run) {
             const Clock::time_point start = Clock::now();
             float sum = 0;
             for (int i = 0; i < DRAWS; ++i) {
-                // As paths draw: all the domains of a sample, then the next sample or pixel.
+                // In the order paths draw: all domains of a sample, then the next sample or pixel.
                 const uint32_t domain =
                     integrator.rays[static_cast<size_t>(i) % integrator.rays.size()].ray;
                 const int x = crop.x0 + i / 64 % width(crop), y = crop.y0 + i / 512 % height(crop);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes samples of a picture, or of a part of it, on all cores.
+// Takes samples of a picture, or of part of it, on all cores.
 #pragma once
 
 #include <cstdint>
@@ -20,15 +20,15 @@ struct RenderTotals {
 };
 
 // Takes samples until every pixel of the film has `count` of them. Calls go_on(fraction of tiles,
-// totals) from the calling thread a few times per second, and stops early if it returns false. Then
-// pixels have different numbers of samples, and the next call continues from there. The film does
-// not depend on the number of threads, the crop or interruptions. Returns whether all samples were
-// taken.
+// totals) from the calling thread a few times per second, and stops early if it returns false.
+// Pixels then have different numbers of samples, and the next call continues from there. The film
+// does not depend on the number of threads, the crop or interruptions. Returns whether all samples
+// were taken.
 bool render_until(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
                   Film &film, RenderTotals &totals,
                   const std::function<bool(double, const RenderTotals &)> &go_on);
 
-// An estimate of the share of rendering time spent drawing samples: the cost of as many draws
-// alone, with the domains and pixels of this picture.
+// Estimates the share of rendering time spent drawing samples, by timing draws alone, with this
+// picture's domains and pixels.
 double sampling_share(const Integrator &integrator, const RenderSettings &settings,
                       const Film &film, const RenderTotals &totals);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Going on with a picture that was stopped: its pixels hold the first samples of each, some more of
-// them than others. Sample numbers tell what is missing, so that nothing else has to be kept.
+// Continuing a picture that was stopped. Each pixel holds its first samples, some pixels more than
+// others. The counts alone say which samples are missing, so no other state is kept.
 #include "resume.h"
 
 #include "error.h"

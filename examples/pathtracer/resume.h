@@ -5,14 +5,13 @@
 #include "exr.h"
 #include "options.h"
 
-// Reads the header of the picture to continue, and takes all settings from it that are not on the
-// command line. Without --spp or --time, only the sample counts of its pixels are made equal.
+// Reads the header of the picture to continue and takes from it all settings that are not on the
+// command line. Without --spp or --time, rendering only evens out the sample counts of its pixels.
 // Throws Error.
 ExrHead resume_settings(Options &options);
 
-// Throws Error, naming the difference, unless the picture can be continued to the one wanted.
+// Throws Error, naming the difference, unless `picture` can be continued as `wanted`.
 void resume_check(const std::string &path, const ExrHead &picture, const ExrHead &wanted);
 
-// Reads the samples of the picture. Throws Error if it has `spp` samples per pixel already, or
-// more.
+// Reads the picture's samples. Throws Error if it already has `spp` or more samples per pixel.
 Film resume_film(const std::string &path, uint32_t spp);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the path tracer uses libbn: the part to read first when putting the library into a renderer.
+// How the path tracer uses libbn. Read this first when putting the library into a renderer.
 //
 // Every decision of a path has a domain, and domains follow the call tree:
 //
@@ -7,18 +7,18 @@
 //          - 1  scattered ray     (0,1) direction               (2,3) light where it ends
 //               - 0  choices      (0) lobe of rough glass       (1) roulette
 //          - 2  scattered ray     ...
-//          - 3  first light       (0,1), where the lens has taken its place, or it is split
+//          - 3  first light       (0,1), if the lens has taken its place or it is split
 //          - 4  scattered ray     ...
 //
-// So a ray has one domain: where it goes, and which point of which light is tried where it ends.
-// The two multiply in what a path is worth, and nothing is stratified together as closely as the
-// pairs (0,1) and (2,3) of one domain. Rays are children of the root in their order: by the keys
-// 0 to 3, 4 to 7 and so on they are families, the next best. Two-dimensional decisions stay on the
-// pairs, where samples are blue. A new decision gets a domain of its own, and no other notices: a
-// child of a child, like the choices, unless it multiplies with all that follows. A 2-D
-// draw is the first half of the 4-D draw: where the second half is not needed, it is not drawn.
-// Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
-// crops cannot change a picture. docs/sampling.md tells the whole story.
+// So one domain serves a ray: its direction, and the point on a light that is tried where it ends.
+// A path's contribution is the product of the two, and nothing is stratified together as closely as
+// pairs (0,1) and (2,3) of one domain. Rays are children of the root, in path order. Keys 0 to 3, 4
+// to 7 and so on form families, the next best. Every 2-D decision uses a whole pair, because pairs
+// are blue. Give a new decision a domain of its own: no other draw changes. Make it a child of a
+// child, like the choices, unless its effect multiplies with everything that follows. A 2-D draw is
+// the first half of the 4-D draw: where the second half is not needed, it is not drawn. Draws are
+// pure functions of pixel, index and domain: nothing is stored, and threads, tiles and crops cannot
+// change a picture. docs/sampling.md has the details.
 #pragma once
 
 #include <bn/bn.h>
@@ -30,14 +30,14 @@
 
 #include "math.h"
 
-// A sampler of another library, for comparison. It has one key for every decision above, as the
-// two halves of a 4-D draw are different decisions here: `key`, and `key + 1` for dimensions 2, 3.
+// A sampler of another library, for comparison. There, each half of a 4-D draw is a decision with a
+// key of its own: `key` for dimensions 0 and 1, `key + 1` for 2 and 3.
 class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
 
     virtual ~PeerSampler() = default;
-    // As draw() and draw_split() below; only the dimensions asked for are written.
+    // Like draw() and draw_split() below; only the requested dimensions are written.
     virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
                       float *u) const = 0;
     virtual void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count,
@@ -51,9 +51,9 @@ struct SamplerDelete {
 
 struct Sampler {
     std::unique_ptr<bn_sampler, SamplerDelete> library;
-    PeerPointer peer; // or null: then `library` draws
+    PeerPointer peer; // null if `library` draws
 
-    // The domain of the root's child `key`, as draws take it, and that of its choices.
+    // The domain of the root's child `key`, as passed to draws, and the domain of its choices.
     uint32_t domain(uint32_t key) const {
         return peer ? 4 * key : bn_domain_child(BN_DOMAIN_ROOT, key);
     }
@@ -64,27 +64,27 @@ using SamplerPointer = std::unique_ptr<const Sampler>;
 struct SamplerEntry {
     const char *name;
     const char *summary;
-    int32_t kind;                                 // BN_SAMPLER_..., of libbn's samplers
-    PeerPointer (*peer)(uint64_t seed) = nullptr; // makes one of another library
+    int32_t kind;                                 // BN_SAMPLER_..., for libbn's samplers
+    PeerPointer (*peer)(uint64_t seed) = nullptr; // creates another library's sampler
 };
 
-// The samplers of libbn, then those of OpenQMC if the build has it: the order of --list.
+// libbn's samplers, then OpenQMC's if the build includes it, in the order of --list.
 const std::vector<SamplerEntry> &sampler_entries();
 
-// Of openqmc.cpp: none in a build without it.
+// In openqmc.cpp; empty in a build without OpenQMC.
 std::vector<SamplerEntry> openqmc_entries();
 
 struct SamplerSettings {
     std::string name = "blue";
     uint64_t seed = 0;
     uint32_t declared_spp = 0; // 0: unknown
-    std::string mask; // "builtin", "neural" or a greyscale PNG; only for the sampler "mask"
+    std::string mask; // "builtin", "neural" or a greyscale PNG; for sampler "mask" only
 };
 
-// Throws Error naming the known samplers, or saying what is wrong with the mask.
+// Throws Error that lists the known samplers or says what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-// Ray 0 is the camera's, ray b leaves the b-th surface.
+// Ray 0 leaves the camera; ray b leaves the b-th surface.
 inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
     return sampler.domain(ray < 3 ? ray : ray + 1);
 }
@@ -92,7 +92,7 @@ inline uint32_t first_light_domain(const Sampler &sampler) {
     return sampler.domain(3);
 }
 
-// The sampler as one sample of one pixel sees it.
+// One sample of one pixel, with its sampler.
 struct PixelSample {
     const Sampler *sampler;
     int32_t x, y;
@@ -104,7 +104,7 @@ struct Draw {
     float u[4];
 };
 
-// The first `dimensions` of a domain: 2 or 4.
+// The first `dimensions` numbers of a domain: 2 or 4.
 inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
     Draw result{};
     const bn_sampler *library = s.sampler->library.get();
@@ -117,7 +117,7 @@ inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
     return result;
 }
 
-// The first two dimensions of part k of the `count` that this sample is split into.
+// The first two dimensions of part k when this sample is split into `count` parts.
 inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, uint32_t k) {
     if (count == 1 || s.sampler->library)
         return draw({s.sampler, s.x, s.y, s.index * count + k}, domain, 2);

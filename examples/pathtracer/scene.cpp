@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finding scenes by name, and making any scene ready to render.
+// Finding scenes by name, and preparing any scene for rendering.
 #include "scene.h"
 
 #include <limits>
@@ -46,7 +46,7 @@ void prepare_lights(Scene &scene) {
     const Extent e = extent_of(scene);
     const float half_diagonal = 0.5f * length(e.high - e.low);
     const float radius = half_diagonal > 0 ? half_diagonal : 1;
-    // The camera may stand outside of the scene, and see nothing but the environment.
+    // The camera may be outside the scene and see nothing but the environment.
     const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
     if (scene.environment && scene.environment->irradiance > 0) {
         scene.environment_light = static_cast<int32_t>(scene.lights.size());
@@ -114,16 +114,17 @@ Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices
 }
 
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
-    // The least cosine between the surface and the mirrored direction.
+    // The least cosine allowed between the mirrored direction and the geometric normal.
     const float facing = dot(geometric, wo);
     const float least = std::min(0.9f * facing, 0.01f);
-    // What is seen from behind is taken as seen from its edge.
+    // Tilt a shading normal that faces away from `wo` until it is edge-on.
     const float aside = dot(normal, wo);
     if (aside < 0) normal = normalize_or(normal - aside * wo, geometric);
     const Vec3 mirrored = 2 * std::max(aside, 0.0f) * normal - wo;
     const float below = least - dot(mirrored, geometric);
     if (!(below > 0)) return normal;
-    // Moved along the normal until it is above, or straight up where that would take too long.
+    // Lift the mirrored direction along the shading normal, or along the geometric normal where the
+    // shading normal hardly rises from the surface.
     const float rise = dot(normal, geometric);
     const Vec3 lifted =
         rise > 0.1f ? mirrored + (below / rise) * normal : mirrored + below * geometric;

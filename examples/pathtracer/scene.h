@@ -20,7 +20,7 @@ struct Triangle {
 
 struct Surface {
     uint32_t material;
-    int32_t light; // index of the light the surface is, or -1
+    int32_t light; // index of the light this surface is, or -1
 };
 
 struct NamedCamera {
@@ -29,53 +29,53 @@ struct NamedCamera {
 };
 
 struct Scene {
-    Camera camera{};                  // to be rendered with
-    std::vector<NamedCamera> cameras; // of its own; none when `camera` is made up
-    Point3d origin = {0, 0, 0};       // of these coordinates, in those of the scene's file
+    Camera camera{};                  // the one to render with
+    std::vector<NamedCamera> cameras; // defined by the scene; none if `camera` is made up
+    Point3d origin = {0, 0, 0};       // of these coordinates, in the scene file's coordinates
     std::vector<Vec3> vertices;
-    std::vector<Vec3> normals; // of vertices, for smooth shading: for each vertex, or none. A
-                               // normal of length zero means the triangle's own
-    std::vector<Vec2> texture_coordinates[2]; // two sets, each for every vertex, or for none
+    std::vector<Vec3> normals; // for smooth shading: one per vertex, or none. Zero length
+                               // means the triangle's own normal
+    std::vector<Vec2> texture_coordinates[2]; // two sets, each one per vertex, or none
     std::vector<Vec3> colours;                // likewise; linear
     std::vector<Triangle> triangles;
-    std::vector<Surface> surfaces; // one for each triangle
+    std::vector<Surface> surfaces; // one per triangle
     std::vector<Material> materials;
-    std::vector<SurfaceMaps> maps; // of materials that have any
+    std::vector<SurfaceMaps> maps; // of the materials that have any
     std::vector<Texture> textures;
     bool has_cut_outs = false;     // call is_cut_out() at each hit
     bool has_single_sided = false; // any material is
     std::vector<Light> lights;
-    std::shared_ptr<const Environment> environment; // empty: rays that leave see black
-    uint32_t light_samples = 1; // at the first surface a path meets; one at all others
+    std::shared_ptr<const Environment> environment; // null: rays that escape see black
+    uint32_t light_samples = 1; // at a path's first surface; one at all others
 
-    // What scene_finish adds.
-    std::vector<float> light_limits; // how lights are chosen, see distribution.h
+    // Set by scene_finish.
+    std::vector<float> light_limits; // for choosing lights, see distribution.h
     int32_t environment_light =
-        -1; // the light that the environment is, or -1 when it is not sampled
-    uint32_t dropped_triangles = 0; // without area
+        -1; // index of the environment's light, or -1 if it is not sampled
+    uint32_t dropped_triangles = 0; // those without area
 
-    std::vector<std::string> notes; // what was left out of a scene's file, for the user
+    std::vector<std::string> notes; // tell the user what was left out of a scene file
 };
 
-// Makes any scene ready to render: drops triangles without area and lights without power, turns the
-// environment into a light, and prepares lights and materials. Throws Error if a vertex is not
+// Prepares any scene for rendering: drops triangles without area and lights without power, turns
+// the environment into a light, and prepares lights and materials. Throws Error if a vertex is not
 // finite.
 void scene_finish(Scene &scene);
 
-// Converts points in double precision, as of files with transformations, to float vertices. The
-// centre of their bounds is subtracted first, so that float keeps the digits that matter. Returns
-// the centre; subtract it from cameras and lights too.
+// Converts double-precision points, such as those of transformed files, to float vertices. The
+// centre of their bounds is subtracted first, so float keeps the digits that matter. Returns the
+// centre; subtract it from cameras and lights too.
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
 
-// The shading normal of a hit, on the side of `wo`: `normal`, or the normal interpolated between
-// vertices and bent by a map, if the scene has these. For reflecting materials, it reflects `wo`
-// above the surface; for diffuse ones, `wo` is on its front.
+// The shading normal of a hit, on the side of `wo`: the interpolated vertex normal, bent by a
+// normal map, if the scene has these, otherwise `normal`. For reflecting materials it reflects `wo`
+// above the surface; for diffuse ones `wo` is on its front.
 Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo);
 
 // Bends a shading normal just enough to reflect `wo` above the surface, whose normal is
-// `geometric`. Otherwise mirrors with a normal map would have black spots where the reflection
+// `geometric`. Without this, mirrors with normal maps would have black spots where the reflection
 // points into the surface (Keller et al., "The Iray Light Transport Simulation and Rendering
-// System", 2017, adapt shading normals in this way). `wo` must be on the front of the surface.
+// System", 2017, adapt shading normals this way). `wo` must be on the front of the surface.
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo);
 
 struct SceneEntry {
@@ -88,7 +88,7 @@ struct SceneEntry {
 const std::vector<SceneEntry> &scene_entries();
 
 // Builds a scene by name, or reads it from a .gltf, .glb or .obj file, and finishes it. The
-// environment and the camera of the options replace those of the scene. Throws Error that names the
-// known scenes, or what is wrong with the file or the camera.
+// environment and camera in the options replace the scene's own. Throws Error that lists the known
+// scenes, or says what is wrong with the file or the camera.
 struct SceneOptions; // scene_options.h
 Scene scene_build(const std::string &name, const SceneOptions &options);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes in which most light comes straight from a source: few decisions make a pixel, so these
-// show what good samples of few dimensions are worth. y is up.
+// Scenes lit mostly by direct light. Few decisions make a pixel, so these show what good
+// low-dimensional samples are worth. y is up.
 #include "scene_builder.h"
 #include "scene_groups.h"
 
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
-// Surfaces", 1984; dimensions, camera and materials as the programme of computer graphics published
-// them, the spectra as linear RGB in common use). There because everybody knows it: soft shadows,
-// colour bleeding, several bounces. Lengths in millimetres as measured; y is up, the open side is
+// Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer
+// Graphics, spectra as the linear RGB in common use). Included because everybody knows it: soft
+// shadows, colour bleeding, several bounces. Lengths in millimetres, as measured; the open side is
 // at z = 0.
 Scene scene_cornell() {
     Scene scene;
@@ -25,7 +25,7 @@ Scene scene_cornell() {
 
     add_light(scene, lamp, {17, 12, 4}, {lamp_x0, top, lamp_z0}, {lamp_x1, top, lamp_z0},
               {lamp_x1, top, lamp_z1});
-    // The lamp sits in a hole of the ceiling, so that no two surfaces lie in each other.
+    // The lamp fills a hole in the ceiling, so that no two surfaces coincide.
     const auto ceiling = [&](float x0, float x1, float z0, float z1) {
         add_quad(scene, white, {x0, top, z0}, {x1, top, z0}, {x1, top, z1}, {x0, top, z1});
     };
@@ -45,9 +45,8 @@ Scene scene_cornell() {
 }
 
 // A large panel and a lamp of a hundredth of its area, each half of the light, behind bars and
-// slats that are thin beside the panel and thick beside the lamp. There because visibility is what
-// differs between neighbouring pixels: smooth ramps of half-shadow and sharp edges cross each
-// other.
+// slats that are thin beside the panel and thick beside the lamp. Included because what differs
+// between neighbouring pixels is visibility: smooth penumbrae and sharp edges cross.
 Scene scene_penumbra() {
     Scene scene;
     scene.camera = camera_look_at({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, {0, 1, 0}, 0.235f);
@@ -58,7 +57,7 @@ Scene scene_penumbra() {
     const uint32_t dark = add_diffuse(scene, {0.12f, 0.12f, 0.13f});
     const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
 
-    // A sheet of paper that bends up behind everything.
+    // A paper backdrop that curves up behind everything.
     std::vector<Vec2> sheet = {{-3.4f, 9}};
     for (int i = 0; i <= 24; ++i) {
         const float angle = 0.5f * PI * static_cast<float>(i) / 24;
@@ -71,7 +70,7 @@ Scene scene_penumbra() {
     add_light_towards(scene, lamp, {2000, 1450, 860}, {3.2f, 3.2f, -0.9f}, {0, 0.3f, 0}, 0.18f,
                       0.18f);
 
-    // Bars in an arc, ever higher and ever thinner.
+    // Bars in an arc, each taller and thinner than the last.
     for (int i = 0; i < 11; ++i) {
         const float t = static_cast<float>(i) / 10;
         const float angle = PI * (0.95f - 0.9f * t);
@@ -79,7 +78,7 @@ Scene scene_penumbra() {
         add_bar(scene, i % 2 ? dark : orange, foot, foot + Vec3{0, 0.5f + 0.9f * t, 0},
                 0.035f - 0.026f * t);
     }
-    // Slats that float over the floor in front.
+    // Slats floating above the floor in front.
     for (int i = 0; i < 9; ++i) {
         const float x = -1.25f + 0.12f * static_cast<float>(i);
         add_box(scene, blue, {x, 0.42f, 0.75f}, {0.022f, 0.014f, 0}, {-0.004f, 0.006f, 0},
@@ -90,15 +89,15 @@ Scene scene_penumbra() {
     return scene;
 }
 
-// Four lamps of the same power, from small to large, mirrored by plates from smooth to rough (after
+// Four lamps of equal power, from small to large, reflected by plates from smooth to rough (after
 // Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
-// There because neither choosing points on lamps nor following the plates is good everywhere.
+// Included because neither light sampling nor material sampling is good everywhere.
 Scene scene_glossy() {
     Scene scene;
     const Vec3 eye = {0, 2.4f, 8}, lamps = {0, 4.3f, -1.6f};
     scene.camera = camera_look_at(eye, {0, 0.95f, 0.9f}, {0, 1, 0}, 0.245f);
 
-    scene.light_samples = 4; // there are five lights, and most points see the mirror image of one
+    scene.light_samples = 4; // there are five lights, and most points reflect one
 
     const uint32_t wall = add_diffuse(scene, {0.30f, 0.31f, 0.34f});
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
@@ -119,10 +118,10 @@ Scene scene_glossy() {
                           lamps + Vec3{places[i], 0, 0}, {0.7f * places[i], 1, 2}, sides[i],
                           sides[i]);
 
-    // A dim panel over the eye, for all that the lamps do not reach.
+    // A dim panel above the eye fills in what the lamps do not reach.
     add_light_towards(scene, black, {0.6f, 0.6f, 0.6f}, {0, 6, 7}, {0, 0.8f, 0}, 4, 3);
 
-    // Each plate is turned so that it shows the lamps to the eye.
+    // Each plate is tilted to reflect the lamps to the eye.
     const float roughnesses[4] = {0.14f, 0.22f, 0.33f, 0.5f};
     const Vec3 middles[4] = {
         {0, 1.85f, -0.7f}, {0, 1.22f, 0.35f}, {0, 0.66f, 1.4f}, {0, 0.22f, 2.4f}};
@@ -135,9 +134,9 @@ Scene scene_glossy() {
     return scene;
 }
 
-// Balls and posts on a plain under a sky with a sun, through a lens of wide aperture. There because
-// position in the pixel, lens and light make six dimensions at once, and because the environment is
-// sampled by its brightness: the sun is a ten-thousandth of it and gives most of the light.
+// Balls and posts on a plain under a sky with a sun, through a wide-aperture lens. Included because
+// pixel, lens and light positions make six dimensions at once, and because the environment is
+// sampled by brightness: the sun is a ten-thousandth of it and gives most of the light.
 Scene scene_lens() {
     Scene scene;
     scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes in which light takes many turns, or turns that only chance finds: many decisions make a
-// pixel, so these show what a sampler keeps of its worth there. y is up.
+// Scenes where light takes many bounces, or ones that only chance finds. Many decisions make a
+// pixel, so these show how much of its advantage a sampler keeps. y is up.
 #include "scene_builder.h"
 #include "scene_groups.h"
 
-// Glass in a studio: smooth, rough and tinted. There because nothing but the scattered ray finds
-// the light behind a smooth surface, and because a path splits in two at each.
+// Smooth, rough and tinted glass in a studio. Included because only scattered rays find light
+// behind a smooth surface, and because each surface offers a path two ways on.
 Scene scene_glass() {
     Scene scene;
     scene.camera = camera_look_at({0, 1.45f, 5.0f}, {0.02f, 0.42f, 0}, {0, 1, 0}, 0.265f);
@@ -44,8 +44,8 @@ Scene scene_glass() {
     return scene;
 }
 
-// A room that a bright panel outside lights through a small window. There because most of the
-// picture is light of the third bounce and later, where samples of many domains multiply.
+// A room lit through a small window by a bright panel outside. Included because most of the light
+// comes from the third bounce and later, where samples of many domains multiply.
 Scene scene_interior() {
     Scene scene;
     scene.camera = camera_look_at({1.9f, 1.5f, 2.6f}, {-0.5f, 1.1f, -1.6f}, {0, 1, 0}, 0.46f);
@@ -57,7 +57,7 @@ Scene scene_interior() {
     const uint32_t outside = add_diffuse(scene, {0.3f, 0.3f, 0.3f});
     const uint32_t steel = add_conductor(scene, {0.72f, 0.70f, 0.66f}, 0.3f);
 
-    // The room, and in its left wall a window from (low_z, low_y) to (high_z, high_y).
+    // The room, with a window in the left wall from (low_z, low_y) to (high_z, high_y).
     const float left = -2.4f, right = 2.4f, back = -3.2f, front = 3.0f, top = 2.7f;
     const float low_z = -1.9f, high_z = -0.7f, low_y = 0.95f, high_y = 2.15f, sill = -2.65f;
     add_quad(scene, wood, {left, 0, front}, {right, 0, front}, {right, 0, back}, {left, 0, back});
@@ -76,7 +76,7 @@ Scene scene_interior() {
     left_wall(high_z, front, 0, top);
     left_wall(low_z, high_z, 0, low_y);
     left_wall(low_z, high_z, high_y, top);
-    // The depth of the wall around the window.
+    // The window's reveal.
     add_quad(scene, plaster, {sill, low_y, low_z}, {sill, low_y, high_z}, {left, low_y, high_z},
              {left, low_y, low_z});
     add_quad(scene, plaster, {sill, high_y, high_z}, {sill, high_y, low_z}, {left, high_y, low_z},
@@ -104,8 +104,8 @@ Scene scene_interior() {
     return scene;
 }
 
-// A closed cube that emits what one of its bounces absorbs, so every picture of it is known without
-// rendering: radiance 1 - 2^-(bounces + 1) in every pixel. A check, not a sight.
+// A closed cube whose walls emit half and reflect half, so every picture of it is known without
+// rendering: radiance 1 - 2^-(bounces + 1) in every pixel. A check, not a showpiece.
 Scene scene_furnace() {
     Scene scene;
     scene.camera = camera_look_at({0.1f, 0.2f, -0.3f}, {1, 0.5f, 1}, {0, 1, 0}, 0.8f);
