@@ -11,10 +11,10 @@ struct Ray {
 
 struct Camera {
     Vec3 position;
-    Vec3 target;             // a point ahead, to report what the camera looks at
-    Vec3 forward, up, right; // unit vectors; x grows to the right in the picture
-    float tan_half_height;   // tangent of half the vertical angle of view
-    float pixel_size;        // at distance 1; camera_fit sets it and the half sizes
+    Vec3 target;                   // a point ahead, to report what the camera looks at
+    Vec3 forward, up, right;       // unit vectors; x grows to the right in the picture
+    float tan_half_height;         // tangent of half the vertical angle of view
+    float pixel_size;              // at distance 1; camera_fit sets it and the half sizes
     float half_width, half_height; // of the picture, in pixels
     float lens_radius;             // 0: a pinhole
     float focus_distance;          // along `forward`, to the plane in focus

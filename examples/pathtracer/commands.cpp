@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendering and merging, step by step: everything that can fail early is tried before the first
-// ray.
+// Rendering and merging, step by step. Everything that can fail early comes before the first ray.
 #include "commands.h"
 
 #include <unistd.h>
@@ -84,7 +83,7 @@ struct Picture {
     std::optional<ExrHead> resumed;
     Scene scene;
     SamplerPointer sampler;
-    uint32_t spp; // target
+    uint32_t spp; // target samples per pixel
     Crop crop;
     std::optional<Image> reference;
     ExrHead head;
@@ -121,7 +120,7 @@ uint32_t checked_spp(const Options &options, const Scene &scene, const Sampler &
     return spp;
 }
 
-// What the picture's header says of it before it is rendered. The camera is fitted to it.
+// The picture's header, as far as it is known before rendering. The camera must be fitted already.
 ExrHead picture_settings(const Options &options, const Scene &scene, const Crop &crop) {
     ExrHead head{options.width, options.height, crop, {}};
     ExrAttributes &a = head.attributes;

@@ -21,7 +21,7 @@ inline void distribution_build(const double *weights, size_t count, float *limit
         total += weights[i];
         used += weights[i] > 0 ? 1 : 0;
     }
-    const double shared = static_cast<double>((1u << 24) - used); // steps after one for each item
+    const double shared = static_cast<double>((1u << 24) - used); // steps left after one each
     double sum = 0;
     size_t before = 0;
     limits[0] = 0;

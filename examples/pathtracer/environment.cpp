@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The environment is sampled by brightness: a row, then a column in it, both by inversion, then
-// uniformly over the texel's solid angle. Radiance is constant over a texel, so the pdf matches the
-// radiance exactly; with interpolation they would differ most at the rim of the sun, where it
-// matters. The mean is subtracted from each texel's luminance: scattered rays find whatever is no
-// brighter than most of the sky, and multiple importance sampling accounts for both (Karlik et al.,
-// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). A
-// uniform sky is left to scattered rays alone.
+// uniformly over the texel's solid angle. Radiance is constant over a texel, so the pdf can match
+// it exactly; with interpolation the two would differ most at the rim of the sun, where it matters.
+// The mean is subtracted from each texel's luminance: scattered rays find whatever is no brighter
+// than most of the sky, and multiple importance sampling accounts for both (Karlik et al., "MIS
+// Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). A uniform
+// sky is left to scattered rays alone.
 #include "environment.h"
 
 #include <cmath>

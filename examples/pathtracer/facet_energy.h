@@ -72,7 +72,7 @@ inline float schlick_edge(float cosine) {
 struct ConductorTable {
     std::array<std::array<float, SIZE>, SIZE> energy; // [roughness][root of cosine]
     std::array<float, SIZE> mean_loss;                // [roughness]
-    // The part of `energy` that Schlick's formula gives any reflectance, and its mean.
+    // `energy` with Schlick's Fresnel term at a reflectance of 0 instead, and its mean.
     std::array<std::array<float, SIZE>, SIZE> edge;
     std::array<float, SIZE> mean_edge;
 };

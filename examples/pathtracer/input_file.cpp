@@ -15,9 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr uint64_t MAX_FILE = uint64_t{1} << 32; // bytes, of the files of a scene together
+constexpr uint64_t MAX_FILE = uint64_t{1} << 32; // bytes, of all files of a scene together
 
-// Whether a path leads into a folder; both without links and dots.
+// Whether a path lies below a folder. Both must be canonical.
 bool is_below(const fs::path &path, const fs::path &folder) {
     const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
     return end == folder.end() && rest != path.end();
@@ -26,7 +26,7 @@ bool is_below(const fs::path &path, const fs::path &folder) {
 } // namespace
 
 InputFile::InputFile(const fs::path &path) {
-    // Without O_NONBLOCK opening a pipe waits for somebody to write into it.
+    // Without O_NONBLOCK, opening a pipe would wait for a writer.
     descriptor_ = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
     if (descriptor_ < 0 && (errno == ENOENT || errno == ENOTDIR))
         throw Error("there is no such file");
@@ -74,10 +74,10 @@ SceneFolder::SceneFolder(const fs::path &scene, bool allow_outside)
 }
 
 fs::path SceneFolder::resolve(const std::string &name) const {
-    // The system would read a name up to there, and what is checked is the whole.
+    // The system would read the name only up to there, while the checks below see all of it.
     if (name.find('\0') != std::string::npos) throw Error("has a zero byte in its name");
     std::error_code error;
-    // The folders of the path that are there, with links followed, and the rest as it is written.
+    // Follows links in the part of the path that exists and normalises the rest.
     const fs::path path = fs::weakly_canonical(folder_ / name, error);
     if (error) throw Error("cannot be opened: " + error.message());
     if (!allow_outside_ && !is_below(path, folder_))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading files that others made: regular ones only, as pipes and devices may never end, and of
-// those that a scene names only the ones below its folder.
+// Reads untrusted files: only regular ones, as pipes and devices may never end, and of the files a
+// scene names, only those below its folder.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 // The bytes of a file. Throws Error, its text to follow the file's name.
 std::vector<unsigned char> read_file(const std::filesystem::path &path);
 
-// A file that is read in part.
+// A file to be read in pieces.
 class InputFile {
   public:
     // Throws Error, its text to follow the file's name.
@@ -23,7 +23,7 @@ class InputFile {
     InputFile &operator=(const InputFile &) = delete;
 
     uint64_t size() const { return size_; }
-    // Up to `count` bytes from a place on; returns how many there were. Throws Error.
+    // Reads up to `count` bytes from offset `place`; returns how many there were. Throws Error.
     size_t read(uint64_t place, void *bytes, size_t count) const;
 
   private:
@@ -31,26 +31,26 @@ class InputFile {
     uint64_t size_;
 };
 
-// The files of one scene, by the names it has for them.
+// The files of one scene, by the names it uses for them.
 class SceneFolder {
   public:
-    // Of the scene in that file. With `allow_outside` its files may lie anywhere.
+    // `scene` is the path of the scene file. With `allow_outside`, its files may lie anywhere.
     SceneFolder(const std::filesystem::path &scene, bool allow_outside);
 
-    // Where a name leads, all links followed, whether or not a file is there. Throws Error when that
-    // is outside of the folder.
+    // The path a name leads to, all links followed, whether or not a file is there. Throws Error if
+    // it is outside the folder.
     std::filesystem::path resolve(const std::string &name) const;
-    // The bytes of a file, or nothing where there is none. Throws Error.
+    // The bytes of a file, or nothing if there is no such file. Throws Error.
     std::optional<std::vector<unsigned char>> find(const std::string &name);
-    // The same, and an Error where there is none.
+    // Likewise, but a missing file is an Error.
     std::vector<unsigned char> read(const std::string &name);
 
-    // Of all files that were read, each counted once.
+    // The bytes of all files read so far, each file counted once.
     uint64_t size() const { return size_; }
 
   private:
     std::filesystem::path folder_;
     bool allow_outside_;
     std::set<std::filesystem::path> known_;
-    uint64_t size_ = 0, bytes_read_ = 0; // of each file once, and whenever it is read
+    uint64_t size_ = 0, bytes_read_ = 0; // of each file once; of every read
 };

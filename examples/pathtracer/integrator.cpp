@@ -213,8 +213,8 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
     if (!v.same_side(sample.wi, direction)) return false;
     path.throughput *= sample.weight;
     if (roulette) {
-        // Survive with the share of light the bounce keeps, so survivors' throughput stays the
-        // same.
+        // The probability is the share of light the bounce keeps, so survivors keep their
+        // throughput.
         const float survival = std::min(max_component(sample.weight), 1.0f);
         if (choices.u[1] >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;

@@ -35,7 +35,7 @@ bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hi
 // Whether anything blocks the segment between two points.
 bool occluded(const Geometry &geometry, Vec3 from, Vec3 to);
 
-// Moves a point off its surface, towards the unit normal, so that rays from it do not hit the
+// Moves a point off its surface, along the unit normal, so that rays from it do not hit the
 // surface again. The distance is a few times the rounding error of the hit point, which grows with
 // the coordinates and the length of the ray.
 inline Vec3 offset_point(Vec3 point, Vec3 normal, float distance) {

@@ -13,13 +13,13 @@ struct Light {
     Vec3 corner, edge_u, edge_v; // POINT, SPOT: the corner is the position
     Vec3 normal;                 // unit. SPOT, DIRECTIONAL: the direction it shines in
     float area;
-    Vec3 radiance; // POINT, SPOT: radiant intensity. DIRECTIONAL: irradiance at
-                   // normal incidence
+    Vec3 radiance;                  // POINT, SPOT: radiant intensity. DIRECTIONAL: irradiance at
+                                    // normal incidence
     const Environment *environment; // ENVIRONMENT: the scene's; used instead of `radiance`
-    float distance;          // ENVIRONMENT, DIRECTIONAL: beyond everything in the scene
-    float probability;       // of being chosen among all lights; set by scene_finish
-    bool both_sides = false; // PARALLELOGRAM, TRIANGLE: the back emits too
-    bool mapped = false; // TRIANGLE: `radiance` is a mean; emission_at() gives it at a point
+    float distance;                 // ENVIRONMENT, DIRECTIONAL: beyond everything in the scene
+    float probability;              // of being chosen among all lights; set by scene_finish
+    bool both_sides = false;        // PARALLELOGRAM, TRIANGLE: the back emits too
+    bool mapped = false;   // TRIANGLE: `radiance` is a mean; emission_at() gives it at a point
     uint32_t triangle = 0; // TRIANGLE: its index in the scene; set by scene_finish
     float cosine_inner = 1, cosine_outer = 0; // SPOT: full inside, none outside, smooth between
 };
@@ -37,7 +37,7 @@ struct LightSample {
     Vec2 place; // TRIANGLE: barycentric weights of its second and third vertices
 };
 
-// The fraction of its intensity a spot emits at this cosine to its axis.
+// The fraction of its intensity that a spot emits at this cosine to its axis.
 inline float spot_share(const Light &light, float cosine) {
     const float range = std::max(light.cosine_inner - light.cosine_outer, 1e-3f);
     const float t = std::clamp((cosine - light.cosine_outer) / range, 0.0f, 1.0f);

@@ -27,10 +27,10 @@ struct DielectricEnergy {
 
 struct Material {
     enum Kind : uint32_t {
-        DIFFUSE,           // Lambert, on both sides alike
-        CONDUCTOR,         // metal: GGX, on both sides alike
+        DIFFUSE,           // Lambert, the same on both sides
+        CONDUCTOR,         // metal: GGX, the same on both sides
         DIELECTRIC,        // glass: GGX, reflects and transmits; the back is the inside
-        METALLIC_ROUGHNESS // glTF: from GGX-coated Lambert to metal, on both sides alike
+        METALLIC_ROUGHNESS // glTF: from GGX-coated Lambert to metal, the same on both sides
     };
     Kind kind = DIFFUSE;
     Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. CONDUCTOR: at normal incidence.

@@ -11,14 +11,14 @@
 //          - 4  scattered ray     ...
 //
 // So one domain serves a ray: its direction, and the point on a light that is tried where it ends.
-// A path's contribution is the product of the two, and nothing is stratified together as closely as
-// pairs (0,1) and (2,3) of one domain. Rays are children of the root, in path order. Keys 0 to 3, 4
-// to 7 and so on form families, the next best. Every 2-D decision uses a whole pair, because pairs
-// are blue. Give a new decision a domain of its own: no other draw changes. Make it a child of a
-// child, like the choices, unless its effect multiplies with everything that follows. A 2-D draw is
-// the first half of the 4-D draw: where the second half is not needed, it is not drawn. Draws are
-// pure functions of pixel, index and domain: nothing is stored, and threads, tiles and crops cannot
-// change a picture. docs/sampling.md has the details.
+// The two multiply in a path's contribution, and pairs (0,1) and (2,3) of one domain are stratified
+// together best. Families come next: keys 0 to 3, 4 to 7 and so on of one parent. That is why rays
+// are children of the root, in path order. Every 2-D decision gets a whole pair, as the blue noise
+// is in the pairs. Give a new decision a domain of its own, and no other draw changes. Make it a
+// child of a child, like the choices, unless its effect multiplies with everything that follows. A
+// 2-D draw is the first half of the 4-D draw, so the second half is drawn only where it is needed.
+// Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
+// crops cannot change a picture. docs/sampling.md has the details.
 #pragma once
 
 #include <bn/bn.h>
@@ -30,8 +30,8 @@
 
 #include "math.h"
 
-// A sampler of another library, for comparison. There, each half of a 4-D draw is a decision with a
-// key of its own: `key` for dimensions 0 and 1, `key + 1` for 2 and 3.
+// A sampler from another library, for comparison. Each half of a 4-D draw is a decision with a key
+// of its own there: `key` for dimensions 0 and 1, `key + 1` for 2 and 3.
 class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
@@ -78,7 +78,7 @@ struct SamplerSettings {
     std::string name = "blue";
     uint64_t seed = 0;
     uint32_t declared_spp = 0; // 0: unknown
-    std::string mask; // "builtin", "neural" or a greyscale PNG; for sampler "mask" only
+    std::string mask;          // "builtin", "neural" or a greyscale PNG; for sampler "mask" only
 };
 
 // Throws Error that lists the known samplers or says what is wrong with the mask.

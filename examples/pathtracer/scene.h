@@ -46,13 +46,12 @@ struct Scene {
     bool has_single_sided = false; // any material is
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // null: rays that escape see black
-    uint32_t light_samples = 1; // at a path's first surface; one at all others
+    uint32_t light_samples = 1;                     // at a path's first surface; one at all others
 
     // Set by scene_finish.
     std::vector<float> light_limits; // for choosing lights, see distribution.h
-    int32_t environment_light =
-        -1; // index of the environment's light, or -1 if it is not sampled
-    uint32_t dropped_triangles = 0; // those without area
+    int32_t environment_light = -1;  // index of the environment's light, or -1 if it is not sampled
+    uint32_t dropped_triangles = 0;  // those without area
 
     std::vector<std::string> notes; // tell the user what was left out of a scene file
 };

@@ -44,9 +44,9 @@ Scene scene_cornell() {
     return scene;
 }
 
-// A large panel and a lamp of a hundredth of its area, each half of the light, behind bars and
-// slats that are thin beside the panel and thick beside the lamp. Included because what differs
-// between neighbouring pixels is visibility: smooth penumbrae and sharp edges cross.
+// A large panel and a lamp of a hundredth of its area, each giving half of the light, behind bars
+// and slats that can hide all of the lamp but only part of the panel. Included because neighbouring
+// pixels differ mainly in visibility: smooth penumbrae and sharp edges cross.
 Scene scene_penumbra() {
     Scene scene;
     scene.camera = camera_look_at({0.15f, 2.3f, 6.0f}, {0, 0.42f, 0.1f}, {0, 1, 0}, 0.235f);
