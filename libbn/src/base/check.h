@@ -5,7 +5,7 @@
 
 #include <bn/bn.h>
 
-/* Texels of a mask; more would not fit the 32-bit integers that the algorithms count with. */
+/* The most texels of a mask: the algorithms count them in 32-bit integers. */
 #define BN_MOST_TEXELS ((uint64_t)INT32_MAX)
 
 /* The product of four factors in *product; 0 when it exceeds `limit`. */
@@ -18,12 +18,12 @@ bn_result bn_check_extents(uint32_t width, uint32_t height, uint32_t depth, uint
                            size_t count);
 
 /* Checks that `ranks` is a mask of width x height texels: every rank 0 .. count - 1 once. Errors:
- * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY and SIZE_MISMATCH as above, BAD_DATA (no
+ * INVALID_ARGUMENT (also for NULL), OUT_OF_MEMORY and SIZE_MISMATCH as above, BAD_DATA (not a
  * permutation). One bit of memory per texel. */
 bn_result bn_check_mask(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count);
 
-/* Whether low <= value <= high; false for NaN and infinities. Looks at the bits, so that a compiler
- * that assumes there are none (-ffast-math) cannot drop the check. */
+/* Whether low <= value <= high; false for NaN and infinities. Examines the bits, so that a compiler
+ * that rules both out (-ffast-math) cannot drop the check. */
 int bn_in_range(double value, double low, double high);
 
 /* Whether a float is NaN, by its bits. */

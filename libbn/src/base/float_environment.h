@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Arithmetic that gives the same bits whatever the host has set: directed rounding, flush-to-zero,
  * denormals-are-zero, traps. A public function that computes with floats sets the default
- * environment, calls the function that does the work, which is BN_NOINLINE so that no computation
- * moves out of the pair, and restores the host's environment with its exception flags. Threads
- * started in between inherit the default. */
+ * environment, calls the function that does the work, and restores the host's environment with its
+ * exception flags. The function is BN_NOINLINE, so that no computation moves out of that bracket.
+ * Threads started inside inherit the default. */
 #ifndef BN_FLOAT_ENVIRONMENT_H
 #define BN_FLOAT_ENVIRONMENT_H
 

@@ -6,8 +6,8 @@
 #include <bn/bn.h>
 
 /* The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
- * Generators", 2014), with the multipliers of Stafford's variant 13: a bijection, every input bit
- * reaches every output bit. */
+ * Generators", 2014), with the multipliers of Stafford's variant 13: a bijection in which every
+ * input bit affects every output bit. */
 static inline uint64_t bn_mix64(uint64_t v) {
     v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
     v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;

@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* count * size bytes, aligned to 64. NULL when the product is zero or overflows, or memory is
- * short. */
+/* count * size bytes, aligned to 64. NULL if the product is zero or overflows, or if out of
+ * memory. */
 void *bn_allocate(size_t count, size_t size);
 void *bn_allocate_zero(size_t count, size_t size);
 void bn_free(void *memory);

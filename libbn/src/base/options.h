@@ -6,12 +6,12 @@
 #include <bn/bn.h>
 #include <string.h>
 
-/* The largest structure that a newer header might have; a larger size was never set. */
+/* The largest structure that a newer header might have: a larger struct_size was never set. */
 enum { BN_OPTIONS_MOST_BYTES = 4096 };
 
-/* Copies what the structure of the program holds over `options`, which holds the defaults. `given`
- * may be NULL. Every options structure starts with its struct_size. Errors: INVALID_ARGUMENT (a
- * size that cannot be), UNSUPPORTED (the structure uses options that this library lacks). */
+/* Copies the caller's structure over `options`, which holds the defaults. `given` may be NULL.
+ * Every options structure starts with its struct_size. Errors: INVALID_ARGUMENT (an impossible
+ * size), UNSUPPORTED (the structure sets options that this library lacks). */
 static inline bn_result bn_options_read(void *options, size_t size, const void *given) {
     size_t given_size;
     const unsigned char *bytes = (const unsigned char *)given;

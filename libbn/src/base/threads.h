@@ -7,7 +7,7 @@
 
 typedef struct bn_team bn_team;
 
-/* Work of member `index` of `size`; member 0 is the calling thread. */
+/* The work of member `index` of `size`; member 0 is the calling thread. */
 typedef void (*bn_team_work)(void *user, bn_team *team, uint32_t index, uint32_t size);
 
 /* The number of processors, at least 1. */

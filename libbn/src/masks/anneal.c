@@ -11,7 +11,7 @@
 #include <float.h>
 #include <string.h>
 
-/* In sigmas: where windows end, as the kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 %. */
+/* In sigmas: where windows end. The kernel exp(-d^2 / (4 sigma^2)) has fallen to 0.3 % there. */
 static const double BN_ANNEAL_CUTOFF = 4.8;
 
 /* In sigmas: texels of one value that are this far apart do not interact. */
@@ -24,7 +24,7 @@ static int good_options(const bn_anneal_options *o) {
            bn_in_range(o->end_temperature, DBL_TRUE_MIN, o->start_temperature);
 }
 
-/* Passes progress on from the void-and-cluster that comes first, which counts as nothing done. */
+/* Progress of the initial void-and-cluster, always reported as 0. */
 static int32_t at_start(void *user, double fraction) {
     const bn_anneal_options *o = user;
     (void)fraction;

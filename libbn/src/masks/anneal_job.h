@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What annealing of one and of several channels share. */
+ * Shared by the annealing of one channel and of several. */
 #ifndef BN_ANNEAL_JOB_H
 #define BN_ANNEAL_JOB_H
 
@@ -27,7 +27,7 @@ static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sw
            bn_portable_exp(t * bn_portable_log(o->end_temperature / o->start_temperature));
 }
 
-/* Asks for progress every BN_ANNEAL_INTERVAL trials; whether the work is to stop. */
+/* Reports progress every BN_ANNEAL_INTERVAL trials; returns whether to stop. */
 static inline int bn_anneal_cancelled(const bn_anneal_job *job, uint32_t sweep, uint32_t trial) {
     const bn_anneal_options *o = job->options;
     if (trial % BN_ANNEAL_INTERVAL != 0 || o->progress == NULL) return 0;

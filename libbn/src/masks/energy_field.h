@@ -6,7 +6,7 @@
 #include "simd/field.h"
 
 /* Makes a field with no texel set. Its energies are small random numbers that break ties. No extent
- * may be zero. Returns 0 when memory is short; call bn_field_destroy() in any case. */
+ * may be zero. Returns 0 if out of memory; call bn_field_destroy() in any case. */
 int bn_field_create(bn_field *field, const uint32_t extent[3], double sigma, uint64_t seed);
 void bn_field_destroy(bn_field *field);
 

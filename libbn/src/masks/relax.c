@@ -21,7 +21,7 @@
 #include <string.h>
 
 enum {
-    BN_RELAX_REACH = 12, /* most texels a pair is apart along an axis */
+    BN_RELAX_REACH = 12, /* the most texels between a pair along an axis */
     BN_RELAX_MOST_BINS = 1 << 16,
     BN_RELAX_FRACTION = 4 /* bits below a 16-bit value */
 };
@@ -36,7 +36,7 @@ typedef struct relaxation {
     int32_t reach[2];
     int16_t *image; /* the values less 32768, with a toroidal margin of the reach */
     ptrdiff_t *offsets;
-    int16_t *weights; /* each BN_WINDOW_LANES times */
+    int16_t *weights; /* each repeated BN_WINDOW_LANES times */
     uint32_t pairs;
     uint16_t *bins; /* of each texel */
     uint32_t bin_count, teams;
@@ -50,7 +50,7 @@ typedef struct relaxation {
 typedef struct step {
     int16_t limit;  /* softness in 16-bit values */
     int32_t shift;  /* that makes the limit use all 16 bits */
-    int32_t rate;   /* gradient to value, by 2^6 */
+    int32_t rate;   /* from gradient to value, times 2^6 */
     int32_t lowest; /* value of bin 0 */
     int32_t bin_shift;
 } step;

@@ -19,12 +19,12 @@ double bn_thin_spacing(double sigma);
 size_t bn_thin_count(const uint32_t extent[3], size_t count, double spacing);
 
 /* Orders `count` texels, given as indices into a row-major array, by removing the tightest cluster
- * again and again: on return every prefix of `points` is spread evenly. Returns 0 when memory is
- * short. */
+ * again and again: on return every prefix of `points` is spread evenly. Returns 0 if out of
+ * memory. */
 int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count);
 
 /* Reorders the first and the last ranks of a mask, as many as have at least that spacing. Returns 0
- * when memory is short, with the ranks unchanged. */
+ * if out of memory, with the ranks unchanged. */
 int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t *ranks,
                  size_t count);
 

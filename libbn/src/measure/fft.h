@@ -7,7 +7,7 @@
 
 typedef struct bn_fft bn_fft;
 
-/* Makes a plan for length n >= 1; NULL when memory is short. */
+/* Makes a plan for length n >= 1; NULL if out of memory. */
 bn_fft *bn_fft_create(size_t n);
 void bn_fft_destroy(bn_fft *fft);
 

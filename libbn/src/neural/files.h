@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Reads whole files. Only files.c opens any. */
+ * Reads whole files. Nothing else in the library opens files. */
 #ifndef BN_FILES_H
 #define BN_FILES_H
 

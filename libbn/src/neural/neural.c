@@ -23,10 +23,10 @@
 enum {
     BN_TILE_EXTENT = 256, /* of the square tiles that the runtime is prepared for */
     BN_TILE_MOST_TEXELS =
-        1 << 16, /* of a tile; larger ones were measured to fall out of the cache */
+        1 << 16, /* of a tile; in measurements, larger ones fall out of the cache */
     BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
     BN_TILE_LEAST_EXTENT = 32,
-    BN_TILE_COST = 1 << 9 /* of starting a tile, as the time of so many texels */
+    BN_TILE_COST = 1 << 9 /* of starting a tile: the time of this many texels */
 };
 static const int64_t BN_WINDOW_FARTHEST = (int64_t)1 << 40;
 static const int64_t BN_NOISE_FARTHEST = (int64_t)1 << 41; /* so that windows can have margins */
@@ -104,7 +104,7 @@ static int all_finite(const float *values, size_t count) {
     return !bad;
 }
 
-/* Runs the model once on a small input: its radius and its align must be what it says. */
+/* Runs the model once on a small input, to check the radius and align that it declares. */
 static bn_result try_model(const bn_neural *n) {
     const uint32_t align = n->model.align, extent = (16 + align - 1) / align * align;
     const uint32_t outer = extent + 2 * n->model.radius;
@@ -207,7 +207,7 @@ typedef struct image {
     uint32_t period_x, period_y; /* of the noise; 0 for none */
     int window;                  /* make values uniform in [0, 1) */
     float *values;
-    uint64_t area_width, area_height; /* covered by tiles, from an aligned texel on */
+    uint64_t area_width, area_height; /* covered by tiles; starts at an aligned texel */
     uint32_t tile_width, tile_height, columns, rows;
     bn_result results[BN_NEURAL_MOST_THREADS];
 } image;
@@ -286,8 +286,8 @@ static float window_value(const bn_onnx_model *model, float value) {
     return value < 0 ? 0 : value > 1 - 0x1p-24f ? 1 - 0x1p-24f : value;
 }
 
-/* Copies the part of a tile that lies in the image, from column first_x and row first_y of the tile
- * on; other tiles have what is before them. */
+/* Copies the part of a tile that lies in the image, starting at column first_x and row first_y of
+ * the tile: what comes before them is left to other tiles. */
 static bn_result keep(image *m, const float *tile, int64_t tile_x, int64_t tile_y, int64_t first_x,
                       int64_t first_y) {
     const size_t tile_count = (size_t)m->tile_width * m->tile_height;
@@ -371,7 +371,7 @@ static bn_result fill_image(image *m) {
     choose_tiles(m, threads);
     const uint64_t tiles = (uint64_t)m->columns * m->rows;
     if (threads > tiles) threads = (uint32_t)tiles;
-    /* Once in any case: other threads might take all of the tiles. */
+    /* At least once: other threads might take all of the tiles. */
     if (cancelled(m->neural, 0)) return BN_ERROR_CANCELLED;
     bn_team_run(threads, work, m);
     for (uint32_t i = 0; i < threads; ++i) {

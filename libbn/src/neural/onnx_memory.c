@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Bounds the memory of a model: a file of some hundred bytes can ask for tensors of gigabytes.
+ * Bounds the memory of a model: a file of a few hundred bytes can ask for gigabytes of tensors.
  *
- * Walks the nodes in order, as they run, with an upper bound of the extents of each value, and adds
+ * Walks the nodes in order, as they run, with an upper bound on the extents of each value, and adds
  * up the elements of the values that are alive: those that a later node uses, and all that depend on
  * constants alone, which the runtime computes in advance. Operators whose results cannot be bounded
  * from the extents of their inputs are refused. Time and memory are linear in the nodes. */
@@ -13,7 +13,7 @@
 enum { AXES = 4, MOST_INPUTS = 256, MOST_VALUES = 1 << 18, NEVER = 0 };
 static const uint64_t HUGE_COUNT = (uint64_t)1 << 40;
 
-/* Upper bounds of the extents of a value. Shapes of fewer axes are aligned at the end, as in
+/* Upper bounds on the extents of a value. Shapes of fewer axes are aligned at the end, as in
  * broadcasting, with ones before them. Where the axes are not known, the last has all elements. */
 typedef struct value {
     span name;
@@ -118,7 +118,7 @@ static int attribute_integers(span node, const char *name, uint64_t *integers, i
     return found == 0 || (found == 1 && read_integers(attribute, 8, integers, most) >= 0);
 }
 
-/* The one integer of an attribute, with its sign; 0 when it cannot be read. */
+/* The single integer of an attribute, with its sign; 0 if it cannot be read. */
 static int attribute_integer(span node, const char *name, int64_t fallback, int64_t *integer) {
     span attribute;
     field f;
@@ -289,8 +289,8 @@ static void broadcast(value *to, const value *with) {
     }
 }
 
-/* Adds the pads of a node to the extents of a picture: to both the most, as flat values do not say
- * which is which. */
+/* Adds the padding of a node to the extents of an image: the larger sum to both, as flat values do
+ * not say which axis is which. */
 static int pad(span node, value *to) {
     uint64_t pads[AXES], most = 0;
     if (!attribute_integers(node, "pads", pads, AXES, 0)) return 0;
@@ -357,7 +357,7 @@ static int constant(span node, value *to) {
         copy_shape(to, &read);
         return 1;
     }
-    /* Numbers in the attributes themselves: fewer than there are bytes in the node. */
+    /* The numbers are in the attributes: no more of them than the node has bytes. */
     set_flat(to, (uint64_t)(node.end - node.at));
     return 1;
 }
@@ -465,7 +465,7 @@ static bn_result list_values(span graph, uint32_t height, uint32_t width, const 
     return BN_SUCCESS;
 }
 
-/* Notes for each value the last node that uses it. */
+/* Records the last node that uses each value. */
 static void note_uses(span graph, const table *t) {
     uint32_t number = 0;
     field f, inner;

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
- * How much a model would allocate, before it runs. */
+ * Bounds what a model would allocate, before it runs. */
 #ifndef BN_ONNX_MEMORY_H
 #define BN_ONNX_MEMORY_H
 
 #include <bn/bn.h>
 
-/* The most elements, of up to eight bytes, that a model may hold at a time. */
+/* The most elements, of up to eight bytes, that a model may hold at once. */
 #define BN_MODEL_MOST_ELEMENTS ((uint64_t)1 << 26)
 
 /* Checks the graph of a model that bn_onnx_model_read() has accepted, for an input of height x width
  * texels. Errors: UNSUPPORTED (too large, or an operator whose results cannot be bounded), BAD_DATA
- * (an operator uses a value that none before it makes), OUT_OF_MEMORY. */
+ * (an operator uses a value that no earlier one computes), OUT_OF_MEMORY. */
 bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, uint32_t width);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A strict reader of those parts of an ONNX file that tell whether libbn can use a model.
+ * A strict reader of the parts of an ONNX file that decide whether libbn can use a model.
  *
  * An ONNX file is a Protocol Buffers message: a sequence of fields, each a varint (number << 3 |
  * wire type) and a value. The reader treats messages as spans of bytes and checks every length
@@ -168,7 +168,7 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
             result = check_tensor(f.bytes);
             break;
         case SPARSE_INITIALIZER:
-            result = BN_ERROR_UNSUPPORTED; /* a few bytes of any size */
+            result = BN_ERROR_UNSUPPORTED; /* a few bytes can claim any size */
             break;
         case INPUT:
             if (inputs++ || !read_value(f.bytes, &name, extents, names) ||

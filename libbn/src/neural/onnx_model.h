@@ -17,18 +17,18 @@ enum {
 
 typedef struct bn_onnx_model {
     uint32_t radius; /* texels of noise around the output on every side */
-    uint32_t align;  /* what positions and extents are multiples of */
+    uint32_t align;  /* positions and extents are multiples of this */
     uint32_t channels;
     char output[BN_MODEL_NAME_SIZE]; /* name of the output, zero-terminated */
     int has_quantiles;
-    float quantiles[BN_MODEL_QUANTILES]; /* the i-th: what i/64 of the outputs lie below */
+    float quantiles[BN_MODEL_QUANTILES]; /* entry i: i/64 of the outputs lie below it */
     /* Names of the input's axes of height and width; empty where they have none. */
     char axes[2][BN_MODEL_NAME_SIZE];
 } bn_onnx_model;
 
-/* Reads the bytes of a model file. Errors: BAD_DATA (no model of the format of bn_neural_open),
- * UNSUPPORTED (of another version; external data, operators outside the ONNX standard, functions or
- * control flow). */
+/* Reads the bytes of a model file. Errors: BAD_DATA (not in the format that bn_neural_open
+ * describes), UNSUPPORTED (another version of it; external data, operators outside the ONNX
+ * standard, functions or control flow). */
 bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *model);
 
 #endif

@@ -91,10 +91,10 @@ static void set_variable(const char *name, const char *value) {
     setenv(name, value, 0);
 }
 
-/* As in a set-user-ID program, whose user must not choose the code that it runs. */
+/* For example in a set-user-ID program, whose user must not choose the code that it runs. */
 static int has_more_rights_than_user(void) {
 #if defined(__linux__)
-    if (getauxval(AT_SECURE) != 0) return 1; /* knows of file capabilities too */
+    if (getauxval(AT_SECURE) != 0) return 1; /* covers file capabilities too */
 #endif
     return getuid() != geteuid() || getgid() != getegid();
 }
@@ -113,8 +113,8 @@ static const char *const library_names[] = {"libonnxruntime.so.1", "libonnxrunti
 
 static int load_named(const char *name, library *found) {
     found->was_loaded = library_is_loaded(name);
-    /* Versions from 1.29 on send telemetry, from before it can be switched off by a call. A variable
-     * that is set already is left alone: see the note on threads in neural.h. */
+    /* Versions from 1.29 on send telemetry before any call could switch it off. A variable that is
+     * already set is left alone: see the note on threads in neural.h. */
     if (!found->was_loaded && getenv("ORT_DISABLE_TELEMETRY") == NULL) {
         set_variable("ORT_DISABLE_TELEMETRY", "1");
     }

@@ -13,11 +13,10 @@ typedef struct bn_runtime_size {
     uint32_t height, width;
 } bn_runtime_size;
 
-/* Loads ONNX Runtime from library_path, or from where bn_neural_open says when that is NULL, and
- * the model, whose bytes are not kept; a second time for `prepared`, unless that is NULL. Errors:
- * RUNTIME (no runtime, or one that cannot be used), BAD_DATA (it refuses the model), OUT_OF_MEMORY,
- * UNSUPPORTED (this system cannot load libraries).
- */
+/* Loads ONNX Runtime from library_path (NULL: searches as bn_neural_open describes) and opens the
+ * model, whose bytes are not kept. If `prepared` is not NULL, also opens the model for that size.
+ * Errors: RUNTIME (no runtime, or one that cannot be used), BAD_DATA (it rejects the model),
+ * OUT_OF_MEMORY, UNSUPPORTED (this system cannot load libraries). */
 bn_result bn_runtime_open(const char *library_path, const void *model, size_t size,
                           const bn_runtime_size *prepared, bn_runtime **runtime);
 void bn_runtime_close(bn_runtime *runtime);
@@ -28,8 +27,8 @@ typedef struct bn_tensor {
     uint32_t channels, height, width;
 } bn_tensor;
 
-/* Runs the model on the calling thread alone, from any number of threads. Errors: RUNTIME, also
- * when the model's output has another shape than `output`. */
+/* Runs the model on the calling thread alone; several threads may call it at once. Errors: RUNTIME,
+ * also if the model's output has another shape than `output`. */
 bn_result bn_runtime_run(const bn_runtime *runtime, const bn_tensor *input, const char *output_name,
                          const bn_tensor *output);
 

@@ -32,7 +32,7 @@ static inline int read_varint(span *s, uint64_t *value) {
     return 0;
 }
 
-/* The next field of a message: 1, 0 at its end, -1 when it is malformed. */
+/* Reads the next field of a message: 1, 0 at its end, -1 if it is malformed. */
 static inline int next_field(span *s, field *f) {
     uint64_t key, length;
     if (s->at == s->end) return 0;
@@ -70,7 +70,7 @@ static inline int is_bytes(const field *f) {
     return f->wire == WIRE_BYTES;
 }
 
-/* The one field `number` of a message; 0 when there is none or more than one. */
+/* Finds the only field `number` of a message; 0 if there is none or more than one. */
 static inline int only_message(span s, uint32_t number, span *message) {
     field f;
     int state, count = 0;

@@ -5,7 +5,7 @@
 
 #include "sampler/sampler_object.h"
 
-/* Fills `table` and `words` of a sampler whose bytes are zero. */
+/* Fills `table` and `words` of a zero-initialised sampler. */
 void bn_blue_tables_fill(bn_sampler *sampler, int32_t kind, uint64_t seed_key);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What a sampler holds. */
+ * The contents of a sampler. */
 #ifndef BN_SAMPLER_OBJECT_H
 #define BN_SAMPLER_OBJECT_H
 

@@ -24,7 +24,7 @@ static uint64_t sobol_second64(uint64_t digits) {
     return digits ^ ((digits << 32) & 0xffffffff00000000u);
 }
 
-/* The product of each digit to base 4 with the element x of the field of four, two bits a digit. */
+/* The product of each base-4 digit with the element x of the field of four, two bits per digit. */
 static uint64_t times_x64(uint64_t digits) {
     uint64_t upper = digits >> 1 & 0x5555555555555555u, lower = digits & 0x5555555555555555u;
     return lower << 1 | (upper ^ lower);

@@ -11,7 +11,7 @@ enum { BN_WINDOW_LANES = 16 };
 typedef struct bn_simd {
     const char *name;
 
-    /* Sets (sign 1) or clears (sign -1) a texel and updates the extremes asked for. */
+    /* Sets (sign 1) or clears (sign -1) a texel and updates the requested extremes. */
     void (*field_change)(bn_field *field, bn_field_texel texel, int sign, int extremes);
     /* The texel of lowest or highest energy; of several, the first in the order of the tiles. */
     bn_field_texel (*field_find)(const bn_field *field, int extreme);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the vector types of all x86 sets share: extremes of four integers. */
+ * Shared by the vector types of all x86 sets: extremes of four integers. */
 #include <immintrin.h>
 
 static inline int32_t sse_lowest(__m128i a) {
