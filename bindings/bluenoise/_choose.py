@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choices with numbers of a draw, and what is left of the numbers: bn_choose.h on arrays, bit for bit."""
+"""Choices by the numbers of a draw, and the unused part of those numbers: bn_choose.h on arrays, bit for bit."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ def _stretched(place: npt.NDArray[np.float64], width: npt.NDArray[np.float64]) -
 def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.bool_], _Floats]:
     """Chooses with a probability, and returns ``(chosen, rest)``.
 
-    ``chosen`` is ``u < probability``. ``rest`` is what is left of ``u``, float32, stretched to [0, 1) again: use it for
-    what follows the choice. Both have the shape to which the arguments broadcast. Probabilities are in [0, 1], numbers in
-    [0, 1), in multiples of 2**-24 like the draws of a ``Sampler``; finer digits are dropped. ``bn_choose.h`` has the
-    details; the bits are those of C.
+    ``chosen`` is ``u < probability``. ``rest`` is the unused part of ``u``, rescaled to [0, 1) as float32: use it for
+    whatever follows the choice. Both have the shape to which the arguments broadcast. Probabilities are in [0, 1],
+    numbers in [0, 1), in multiples of 2**-24 like the draws of a ``Sampler``; finer digits are dropped. ``bn_choose.h``
+    has the details; the bits are those of C.
 
     >>> chosen, rest = choose(0.25, [0.125, 0.625])
     >>> chosen.tolist(), rest.round(3).tolist()
@@ -61,15 +61,15 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
 
 
 def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Chooses one of ``count`` equally likely items, and returns ``(index, rest)``: uint32 from 0 to count - 1, and what
-    is left of ``u`` as from ``choose``. Counts are 1 to 2**24.
+    """Chooses one of ``count`` equally likely items, and returns ``(index, rest)``: uint32 from 0 to count - 1, and the
+    unused part of ``u``, as from ``choose``. Counts are 1 to 2**24.
 
     >>> index, rest = choose_u32(4, [0.125, 0.8125])
     >>> index.tolist(), rest.round(3).tolist()
     ([0, 3], [0.5, 0.25])
     """
     items = arguments.integers("count", count, np.uint32, 1, _STEPS).astype(np.uint64)
-    # The middle of the step times count: its whole part chooses, its fraction is left.
+    # The middle of the step times count: the whole part chooses, the fraction is the rest.
     middle = (2 * _steps(u).astype(np.uint64) + np.uint64(1)) * items
     rest = (middle & np.uint64(2 * _STEPS - 1)) >> np.uint64(1)
     return np.asarray(middle >> np.uint64(25), np.uint32), np.asarray(rest / _STEPS, np.float32)
@@ -77,10 +77,10 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
 
 def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
     """Chooses by a table of cumulative probabilities, and returns ``(index, rest)``: the first item for which
-    ``u < cdf[index]``, as uint32, and what is left of ``u`` as from ``choose``.
+    ``u < cdf[index]``, as uint32, and the unused part of ``u``, as from ``choose``.
 
-    ``cdf`` is one-dimensional, not empty, ascending and in [0, 1]; its last entry counts as 1, whatever rounding made of
-    it. If items at the end have no probability, the entry before them must be 1.
+    ``cdf`` is one-dimensional, not empty, ascending and in [0, 1]; its last entry counts as 1, however it was
+    rounded. If items at the end have no probability, the entry before them must be 1.
 
     >>> index, rest = choose_cdf([0.5, 0.5, 1.0], [0.25, 0.75])
     >>> index.tolist(), rest.round(3).tolist()
@@ -90,7 +90,7 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     if limits.ndim != 1 or limits.size == 0:
         raise ValueError(f"cdf must have shape (count,) with at least one entry, not {limits.shape}")
     if (np.diff(np.asarray(cdf, np.float64)) < 0).any():
-        raise ValueError(f"cdf must ascend, which {reprlib.repr(cdf)} does not")
+        raise ValueError(f"cdf must be in ascending order, not {reprlib.repr(cdf)}")
     limits[-1] = _STEPS
     step = _steps(u)
     index = np.asarray(np.searchsorted(limits, step, side="right"))

@@ -38,7 +38,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
         print("bluenoise: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # The reader has gone. Python would complain again when it flushes standard output at exit.
+        # The reader is gone. Python would complain again when it flushes standard output at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (ValueError, TypeError, MemoryError, OSError, ImportError, RuntimeError) as error:
@@ -112,7 +112,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
     command.add_argument("mask", type=Path, help="a mask as .npy, .exr or picture, or -")
-    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, from 1 on")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1")
 
 
 def _add_output(

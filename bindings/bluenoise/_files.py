@@ -169,7 +169,7 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
 
 
 def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
-    """A mask from a .npy or .exr file or a picture; of several channels, the one with this number, from 1 on."""
+    """A mask from a .npy or .exr file or a picture. ``channel`` counts from 1; 0: the file has only one."""
     data = read_bytes(path)
     if data.startswith(_NPY_MAGIC) or path.suffix.lower() == ".npy":
         array = _decode_npy(path, data)

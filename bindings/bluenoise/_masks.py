@@ -285,7 +285,7 @@ def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
     count = math.prod(shape)
     sampler = _core.Sampler(_core.sampler_kinds["white"], arguments.seed(seed), 0, None)
     keys = np.empty(count, np.uint64)
-    for first in range(0, count, _WHITE_BLOCK):  # in blocks, between which Ctrl-C is noticed
+    for first in range(0, count, _WHITE_BLOCK):  # in blocks, so that Ctrl-C is noticed between them
         samples = sampler.block(0, 0, 1, 1, first, min(_WHITE_BLOCK, count - first), 0)[0, 0, :, :2]
         bits = (samples * 2**24).astype(np.uint64)
         keys[first : first + len(bits)] = (bits[:, 0] << np.uint64(24)) | bits[:, 1]

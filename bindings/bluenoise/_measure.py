@@ -19,7 +19,7 @@ _T = TypeVar("_T")
 _SIGMAS = (0.75, 1.0, 1.5, 2.0)
 _GREY_LEVELS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 7 / 8, 15 / 16)
 _MIN_RING_TEXELS = 32
-_QUICK_TEXELS = 2**15  # measured in a fraction of a second
+_QUICK_TEXELS = 2**15  # smaller masks take a fraction of a second
 
 MaskMeasures = TypedDict(
     "MaskMeasures",
@@ -97,7 +97,7 @@ def _measure(mask: npt.ArrayLike) -> MaskMeasures:
 
 
 def _run(values: Any, work: Callable[..., _T], *given: Any) -> _T:
-    """work(*given), such that Ctrl-C can interrupt it unless there are only a few values."""
+    """Returns work(*given). Ctrl-C can interrupt it, unless there are only a few values."""
     if getattr(values, "size", _QUICK_TEXELS) < _QUICK_TEXELS:
         return work(*given)
     return interruptible(work, *given)

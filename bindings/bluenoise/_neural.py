@@ -85,8 +85,8 @@ class NeuralGenerator:
         return self._core.channels
 
     def mask(self, shape: Shape, seed: Seed = 0, *, progress: Optional[Progress] = None) -> Ranks:
-        """Makes a toroidal mask: uint32 ranks of shape (h, w), each exactly once. Any size works; quality is promised
-        from 16 x 16 on. ``progress`` is called with the fraction done; a true result stops with ``CancelledError``.
+        """Makes a toroidal mask: uint32 ranks of shape (h, w), each exactly once. Any size works; quality is guaranteed
+        from 16 x 16 up. ``progress`` is called with the fraction done; returning a true value stops with ``CancelledError``.
         Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
         extents = arguments.shape(shape, 2)
         if len(extents) != 2:

@@ -35,8 +35,8 @@ class Sampler:
         An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, or None for fresh
         entropy. Different seeds give independent pictures.
     samples_per_pixel
-        The sample count for kind ``"zorder"``, at which alone its quality is good: up to 2**32 - 1, rounded up to a
-        power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other kinds are progressive and
+        The sample count for kind ``"zorder"``, the only count at which its quality is good: up to 2**32 - 1, rounded up
+        to a power of two (at most 2**16); 0 means 256. Larger indices remain valid. The other kinds are progressive and
         ignore it.
     mask
         The mask for kind ``"mask"``: ranks of shape (height, width), each of 0 .. n - 1 exactly once. None: the built-in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler ``bluenoise`` of Mitsuba 3: importing this module registers it, in the variant that is set and in all set later.
+"""The sampler ``bluenoise`` for Mitsuba 3. Importing this module registers it in the current variant and in every later one.
 
     import mitsuba
     import bluenoise.mitsuba
@@ -7,13 +7,14 @@
     mitsuba.set_variant("llvm_ad_rgb")
     scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
 
-Every sample is one of ``bluenoise.Sampler("blue", seed=seed)``, to the last bit. The pixel is that of the film, its crop
-offset included. ``seed``, from 0 to 2**31 - 1, is the sampler's; the one given to ``mitsuba.render`` is the key of the root of all domains,
-so a frame number can be passed there. Two-dimensional draws 2 k and 2 k + 1 are the pairs of the root's child k: position in
-the pixel and first light, direction and next light. One-dimensional draw k is the first number of child k of the root's
+Samples are those of ``bluenoise.Sampler("blue", seed=seed)``, bit for bit, at the film's pixels, including its crop offset.
+``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` selects the domain under which all
+others lie, so you can pass a frame number. Two-dimensional draws 2 k and 2 k + 1 are the pairs of that domain's child k:
+position in the pixel and first light, direction and next light. One-dimensional draw k is the first number of child k of its
 child 2**20.
 
-Vectorised variants draw in Dr.Jit, inside recorded loops too. Scalar variants need ``attach(scene)`` after loading, and are slow.
+Vectorised variants draw in Dr.Jit, even inside recorded loops. Scalar variants are slow and need ``attach(scene)`` after the
+scene is loaded.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ from ._sampler import Sampler
 
 __all__ = ["attach"]
 
-# Their types depend on the variant.
+# The types of both modules' contents depend on the variant.
 dr: Any = drjit
 mi: Any = mitsuba
 
 _SINGLES = 1 << 20
-_UNSEEDED = 0xFFFFFFFF  # Mitsuba's "as before" for the size of a wavefront
+_UNSEEDED = 0xFFFFFFFF  # Mitsuba's value for "keep the wavefront size"
 
-# Places in the table of a sampler, as libbn/include/bn/bn_draw.glsl has them.
+# Offsets into a sampler's table, as in libbn/include/bn/bn_draw.glsl.
 _PIXELS, _BLOCKS, _PLACES, _POINTS, _LATER = 2, 4098, 6146, 6274, 10370
 
 
-# ---- The draw of kind BLUE, on arrays of Dr.Jit; bn_draw.glsl has the same steps
+# ---- The draw of kind BLUE on Dr.Jit arrays, step by step as in bn_draw.glsl
 
 
 def _hash32(v: Any) -> Any:
@@ -57,8 +58,8 @@ def _child(domain: Any, key: Any) -> Any:
 
 
 class _Lanes:
-    """What names the sample of each lane but the domain. Dr.Jit does not look into objects of this class, so what they hold
-    is captured by recorded loops instead of carried through them."""
+    """All that identifies the sample of each lane, except the domain. Dr.Jit does not look into objects of this class, so
+    recorded loops capture their contents instead of carrying them along."""
 
     def __init__(self, words: Any, root: Any, x: Any, y: Any) -> None:
         self.words, self.root, self.x, self.y = words, root, x, y
@@ -115,7 +116,7 @@ class _Lanes:
 
 
 class _Film:
-    """The film of the sensor that knows a sampler, hidden from Dr.Jit like the lanes."""
+    """The film of the sensor that uses a sampler, hidden from Dr.Jit like the lanes."""
 
     def __init__(self, sampler: Any) -> None:
         self.sampler = weakref.ref(sampler)
@@ -130,9 +131,9 @@ class _Film:
 
 
 def _registered_film(sampler: Any) -> Any:
-    """The film of the sensor that has this sampler, from the registry of vectorised variants."""
+    """The film of the sensor that uses this sampler, from the registry of vectorised variants."""
     missing = number = 0
-    while missing < 64:  # numbers of sensors that are gone are free for a while
+    while missing < 64:  # numbers of deleted sensors stay unused for a while
         number += 1
         try:
             sensor = dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
@@ -145,14 +146,14 @@ def _registered_film(sampler: Any) -> Any:
     return None
 
 
-# ---- The plugin, for the variant that is set
+# ---- The plugin, for the current variant
 
 
 def _create_class() -> Any:
     base: Any = mi.Sampler
 
     class BlueNoiseSampler(base):  # type: ignore[misc]
-        """What vectorised and scalar variants have in common."""
+        """Shared by vectorised and scalar variants."""
 
         def __init__(self, props: Any) -> None:
             base.__init__(self, props)
@@ -196,7 +197,7 @@ def _vectorised(common: Any) -> Any:
             return other
 
         def set_samples_per_wavefront(self, samples_per_wavefront: int) -> None:
-            # Mitsuba does not call this when it renders: with a film, seed() finds out.
+            # Mitsuba does not call this when it renders; with a film, seed() computes the number itself.
             mi.Sampler.set_samples_per_wavefront(self, samples_per_wavefront)
             self._per_wavefront = samples_per_wavefront
 
@@ -214,7 +215,7 @@ def _vectorised(common: Any) -> Any:
             self.advance()
 
         def _place(self) -> tuple[int, int, int]:
-            """x, y of the first pixel and the length of a row; without a sensor, of a square."""
+            """x and y of the first pixel, and the row length; without a sensor, pixels fill a square."""
             lanes = self.wavefront_size()
             if self._film.film is None:
                 self._film.film = _registered_film(self._film.sampler())
@@ -304,8 +305,8 @@ def _scalar(common: Any) -> Any:
 
 
 class _BlockOrder:
-    """Which pixel Mitsuba's scalar renderer means by the number it seeds a sampler with: blocks are taken in a spiral from the
-    middle of the film, pixels of a block along a Morton curve, and a render's seed counts whole films."""
+    """Finds the pixel behind the number with which Mitsuba's scalar renderer seeds a sampler. Blocks follow a spiral from the
+    middle of the film, pixels of a block a Morton curve, and every step of a render's seed skips a whole film."""
 
     def __init__(self, x0: int, y0: int, width: int, height: int) -> None:
         self.origin, self.pixels = (x0, y0), width * height
@@ -347,8 +348,8 @@ def _spiral(columns: int, rows: int) -> list[tuple[int, int]]:
 
 
 def attach(scene: Any) -> None:
-    """Tells every ``bluenoise`` sampler of a scene its film. Scalar variants need it before they render; vectorised ones find
-    out by themselves."""
+    """Tells every ``bluenoise`` sampler of a scene its film. Scalar variants need this before rendering; vectorised ones find
+    the film themselves."""
     for sensor in scene.sensors():
         sampler = sensor.sampler()
         if isinstance(getattr(sampler, "_film", None), _Film):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Error of the renderer lajolla with libbn's samplers, over that with its own numbers: the table in docs/porting.md
+"""Error of the renderer lajolla with libbn's samplers, relative to its own random numbers: the table in docs/porting.md
 
     PYTHONPATH=scripts .venv/bin/python -m report.lajolla CHECKOUT
 
@@ -31,7 +31,7 @@ SIGMA = 2.1
 
 
 def write_scene(source, size, spp):
-    """A copy of a scene, beside it, with another size and count; its path."""
+    """Writes a copy of a scene next to it, with another size and sample count; returns its path."""
     text = source.read_text(encoding="utf-8")
     for name, value in (("width", size), ("height", size), ("sampleCount", spp)):
         text, found = re.subn(rf'(name="{name}" value=)"\d+"', rf'\1"{value}"', text)
@@ -75,7 +75,7 @@ def measure(checkout, size, seeds, reference_spp):
 
 
 def table(result):
-    """How many times less error blue has, as displayed and in brackets raw."""
+    """How many times smaller the error is: as displayed, and raw in brackets."""
     def text(row, than, with_sampler="blue"):
         times = row[than] / row[with_sampler]
         return f"{times[0]:.2f} ({times[1]:.2f})"
@@ -90,7 +90,7 @@ def main(arguments=None):
     parser.add_argument("checkout", type=Path)
     parser.add_argument("--size", type=positive, default=96, metavar="N", help="side of the pictures (default 96)")
     parser.add_argument("--seeds", type=positive, default=6, metavar="N", help="pictures of each sampler (default 6)")
-    parser.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help="of references (default 1024)")
+    parser.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help="samples per pixel of references (default 1024)")
     parser.add_argument("--guide", type=Path, default=Path("docs/porting.md"), help=argparse.SUPPRESS)
     parser.add_argument("--print", action="store_true", help="print the table without changing docs/porting.md")
     options = parser.parse_args(arguments)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler `bluenoise` beside Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md
+"""Compares the sampler `bluenoise` with Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md
 
-Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References are drawn
-by a sampler of this file, which is not among those compared.
+Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References use a
+sampler defined in this file, which is not one of those compared.
 """
 
 import argparse
@@ -37,7 +37,7 @@ def load_mitsuba():
         import mitsuba
     except ImportError:
         raise MitsubaMissing("the package mitsuba is missing; run .venv/bin/python -m pip install mitsuba") from None
-    # An LLVM that is too old ends the process that renders with it.
+    # An LLVM that is too old kills the process that renders with it.
     if subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, check=False).returncode:
         raise MitsubaMissing("Mitsuba cannot render with llvm_ad_rgb; run apt-get install libllvm19 or set DRJIT_LIBLLVM_PATH")
     mitsuba.set_variant("llvm_ad_rgb")
@@ -51,7 +51,7 @@ def load_mitsuba():
 
 def reference_class(mitsuba):
     class Reference(mitsuba.Sampler):
-        """Independent numbers of a generator per lane."""
+        """Independent random numbers, from one generator per lane."""
 
         def clone(self):
             raise NotImplementedError
@@ -90,7 +90,7 @@ def grey(value):
 
 
 def balls(mitsuba, size, lights):
-    """Balls of plastic and metal on a floor under a sky, with lamps in a row above: a look from the side."""
+    """Balls of plastic and metal on a floor under a sky, with a row of lamps above, seen from the side."""
     transform = mitsuba.ScalarTransform4f
     scene = {
         "type": "scene", "integrator": {"type": "path", "max_depth": 5},
@@ -127,7 +127,7 @@ def picture(mitsuba, scene, seed, spp):
 
 
 def with_sampler(mitsuba, scene, sampler, spp):
-    """The scene and the count that its sampler really takes; some round it up."""
+    """The scene and the sample count that its sampler really uses; some round it up."""
     scene["sensor"]["sampler"] = {"type": sampler, "sample_count": spp}
     loaded = mitsuba.load_dict(scene)
     return loaded, loaded.sensors()[0].sampler().sample_count()
@@ -162,7 +162,7 @@ def measure(mitsuba, names, size, seeds, reference_spp, progress=lambda what, do
 
 
 def table(result):
-    """How many times less error than BASE, as displayed, and in brackets raw."""
+    """How many times smaller the error is than with BASE: as displayed, and raw in brackets."""
     def text(row, sampler):
         if sampler not in row:
             return ""

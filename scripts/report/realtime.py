@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One sample per frame: `scripts/bench realtime` measures what an average over frames leaves of the noise
+"""One sample per frame: `scripts/bench realtime` measures the noise that remains after averaging frames
 
 It draws with the Python package and renders nothing: in every pixel the integrand is the same half-plane, and frames are
 averaged as a real-time renderer does. The table goes to docs/porting.md.
@@ -67,7 +67,7 @@ def errors(frames, normal, offset):
     average, settled = deviation[0], []
     for t, frame in enumerate(deviation[1:], 1):
         average = (1 - WEIGHT) * average + WEIGHT * frame
-        # Several ages, as a key that changes every 8 frames is at another place in each.
+        # Several ages: a key that changes every 8 frames is at a different stage in each.
         if t >= SETTLED and t % 3 == 0:
             settled.append(average)
 
@@ -90,7 +90,7 @@ def measure(seeds, integrands, size=SIZE):
 
 
 def table(result):
-    """Every error as a share of white noise's in the same column: less is better."""
+    """Every error divided by that of white noise in the same column: lower is better."""
     white = result["`white`"]
     return md_table(["draws", *COLUMNS],
                     [[name, *(f"{row[column] / white[column]:.2f}" for column in COLUMNS)] for name, row in result.items()])

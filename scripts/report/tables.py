@@ -15,7 +15,7 @@ def begin(command):
 
 
 def update_table(path, command, text):
-    """Replaces what stands between the markers of `command` in the file at `path`."""
+    """Replaces the text between the markers of `command` in the file at `path`."""
     old = path.read_text(encoding="utf-8")
     if old.count(begin(command)) != 1 or END not in old.split(begin(command))[1]:
         raise TableError(f"{path} must contain the markers {begin(command).strip()} and {END.strip()}")
