@@ -74,8 +74,17 @@ def test_extension_exports_only_its_entry():
     out = subprocess.run(
         ["nm", "-D", "--defined-only", bluenoise._core.__file__], capture_output=True, text=True, check=True
     ).stdout
-    assert "PyInit__core" in out
-    assert not [line for line in out.splitlines() if line.split()[-1].startswith("bn_")]
+    assert [line.split()[-1] for line in out.splitlines()] == ["PyInit__core"]
+
+
+def test_extension_needs_only_what_every_linux_has():
+    if not shutil.which("readelf") or not sys.platform.startswith("linux"):
+        pytest.skip("needs readelf on Linux")
+    out = subprocess.run(["readelf", "-d", bluenoise._core.__file__], capture_output=True, text=True, check=True).stdout
+    needed = set(re.findall(r"\(NEEDED\).*\[(.+?)\]", out))
+    system = re.compile(r"(lib(c|m|dl|pthread|stdc\+\+|gcc_s|c\.musl-\w+)|ld-linux[\w-]*)\.so")
+    assert {name for name in needed if not system.match(name)} == set()
+    assert "RUNPATH" not in out and "RPATH" not in out
 
 
 def test_types_are_complete():

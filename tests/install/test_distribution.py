@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The source distribution is whole, and holds nothing else. scripts/wheel builds a wheel from it and tries both."""
+
+import os
+import re
+import sys
+
+import pytest
+from conftest import ROOT, run
+
+pytest.importorskip("scikit_build_core")
+
+# What is not of the library, of the package or of the tests of these.
+TOP = {"CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "PKG-INFO", "README.md", "SECURITY.md", "bindings",
+       "libbn", "pyproject.toml", "tests"}
+WHOLE = ("bindings", "libbn", "tests/c", "tests/glsl", "tests/python", "tests/quality", "tests/simd")
+
+
+def backend(command, folder):
+    """Runs a hook of the build backend in a folder, with a git on the PATH that fails; returns what the hook returns."""
+    (folder.parent / "bin").mkdir(exist_ok=True)
+    git = folder.parent / "bin" / "git"
+    git.write_text("#!/bin/sh\nexit 1\n")
+    git.chmod(0o755)
+    program = f"import scikit_build_core.build as b; print('is', b.{command})"
+    out = run(sys.executable, "-c", program, cwd=folder, env={**os.environ, "PATH": f"{git.parent}:{os.environ['PATH']}"})
+    return re.search(r"^is (.+)$", out, re.M)[1]
+
+
+@pytest.fixture(scope="module")
+def unpacked(tmp_path_factory):
+    """The unpacked source distribution, far from the checkout."""
+    folder = tmp_path_factory.mktemp("sdist")
+    program = f"import os, scikit_build_core.build as b; os.chdir({str(ROOT)!r}); print(b.build_sdist({str(folder)!r}))"
+    run(sys.executable, "-c", program, cwd=folder)
+    (archive,) = folder.glob("bluenoise-*.tar.gz")
+    assert archive.stat().st_size < 1 << 20
+    run("tar", "xf", archive, "-C", folder)
+    return folder / archive.name[:-len(".tar.gz")]
+
+
+def files_below(folder):
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*")
+            if path.is_file() and "__pycache__" not in path.parts}
+
+
+def test_it_has_all_sources_and_nothing_else(unpacked):
+    assert {path.name for path in unpacked.iterdir()} == TOP
+    for part in WHOLE:
+        assert files_below(unpacked / part) == files_below(ROOT / part)
+    suffixes = {path.rpartition(".")[2] for path in files_below(unpacked)}
+    assert not suffixes & {"html", "o", "a", "so", "pyc", "whl"}
+
+
+def test_licences_and_description_are_in_its_metadata(unpacked):
+    name = backend(f"prepare_metadata_for_build_wheel({str(unpacked.parent)!r})", unpacked)
+    metadata = (unpacked.parent / name / "METADATA").read_text(encoding="utf-8")
+    assert "License-Expression: Apache-2.0 AND CC0-1.0" in metadata
+    assert (ROOT / "bindings" / "README.md").read_text(encoding="utf-8") in metadata
+    licences = {path.read_text() for path in (unpacked.parent / name / "licenses").rglob("LICENSE")}
+    assert licences == {(ROOT / path).read_text() for path in ("LICENSE", "libbn/data/LICENSE")}
+
+
+def test_cmake_finds_every_source_in_it(unpacked, tmp_path):
+    run("cmake", "-S", unpacked, "-B", tmp_path, "-DBN_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}",
+        f"-Dpybind11_DIR={run(sys.executable, '-m', 'pybind11', '--cmakedir').strip()}")
+
+
+def test_cibuildwheel_tries_wheels_with_a_script_that_exists():
+    commands = re.findall(r'^test-command = "python \{project\}/([^\s"]+)', (ROOT / "pyproject.toml").read_text(), re.M)
+    assert commands
+    assert [path for path in commands if not (ROOT / path).is_file()] == []
+
