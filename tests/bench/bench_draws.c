@@ -8,6 +8,12 @@
  * bn_draw_4d(); `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
  * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `domain`
  * calls bn_domain_child() alone, `block` calls bn_sample_block() for 16 indices of 64 x 24 pixels.
+ *
+ * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
+ * bn_sample_4d() for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
+ * `many-shuffled` have the lanes in random order, as after a sort by material. BN_SIMD chooses the
+ * instruction set.
+ *
  * A time is the shortest of many short ones, taken in turn, so that what else the machine does
  * falls out; `instances` is their number. */
 #include <bn/bn_draw.h>
@@ -108,6 +114,69 @@ static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
     return block[0] + block[4 * DRAWS - 1];
 }
 
+/* The arguments of all draws as arrays, in order and shuffled. */
+static struct wavefront {
+    int32_t x[DRAWS], y[DRAWS];
+    uint32_t index[DRAWS], domain[DRAWS];
+} in_order, shuffled;
+
+static void fill_wavefronts(void) {
+    static uint32_t order[DRAWS];
+    uint32_t state = 1;
+    for (uint32_t i = 0; i < DRAWS; ++i) {
+        const uint32_t pixel = i / DOMAINS / INDICES;
+        in_order.x[i] = (int32_t)(pixel % WIDTH);
+        in_order.y[i] = (int32_t)(pixel / WIDTH);
+        in_order.index[i] = i / DOMAINS % INDICES;
+        in_order.domain[i] = bn_domain_child(BN_DOMAIN_ROOT, i % DOMAINS);
+        state = state * 747796405u + 2891336453u;
+        const uint32_t other = (state >> 8) % (i + 1u);
+        order[i] = order[other];
+        order[other] = i;
+    }
+    for (uint32_t i = 0; i < DRAWS; ++i) {
+        shuffled.x[i] = in_order.x[order[i]];
+        shuffled.y[i] = in_order.y[order[i]];
+        shuffled.index[i] = in_order.index[order[i]];
+        shuffled.domain[i] = in_order.domain[order[i]];
+    }
+}
+
+static float lanes_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
+    for (size_t i = 0; i < DRAWS; ++i) {
+        bn_sample_4d(sampler, w->x[i], w->y[i], w->index[i], w->domain[i], block + 4 * i);
+    }
+    return block[0] + block[4 * DRAWS - 1];
+}
+
+static float many_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
+    if (bn_sample_many(sampler, DRAWS, w->x, w->y, w->index, w->domain, 4, block, 4 * DRAWS) !=
+        BN_SUCCESS) {
+        exit(1);
+    }
+    return block[0] + block[4 * DRAWS - 1];
+}
+
+static float draw_lanes(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
+    return lanes_of(sampler, &in_order, block);
+}
+
+static float draw_lanes_shuffled(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
+    return lanes_of(sampler, &shuffled, block);
+}
+
+static float draw_many(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
+    return many_of(sampler, &in_order, block);
+}
+
+static float draw_many_shuffled(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
+    return many_of(sampler, &shuffled, block);
+}
+
 typedef struct row {
     const char *sampler, *form_name;
     form *draw; /* or null: */
@@ -126,11 +195,19 @@ static void measure(row *r, unsigned round, float *block) {
 }
 
 int main(int argc, char **argv) {
-    static row rows[5 * KINDS + BENCH_PEERS];
+    static const struct {
+        const char *name;
+        form *draw;
+    } wavefronts[] = {{"lanes", draw_lanes},
+                      {"many", draw_many},
+                      {"lanes-shuffled", draw_lanes_shuffled},
+                      {"many-shuffled", draw_many_shuffled}};
+    static row rows[9 * KINDS + BENCH_PEERS];
     bn_sampler *samplers[KINDS];
     unsigned rounds = 400;
     int count = 0;
     float *block = malloc(4 * DRAWS * sizeof *block);
+    fill_wavefronts();
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         bn_sampler_options options = bn_sampler_options_default();
         options.kind = kind;
@@ -147,6 +224,14 @@ int main(int argc, char **argv) {
                 (row){kind_names[kind], "later", draw_later, samplers[kind], NULL, 1e30};
         }
         rows[count++] = (row){kind_names[kind], "block", draw_block, samplers[kind], NULL, 1e30};
+        for (size_t i = 0; i < sizeof wavefronts / sizeof *wavefronts; ++i) {
+            rows[count++] = (row){kind_names[kind],
+                                  wavefronts[i].name,
+                                  wavefronts[i].draw,
+                                  samplers[kind],
+                                  NULL,
+                                  1e30};
+        }
     }
     rows[count++] = (row){"-", "domain", draw_domain, samplers[0], NULL, 1e30};
     for (int i = 0; i < bench_peer_count; ++i) {

@@ -220,6 +220,20 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
                                  uint32_t height, uint32_t first_index, uint32_t index_count,
                                  uint32_t domain, float *out, size_t out_count);
 
+/* Draws for all lanes of a wavefront: out[count][dimensions], in which lane i has the first
+ * `dimensions`, 1 to 4, of the draw at x[i], y[i], index[i] and domain[i], bit-equal to
+ * bn_sample_4d(). Lanes may come in any order. `count` is the number of elements of the four arrays;
+ * if it is 0, the arrays may be NULL. They need no special alignment, and `out` must not overlap the
+ * others. Allocates nothing and takes no locks.
+ *
+ * With AVX2 or AVX-512, found when the sampler is created, BLUE takes about half as long as single
+ * draws, WHITE a third and SOBOL a quarter or less. The other kinds, and all kinds on other
+ * machines, take as long as single draws. Errors: INVALID_ARGUMENT (sampler is NULL, an array of
+ * lanes is NULL, dimensions is not 1 to 4), SIZE_MISMATCH (out_count is not count * dimensions). */
+BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
+                                const int32_t *y, const uint32_t *index, const uint32_t *domain,
+                                uint32_t dimensions, float *out, size_t out_count);
+
 /* Copies the tables of a sampler into one flat buffer, for drawing in a shader; bn_draw.glsl
  * describes its contents. If `needed` is not NULL, it receives the number of words, which make 42
  * KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is NULL, or both

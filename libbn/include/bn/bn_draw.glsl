@@ -17,6 +17,11 @@
 #ifndef BN_DRAW_GLSL
 #define BN_DRAW_GLSL
 
+/* Whether v, or any lane of it where it is a vector, is not zero. */
+#ifndef BN_ANY
+#define BN_ANY(v) ((v) != 0u)
+#endif
+
 #ifndef BN_UINT
 #ifdef GL_ES
 precision highp float;
@@ -50,6 +55,20 @@ uint bn_multiply_high(uint a, uint b) {
 struct bn_uint4 {
     BN_UINT x, y, z, w;
 };
+
+/* Four words in a row. An entry of two words is read with the two that follow it, for which nobody
+ * asks. */
+#ifndef BN_ROW
+#define BN_ROW(at) bn_draw_row(BN_PASS_TABLE at)
+BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
+    bn_uint4 row;
+    row.x = BN_WORD(at);
+    row.y = BN_WORD(at + 1u);
+    row.z = BN_WORD(at + 2u);
+    row.w = BN_WORD(at + 3u);
+    return row;
+}
+#endif
 
 /* ---- Bits */
 
@@ -139,7 +158,7 @@ BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
     flip |= (index >> 5u & 1u) << (((t + 5u) & 15u) + 1u);
     flip |= (index >> 6u & 1u) << (((t + 11u) & 15u) + 1u);
     flip |= (index >> 7u & 1u) << (((t + 2u) & 15u) + 1u);
-    return index < 2u ? 0u : flip;
+    return flip & ((t >> 31u) - 1u); /* zero for the first pair, where t is 2^32 - 1 */
 }
 
 /* The digits of an index, reversed and shuffled. Each digit is flipped depending on the later ones,
@@ -151,33 +170,33 @@ BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UI
     return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }
 
-BN_FUNCTION BN_UINT bn_draw_reflected(BN_UINT v, BN_UINT reflect, BN_UINT dimension) {
-    return v ^ (0u - (reflect >> dimension & 1u));
+BN_FUNCTION BN_UINT bn_draw_reflected(BN_UINT v, BN_UINT reflect) {
+    return v ^ (0u - (reflect & 1u));
 }
 
 BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index) {
-    bn_uint4 v;
     BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
-    BN_UINT point = BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u;
-    BN_UINT high01 = BN_WORD(pixel.place) ^ BN_WORD(pixel.block);
-    BN_UINT high23 = BN_WORD(pixel.place + 1u) ^ BN_WORD(pixel.block + 1u);
-    v.x = BN_WORD(point) ^ (high01 << 16u | (pixel.low01 & 0xffffu));
-    v.y = BN_WORD(point + 1u) ^ ((high01 & 0xffff0000u) | pixel.low01 >> 16u);
-    v.z = BN_WORD(point + 2u) ^ (high23 << 16u | (pixel.low23 & 0xffffu));
-    v.w = BN_WORD(point + 3u) ^ ((high23 & 0xffff0000u) | pixel.low23 >> 16u);
+    bn_uint4 v = BN_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u);
+    bn_uint4 place = BN_ROW(pixel.place), block = BN_ROW(pixel.block);
+    BN_UINT high01 = place.x ^ block.x, high23 = place.y ^ block.y;
+    v.x ^= high01 << 16u | (pixel.low01 & 0xffffu);
+    v.y ^= (high01 & 0xffff0000u) | pixel.low01 >> 16u;
+    v.z ^= high23 << 16u | (pixel.low23 & 0xffffu);
+    v.w ^= (high23 & 0xffff0000u) | pixel.low23 >> 16u;
     BN_UINT later = BN_LATER_AT + pixel.member * 2u;
-    for (digits <<= 8u; digits != 0u; digits <<= 1u) {
+    for (digits <<= 8u; BN_ANY(digits); digits <<= 1u) {
         BN_UINT set = 0u - (digits >> 31u);
-        v.x ^= BN_WORD(later) & set;
-        v.y ^= BN_WORD(later + 1u) & set;
-        v.z ^= BN_WORD(later + 2u) & set;
-        v.w ^= BN_WORD(later + 3u) & set;
+        bn_uint4 row = BN_ROW(later);
+        v.x ^= row.x & set;
+        v.y ^= row.y & set;
+        v.z ^= row.z & set;
+        v.w ^= row.w & set;
         later += 16u;
     }
-    v.x = bn_draw_reflected(v.x, pixel.reflect, 0u);
-    v.y = bn_draw_reflected(v.y, pixel.reflect, 1u);
-    v.z = bn_draw_reflected(v.z, pixel.reflect, 2u);
-    v.w = bn_draw_reflected(v.w, pixel.reflect, 3u);
+    v.x = bn_draw_reflected(v.x, pixel.reflect);
+    v.y = bn_draw_reflected(v.y, pixel.reflect >> 1u);
+    v.z = bn_draw_reflected(v.z, pixel.reflect >> 2u);
+    v.w = bn_draw_reflected(v.w, pixel.reflect >> 3u);
     return v;
 }
 

@@ -103,6 +103,8 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #undef BN_WORD
 #undef BN_REVERSE_BITS
 #undef BN_MULTIPLY_HIGH
+#undef BN_ANY
+#undef BN_ROW
 
 /* ---- The first 256 samples of BLUE, faster */
 

@@ -156,6 +156,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
     if (s == NULL) return BN_ERROR_OUT_OF_MEMORY;
     uint64_t key = bn_mix64(o.seed + 0x9e3779b97f4a7c15u);
     bn_blue_tables_fill(s, o.kind, key);
+    s->simd = bn_simd_get();
     if (o.kind == BN_SAMPLER_ZORDER) {
         uint32_t spp = o.samples_per_pixel == 0 ? 256 : o.samples_per_pixel;
         while (s->zorder_log2 < ZORDER_MAX_LOG2 && 1u << s->zorder_log2 < spp) ++s->zorder_log2;

@@ -3,11 +3,13 @@
 #ifndef BN_SAMPLER_OBJECT_H
 #define BN_SAMPLER_OBJECT_H
 
+#include "simd/simd.h"
 #include <bn/bn_draw.h>
 
 struct bn_sampler {
     bn_draw_table table;
     uint32_t words[BN_WORD_COUNT]; /* table.words */
+    const bn_simd *simd;           /* chosen when the sampler is created */
     uint32_t zorder_log2;          /* kind ZORDER: log2 of the block every pixel owns */
     /* Kind MASK, [mask_height][mask_width]: the digits that scrambling turns into the values of the
      * mask, for the first and the second dimension of a pair. One allocation. */

@@ -4,10 +4,8 @@
 #include "simd/simd.h"
 #include "simd/vec.h"
 
-#if defined(__GNUC__)
-#define BN_INLINE static inline __attribute__((always_inline))
-#else
-#define BN_INLINE static inline
+#ifndef BN_SIMD_DRAW_MANY
+#define BN_SIMD_DRAW_MANY NULL
 #endif
 
 BN_INLINE void prefetch(const void *p) {
@@ -286,5 +284,5 @@ static void relax_row(const int16_t *centre, const ptrdiff_t *offsets, const int
     }
 }
 
-const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME, field_change, field_find, window_difference,
-                               relax_row};
+const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME,      field_change, field_find,
+                               window_difference, relax_row,    BN_SIMD_DRAW_MANY};

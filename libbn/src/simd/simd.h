@@ -1,12 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The inner loops of the mask generators, compiled once per instruction set and chosen at run time.
- * They work on integers, so every set gives the same bits. */
+ * The inner loops of the mask generators and of bn_sample_many(), compiled once per instruction set
+ * and chosen at run time. They work on integers, so every set gives the same bits. */
 #ifndef BN_SIMD_H
 #define BN_SIMD_H
 
 #include "simd/field.h"
+#include <bn/bn.h>
+
+#if defined(__GNUC__)
+#define BN_INLINE static inline __attribute__((always_inline))
+#else
+#define BN_INLINE static inline
+#endif
 
 enum { BN_WINDOW_LANES = 16 };
+
+/* The arguments of `count` draws. */
+typedef struct bn_draw_lanes {
+    size_t count;
+    const int32_t *x, *y;
+    const uint32_t *index, *domain;
+} bn_draw_lanes;
 
 typedef struct bn_simd {
     const char *name;
@@ -30,6 +44,11 @@ typedef struct bn_simd {
     void (*relax_row)(const int16_t *centre, const ptrdiff_t *offsets, const int16_t *weights,
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
                       int16_t *gradient);
+
+    /* Draws of the kinds BLUE, SOBOL and WHITE, from the words of their tables:
+     * out[count][dimensions]. NULL where there is nothing faster than single draws. */
+    void (*draw_many)(const uint32_t *words, int32_t kind, uint32_t dimensions,
+                      const bn_draw_lanes *lanes, float *out);
 } bn_simd;
 
 /* The best instruction set of this machine. For tests, the environment variable BN_SIMD chooses

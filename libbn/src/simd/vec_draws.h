@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The vector type of draws.h for AVX2 and AVX-512: bn_u32v, BN_U32_LANES unsigned numbers. It is a
+ * vector of GCC and Clang, whose operators work lane by lane and accept plain numbers on one side.
+ *
+ * Almost all tables are read without gathers, which are slow on some processors, and on others since
+ * the microcode against CVE-2022-40982: each lane loads four words in a row, and the rows are
+ * transposed in registers. */
+#ifndef BN_VEC_DRAWS_H
+#define BN_VEC_DRAWS_H
+
+#include <immintrin.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined(BN_SIMD_AVX512)
+#define BN_U32_LANES 16
+#define BN_V(name) _mm512_##name
+typedef __m512i bn_register;
+#else
+#define BN_U32_LANES 8
+#define BN_V(name) _mm256_##name
+typedef __m256i bn_register;
+#endif
+typedef uint32_t bn_u32v __attribute__((vector_size(4 * BN_U32_LANES)));
+
+static inline bn_u32v u32_load(const void *p) {
+    bn_u32v v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+/* The upper halves of the products. */
+static inline bn_u32v u32_multiply_high(bn_u32v a, uint32_t b) {
+    const bn_register factor = BN_V(set1_epi32)((int)b), v = (bn_register)a;
+    const bn_register even = BN_V(srli_epi64)(BN_V(mul_epu32)(v, factor), 32);
+    const bn_register odd = BN_V(mul_epu32)(BN_V(srli_epi64)(v, 32), factor);
+#if defined(BN_SIMD_AVX512)
+    return (bn_u32v)_mm512_mask_blend_epi32(0xaaaa, even, odd);
+#else
+    return (bn_u32v)_mm256_blend_epi32(even, odd, 0xaa);
+#endif
+}
+
+/* The same 16 bytes in each block of four lanes. */
+static inline bn_register blocks_of(__m128i block) {
+#if defined(BN_SIMD_AVX512)
+    return _mm512_broadcast_i32x4(block);
+#else
+    return _mm256_broadcastsi128_si256(block);
+#endif
+}
+
+/* Reverses the bytes, then the bits of each byte by a table for either half of it. */
+static inline bn_u32v u32_reverse_bits(bn_u32v v) {
+    const bn_register bytes =
+        blocks_of(_mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+    const bn_register nibbles =
+        blocks_of(_mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
+    const bn_u32v swapped = (bn_u32v)BN_V(shuffle_epi8)((bn_register)v, bytes);
+    const bn_u32v low = swapped & 0x0f0f0f0fu, high = swapped >> 4u & 0x0f0f0f0fu;
+    return (bn_u32v)BN_V(shuffle_epi8)(nibbles, (bn_register)low) << 4u |
+           (bn_u32v)BN_V(shuffle_epi8)(nibbles, (bn_register)high);
+}
+
+/* Whether any lane differs from zero. */
+static inline int u32_any(bn_u32v v) {
+#if defined(BN_SIMD_AVX512)
+    return _mm512_test_epi32_mask((bn_register)v, (bn_register)v) != 0;
+#else
+    return !_mm256_testz_si256((bn_register)v, (bn_register)v);
+#endif
+}
+
+static inline bn_u32v u32_gather(const uint32_t *words, bn_u32v at) {
+#if defined(BN_SIMD_AVX512)
+    return (bn_u32v)_mm512_i32gather_epi32((bn_register)at, words, 4);
+#else
+    const bn_u32v v = {words[at[0]], words[at[1]], words[at[2]], words[at[3]],
+                       words[at[4]], words[at[5]], words[at[6]], words[at[7]]};
+    return v;
+#endif
+}
+
+/* Transposes the 4 x 4 values that every block of four lanes has in four vectors. */
+static inline void u32_transpose(bn_u32v v[4]) {
+    const bn_register a = BN_V(unpacklo_epi32)((bn_register)v[0], (bn_register)v[1]);
+    const bn_register b = BN_V(unpackhi_epi32)((bn_register)v[0], (bn_register)v[1]);
+    const bn_register c = BN_V(unpacklo_epi32)((bn_register)v[2], (bn_register)v[3]);
+    const bn_register d = BN_V(unpackhi_epi32)((bn_register)v[2], (bn_register)v[3]);
+    v[0] = (bn_u32v)BN_V(unpacklo_epi64)(a, c);
+    v[1] = (bn_u32v)BN_V(unpackhi_epi64)(a, c);
+    v[2] = (bn_u32v)BN_V(unpacklo_epi64)(b, d);
+    v[3] = (bn_u32v)BN_V(unpackhi_epi64)(b, d);
+}
+
+static inline __m128i load_four(const uint32_t *words) {
+    return _mm_loadu_si128((const __m128i *)(const void *)words);
+}
+
+/* row[0] to row[3]: the four words from `at` on, of every lane. */
+static inline void u32_gather_rows(const uint32_t *words, bn_u32v at, bn_u32v row[4]) {
+    for (int i = 0; i < 4; ++i) {
+#if defined(BN_SIMD_AVX512)
+        bn_register v = _mm512_castsi128_si512(load_four(words + at[i]));
+        v = _mm512_inserti32x4(v, load_four(words + at[i + 4]), 1);
+        v = _mm512_inserti32x4(v, load_four(words + at[i + 8]), 2);
+        row[i] = (bn_u32v)_mm512_inserti32x4(v, load_four(words + at[i + 12]), 3);
+#else
+        row[i] = (bn_u32v)_mm256_inserti128_si256(_mm256_castsi128_si256(load_four(words + at[i])),
+                                                  load_four(words + at[i + 4]), 1);
+#endif
+    }
+    u32_transpose(row);
+}
+
+/* ---- Floats, (v >> 8) * 2^-24 */
+
+#if defined(BN_SIMD_AVX512)
+typedef __m512 bn_floats;
+#define BN_BLOCK(v, block) _mm512_extractf32x4_ps(v, block)
+#else
+typedef __m256 bn_floats;
+#define BN_BLOCK(v, block) _mm256_extractf128_ps(v, block)
+#endif
+
+static inline bn_floats floats_of(bn_u32v v) {
+    return BN_V(mul_ps)(BN_V(cvtepi32_ps)((bn_register)(v >> 8u)),
+                        BN_V(set1_ps)(1.0f / 16777216.0f));
+}
+
+/* out[lane][dimensions], of one or two dimensions. */
+static inline void u32_store_narrow(bn_u32v x, bn_u32v y, uint32_t dimensions, float *out) {
+    const bn_floats a = floats_of(x), b = floats_of(y);
+    if (dimensions == 1) {
+        BN_V(storeu_ps)(out, a);
+        return;
+    }
+    const bn_floats low = BN_V(unpacklo_ps)(a, b), high = BN_V(unpackhi_ps)(a, b);
+    _mm_storeu_ps(out, BN_BLOCK(low, 0));
+    _mm_storeu_ps(out + 4, BN_BLOCK(high, 0));
+    _mm_storeu_ps(out + 8, BN_BLOCK(low, 1));
+    _mm_storeu_ps(out + 12, BN_BLOCK(high, 1));
+#if defined(BN_SIMD_AVX512)
+    _mm_storeu_ps(out + 16, BN_BLOCK(low, 2));
+    _mm_storeu_ps(out + 20, BN_BLOCK(high, 2));
+    _mm_storeu_ps(out + 24, BN_BLOCK(low, 3));
+    _mm_storeu_ps(out + 28, BN_BLOCK(high, 3));
+#endif
+}
+
+static inline void store_lane(__m128 lane, uint32_t dimensions, float *out) {
+    if (dimensions == 4) {
+        _mm_storeu_ps(out, lane);
+    } else {
+        _mm_storel_pi((__m64 *)(void *)out, lane);
+        _mm_store_ss(out + 2, _mm_movehl_ps(lane, lane));
+    }
+}
+
+/* out[lane][dimensions], of three or four dimensions. */
+static inline void u32_store_wide(bn_u32v v[4], uint32_t dimensions, float *out) {
+    for (int d = 0; d < 4; ++d) v[d] = (bn_u32v)floats_of(v[d]);
+    u32_transpose(v);
+    for (int i = 0; i < 4; ++i, out += dimensions) {
+        const bn_floats lanes = (bn_floats)v[i];
+        store_lane(BN_BLOCK(lanes, 0), dimensions, out);
+        store_lane(BN_BLOCK(lanes, 1), dimensions, out + 4 * dimensions);
+#if defined(BN_SIMD_AVX512)
+        store_lane(BN_BLOCK(lanes, 2), dimensions, out + 8 * dimensions);
+        store_lane(BN_BLOCK(lanes, 3), dimensions, out + 12 * dimensions);
+#endif
+    }
+}
+
+#endif

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * bn_sample_many() is bit-equal to single draws and writes nothing else: every kind, number of
+ * dimensions and count up to several vectors, arrays that begin anywhere, and arguments from one
+ * end of their range to the other. The environment variable BN_SIMD chooses the instruction set. */
+#include "../c/check.h"
+#include "../c/samplers.h"
+#include <string.h>
+
+enum { KINDS = 5, OFFSETS = 4, MOST = 67, GUARD = 64 };
+
+static uint32_t noise(void) {
+    static uint32_t state = 1;
+    state = state * 747796405u + 2891336453u;
+    return (state >> ((state >> 28) + 4u)) ^ state;
+}
+
+/* Numbers below 256, ends of ranges, or any bits. */
+enum { SMALL, ENDS, ANY, RANGES };
+static uint32_t number(int range) {
+    static const uint32_t ends[] = {0,   1,   2,           3,           255,
+                                    256, 257, 0x7fffffffu, 0x80000000u, 0xffffffffu};
+    const uint32_t v = noise();
+    if (range == SMALL) return v % 256u;
+    return range == ENDS ? ends[v % (sizeof ends / sizeof *ends)] : v;
+}
+
+/* An array of `count` elements that ends where its memory ends, for sanitizers to see. */
+static void *array(void **memory, size_t offset, size_t count) {
+    const size_t size = (offset + count) * sizeof(uint32_t);
+    *memory = malloc(size > 0 ? size : 1);
+    if (*memory == NULL) exit(1);
+    return (uint32_t *)*memory + offset;
+}
+
+static void compare(const bn_sampler *sampler, size_t count, size_t offset, uint32_t dimensions,
+                    int range) {
+    void *memory[4];
+    int32_t *x = array(&memory[0], offset, count), *y = array(&memory[1], offset, count);
+    uint32_t *index = array(&memory[2], offset, count), *domain = array(&memory[3], offset, count);
+    float out[OFFSETS + 4 * MOST + GUARD];
+    unsigned char guard[sizeof out];
+    const size_t begin = offset * sizeof *out, size = count * dimensions * sizeof *out;
+    int differences = 0;
+    for (size_t i = 0; i < count; ++i) {
+        x[i] = (int32_t)number(range);
+        y[i] = (int32_t)number(range);
+        index[i] = number(range);
+        domain[i] = number(range == SMALL ? ANY : range);
+    }
+    memset(out, 0x5a, sizeof out);
+    memset(guard, 0x5a, sizeof guard);
+    CHECK(bn_sample_many(sampler, count, x, y, index, domain, dimensions, out + offset,
+                         count * dimensions) == BN_SUCCESS);
+    for (size_t i = 0; i < count; ++i) {
+        float u[4];
+        bn_sample_4d(sampler, x[i], y[i], index[i], domain[i], u);
+        differences += memcmp(u, out + offset + i * dimensions, dimensions * sizeof *u) != 0;
+    }
+    CHECK(differences == 0);
+    CHECK(memcmp(out, guard, begin) == 0);
+    CHECK(memcmp((unsigned char *)out + begin + size, guard, sizeof out - begin - size) == 0);
+    for (int i = 0; i < 4; ++i) free(memory[i]);
+}
+
+static void test_bits(void) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        for (uint64_t seed = 0; seed < 2; ++seed) {
+            bn_sampler *sampler = make_sampler(kind, seed == 0 ? 0 : 5, seed);
+            for (size_t count = 0; count <= MOST; ++count) {
+                for (uint32_t dimensions = 1; dimensions <= 4; ++dimensions) {
+                    for (int range = 0; range < RANGES; ++range) {
+                        compare(sampler, count, (count + dimensions) % OFFSETS, dimensions, range);
+                    }
+                }
+            }
+            bn_sampler_destroy(sampler);
+        }
+    }
+}
+
+static void test_arguments(void) {
+    enum { N = 5 };
+    const bn_result invalid = BN_ERROR_INVALID_ARGUMENT, mismatch = BN_ERROR_SIZE_MISMATCH;
+    static const int32_t at[N];
+    static const uint32_t zero[N];
+    float out[4 * N], untouched[4 * N];
+    memset(out, 0x5a, sizeof out);
+    memset(untouched, 0x5a, sizeof untouched);
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler *s = make_sampler(kind, 0, 0);
+        CHECK(bn_sample_many(NULL, N, at, at, zero, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, NULL, at, zero, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, NULL, zero, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, NULL, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, zero, NULL, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 4, NULL, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 0, out, 0) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 5, out, 5 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, UINT32_MAX, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 2 * N - 1) == mismatch);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 2 * N + 1) == mismatch);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 2 * N + 2) == mismatch);
+        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 0) == mismatch);
+        CHECK(bn_sample_many(s, SIZE_MAX, at, at, zero, zero, 3, out, N) == mismatch);
+        /* Counts whose product wraps around to the one given. */
+        CHECK(bn_sample_many(s, SIZE_MAX / 4 + 2, at, at, zero, zero, 4, out, 4) == mismatch);
+        CHECK(bn_sample_many(s, SIZE_MAX / 2 + 1, at, at, zero, zero, 2, out, 0) == mismatch);
+        /* An empty queue of lanes. */
+        CHECK(bn_sample_many(s, 0, NULL, NULL, NULL, NULL, 4, NULL, 0) == BN_SUCCESS);
+        CHECK(bn_sample_many(s, 0, at, at, zero, zero, 1, out, 0) == BN_SUCCESS);
+        CHECK(bn_sample_many(s, 0, at, at, zero, zero, 4, out, 4) == mismatch);
+        CHECK(bn_sample_many(s, 0, at, at, zero, zero, 0, out, 0) == invalid);
+        bn_sampler_destroy(s);
+    }
+    CHECK(memcmp(out, untouched, sizeof out) == 0);
+}
+
+int main(void) {
+    test_bits();
+    test_arguments();
+    return check_result();
+}
