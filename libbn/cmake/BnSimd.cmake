@@ -4,6 +4,10 @@
 set(bn_simd_definition "")
 if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     string(TOLOWER "${CMAKE_SYSTEM_PROCESSOR}" bn_processor)
+    if(APPLE AND CMAKE_OSX_ARCHITECTURES)
+        # Not the processor of the build machine. Two at once, which is neither of those below, get plain C.
+        string(TOLOWER "${CMAKE_OSX_ARCHITECTURES}" bn_processor)
+    endif()
     if(bn_processor MATCHES "^(x86_64|amd64)$" AND CMAKE_SIZEOF_VOID_P EQUAL 8)
         set(bn_simd_definition BN_SIMD_X86)
         list(APPEND bn_sources src/simd/sse41.c src/simd/avx2.c src/simd/avx512.c)
