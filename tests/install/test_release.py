@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recipes, workflows and the notes of a release: what they name exists, and all have the version of bn.h."""
+
+import importlib.machinery
+import importlib.util
+import json
+import os
+import re
+
+import pytest
+from conftest import ROOT
+
+PACKAGING = ROOT / "scripts" / "packaging"
+WORKFLOWS = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / ".github/workflows").glob("*.yml")}
+HEADER = (ROOT / "libbn/include/bn/bn.h").read_text(encoding="utf-8")
+VERSION = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", HEADER, re.M))
+
+
+def test_the_port_of_vcpkg_has_the_version_of_the_header():
+    port = json.loads((PACKAGING / "vcpkg/libbn/vcpkg.json").read_text(encoding="utf-8"))
+    assert port["version"] == VERSION
+    assert set(port["default-features"]) == set(port["features"]) == {"neural"}
+
+
+@pytest.mark.parametrize("path", ["vcpkg/libbn/portfile.cmake", "conan/conanfile.py"])
+def test_recipes_name_options_that_exist(path):
+    setting = r'-D(BN_\w+)=|cache_variables\["(BN_\w+)"\]|FEATURES \w+ (BN_\w+)'
+    named = {"".join(groups) for groups in re.findall(setting, (PACKAGING / path).read_text(encoding="utf-8"))}
+    options = set(re.findall(r"^option\((\w+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.M))
+    assert len(named) == 5 and named <= options
+
+
+def test_workflows_name_files_that_exist():
+    named = {path for text in WORKFLOWS.values()
+             for path in re.findall(r"(?<![\w/])((?:scripts|tests|out|\.github)/[\w./-]+)", text)}
+    assert {"scripts/test", "scripts/wheel", "scripts/packaging/conan"} <= named
+    assert [path for path in named if not path.startswith("out/") and not (ROOT / path).exists()] == []
+    for script in set(re.findall(r"run: .*?(scripts/[\w-]+)(?= |$)", "".join(WORKFLOWS.values()), re.M)):
+        assert os.access(ROOT / script, os.X_OK), script
+
+
+@pytest.mark.parametrize("name", WORKFLOWS)
+def test_workflows_pin_what_they_use_and_may_do_little(name):
+    used = re.findall(r"uses: (\S+)(.*)", WORKFLOWS[name])
+    assert used
+    for action, comment in used:
+        assert action.startswith("./") or re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40}", action), action
+        assert action.startswith("./") or re.fullmatch(r" # v\d+\.\d+\.\d+", comment), action
+    assert "\npermissions: {}\n" in WORKFLOWS[name]
+    assert name == "release.yml" or ": write" not in WORKFLOWS[name]
+
+
+# ---- scripts/release-notes
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A checkout that is ready for version 1.2.3."""
+    for path, text in {"libbn/include/bn/bn.h": HEADER, "scripts/packaging/vcpkg/libbn/vcpkg.json": '{"version": "1.2.3"}',
+                       "CHANGELOG.md": "# Changelog\n\n## [Unreleased]\n\n## [1.2.3] - 2030-01-31\n\n### Added\n\n- It.\n\n"
+                                       "## [1.2.2] - 2029-01-31\n\n- Old.\n"}.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(re.sub(r"(_VERSION_(MAJOR|MINOR|PATCH)) \d+", lambda match: match[1] + " "
+                                            + {"MAJOR": "1", "MINOR": "2", "PATCH": "3"}[match[2]], text))
+    return tmp_path
+
+
+def notes(*arguments):
+    loader = importlib.machinery.SourceFileLoader("release_notes", str(ROOT / "scripts/release-notes"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("release_notes", loader))
+    loader.exec_module(module)
+    return module.notes(*arguments)
+
+
+def test_release_notes_are_the_section_of_the_changelog(tree):
+    assert notes("v1.2.3", tree) == "### Added\n\n- It.\n"
+
+
+@pytest.mark.parametrize("tag, file, old, new, message", [
+    ("1.2.3", None, "", "", "tag v1.2.3"),
+    ("v1.2.4", None, "", "", "has version 1.2.3"),
+    ("v1.2.3", "scripts/packaging/vcpkg/libbn/vcpkg.json", "1.2.3", "1.2.2", "change it to 1.2.3"),
+    ("v1.2.3", "CHANGELOG.md", "[Unreleased]\n", "[Unreleased]\n\n- New.\n", "Unreleased"),
+    ("v1.2.3", "CHANGELOG.md", "2030-01-31", "soon", "no section"),
+    ("v1.2.3", "CHANGELOG.md", "[1.2.3]", "[1.2.1]", "no section"),
+])
+def test_what_is_not_ready_is_named(tree, tag, file, old, new, message):
+    if file:
+        text = (tree / file).read_text()
+        assert old in text
+        (tree / file).write_text(text.replace(old, new))
+    with pytest.raises(ValueError, match=re.escape(message)):
+        notes(tag, tree)
