@@ -51,6 +51,8 @@ def choose(probability: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np
     numbers in [0, 1), in multiples of 2**-24 like the draws of a ``Sampler``; finer digits are dropped. ``bn_choose.h``
     has the details; the bits are those of C.
 
+    Examples
+    --------
     >>> chosen, rest = choose(0.25, [0.125, 0.625])
     >>> chosen.tolist(), rest.round(3).tolist()
     ([True, False], [0.5, 0.5])
@@ -64,6 +66,8 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
     """Chooses one of ``count`` equally likely items, and returns ``(index, rest)``: uint32 from 0 to count - 1, and the
     unused part of ``u``, as from ``choose``. Counts are 1 to 2**24.
 
+    Examples
+    --------
     >>> index, rest = choose_u32(4, [0.125, 0.8125])
     >>> index.tolist(), rest.round(3).tolist()
     ([0, 3], [0.5, 0.25])
@@ -82,6 +86,8 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     ``cdf`` is one-dimensional, not empty, ascending and in [0, 1]; its last entry counts as 1, however it was
     rounded. If items at the end have no probability, the entry before them must be 1.
 
+    Examples
+    --------
     >>> index, rest = choose_cdf([0.5, 0.5, 1.0], [0.25, 0.75])
     >>> index.tolist(), rest.round(3).tolist()
     ([0, 2], [0.5, 0.5])

@@ -77,9 +77,17 @@ def dither(
     channel_offset
         True to shift the mask differently for each channel, so that the errors of channels are uncorrelated.
 
-    Raises ``ValueError`` (NaN or values outside [0, 1], wrong shape, a mask that is not a permutation), ``TypeError`` and
-    ``MemoryError``.
+    Raises
+    ------
+    ValueError
+        There are NaN or values outside [0, 1], a shape is wrong, or a mask is not a permutation.
+    TypeError
+        An argument has a wrong type.
+    MemoryError
+        There is not enough memory.
 
+    Examples
+    --------
     >>> float(dither(np.full((64, 64), 0.25)).mean())
     0.25
     """

@@ -130,9 +130,19 @@ def mask(
         ``"neural"``: ``model``, ``runtime`` and ``threads``, as for ``NeuralGenerator``. To make several masks with these
         options, use a ``NeuralGenerator``, which opens the network only once.
 
-    Raises ``ValueError`` (unknown method, number out of range), ``TypeError`` (wrong type, unknown option) and
-    ``MemoryError``. Ctrl-C interrupts.
+    Raises
+    ------
+    ValueError
+        The method is unknown, or a number is out of range.
+    TypeError
+        An argument has a wrong type, or the method has no such option.
+    MemoryError
+        There is not enough memory, or there are too many texels.
+    KeyboardInterrupt
+        Ctrl-C was pressed.
 
+    Examples
+    --------
     >>> int(mask((64, 64), seed=1).max())
     4095
     """

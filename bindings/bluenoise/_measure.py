@@ -61,20 +61,17 @@ def measure(mask: npt.ArrayLike) -> MaskMeasures:
 
     Returns a dict with these keys:
 
-    ``e_0.75``, ``e_1``, ``e_1.5``, ``e_2``
-        The dithering error E_sigma; lower is better. The mask is thresholded at 64 grey levels and blurred with a
-        toroidal Gaussian of sigma texels; the error is the root mean square difference from the level. White noise has
-        .152, .115, .076 and .057.
-    ``anisotropy``
-        In dB: 10 log10 of the variance over the squared mean of the power on a ring, averaged over rings of at least 32
-        texels. About 0 for a single mask, whose spectrum is noisy; see ``anisotropy`` for several. NaN for small masks.
-    ``low_frequency``
-        Maps each grey level to the mean power of the thresholded mask below half the principal frequency; white noise
-        has 1. The principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2 and sqrt(1 - g) above.
-        NaN if the mask has no such frequency.
-    ``exact``
-        True if all texels have different values, so that every rank occurs exactly once. The measures always use ranks,
-        with ties ordered by position.
+    - ``e_0.75``, ``e_1``, ``e_1.5``, ``e_2``: the dithering error E_sigma; lower is better. The mask is thresholded at 64
+      grey levels and blurred with a toroidal Gaussian of sigma texels; the error is the root mean square difference from
+      the level. White noise has .152, .115, .076 and .057.
+    - ``anisotropy``: in dB, 10 log10 of the variance over the squared mean of the power on a ring, averaged over rings of
+      at least 32 texels. About 0 for a single mask, whose spectrum is noisy; see ``anisotropy`` for several. NaN for small
+      masks.
+    - ``low_frequency``: maps each grey level to the mean power of the thresholded mask below half the principal frequency;
+      white noise has 1. The principal frequency is sqrt(g) cycles per texel for a grey level g up to 1/2 and sqrt(1 - g)
+      above. NaN if the mask has no such frequency.
+    - ``exact``: True if all texels have different values, so that every rank occurs exactly once. The measures always use
+      ranks, with ties ordered by position.
 
     Raises ``ValueError`` (shape, NaN), ``TypeError`` and ``MemoryError``. Ctrl-C interrupts. Cost: 136 transforms of the
     mask's size, 0.1 s for 128 x 128.

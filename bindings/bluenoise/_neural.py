@@ -42,9 +42,18 @@ class NeuralGenerator:
     threads
         The number of threads per call; 0: one per processor. It does not affect the results.
 
-    Ctrl-C interrupts masks and windows. Raises ``RuntimeMissingError`` without a usable ONNX Runtime or in a build
-    without the network (``BN_NEURAL=OFF``), ``FileNotFoundError`` or ``OSError`` if the model cannot be read, and
-    ``ValueError`` if it is not a suitable network.
+    Raises
+    ------
+    RuntimeMissingError
+        There is no usable ONNX Runtime, or bluenoise was built without the network (``BN_NEURAL=OFF``).
+    FileNotFoundError, OSError
+        The model cannot be read.
+    ValueError
+        The model is not a suitable network.
+
+    Notes
+    -----
+    Ctrl-C interrupts masks and windows.
     """
 
     __slots__ = ("_arguments", "_core")

@@ -42,9 +42,15 @@ class Sampler:
         The mask for kind ``"mask"``: ranks of shape (height, width), each of 0 .. n - 1 exactly once. None: the built-in
         64 x 64 mask.
 
-    Raises ``ValueError`` for an unknown kind, a number out of range or a mask that is not a permutation, and
-    ``TypeError`` for a wrong type.
+    Raises
+    ------
+    ValueError
+        The kind is unknown, a number is out of range, or a mask is not a permutation.
+    TypeError
+        An argument has a wrong type.
 
+    Examples
+    --------
     >>> sampler = Sampler("blue", seed=1)
     >>> sampler.sample(3, 5, index=0).shape
     (4,)

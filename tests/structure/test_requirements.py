@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lock file pins every package that scripts/requirements.txt asks for, by version and hash, and names no host."""
+"""The lock files pin every package that scripts/requirements*.txt ask for, by version and hash, and name no host."""
 
 import re
 from pathlib import Path
@@ -33,10 +33,18 @@ def problems(asked, lock):
     return found + [f"it names {match}" for match in re.findall(r"\w+://\S+|^-\S+.*$", lock, re.M)]
 
 
-def test_the_lock_pins_what_is_asked_for():
-    asked = asked_for((ROOT / "scripts/requirements.txt").read_text(encoding="utf-8"))
-    assert len(asked) > 5
-    assert problems(asked, (ROOT / "scripts/requirements.lock").read_text(encoding="utf-8")) == []
+@pytest.mark.parametrize("name, least", [("requirements", 6), ("requirements-docs", 4)])
+def test_the_lock_pins_what_is_asked_for(name, least):
+    asked = asked_for((ROOT / f"scripts/{name}.txt").read_text(encoding="utf-8"))
+    assert len(asked) >= least
+    assert problems(asked, (ROOT / f"scripts/{name}.lock").read_text(encoding="utf-8")) == []
+
+
+def test_both_locks_pin_the_same_versions():
+    pins = [dict(re.findall(r"^([A-Za-z0-9._-]+)==(\S+)", (ROOT / f"scripts/{name}.lock").read_text(encoding="utf-8"), re.M))
+            for name in ("requirements", "requirements-docs")]
+    shared = pins[0].keys() & pins[1].keys()
+    assert shared and {name: pins[0][name] for name in shared} == {name: pins[1][name] for name in shared}
 
 
 def test_problems_are_noticed():

@@ -131,6 +131,8 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * multiple of four. These dimensions are also well distributed along the rows and columns of the
  * image. That helps at edges parallel to its sides, where the error gathers on a line one pixel
  * wide. */
+
+/* The root, from which all domains descend. */
 #define BN_DOMAIN_ROOT 0u
 
 /* The child of a domain: a hash of the domain and of key / 4, with key % 4 as the member of the

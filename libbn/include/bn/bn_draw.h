@@ -157,6 +157,7 @@ static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue
 
 /* ---- The draws */
 
+/* bn_sample_4d_u32(), from the table of a sampler of any kind. */
 static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                                   uint32_t domain, uint32_t out[4]) {
     bn_uint4 v;
@@ -190,6 +191,7 @@ bn_draw_4d_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index
     for (int d = 0; d < 4; ++d) out[d] = bn_draw_float(bits[d]);
 }
 
+/* bn_sample_4d(), from the table of a sampler of any kind. */
 static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                               uint32_t domain, float out[4]) {
     if (index < table->blue_indices) {

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hooks of MkDocs (mkdocs.yml): the site has the folders of the repository, so that links work there and on code hosts alike.
+
+Pages of the navigation are files of the repository, or made here: NAME.h.md from the header NAME.h. A link to any other file or
+folder of the repository leads to a page that shows it.
+"""
+
+import logging
+import re
+import sys
+from pathlib import Path
+
+from mkdocs.structure.files import File, Files, InclusionLevel
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from pages import headers, links  # noqa: E402
+
+log = logging.getLogger("mkdocs.hooks.pages")
+
+HEADERS = "libbn/include/bn"
+# Parts of bn_draw.h and bn_choose.h that their users do not call.
+INTERNAL = ("The text that shaders share", "The first 256 samples of BLUE, faster")
+LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl", ".hlsl": "hlsl", ".wgsl": "wgsl",
+             ".py": "python", ".txt": "text",
+             ".toml": "toml", ".csv": "text", ".yml": "yaml"}
+ASSETS = {"assets/site.css": "site.css", "assets/iframe-worker.js": "search_from_disk.js"}
+LARGEST = 100_000  # bytes of a file that is shown
+
+
+def nav_pages(nav):
+    """The paths in the navigation."""
+    for entry in nav if isinstance(nav, list) else nav.values() if isinstance(nav, dict) else [nav]:
+        if isinstance(entry, str):
+            yield entry
+        else:
+            yield from nav_pages(entry)
+
+
+# ---- Pages made from files
+
+
+def text_of(path):
+    data = (ROOT / path).read_bytes()
+    if len(data) > LARGEST or b"\0" in data:
+        log.warning("%s is linked to, but cannot be shown: it is binary or has %d bytes", path, len(data))
+        return ""
+    return data.decode("utf-8")
+
+
+def listing(path, level):
+    """A file as a code block under its path."""
+    text = text_of(path)
+    fence = "`" * max(3, 1 + max(map(len, re.findall(r"`+", text)), default=0))
+    return f"{'#' * level} {headers.escaped(path)}\n\n{fence}{LANGUAGES.get(Path(path).suffix, 'text')}\n{text.rstrip()}\n{fence}\n"
+
+
+def folder_page(path):
+    files = sorted(file.relative_to(ROOT).as_posix() for file in (ROOT / path).rglob("*")
+                   if file.is_file() and "__pycache__" not in file.parts and not file.name.startswith("."))
+    return f"# {headers.escaped(path)}\n\n" + "\n".join(listing(file, 2) for file in files)
+
+
+def header_links(page):
+    """What headers.page() calls: the address of a name, a header or a page, as seen from a page."""
+    up = "../" * page.count("/")
+    places = {}
+    for file in sorted((ROOT / HEADERS).iterdir()):
+        if file.suffix in (".h", ".hpp"):
+            for name, anchor in headers.names(file.read_text(encoding="utf-8"), INTERNAL).items():
+                places.setdefault(name, f"{up}{HEADERS}/{file.name}#{anchor}")
+        places[file.name] = f"{up}{HEADERS}/{file.name}"
+
+    def link(name):
+        if name in places:
+            return places[name]
+        if re.fullmatch(r"[\w./]+\.md", name) and (ROOT / name).is_file():
+            return up + name
+        return None
+
+    return link
+
+
+def made_from(path):
+    """The Markdown of the page path + '.md'."""
+    file = ROOT / path
+    if file.is_dir():
+        return folder_page(path)
+    if path.startswith(HEADERS) and file.suffix in (".h", ".hpp"):
+        language = LANGUAGES[file.suffix]
+        return headers.page(file.name, text_of(path), header_links(path), INTERNAL, language)
+    return listing(path, 1)
+
+
+# ---- Hooks
+
+
+def on_files(files, config):
+    """Replaces what MkDocs found in docs/, but not the files of the theme, by the files of the repository that the site needs."""
+    site = Files([file for file in files if file.src_dir != config.docs_dir])
+    shown, others = set(), []
+
+    def page(path, inclusion):
+        file = ROOT / path
+        if file.is_file():
+            new, text = File.generated(config, path, abs_src_path=str(file), inclusion=inclusion), file.read_text(encoding="utf-8")
+        elif path.endswith(".md") and (ROOT / path[:-3]).exists():
+            text = made_from(path[:-3])
+            new = File.generated(config, path, content=text, inclusion=inclusion)
+        else:
+            return  # MkDocs warns about the entry
+        site.append(new)
+        shown.add(path)
+        for _, _, target in links.links(text):
+            if not links.is_external(target):
+                linked, _ = links.resolve(path, target)
+                if not linked.endswith(".md") and (ROOT / linked).exists() and linked not in others:
+                    others.append(linked)
+
+    for path in nav_pages(config.nav):
+        page(path, InclusionLevel.INCLUDED)
+    static = list((ROOT / "docs").rglob("*"))
+    live = ROOT / config.extra["live_page"]
+    if live.is_file():
+        static += live.parent.rglob("*")
+    for file in static:
+        path = file.relative_to(ROOT).as_posix()
+        if file.is_file() and file.suffix != ".md":
+            site.append(File.generated(config, path, abs_src_path=str(file)))
+        elif file.is_file() and path not in shown and path.startswith("docs/"):
+            log.warning("%s is not in the navigation of mkdocs.yml", path)
+    for path in others:
+        if f"{path}.md" not in shown and not site.get_file_from_path(path):
+            page(f"{path}.md", InclusionLevel.NOT_IN_NAV)
+    for path, name in ASSETS.items():
+        site.append(File.generated(config, path, abs_src_path=str(ROOT / "scripts/pages" / name)))
+    return site
+
+
+def on_page_markdown(markdown, page, config, files):
+    """Leads links to files that have a page of their own to it."""
+    path = page.file.src_uri
+    for start, end, target in reversed(links.links(markdown)):
+        linked, anchor = links.resolve(path, target)
+        if not links.is_external(target) and not files.get_file_from_path(linked) and files.get_file_from_path(f"{linked}.md"):
+            address, hash_mark, _ = target.partition("#")
+            markdown = markdown[:start] + address.rstrip("/") + ".md" + hash_mark + anchor + markdown[end:]
+    if page.is_homepage:
+        page.meta["hide"] = ["navigation"]  # it would hold this page alone
+    live = config.extra["live_page"]
+    if page.is_homepage and files.get_file_from_path(live):
+        frame = f'<iframe class="live" src="{live}" title="{config.site_description}, live"></iframe>\n\n[Full size]({live})\n\n'
+        markdown = re.sub(r"^(?=!\[)", lambda _: frame, markdown, count=1, flags=re.M)
+    return markdown
+
+
+def on_post_page(output, page, config):
+    """Warns, which fails a strict build, of what a browser would load from elsewhere."""
+    loaded = re.findall(r"<(?:script|img|iframe|source|video|link(?![^>]*rel=\"canonical\"))\b[^>]*?(?:src|href)=\"?((?:https?:)?//[^\"\s>]+)",
+                        output)
+    for address in loaded:
+        log.warning("%s loads %s", page.file.src_uri, address)
+    return output
