@@ -24,8 +24,11 @@ import math
 import weakref
 from typing import Any, Optional
 
-import drjit
-import mitsuba
+try:
+    import drjit
+    import mitsuba
+except ImportError as error:
+    raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'bluenoise[mitsuba]' ({error})") from None
 
 from ._core import domain_child
 from ._sampler import Sampler

@@ -68,6 +68,12 @@ def test_import_pulls_in_numpy_only():
     assert found.stdout.strip() == "[]"
 
 
+def test_mitsuba_says_what_it_needs():
+    program = "import sys; sys.modules['drjit'] = None; import bluenoise.mitsuba"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert "bluenoise[mitsuba]" in found.stderr.splitlines()[-1]
+
+
 def test_extension_exports_only_its_entry():
     if not shutil.which("nm") or not sys.platform.startswith("linux"):
         pytest.skip("needs nm on Linux")
