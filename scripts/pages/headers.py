@@ -328,3 +328,10 @@ def page(title, text, link=lambda name: None, internal=(), language="c"):
             if item.comment:
                 out.append(prose(item.comment, lambda name, own=item.names: None if name in own else link(name), 4, intro))
     return "\n\n".join(part for part in out if part) + "\n"
+
+
+def source_page(title, text, link=lambda name: None, language="glsl"):
+    """The page of a shader: the comment at its top as text, the rest as it is."""
+    top = re.match(r"/\*.*?\*/\n*|(?://[^\n]*\n)+\n*", text, re.S)
+    intro = plain(top[0].rstrip("\n"))
+    return f"# {title}\n\n{prose(intro, link, language=language)}\n\n## Source\n\n```{language}\n{text[top.end():].rstrip()}\n```\n"

@@ -89,6 +89,8 @@ def made_from(path):
     if path.startswith(HEADERS) and file.suffix in (".h", ".hpp"):
         language = LANGUAGES[file.suffix]
         return headers.page(file.name, text_of(path), header_links(path), INTERNAL, language)
+    if path.startswith(HEADERS):
+        return headers.source_page(file.name, text_of(path), header_links(path), LANGUAGES.get(file.suffix, "c"))
     return listing(path, 1)
 
 
@@ -152,6 +154,11 @@ def on_page_markdown(markdown, page, config, files):
         frame = f'<iframe class="live" src="{live}" title="{config.site_description}, live"></iframe>\n\n[Full size]({live})\n\n'
         markdown = re.sub(r"^(?=!\[)", lambda _: frame, markdown, count=1, flags=re.M)
     return markdown
+
+
+def on_page_content(html, page, config, files):
+    """Lets a tap on a picture show it alone, in full size."""
+    return re.sub(r'<p>(<img [^>]*?src="([^"]+)"[^>]*>)</p>', r'<p><a href="\2">\1</a></p>', html)
 
 
 def on_post_page(output, page, config):
