@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Choose with a number of a draw, and use what is left of it: bn_choose(), bn_choose_u32() and
- * bn_choose_cdf() in the common subset of GLSL and C. bn_choose.h compiles them as C and is their
- * manual; the bits are the same.
+ * bn_choose_cdf() in the common subset of GLSL, HLSL, Metal, CUDA and C. bn_choose.h compiles them
+ * as C and CUDA and is their manual, bn_choose.hlsl and bn_choose.metal as their languages;
+ * libbn/tools/make_wgsl.py writes the WGSL files from this text. The bits are the same. Only a
+ * compiler may add a difference: those of shaders may take subnormal numbers as 0, and NaN as
+ * anything.
  *
- * In a shader (GLSL 4.30 or GLSL ES 3.10, no extensions), include this file, before or after
+ * In a shader (GLSL 1.30 or GLSL ES 3.00, no extensions), include this file, before or after
  * bn_draw.glsl or without it:
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
@@ -64,8 +67,15 @@ BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_stretch(BN_CHOOSE_UINT place, BN_CHO
 }
 #endif
 
-#ifndef BN_CHOOSE_MULTIPLY
-#define BN_CHOOSE_MULTIPLY(a, b, high, low) umulExtended(a, b, high, low)
+#ifndef BN_CHOOSE_MULTIPLY_HIGH
+#define BN_CHOOSE_MULTIPLY_HIGH(a, b) bn_choose_multiply_high(a, b)
+/* The upper half of the 64-bit product, from products of half-words. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_multiply_high(BN_CHOOSE_UINT a, BN_CHOOSE_UINT b) {
+    BN_CHOOSE_UINT low = (a & 0xffffu) * (b & 0xffffu);
+    BN_CHOOSE_UINT left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
+    BN_CHOOSE_UINT right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
+    return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
+}
 #endif
 
 BN_CHOOSE_FUNCTION float bn_choose_float(BN_CHOOSE_UINT place) {
@@ -83,10 +93,11 @@ BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose(float probability, BN_CHOOSE_U) {
 
 /* The middle of the step times count: its whole part chooses, its fraction is left. */
 BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_u32(BN_CHOOSE_UINT count, BN_CHOOSE_U) {
-    BN_CHOOSE_UINT high, low, n = count > 0u ? count : 1u;
-    BN_CHOOSE_MULTIPLY(2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u, n, high, low);
+    BN_CHOOSE_UINT n = count > 0u ? count : 1u;
+    BN_CHOOSE_UINT middle = 2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u;
+    BN_CHOOSE_UINT low = middle * n;
     BN_CHOOSE_GET_U = bn_choose_float(low >> 1u & (BN_CHOOSE_STEPS - 1u));
-    return high << 7u | low >> 25u;
+    return BN_CHOOSE_MULTIPLY_HIGH(middle, n) << 7u | low >> 25u;
 }
 
 #if defined(BN_CHOOSE_IN_C) || defined(BN_CDF)

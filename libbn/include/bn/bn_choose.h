@@ -22,12 +22,13 @@
  * Outside the range. A u below 0 or NaN counts as 0, one of 1 or more as the last step. Digits of u
  * finer than 2^-24 are dropped.
  *
- * These are inline functions, and shaders have them in bn_choose.glsl. The bits are the same
- * everywhere. A choice takes a few nanoseconds, that from a table O(log count). */
+ * These are inline functions, __host__ __device__ in CUDA and HIP. Shaders have them in
+ * bn_choose.glsl and the files beside it (docs/shaders.md). The bits are the same everywhere. A
+ * choice takes a few nanoseconds, that from a table O(log count). */
 #ifndef BN_BN_CHOOSE_H
 #define BN_BN_CHOOSE_H
 
-#include <bn/bn.h>
+#include <bn/bn_device.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -48,12 +49,12 @@ extern "C" {
  * probability rounded up to a multiple of 2^-24, which changes nothing from 1/2 up. Far below
  * 2^-12, divide by the rounded probability, or your estimate is off by the difference. 0 and less,
  * and NaN, are never chosen; 1 and more, always. Either way *u becomes what is left. */
-static inline int bn_choose(float probability, float *u);
+BN_DEVICE_INLINE int bn_choose(float probability, float *u);
 
 /* One of `count` items from 0 up, all equally likely: each has 2^24 / count steps, rounded up or
  * down. Above 2^24 items, only 2^24 of them can be chosen, evenly spread. A count of 0 gives 0, as a
  * count of 1 does. */
-static inline uint32_t bn_choose_u32(uint32_t count, float *u);
+BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
 /* Item i with probability cdf[i] - cdf[i - 1]: the first item for which *u < cdf[i]. The cumulative
  * probabilities ascend; the last counts as 1, whatever rounding made of it. Limits are rounded up to
@@ -61,30 +62,29 @@ static inline uint32_t bn_choose_u32(uint32_t count, float *u);
  * between their limits are never chosen. If items at the end have no probability, the limit before
  * them must be 1. Any table is safe: out of order or with NaN, some item is chosen. A count of 0
  * gives 0. */
-static inline uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
+BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
 
 /* ---- The text that shaders share */
 
+#ifndef BN_DEVICE_TOO /* GPUs are slow at double, and divide integers as shaders do */
 /* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so
  * rounding cannot reach another, even where -ffast-math multiplies by the reciprocal. */
 static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
     const double middle = 2.0 * BN_CHOOSE_TO_DOUBLE(place) + 1.0;
     return BN_CHOOSE_TO_UINT(middle * 8388608.0 / BN_CHOOSE_TO_DOUBLE(width) + 1.0 / 67108864.0);
 }
+#define BN_CHOOSE_STRETCH(place, width) bn_choose_stretched(place, width)
+#endif
 
 #define BN_CHOOSE_IN_C
 #define BN_CHOOSE_UINT uint32_t
 #define BN_CHOOSE_BOOL int
-#define BN_CHOOSE_FUNCTION static inline
+#define BN_CHOOSE_FUNCTION BN_DEVICE_INLINE
 #define BN_CHOOSE_U float *u
 #define BN_CHOOSE_GET_U (*u)
 #define BN_CHOOSE_TABLE const float *cdf,
 #define BN_CHOOSE_LIMIT(i) cdf[i]
-#define BN_CHOOSE_STRETCH(place, width) bn_choose_stretched(place, width)
-#define BN_CHOOSE_MULTIPLY(a, b, high, low)                                                        \
-    const uint64_t product = BN_CHOOSE_TO_UINT64(a) * (b);                                         \
-    high = BN_CHOOSE_LOW_WORD(product >> 32);                                                      \
-    low = BN_CHOOSE_LOW_WORD(product)
+#define BN_CHOOSE_MULTIPLY_HIGH(a, b) BN_CHOOSE_LOW_WORD(BN_CHOOSE_TO_UINT64(a) * (b) >> 32)
 #include <bn/bn_choose.glsl>
 #undef BN_CHOOSE_TO_UINT
 #undef BN_CHOOSE_TO_FLOAT
@@ -99,7 +99,7 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #undef BN_CHOOSE_TABLE
 #undef BN_CHOOSE_LIMIT
 #undef BN_CHOOSE_STRETCH
-#undef BN_CHOOSE_MULTIPLY
+#undef BN_CHOOSE_MULTIPLY_HIGH
 #undef BN_CHOOSE_STEPS
 
 #ifdef __cplusplus

@@ -1,24 +1,31 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL and C; bn_draw.h compiles them
- * as C. They are bit-equal to bn_sample_4d().
+ * The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL, HLSL, Metal, CUDA and C. They
+ * are bit-equal to bn_sample_4d(). bn_draw.h compiles this text as C and CUDA, bn_draw.hlsl and
+ * bn_draw.metal as their languages; libbn/tools/make_wgsl.py writes bn_draw.wgsl from it. See
+ * docs/shaders.md.
  *
- * In a shader (GLSL 4.30 or GLSL ES 3.10, no extensions), declare a buffer that holds the words
- * from bn_sampler_table_words(), then include this file:
+ * In a shader (GLSL 1.30 or GLSL ES 3.00, no extensions), say how to read word i of what
+ * bn_sampler_table_words() wrote, then include this file:
  *
  *     #version 430
  *     layout(std430, binding = 0) readonly buffer bn_table { uint bn_words[]; };
  *     #define BN_WORD(i) bn_words[i]
+ *     #include "bn_draw.glsl"
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
  *
  * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
- * The words may also come from a texture. Names that begin with bn_ are reserved. bn_draw.h
- * explains how BLUE works. */
+ * Without storage buffers, as in WebGL 2, the words come from a texture:
+ *
+ *     uniform highp usampler2D bn_words; // R32UI, 64 texels wide
+ *     #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
+ *
+ * Names that begin with bn_ are reserved. bn_draw.h explains how BLUE works. */
 #ifndef BN_DRAW_GLSL
 #define BN_DRAW_GLSL
 
-/* Whether v, or any lane of it where it is a vector, is not zero. */
 #ifndef BN_ANY
+/* Whether v, or any lane of it where it is a vector, is not zero. */
 #define BN_ANY(v) ((v) != 0u)
 #endif
 
@@ -28,21 +35,30 @@ precision highp float;
 precision highp int;
 #endif
 #define BN_UINT uint
+#define BN_FLOAT4 vec4
 #define BN_FUNCTION
 #define BN_TABLE
 #define BN_PASS_TABLE
+#define bn_draw_domain_child bn_domain_child
+/* Newer versions have instructions for what is spelled out below. */
+#if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)
 #define BN_REVERSE_BITS(v) bitfieldReverse(v)
 #define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
-#define bn_draw_domain_child bn_domain_child
 uint bn_multiply_high(uint a, uint b) {
     uint high, low;
     umulExtended(a, b, high, low);
     return high;
 }
 #endif
+#endif
 
-/* Where the parts of the tables begin, in words. Entries of two words hold the first 16 digits of
- * four coordinates, a half-word each from the lowest up; entries of four, all 32 digits of each. */
+/* THE TABLES
+ *
+ * One flat buffer of BN_WORD_COUNT 32-bit words, in the byte order of the machine: 42 KiB, the same
+ * for all three kinds. Seeds differ in the first two words alone, and SOBOL and WHITE read no others.
+ * Entries of two words hold the first 16 digits of four coordinates, a half-word each from the lowest
+ * up; entries of four, all 32 digits of each. `member` is the domain's number within its family, 0 to
+ * 3. */
 #define BN_SEED_AT 0u      /* the hashed seed, its low word first */
 #define BN_PIXELS_AT 2u    /* 64 x 64, row-major: eight bits for each member of a family from the
                               lowest up, eight times the place of the pixel in its block of 4 x 4 */
@@ -52,9 +68,11 @@ uint bn_multiply_high(uint a, uint b) {
 #define BN_LATER_AT 10370u /* [24][member][4]: digits of bits 8 to 31 of an index */
 #define BN_WORD_COUNT 10754u
 
+#ifndef bn_uint4 /* else a vector of the language */
 struct bn_uint4 {
     BN_UINT x, y, z, w;
 };
+#endif
 
 /* Four words in a row. An entry of two words is read with the two that follow it, for which nobody
  * asks. */
@@ -71,6 +89,28 @@ BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
 #endif
 
 /* ---- Bits */
+
+#ifndef BN_REVERSE_BITS
+#define BN_REVERSE_BITS(v) bn_reverse_bits(v)
+BN_FUNCTION BN_UINT bn_reverse_bits(BN_UINT v) {
+    v = (v >> 16u) | (v << 16u);
+    v = ((v >> 8u) & 0x00ff00ffu) | ((v & 0x00ff00ffu) << 8u);
+    v = ((v >> 4u) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4u);
+    v = ((v >> 2u) & 0x33333333u) | ((v & 0x33333333u) << 2u);
+    return ((v >> 1u) & 0x55555555u) | ((v & 0x55555555u) << 1u);
+}
+#endif
+
+#ifndef BN_MULTIPLY_HIGH
+#define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
+/* The upper half of the 64-bit product, from products of half-words. */
+BN_FUNCTION BN_UINT bn_multiply_high(BN_UINT a, BN_UINT b) {
+    BN_UINT low = (a & 0xffffu) * (b & 0xffffu);
+    BN_UINT left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
+    BN_UINT right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
+    return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
+}
+#endif
 
 /* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
  * "Prospecting for Hash Functions", 2018). */
@@ -185,12 +225,12 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
     v.w ^= (high23 & 0xffff0000u) | pixel.low23 >> 16u;
     BN_UINT later = BN_LATER_AT + pixel.member * 2u;
     for (digits <<= 8u; BN_ANY(digits); digits <<= 1u) {
-        BN_UINT set = 0u - (digits >> 31u);
+        BN_UINT picked = 0u - (digits >> 31u);
         bn_uint4 row = BN_ROW(later);
-        v.x ^= row.x & set;
-        v.y ^= row.y & set;
-        v.z ^= row.z & set;
-        v.w ^= row.w & set;
+        v.x ^= row.x & picked;
+        v.y ^= row.y & picked;
+        v.z ^= row.z & picked;
+        v.w ^= row.w & picked;
         later += 16u;
     }
     v.x = bn_draw_reflected(v.x, pixel.reflect);
@@ -244,22 +284,24 @@ BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT i
     return v;
 }
 
+/* ---- The draws of shaders */
+
 #ifndef BN_DRAW_IN_C
-vec4 bn_draw_floats(bn_uint4 v) {
-    float scale = 1.0 / 16777216.0;
-    return vec4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) * scale;
+BN_FUNCTION BN_FLOAT4 bn_draw_floats(bn_uint4 v) {
+    float scale = 1.0f / 16777216.0f;
+    return BN_FLOAT4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) * scale;
 }
 
-vec4 bn_draw_blue(uint x, uint y, uint index, uint domain) {
-    return bn_draw_floats(bn_draw_blue_bits(x, y, index, domain));
+BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+    return bn_draw_floats(bn_draw_blue_bits(BN_PASS_TABLE x, y, index, domain));
 }
 
-vec4 bn_draw_sobol(uint x, uint y, uint index, uint domain) {
-    return bn_draw_floats(bn_draw_sobol_bits(x, y, index, domain));
+BN_FUNCTION BN_FLOAT4 bn_draw_sobol(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+    return bn_draw_floats(bn_draw_sobol_bits(BN_PASS_TABLE x, y, index, domain));
 }
 
-vec4 bn_draw_white(uint x, uint y, uint index, uint domain) {
-    return bn_draw_floats(bn_draw_white_bits(x, y, index, domain));
+BN_FUNCTION BN_FLOAT4 bn_draw_white(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+    return bn_draw_floats(bn_draw_white_bits(BN_PASS_TABLE x, y, index, domain));
 }
 #endif
 

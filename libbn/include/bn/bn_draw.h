@@ -7,8 +7,15 @@
  *     bn_draw_4d(table, x, y, index, domain, u);
  *
  * The table lives as long as its sampler. BLUE, SOBOL and WHITE are drawn inline; for ZORDER and
- * MASK the inline functions call the library. The draws themselves are in bn_draw.glsl, which
- * shaders include unchanged: all of it is 32-bit unsigned integer arithmetic.
+ * MASK the inline functions call the library.
+ *
+ * ON A GPU
+ *
+ * The draws themselves are in bn_draw.glsl, in 32-bit integer arithmetic that GLSL, HLSL, Metal and
+ * WGSL share (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue(), bn_draw_sobol()
+ * and bn_draw_white() are __host__ __device__ there. All they read is a copy of the words of
+ * bn_sampler_table_words() in the memory of the device. bn_draw_domain_child() is bn_domain_child()
+ * for device code.
  *
  * HOW BLUE WORKS
  *
@@ -39,13 +46,15 @@
  * from 42 KiB of tables, of which one member of a family uses half. Inlined into a loop, draws of
  * many domains in one pixel, or of many indices, share their common work. Samples from index 256 on
  * take one more XOR for each further bit of the index. With SSE2, the last step handles all four
- * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2; the bits are the same. */
+ * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits are the
+ * same. */
 #ifndef BN_BN_DRAW_H
 #define BN_BN_DRAW_H
 
-#include <bn/bn.h>
+#include <bn/bn_device.h>
 
-#if !defined(BN_DRAW_PLAIN) && (defined(__SSE2__) || (defined(_M_X64) && !defined(_M_ARM64EC)))
+#if !defined(BN_DRAW_PLAIN) && !defined(BN_DEVICE_TOO) &&                                          \
+    (defined(__SSE2__) || (defined(_M_X64) && !defined(_M_ARM64EC)))
 #define BN_DRAW_SSE2 1
 #include <emmintrin.h>
 #endif
@@ -56,6 +65,67 @@ extern "C" {
 
 /* Increases with every change of the tables or of the values drawn from them. */
 #define BN_DRAW_TABLE_VERSION 4u
+
+/* ---- The text that shaders share */
+
+typedef struct bn_uint4 bn_uint4;
+typedef struct bn_blue_pixel bn_blue_pixel;
+
+#define BN_DRAW_IN_C
+#define BN_UINT uint32_t
+#define BN_FUNCTION BN_DEVICE_INLINE
+#define BN_TABLE const uint32_t *bn_words,
+#define BN_PASS_TABLE bn_words,
+#define BN_WORD(i) bn_words[i]
+#if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
+#define BN_REVERSE_BITS(v) __brev(v)
+#endif
+#define BN_MULTIPLY_HIGH(a, b) (uint32_t)((uint64_t)(a) * (b) >> 32)
+#include <bn/bn_draw.glsl>
+#undef BN_UINT
+#undef BN_FUNCTION
+#undef BN_TABLE
+#undef BN_PASS_TABLE
+#undef BN_WORD
+#undef BN_REVERSE_BITS
+#undef BN_MULTIPLY_HIGH
+#undef BN_ANY
+#undef BN_ROW
+
+BN_DEVICE_INLINE float bn_draw_float(uint32_t bits) {
+    /* 2^-24 in decimal, as C++11 has no hexadecimal floats. 24 bits fit a signed integer. */
+    return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
+}
+
+BN_DEVICE_INLINE void bn_draw_floats(bn_uint4 v, float out[4]) {
+    out[0] = bn_draw_float(v.x);
+    out[1] = bn_draw_float(v.y);
+    out[2] = bn_draw_float(v.z);
+    out[3] = bn_draw_float(v.w);
+}
+
+/* ---- The draws from words alone, as shaders have them
+ *
+ * `words` is what bn_sampler_table_words() wrote, for a sampler of any of the three kinds. */
+
+BN_DEVICE_INLINE void bn_draw_blue(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+                                   uint32_t domain, float out[4]) {
+    bn_draw_floats(bn_draw_blue_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+}
+
+BN_DEVICE_INLINE void bn_draw_sobol(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+                                    uint32_t domain, float out[4]) {
+    bn_draw_floats(bn_draw_sobol_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+}
+
+BN_DEVICE_INLINE void bn_draw_white(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+                                    uint32_t domain, float out[4]) {
+    bn_draw_floats(bn_draw_white_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+}
+
+#ifndef BN_DEVICE_ONLY
+
+/* ---- The table of a sampler */
 
 typedef struct bn_draw_table {
     uint32_t version;      /* BN_DRAW_TABLE_VERSION */
@@ -73,38 +143,6 @@ typedef struct bn_draw_table {
 
 /* The table of a sampler; valid until the sampler is destroyed. */
 BN_API const bn_draw_table *bn_sampler_table(const bn_sampler *sampler);
-
-/* ---- The text that shaders share */
-
-static inline uint32_t bn_reverse_bits(uint32_t v) {
-    v = (v >> 16) | (v << 16);
-    v = ((v >> 8) & 0x00ff00ffu) | ((v & 0x00ff00ffu) << 8);
-    v = ((v >> 4) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4);
-    v = ((v >> 2) & 0x33333333u) | ((v & 0x33333333u) << 2);
-    return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
-}
-
-typedef struct bn_uint4 bn_uint4;
-typedef struct bn_blue_pixel bn_blue_pixel;
-
-#define BN_DRAW_IN_C
-#define BN_UINT uint32_t
-#define BN_FUNCTION static inline
-#define BN_TABLE const bn_draw_table *bn_table,
-#define BN_PASS_TABLE bn_table,
-#define BN_WORD(i) bn_table->words[i]
-#define BN_REVERSE_BITS(v) bn_reverse_bits(v)
-#define BN_MULTIPLY_HIGH(a, b) (uint32_t)((uint64_t)(a) * (b) >> 32)
-#include <bn/bn_draw.glsl>
-#undef BN_UINT
-#undef BN_FUNCTION
-#undef BN_TABLE
-#undef BN_PASS_TABLE
-#undef BN_WORD
-#undef BN_REVERSE_BITS
-#undef BN_MULTIPLY_HIGH
-#undef BN_ANY
-#undef BN_ROW
 
 /* ---- The first 256 samples of BLUE, faster */
 
@@ -133,11 +171,6 @@ static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_bl
 
 #endif
 
-static inline float bn_draw_float(uint32_t bits) {
-    /* 2^-24 in decimal, as C++11 has no hexadecimal floats. 24 bits fit a signed integer. */
-    return (float)(int32_t)(bits >> 8) * (1.0f / 16777216.0f);
-}
-
 /* Sample `index` of a pixel. */
 static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                        uint32_t index, float out[4]) {
@@ -148,11 +181,7 @@ static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue
         return;
     }
 #endif
-    bn_uint4 v = bn_draw_blue_at(table, *pixel, index);
-    out[0] = bn_draw_float(v.x);
-    out[1] = bn_draw_float(v.y);
-    out[2] = bn_draw_float(v.z);
-    out[3] = bn_draw_float(v.w);
+    bn_draw_floats(bn_draw_blue_at(table->words, *pixel, index), out);
 }
 
 /* ---- The draws */
@@ -162,11 +191,11 @@ static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t
                                   uint32_t domain, uint32_t out[4]) {
     bn_uint4 v;
     if (table->kind == BN_SAMPLER_BLUE) {
-        v = bn_draw_blue_bits(table, (uint32_t)x, (uint32_t)y, index, domain);
+        v = bn_draw_blue_bits(table->words, (uint32_t)x, (uint32_t)y, index, domain);
     } else if (table->kind == BN_SAMPLER_SOBOL) {
-        v = bn_draw_sobol_bits(table, (uint32_t)x, (uint32_t)y, index, domain);
+        v = bn_draw_sobol_bits(table->words, (uint32_t)x, (uint32_t)y, index, domain);
     } else if (table->kind == BN_SAMPLER_WHITE) {
-        v = bn_draw_white_bits(table, (uint32_t)x, (uint32_t)y, index, domain);
+        v = bn_draw_white_bits(table->words, (uint32_t)x, (uint32_t)y, index, domain);
     } else {
         bn_sample_4d_u32(table->sampler, x, y, index, domain, out);
         return;
@@ -195,12 +224,14 @@ bn_draw_4d_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index
 static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                               uint32_t domain, float out[4]) {
     if (index < table->blue_indices) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(table, (uint32_t)x, (uint32_t)y, domain);
+        bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
         bn_draw_blue_floats(table, &pixel, index, out);
     } else {
         bn_draw_4d_rare(table, x, y, index, domain, out);
     }
 }
+
+#endif
 
 #ifdef __cplusplus
 }

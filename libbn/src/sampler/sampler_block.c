@@ -11,7 +11,7 @@ static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
         }
         return;
     }
-    const bn_blue_pixel pixel = bn_draw_blue_pixel(table, (uint32_t)x, (uint32_t)y, domain);
+    const bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
     for (uint32_t i = 0; i < count; ++i) {
         bn_draw_blue_floats(table, &pixel, first + i, out + 4 * (size_t)i);
     }

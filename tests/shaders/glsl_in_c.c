@@ -9,22 +9,14 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 
 static const uint32_t *glsl_words;
 
-static uint32_t glsl_reverse(uint32_t v) {
-    uint32_t r = 0;
-    for (int i = 0; i < 32; ++i) r |= (v >> i & 1u) << (31 - i);
-    return r;
-}
-
 #define BN_WORD(i) glsl_words[i]
 #define BN_DRAW_IN_C /* without the functions that return vectors of floats */
 #define uint uint32_t
-#define bitfieldReverse glsl_reverse
-#define umulExtended(a, b, high, low)                                                              \
-    do {                                                                                           \
-        (high) = (uint32_t)((uint64_t)(a) * (b) >> 32);                                            \
-        (low) = (a) * (b);                                                                         \
-        (void)(low);                                                                               \
-    } while (0)
+/* Without the instructions that newer versions of GLSL have, so that their replacements are tested. */
+#define BN_UINT uint
+#define BN_FUNCTION
+#define BN_TABLE
+#define BN_PASS_TABLE
 
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wmissing-prototypes"

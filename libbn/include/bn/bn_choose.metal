@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * bn_choose(), bn_choose_u32() and bn_choose_cdf() in the Metal Shading Language: the text of
+ * bn_choose.glsl, which must lie beside this file. bn_choose.h is the manual; u is a reference, and
+ * bn_choose_cdf(cdf, count, u) takes a pointer to device memory.
+ *
+ *     float4 draw = bn_draw_blue(bn_words, uint(pixel.x), uint(pixel.y), index, domain);
+ *     float u = draw.x;
+ *     uint light = bn_choose_u32(light_count, u); */
+#ifndef BN_CHOOSE_METAL
+#define BN_CHOOSE_METAL
+
+#define BN_CHOOSE_UINT uint
+#define BN_CHOOSE_BOOL bool
+#define BN_CHOOSE_FUNCTION static inline
+#define BN_CHOOSE_U thread float &u
+#define BN_CHOOSE_GET_U u
+#define BN_CHOOSE_TO_UINT(v) uint(v)
+#define BN_CHOOSE_TO_FLOAT(v) float(v)
+#define BN_CHOOSE_TABLE const device float *cdf,
+#define BN_CHOOSE_LIMIT(i) cdf[i]
+#define BN_CHOOSE_MULTIPLY_HIGH(a, b) metal::mulhi(a, b)
+#define BN_CHOOSE_IN_C
+#include "bn_choose.glsl"
+
+#endif

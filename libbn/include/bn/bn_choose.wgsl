@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * bn_choose() and bn_choose_u32() in WGSL: bn_choose.glsl, translated by libbn/tools/make_wgsl.py. Put
+ * this text in front of yours or behind it, with bn_draw.wgsl or without. bn_choose.h is the manual.
+ *
+ *     var u = draw.x;
+ *     let light = bn_choose_u32(light_count, &u); // u is now what is left of the number
+ *
+ * WGSL compilers may take subnormal numbers as 0, and NaN as anything. */
+
+const BN_CHOOSE_STEPS = 0x1000000u; /* in [0, 1), each of 2^-24 */
+
+/* The step that a number lies in. Also right for NaN, which no comparison is true for. */
+fn bn_choose_step(u: f32) -> u32 {
+    if (!(u > 0.0f)) {
+        return 0u;
+    }
+    return select(BN_CHOOSE_STEPS - 1u, u32(u * 16777216.0f), u < 1.0f);
+}
+
+/* The number of steps below a limit: u < limit is true for these and no others. */
+fn bn_choose_steps_below(limit: f32) -> u32 {
+    if (!(limit > 0.0f)) {
+        return 0u;
+    }
+    let steps = select(1.0f, limit, limit < 1.0f) * 16777216.0f;
+    let whole = u32(steps);
+    return select(whole, whole + 1u, f32(whole) < steps);
+}
+
+/* (place + 1/2) / width in steps, rounded down, for place < width <= 2^24: long division. */
+fn bn_choose_stretch(place: u32, width: u32) -> u32 {
+    var rest = 2u * place + 1u;
+    var quotient = rest / width;
+    rest = (rest - quotient * width) << 8u;
+    quotient = (quotient << 8u) | (rest / width);
+    rest = (rest - rest / width * width) << 8u;
+    quotient = (quotient << 8u) | (rest / width);
+    rest = (rest - rest / width * width) << 7u;
+    return (quotient << 7u) | (rest / width);
+}
+
+/* The upper half of the 64-bit product, from products of half-words. */
+fn bn_choose_multiply_high(a: u32, b: u32) -> u32 {
+    let low = (a & 0xffffu) * (b & 0xffffu);
+    let left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
+    let right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
+    return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
+}
+
+fn bn_choose_float(place: u32) -> f32 {
+    return f32(place) * (1.0f / 16777216.0f);
+}
+
+fn bn_choose(probability: f32, u: ptr<function, f32>) -> bool {
+    let place = bn_choose_step(*u);
+    let limit = bn_choose_steps_below(probability);
+    let low = select(limit, 0u, place < limit);
+    let width = select(BN_CHOOSE_STEPS - limit, limit, place < limit);
+    *u = bn_choose_float(bn_choose_stretch(place - low, width));
+    return place < limit;
+}
+
+/* The middle of the step times count: its whole part chooses, its fraction is left. */
+fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
+    let n = select(1u, count, count > 0u);
+    let middle = 2u * bn_choose_step(*u) + 1u;
+    let low = middle * n;
+    *u = bn_choose_float((low >> 1u) & (BN_CHOOSE_STEPS - 1u));
+    return (bn_choose_multiply_high(middle, n) << 7u) | (low >> 25u);
+}

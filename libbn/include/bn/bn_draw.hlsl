@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The draws of BLUE, SOBOL and WHITE in HLSL (shader model 5.0 and later): the text of bn_draw.glsl,
+ * which must lie beside this file. Say how to read word i of what bn_sampler_table_words() wrote,
+ * then include this file:
+ *
+ *     StructuredBuffer<uint> bn_words : register(t0);
+ *     #define BN_WORD(i) bn_words[i]
+ *     #include "bn_draw.hlsl"
+ *
+ *     float4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
+ *
+ * With a ByteAddressBuffer, BN_WORD(i) is bn_words.Load(4 * (i)). bn_draw.glsl documents the functions
+ * and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each number, as a uint4. */
+#ifndef BN_DRAW_HLSL
+#define BN_DRAW_HLSL
+
+#define BN_UINT uint
+#define BN_FLOAT4 float4
+#define bn_uint4 uint4
+#define BN_FUNCTION
+#define BN_TABLE
+#define BN_PASS_TABLE
+#define BN_REVERSE_BITS(v) reversebits(v)
+#define bn_draw_domain_child bn_domain_child
+#include "bn_draw.glsl"
+
+#endif

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The draws of BLUE, SOBOL and WHITE in the Metal Shading Language: the text of bn_draw.glsl, which
+ * must lie beside this file. The words of bn_sampler_table_words() are the first argument:
+ *
+ *     #include <metal_stdlib>
+ *     #include "bn_draw.metal"
+ *
+ *     kernel void trace(const device uint *bn_words [[buffer(0)]], ...) {
+ *         float4 u = bn_draw_blue(bn_words, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
+ *
+ * For words in the constant address space, define BN_WORDS as `constant uint *` before. bn_draw.glsl
+ * documents the functions and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each
+ * number, as a uint4. */
+#ifndef BN_DRAW_METAL
+#define BN_DRAW_METAL
+
+#ifndef BN_WORDS
+#define BN_WORDS const device uint *
+#endif
+#define BN_UINT uint
+#define BN_FLOAT4 float4
+#define bn_uint4 uint4
+#define BN_FUNCTION static inline
+#define BN_TABLE BN_WORDS bn_words,
+#define BN_PASS_TABLE bn_words,
+#define BN_WORD(i) bn_words[i]
+#define BN_REVERSE_BITS(v) metal::reverse_bits(v)
+#define BN_MULTIPLY_HIGH(a, b) metal::mulhi(a, b)
+#define bn_draw_domain_child bn_domain_child
+#include "bn_draw.glsl"
+
+#endif

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The cases of shader_cases, and tools that may be missing: scripts/shaders installs them and sets BN_SHADERS_REQUIRED."""
+
+import ctypes.util
+import importlib.util
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = ROOT / "tests" / "shaders"
+INCLUDE = ROOT / "libbn" / "include"
+GLSLANG = shutil.which("glslangValidator") or shutil.which("glslang")
+
+
+def run(*command) -> str:
+    """Runs a command and returns what it printed; its whole output is the message when it fails."""
+    done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          stdin=subprocess.DEVNULL, check=False)
+    assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}"
+    return done.stdout
+
+
+def need(there, what: str) -> None:
+    """Skips a test whose tool is missing, unless all tools are required."""
+    if not there:
+        reason = f"no {what}; scripts/shaders installs it"
+        (pytest.fail if os.environ.get("BN_SHADERS_REQUIRED") else pytest.skip)(reason)
+
+
+def need_module(name: str) -> None:
+    need(importlib.util.find_spec(name), f"Python package {name}")
+
+
+def need_vulkan() -> None:
+    need(ctypes.util.find_library("vulkan"), "Vulkan loader")
+    folders = (Path(folder) / "vulkan/icd.d" for folder in ("/usr/share", "/etc", "/usr/local/share"))
+    need(any(folder.is_dir() and any(folder.iterdir()) for folder in folders), "Vulkan driver")
+
+
+@pytest.fixture(scope="session")
+def cases(tmp_path_factory):
+    """What shader_cases writes: its folder, and the contents as arrays, one row of words and cases for each seed."""
+    program = ROOT / "build" / "tests" / "shaders" / "shader_cases"
+    if not program.exists():
+        pytest.fail(f"{program} is missing; run scripts/setup")
+    folder = tmp_path_factory.mktemp("cases")
+    run(program, folder)
+    words, cdf, asked, expected = (np.fromfile(folder / f"{name}.bin", "<u4") for name in (
+        "words", "cdf", "cases", "expected"))
+    asked = asked.reshape(3, -1, 16)
+    return SimpleNamespace(folder=folder, words=words.reshape(3, -1), cdf=cdf, asked=asked,
+                           expected=expected.reshape(asked.shape))

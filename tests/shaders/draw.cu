@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The same as draw.comp in CUDA and HIP. With RUN_ON_HOST it is a program of C++ that compares. */
+#include <bn/bn_choose.h>
+#include <bn/bn_draw.h>
+
+BN_DEVICE_INLINE uint32_t bits_of(float v) {
+    union {
+        float number;
+        uint32_t bits;
+    } u;
+    u.number = v;
+    return u.bits;
+}
+
+BN_DEVICE_INLINE float number_of(uint32_t v) {
+    union {
+        uint32_t bits;
+        float number;
+    } u;
+    u.bits = v;
+    return u.number;
+}
+
+BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint32_t *asked, uint32_t *result) {
+    const int32_t x = int32_t(asked[1]), y = int32_t(asked[2]);
+    const uint32_t index = asked[3], domain = bn_draw_domain_child(asked[4], asked[5]);
+    bn_uint4 bits;
+    float draw[4];
+    if (asked[0] == 0) {
+        bits = bn_draw_blue_bits(words, asked[1], asked[2], index, domain);
+        bn_draw_blue(words, x, y, index, domain, draw);
+    } else if (asked[0] == 1) {
+        bits = bn_draw_sobol_bits(words, asked[1], asked[2], index, domain);
+        bn_draw_sobol(words, x, y, index, domain, draw);
+    } else {
+        bits = bn_draw_white_bits(words, asked[1], asked[2], index, domain);
+        bn_draw_white(words, x, y, index, domain, draw);
+    }
+    result[0] = domain;
+    result[1] = bits.x;
+    result[2] = bits.y;
+    result[3] = bits.z;
+    result[4] = bits.w;
+    for (int d = 0; d < 4; ++d) result[5 + d] = bits_of(draw[d]);
+
+    float u = number_of(asked[7]);
+    result[9] = uint32_t(bn_choose(number_of(asked[6]), &u));
+    result[10] = bits_of(u);
+    u = number_of(asked[7]);
+    result[11] = bn_choose_u32(asked[8], &u);
+    result[12] = bits_of(u);
+    u = number_of(asked[7]);
+    result[13] = bn_choose_cdf(cdf + asked[9], asked[10], &u);
+    result[14] = bits_of(u);
+    result[15] = 0;
+}
+
+#ifdef RUN_ON_HOST
+#include "run_on_host.h"
+#else
+extern "C" __global__ void draw(const uint32_t *words, const float *cdf, const uint32_t *cases, uint32_t *results,
+                                uint32_t first) {
+    /* One thread a block, so that compilers without the headers of CUDA and HIP can compile this. */
+    answer(words, cdf, cases + 16u * first, results + 16u * first);
+}
+#endif

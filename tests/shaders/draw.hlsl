@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The same as draw.comp in HLSL. */
+[[vk::binding(0)]] StructuredBuffer<uint> bn_words : register(t0);
+[[vk::binding(1)]] StructuredBuffer<float> bn_cdf : register(t1);
+[[vk::binding(2)]] StructuredBuffer<uint> cases : register(t2);
+[[vk::binding(3)]] RWStructuredBuffer<uint> results : register(u0);
+#define BN_WORD(i) bn_words[i]
+#include "bn_draw.hlsl"
+#define BN_CDF(i) bn_cdf[i]
+#include "bn_choose.hlsl"
+
+[numthreads(64, 1, 1)] void main(uint3 id : SV_DispatchThreadID) {
+    uint at = 16u * id.x, count, stride;
+    cases.GetDimensions(count, stride);
+    if (at >= count) return;
+    uint kind = cases[at], x = cases[at + 1u], y = cases[at + 2u], index = cases[at + 3u];
+    uint domain = bn_domain_child(cases[at + 4u], cases[at + 5u]);
+    uint4 bits;
+    float4 draw;
+    if (kind == 0u) {
+        bits = bn_draw_blue_bits(x, y, index, domain);
+        draw = bn_draw_blue(x, y, index, domain);
+    } else if (kind == 1u) {
+        bits = bn_draw_sobol_bits(x, y, index, domain);
+        draw = bn_draw_sobol(x, y, index, domain);
+    } else {
+        bits = bn_draw_white_bits(x, y, index, domain);
+        draw = bn_draw_white(x, y, index, domain);
+    }
+    results[at] = domain;
+    for (uint d = 0u; d < 4u; ++d) {
+        results[at + 1u + d] = bits[d];
+        results[at + 5u + d] = asuint(draw[d]);
+    }
+
+    float probability = asfloat(cases[at + 6u]);
+    float u = asfloat(cases[at + 7u]);
+    float left = u;
+    results[at + 9u] = bn_choose(probability, left) ? 1u : 0u;
+    results[at + 10u] = asuint(left);
+    left = u;
+    results[at + 11u] = bn_choose_u32(cases[at + 8u], left);
+    results[at + 12u] = asuint(left);
+    left = u;
+    results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], left);
+    results[at + 14u] = asuint(left);
+    results[at + 15u] = 0u;
+}

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The same as draw.comp in WGSL; the texts of the three files are put behind it. */
+@group(0) @binding(0) var<storage, read> bn_words: array<u32>;
+@group(0) @binding(1) var<storage, read> bn_cdf: array<f32>;
+@group(0) @binding(2) var<storage, read> cases: array<u32>;
+@group(0) @binding(3) var<storage, read_write> results: array<u32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let at = 16u * id.x;
+    if (at >= arrayLength(&cases)) {
+        return;
+    }
+    let x = cases[at + 1u];
+    let y = cases[at + 2u];
+    let index = cases[at + 3u];
+    let domain = bn_domain_child(cases[at + 4u], cases[at + 5u]);
+    var bits: vec4u;
+    var draw: vec4f;
+    switch (cases[at]) {
+        case 0u: {
+            bits = bn_draw_blue_bits(x, y, index, domain);
+            draw = bn_draw_blue(x, y, index, domain);
+        }
+        case 1u: {
+            bits = bn_draw_sobol_bits(x, y, index, domain);
+            draw = bn_draw_sobol(x, y, index, domain);
+        }
+        default: {
+            bits = bn_draw_white_bits(x, y, index, domain);
+            draw = bn_draw_white(x, y, index, domain);
+        }
+    }
+    results[at] = domain;
+    for (var d = 0u; d < 4u; d++) {
+        results[at + 1u + d] = bits[d];
+        results[at + 5u + d] = bitcast<u32>(draw[d]);
+    }
+
+    let probability = bitcast<f32>(cases[at + 6u]);
+    let u = bitcast<f32>(cases[at + 7u]);
+    var left = u;
+    results[at + 9u] = u32(bn_choose(probability, &left));
+    results[at + 10u] = bitcast<u32>(left);
+    left = u;
+    results[at + 11u] = bn_choose_u32(cases[at + 8u], &left);
+    results[at + 12u] = bitcast<u32>(left);
+    left = u;
+    results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], &left);
+    results[at + 14u] = bitcast<u32>(left);
+    results[at + 15u] = 0u;
+}

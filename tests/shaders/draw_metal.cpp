@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The same as draw.comp in Metal, compiled as C++ with stand-ins for what it takes from that language. */
+#include <stdint.h>
+#include <string.h>
+
+#define device
+#define thread
+#define constant const
+typedef uint32_t uint;
+struct uint4 {
+    uint x, y, z, w;
+};
+struct float4 {
+    float x, y, z, w;
+    float4(float x, float y, float z, float w) : x(x), y(y), z(z), w(w) {}
+    float4 operator*(float s) const { return float4(x * s, y * s, z * s, w * s); }
+};
+namespace metal {
+static uint reverse_bits(uint v) {
+    uint reversed = 0;
+    for (int i = 0; i < 32; ++i) reversed |= (v >> i & 1u) << (31 - i);
+    return reversed;
+}
+static uint mulhi(uint a, uint b) {
+    return uint(uint64_t(a) * b >> 32);
+}
+} // namespace metal
+
+#include "bn/bn_choose.metal"
+#include "bn/bn_draw.metal"
+#undef device
+#undef thread
+#undef constant
+
+#include "run_on_host.h"
+
+static uint bits_of(float v) {
+    uint bits;
+    memcpy(&bits, &v, sizeof bits);
+    return bits;
+}
+
+static float number_of(uint bits) {
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static void answer(const uint *words, const float *cdf, const uint *asked, uint *result) {
+    const uint x = asked[1], y = asked[2], index = asked[3], kind = asked[0];
+    const uint domain = bn_domain_child(asked[4], asked[5]);
+    const uint4 bits = kind == 0   ? bn_draw_blue_bits(words, x, y, index, domain)
+                       : kind == 1 ? bn_draw_sobol_bits(words, x, y, index, domain)
+                                   : bn_draw_white_bits(words, x, y, index, domain);
+    const float4 draw = kind == 0   ? bn_draw_blue(words, x, y, index, domain)
+                        : kind == 1 ? bn_draw_sobol(words, x, y, index, domain)
+                                    : bn_draw_white(words, x, y, index, domain);
+    result[0] = domain;
+    memcpy(result + 1, &bits, sizeof bits);
+    memcpy(result + 5, &draw, sizeof draw);
+    float u = number_of(asked[7]);
+    result[9] = bn_choose(number_of(asked[6]), u);
+    result[10] = bits_of(u);
+    u = number_of(asked[7]);
+    result[11] = bn_choose_u32(asked[8], u);
+    result[12] = bits_of(u);
+    u = number_of(asked[7]);
+    result[13] = bn_choose_cdf(cdf + asked[9], asked[10], u);
+    result[14] = bits_of(u);
+}

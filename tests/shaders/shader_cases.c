@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Writes what the shader tests need, as 32-bit words of this machine, into a folder:
+ *
+ *     words.bin     [SEEDS][10754]: of bn_sampler_table_words()
+ *     cdf.bin       [CDF]: tables of cumulative probabilities
+ *     cases.bin     [SEEDS][cases][16]: kind, x, y, index, parent, key; probability, u, count, first, cdf_count
+ *     expected.bin  [SEEDS][cases][16]: the domain; the draw's bits, the same as floats; then what
+ *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves */
+#include <bn/bn_choose.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SEEDS = 3, KINDS = 3, WORDS = 10754, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
+
+static const uint64_t seeds[SEEDS] = {0, 1, UINT64_MAX};
+static const int32_t coordinates[] = {0, 5, -1, 127, 128, -129, INT32_MAX, INT32_MIN};
+static const uint32_t indices[] = {0,   1,   2,   3,    30,       64,         200,
+                                   255, 256, 257, 1000, 1u << 20, UINT32_MAX, 0x80000001u};
+enum {
+    COORDINATES = sizeof coordinates / sizeof *coordinates,
+    INDICES = sizeof indices / sizeof *indices,
+    EDGE_CASES = COORDINATES * COORDINATES * INDICES
+};
+
+static uint32_t random_state = 1;
+
+static uint32_t random_u32(void) {
+    random_state = random_state * 1664525u + 1013904223u;
+    uint32_t v = (random_state ^ random_state >> 16) * 0x21f0aaadu;
+    v = (v ^ v >> 15) * 0xd35a2d97u;
+    return v ^ v >> 15;
+}
+
+/* Few bits as often as many. */
+static uint32_t random_size(void) {
+    const uint32_t v = random_u32();
+    return v >> (random_u32() & 31u);
+}
+
+static uint32_t bits_of(float v) {
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    return bits;
+}
+
+/* Steps of 2^-24; the ends, other floats and floats outside [0, 1) now and then. No NaN and nothing
+ * subnormal: shaders may differ there. */
+static float random_number(void) {
+    static const float strange[] = {0.0f, -1.0f, 1.0f, 2.0f, 0.3f, 1e-30f, 1.0f - 1.0f / (1 << 24)};
+    const uint32_t v = random_u32();
+    return v % 8u == 0 ? strange[random_u32() % 7u] : (float)(random_size() >> 8) / (1 << 24);
+}
+
+static void choose(const float *cdf, uint32_t *record, uint32_t *expected) {
+    const float u = random_number(), probability = random_number();
+    record[6] = bits_of(probability);
+    record[7] = bits_of(u);
+    record[8] = random_size();
+    record[9] = random_u32() % (CDF / 2);
+    record[10] = random_u32() % (CDF / 2);
+    float left = u;
+    expected[9] = (uint32_t)bn_choose(probability, &left);
+    expected[10] = bits_of(left);
+    left = u;
+    expected[11] = bn_choose_u32(record[8], &left);
+    expected[12] = bits_of(left);
+    left = u;
+    expected[13] = bn_choose_cdf(cdf + record[9], record[10], &left);
+    expected[14] = bits_of(left);
+}
+
+static void draw(bn_sampler *const samplers[KINDS], uint32_t at, uint32_t *record,
+                 uint32_t *expected) {
+    const bn_sampler *sampler = samplers[at % KINDS];
+    const uint32_t edge = at / KINDS;
+    const int far = edge < EDGE_CASES;
+    const int32_t x = far ? coordinates[edge % COORDINATES] : (int32_t)random_u32();
+    const int32_t y = far ? coordinates[edge / COORDINATES % COORDINATES] : (int32_t)random_size();
+    record[0] = at % KINDS;
+    record[1] = (uint32_t)x;
+    record[2] = (uint32_t)y;
+    record[3] = far ? indices[edge / COORDINATES / COORDINATES] : random_size();
+    record[4] = at % 16u < 4u ? BN_DOMAIN_ROOT : random_u32();
+    record[5] = random_size();
+    expected[0] = bn_domain_child(record[4], record[5]);
+    bn_sample_4d_u32(sampler, x, y, record[3], expected[0], expected + 1);
+    float u[4];
+    bn_sample_4d(sampler, x, y, record[3], expected[0], u);
+    for (int d = 0; d < 4; ++d) expected[5 + d] = bits_of(u[d]);
+}
+
+static FILE *created(const char *folder, const char *name) {
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "wb");
+    if (file == NULL) {
+        fprintf(stderr, "shader_cases: cannot create %s\n", path);
+        exit(1);
+    }
+    return file;
+}
+
+static void put(FILE *file, const uint32_t *words, size_t count) {
+    if (fwrite(words, sizeof *words, count, file) != count) {
+        fprintf(stderr, "shader_cases: cannot write\n");
+        exit(1);
+    }
+}
+
+static void make_samplers(uint64_t seed, bn_sampler *samplers[KINDS], uint32_t *words) {
+    static uint32_t others[WORDS];
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        bn_sampler_options options = bn_sampler_options_default();
+        options.kind = kind;
+        options.seed = seed;
+        if (bn_sampler_create(&options, &samplers[kind]) != BN_SUCCESS) exit(1);
+        if (bn_sampler_table_words(samplers[kind], words, WORDS, NULL) != BN_SUCCESS) exit(1);
+        /* One buffer is enough for all kinds. */
+        if (kind > 0 && memcmp(words, others, sizeof others) != 0) {
+            fprintf(stderr, "shader_cases: the words depend on the kind\n");
+            exit(1);
+        }
+        memcpy(others, words, sizeof others);
+    }
+}
+
+int main(int count, char **arguments) {
+    if (count != 2) {
+        fprintf(stderr, "usage: shader_cases FOLDER\n");
+        return 2;
+    }
+    float cdf[CDF];
+    for (int i = 0; i < CDF; ++i) cdf[i] = (float)(i % 16 + i % 3) / 17.0f;
+    FILE *words_file = created(arguments[1], "words.bin");
+    FILE *cases = created(arguments[1], "cases.bin");
+    FILE *results = created(arguments[1], "expected.bin");
+    FILE *cdf_file = created(arguments[1], "cdf.bin");
+    for (int i = 0; i < CDF; ++i) {
+        const uint32_t bits = bits_of(cdf[i]);
+        put(cdf_file, &bits, 1);
+    }
+    for (int seed = 0; seed < SEEDS; ++seed) {
+        static uint32_t words[WORDS];
+        bn_sampler *samplers[KINDS];
+        make_samplers(seeds[seed], samplers, words);
+        put(words_file, words, WORDS);
+        for (uint32_t at = 0; at < KINDS * (EDGE_CASES + RANDOM_CASES); ++at) {
+            uint32_t record[RECORD] = {0}, expected[RECORD] = {0};
+            draw(samplers, at, record, expected);
+            choose(cdf, record, expected);
+            put(cases, record, RECORD);
+            put(results, expected, RECORD);
+        }
+        for (int kind = 0; kind < KINDS; ++kind) bn_sampler_destroy(samplers[kind]);
+    }
+    return fclose(words_file) | fclose(cases) | fclose(results) | fclose(cdf_file) ? 1 : 0;
+}

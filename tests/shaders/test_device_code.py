@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The text of CUDA, HIP and Metal: compiled for devices where compilers are found, and run on the host."""
+
+import ctypes
+import importlib.util
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import HERE, INCLUDE, ROOT, need, run
+
+CXX = os.environ.get("CXX", "c++")
+WARNINGS = ["-Wall", "-Wextra", "-Werror"]
+# What the headers of CUDA and HIP define. Clang has no such headers here, and compiles without.
+ATTRIBUTES = [f"-D__{name}__=__attribute__(({name}))" for name in ("host", "device", "global")]
+
+
+def same_on_the_host(cases, tmp_path, *options):
+    library = ROOT / "build" / "libbn" / "libbn.a"
+    run(CXX, "-std=c++17", "-O1", *WARNINGS, "-I", INCLUDE, "-I", HERE, *options, library, "-lm", "-pthread", "-ldl",
+        "-o", tmp_path / "draw")
+    assert run(tmp_path / "draw", cases.folder).endswith(" 0 wrong words\n")
+
+
+@pytest.mark.parametrize("language", ["__CUDACC__", "__HIPCC__"])
+def test_cuda_and_hip_on_the_host(cases, tmp_path, language):
+    same_on_the_host(cases, tmp_path, f"-D{language}", "-DRUN_ON_HOST", "-D__host__=", "-D__device__=", "-x", "c++",
+                     HERE / "draw.cu", "-x", "none")
+
+
+def test_cuda_in_c(tmp_path):
+    """The functions that take words alone are for C too."""
+    (tmp_path / "words.c").write_text("#include <bn/bn_draw.h>\nvoid draw(const uint32_t *words, float u[4]) "
+                                      "{ bn_draw_blue(words, -1, 2, 3, 4, u); }\n")
+    run(os.environ.get("CC", "cc"), "-std=c99", *WARNINGS, "-I", INCLUDE, "-c", tmp_path / "words.c", "-o", tmp_path / "o")
+
+
+def test_metal_on_the_host(cases, tmp_path):
+    same_on_the_host(cases, tmp_path, HERE / "draw_metal.cpp")
+
+
+def nvrtc():
+    found = importlib.util.find_spec("nvidia.cuda_nvrtc") if importlib.util.find_spec("nvidia") else None
+    folders = [Path(folder) / "lib" for folder in found.submodule_search_locations] if found else []
+    libraries = [path for folder in folders for path in sorted(folder.glob("libnvrtc.so*"))]
+    need(libraries, "NVRTC (Python package nvidia-cuda-nvrtc-cu12)")
+    return ctypes.CDLL(str(libraries[0]))
+
+
+def test_nvrtc_compiles(tmp_path):
+    library, program, size = nvrtc(), ctypes.c_void_p(), ctypes.c_size_t()
+    source = (HERE / "draw.cu").read_bytes()
+    assert library.nvrtcCreateProgram(ctypes.byref(program), source, b"draw.cu", 0, None, None) == 0
+    options = [f"--include-path={INCLUDE}".encode(), b"--gpu-architecture=compute_75"]
+    result = library.nvrtcCompileProgram(program, len(options), (ctypes.c_char_p * len(options))(*options))
+    library.nvrtcGetProgramLogSize(program, ctypes.byref(size))
+    log = ctypes.create_string_buffer(size.value)
+    library.nvrtcGetProgramLog(program, log)
+    assert result == 0 and log.value == b"", log.value.decode()
+    library.nvrtcGetPTXSize(program, ctypes.byref(size))
+    text = ctypes.create_string_buffer(size.value)
+    library.nvrtcGetPTX(program, text)
+    ptx = text.value.decode()
+    # One instruction each, and nothing in double.
+    assert ".entry draw(" in ptx and "brev.b32" in ptx and ".f64" not in ptx
+    (tmp_path / "draw.ptx").write_text(ptx)
+
+
+@pytest.mark.parametrize("language,target", [("cuda", "nvptx64"), ("hip", "amdgcn")])
+def test_clang_compiles(language, target, tmp_path):
+    clang = shutil.which("clang++")
+    need(clang, "clang++")
+    need(f"    {target} " in subprocess.run([clang, "--print-targets"], capture_output=True, text=True, check=False).stdout,
+         f"clang++ for {target}")
+    # What each language's headers define, and its names for the instruction.
+    language_options = {"cuda": ["--cuda-gpu-arch=sm_75", "-nocudainc", "-nocudalib", "-D__CUDACC__",
+                                 "-Wno-unknown-cuda-version"],
+                        "hip": ["--offload-arch=gfx906", "-nogpuinc", "-nogpulib", "-D__HIPCC__"]}[language]
+    run(clang, "-x", language, "-std=c++17", "-O1", *WARNINGS, "--cuda-device-only", *language_options, *ATTRIBUTES,
+        "-D__brev=__builtin_bitreverse32", "-I", INCLUDE, "-S", "-o", tmp_path / "draw.s", HERE / "draw.cu")
+    text = (tmp_path / "draw.s").read_text()
+    assert ("brev.b32" if language == "cuda" else "brev_b32") in text and "draw" in text
