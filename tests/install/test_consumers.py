@@ -95,7 +95,7 @@ def test_library_without_the_network(expected, tmp_path):
 
 def test_nothing_of_the_source_tree_is_installed_by_name(installed):
     for path in installed.prefix.rglob("*"):
-        if path.suffix in (".cmake", ".pc", ".h", ".hpp", ".glsl"):
+        if path.suffix in (".cmake", ".pc", ".h", ".hpp", ".glsl", ".hlsl", ".wgsl", ".metal"):
             assert str(ROOT) not in path.read_text(), path
 
 

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a compute shader over buffers 0, 1 ... of which the last one is the result: WGSL with wgpu, SPIR-V with Vulkan."""
 
-import os
-import struct
-
 GROUP = 64  # threads of a work group, as in the shaders here
 
 
@@ -30,8 +27,7 @@ def run_wgsl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
 def run_spirv(code: bytes, buffers: list, result_size: int, threads: int) -> bytes:
     import vulkan as vk
 
-    instance = vk.vkCreateInstance(vk.VkInstanceCreateInfo(
-        pApplicationInfo=vk.VkApplicationInfo(apiVersion=vk.VK_MAKE_VERSION(1, 1, 0))), None)
+    instance = _instance(vk)
     device = None
     try:
         physical = vk.vkEnumeratePhysicalDevices(instance)[0]
@@ -42,6 +38,11 @@ def run_spirv(code: bytes, buffers: list, result_size: int, threads: int) -> byt
         if device is not None:
             vk.vkDestroyDevice(device, None)
         vk.vkDestroyInstance(instance, None)
+
+
+def _instance(vk):
+    about = vk.VkApplicationInfo(apiVersion=vk.VK_MAKE_VERSION(1, 1, 0))
+    return vk.vkCreateInstance(vk.VkInstanceCreateInfo(pApplicationInfo=about), None)
 
 
 def _dispatch(vk, physical, device, code, buffers, result_size, threads):
@@ -98,3 +99,20 @@ def _buffer(vk, physical, device, data, size):
         vk.vkMapMemory(device, memory, 0, size, 0)[:] = data
         vk.vkUnmapMemory(device, memory)
     return buffer, memory, size
+
+
+def main():
+    """Prints what the two functions above run on."""
+    import vulkan as vk
+    import wgpu
+
+    adapter = wgpu.gpu.request_adapter_sync().info
+    print(f"wgpu {wgpu.__version__}: {adapter['device']}, {adapter['backend_type']}, {adapter['description']}")
+    instance = _instance(vk)
+    found = vk.vkGetPhysicalDeviceProperties(vk.vkEnumeratePhysicalDevices(instance)[0])
+    print(f"Vulkan: {found.deviceName}")
+    vk.vkDestroyInstance(instance, None)
+
+
+if __name__ == "__main__":
+    main()

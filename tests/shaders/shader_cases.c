@@ -154,5 +154,6 @@ int main(int count, char **arguments) {
         }
         for (int kind = 0; kind < KINDS; ++kind) bn_sampler_destroy(samplers[kind]);
     }
+    printf("%d cases for each of %d seeds\n", KINDS * (EDGE_CASES + RANDOM_CASES), SEEDS);
     return fclose(words_file) | fclose(cases) | fclose(results) | fclose(cdf_file) ? 1 : 0;
 }

@@ -236,10 +236,10 @@ BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const i
                                 const int32_t *y, const uint32_t *index, const uint32_t *domain,
                                 uint32_t dimensions, float *out, size_t out_count);
 
-/* Copies the tables of a sampler into one flat buffer, for drawing in a shader; bn_draw.glsl
- * describes its contents. If `needed` is not NULL, it receives the number of words, which make 42
- * KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is NULL, or both
- * words and needed are), SIZE_MISMATCH (count is not the number of words). */
+/* Copies the tables of a sampler into one flat buffer, for drawing in a shader (docs/shaders.md);
+ * bn_draw.glsl describes its contents. If `needed` is not NULL, it receives the number of words,
+ * which make 42 KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is
+ * NULL, or both words and needed are), SIZE_MISMATCH (count is not the number of words). */
 BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
                                         size_t *needed);
 
