@@ -22,7 +22,7 @@ HEADERS = "libbn/include/bn"
 # Parts of bn_draw.h and bn_choose.h that their users do not call.
 INTERNAL = ("The text that shaders share", "The first 256 samples of BLUE, faster")
 LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl", ".hlsl": "hlsl", ".wgsl": "wgsl",
-             ".py": "python", ".txt": "text",
+             ".metal": "cpp", ".cu": "cuda", ".py": "python", ".txt": "text",
              ".toml": "toml", ".csv": "text", ".yml": "yaml"}
 ASSETS = {"assets/site.css": "site.css", "assets/iframe-worker.js": "search_from_disk.js"}
 LARGEST = 100_000  # bytes of a file that is shown

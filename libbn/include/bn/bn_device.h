@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the inline functions of bn_draw.h and bn_choose.h need to be compiled for a device too. With
- * CUDA and HIP they are __host__ __device__. NVRTC and hipRTC compile for the device alone and have
- * no system headers; there the functions of bn.h are missing. */
+ * What the inline functions of bn_draw.h and bn_choose.h need to be compiled for a GPU too; those
+ * headers include this one. With CUDA and HIP the functions are `__host__ __device__`. NVRTC and
+ * hipRTC compile for the GPU alone and have no system headers: there bn.h is left out. */
 #ifndef BN_BN_DEVICE_H
 #define BN_BN_DEVICE_H
 

@@ -104,20 +104,22 @@ BN_DEVICE_INLINE void bn_draw_floats(bn_uint4 v, float out[4]) {
     out[3] = bn_draw_float(v.w);
 }
 
-/* ---- The draws from words alone, as shaders have them
- *
- * `words` is what bn_sampler_table_words() wrote, for a sampler of any of the three kinds. */
+/* ---- Draws from the words alone, as in shaders */
 
+/* bn_sample_4d() of a BLUE sampler. `words` is what bn_sampler_table_words() wrote for a sampler of
+ * the same seed; its kind does not matter. */
 BN_DEVICE_INLINE void bn_draw_blue(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
                                    uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_blue_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
+/* The same for SOBOL. */
 BN_DEVICE_INLINE void bn_draw_sobol(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
                                     uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_sobol_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
+/* The same for WHITE. */
 BN_DEVICE_INLINE void bn_draw_white(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
                                     uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_white_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
