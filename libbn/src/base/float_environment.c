@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The default floating-point environment, in a file of its own so that compilers cannot see into
- * these calls. */
+ * The default floating-point environment, in functions that compilers do not see into: they are
+ * not inlined where all of the library is one file either. */
 #include "base/float_environment.h"
 #if defined(__SSE2__) || defined(_M_X64)
 #include <emmintrin.h>
 #define HAS_MXCSR 1
 #endif
 
-void bn_float_environment_set(bn_float_environment *host) {
+BN_NOINLINE void bn_float_environment_set(bn_float_environment *host) {
 #if defined(HAS_MXCSR)
     host->mxcsr = _mm_getcsr();
 #endif
@@ -18,7 +18,7 @@ void bn_float_environment_set(bn_float_environment *host) {
 #endif
 }
 
-void bn_float_environment_restore(const bn_float_environment *host) {
+BN_NOINLINE void bn_float_environment_restore(const bn_float_environment *host) {
     fesetenv(&host->standard);
 #if defined(HAS_MXCSR)
     _mm_setcsr(host->mxcsr);

@@ -50,11 +50,11 @@ struct bn_team {
     void *user;
 };
 
-typedef struct member {
+typedef struct team_member {
     bn_team *team;
     uint32_t index;
     pthread_t thread;
-} member;
+} team_member;
 
 uint32_t bn_thread_count(void) {
     long count = sysconf(_SC_NPROCESSORS_ONLN);
@@ -88,7 +88,7 @@ void bn_team_stop(bn_team *team) {
 }
 
 static void *run(void *user) {
-    member *m = user;
+    team_member *m = user;
     bn_team *team = m->team;
     pthread_mutex_lock(&team->mutex);
     while (team->size == 0) pthread_cond_wait(&team->changed, &team->mutex);
@@ -99,7 +99,7 @@ static void *run(void *user) {
 }
 
 void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
-    member members[BN_THREADS_MOST];
+    team_member members[BN_THREADS_MOST];
     bn_team team = {.work = work, .user = user};
     uint32_t size = 1;
     if (pthread_mutex_init(&team.mutex, NULL) != 0 || pthread_cond_init(&team.changed, NULL) != 0) {

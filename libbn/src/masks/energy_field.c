@@ -185,7 +185,7 @@ static int create_levels(bn_field *f) {
 }
 
 int bn_field_create(bn_field *f, const uint32_t extent[3], double sigma, uint64_t seed) {
-    int32_t centre;
+    int32_t centre = 0;
     memset(f, 0, sizeof *f);
     memcpy(f->extent, extent, sizeof f->extent);
     f->tile_extent[0] = f->extent[1] == 1 ? 64 : 8;

@@ -47,24 +47,24 @@ typedef struct relaxation {
     int cancelled;
 } relaxation;
 
-typedef struct step {
+typedef struct relax_step {
     int16_t limit;  /* softness in 16-bit values */
     int32_t shift;  /* that makes the limit use all 16 bits */
     int32_t rate;   /* from gradient to value, times 2^6 */
     int32_t lowest; /* value of bin 0 */
     int32_t bin_shift;
-} step;
+} relax_step;
 
 static double between(double from, double to, double t) {
     return from * bn_portable_exp(t * bn_portable_log(to / from));
 }
 
-static step step_at(const relaxation *r, uint32_t index) {
+static relax_step step_at(const relaxation *r, uint32_t index) {
     const bn_relax_options *o = r->options;
     const double t = o->steps > 1 ? (double)index / (o->steps - 1) : 1;
     const double size = between(o->start_step, o->end_step, t);
     const int32_t one = 1 << (16 + BN_RELAX_FRACTION);
-    step s = {.limit = (int16_t)(between(o->start_softness, o->end_softness, t) * 65535)};
+    relax_step s = {.limit = (int16_t)(between(o->start_softness, o->end_softness, t) * 65535)};
     if (s.limit < 1) s.limit = 1;
     while (s.limit << (s.shift + 1) <= INT16_MAX) ++s.shift;
     s.rate = (int32_t)(size * one * 64 / (s.limit << s.shift));
@@ -96,8 +96,8 @@ static void first_values(relaxation *r, const uint32_t *ranks) {
 }
 
 /* Moves the rows first .. last - 1: stores the bin of each new value, and counts the bins. */
-static void move(relaxation *r, const step *s, uint32_t first, uint32_t last, uint32_t *histogram,
-                 int keep) {
+static void move(relaxation *r, const relax_step *s, uint32_t first, uint32_t last,
+                 uint32_t *histogram, int keep) {
     int16_t gradient[256 + BN_WINDOW_LANES];
     memset(histogram, 0, r->bin_count * sizeof *histogram);
     for (uint32_t y = first; y < last; ++y) {
@@ -168,7 +168,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     const uint32_t last = (uint32_t)((uint64_t)r->height * (index + 1) / threads);
     uint32_t *histogram = r->histograms + (size_t)index * r->bin_count;
     for (uint32_t i = 0; i < o->steps; ++i) {
-        const step s = step_at(r, i);
+        const relax_step s = step_at(r, i);
         if (index == 0 && o->progress != NULL) {
             r->cancelled = o->progress(o->progress_user, (double)i / o->steps) != 0;
         }

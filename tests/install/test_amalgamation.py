@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The two files that scripts/amalgamate writes: one command compiles them, and they are the library, bit for bit."""
+
+import os
+import platform
+import shutil
+
+import pytest
+from conftest import ROOT, run
+from test_symbols import declared, symbols
+
+HERE = ROOT / "tests" / "install"
+STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wno-sign-conversion"]
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """bn.c and bn.h, and a folder bn/ that leads programs which include <bn/...> to them."""
+    folder = tmp_path_factory.mktemp("amalgamation")
+    run(ROOT / "scripts" / "amalgamate", "--output", folder)
+    assert sorted(path.name for path in folder.iterdir()) == ["bn.c", "bn.h"]
+    (folder / "include" / "bn").mkdir(parents=True)
+    for name in ("bn.h", "bn_draw.h", "bn_choose.h"):
+        (folder / "include" / "bn" / name).write_text('#include "../../bn.h"\n')
+    return folder
+
+
+@pytest.fixture(scope="session", params=COMPILERS)
+def compiled(request, folder):
+    """A compiler, and bn.o that it made with all warnings."""
+    objects = folder / f"{request.param}.o"
+    run(request.param, "-O2", "-fPIC", *STRICT, "-c", folder / "bn.c", "-o", objects)
+    return request.param, objects
+
+
+def program(folder, compiler, source, objects):
+    built = folder / f"{compiler}-{source.stem}"
+    run(compiler, "-O1", f'-DBN_TESTS_DIR="{ROOT}/tests"', "-I", folder / "include", source, objects, "-o", built, "-lm")
+    return built
+
+
+def test_one_command_compiles_a_program(folder, static_library, tmp_path):
+    for name in ("bn.c", "bn.h"):
+        shutil.copy(folder / name, tmp_path)
+    text = (HERE / "consumer.c").read_text().replace("<bn/bn.h>", '"bn.h"')
+    (tmp_path / "main.c").write_text(text)
+    assert run(os.environ.get("CC", "cc"), "bn.c", "main.c", "-lm", cwd=tmp_path) == ""
+    static_library.compile(HERE / "consumer.c", tmp_path / "expected")
+    assert run(tmp_path / "a.out") == run(tmp_path / "expected")
+
+
+@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_result",
+                                  "simd/block_equals_single", "simd/many_equals_single"])
+def test_passes_the_tests_of_the_library(test, folder, compiled):
+    run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
+
+
+def test_masks_are_the_same_with_every_instruction_set(folder, compiled):
+    hashes = program(folder, compiled[0], ROOT / "tests" / "simd" / "mask_hashes.c", compiled[1])
+    expected = (ROOT / "tests" / "simd" / "expected.txt").read_text()
+    for name in ("scalar", "sse4.1", "avx2", "avx512", "neon"):
+        assert run(hashes, env={**os.environ, "BN_SIMD": name}) == expected, name
+    text = compiled[1].read_bytes()
+    if platform.machine() == "x86_64":
+        assert all(name in text for name in (b"sse4.1", b"avx2", b"avx512"))
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="instructions of x86-64")
+def test_no_multiplications_and_additions_are_fused(folder, compiled):
+    assert "vfm" not in run(compiled[0], "-O2", "-mfma", "-S", folder / "bn.c", "-o", "-")
+
+
+def test_symbols(folder, compiled, tmp_path):
+    external = symbols("-g", "--defined-only", compiled[1])
+    wanted = {name for name in declared() if not name.startswith("bn_neural")}
+    assert wanted <= external
+    assert [name for name in external if not name.startswith("bn_")] == []
+    run(compiled[0], "-shared", compiled[1], "-o", tmp_path / "plugin.so", "-lm")
+    assert symbols("-D", "--defined-only", tmp_path / "plugin.so") - {"_init", "_fini"} == wanted
+
+
+def test_the_header_is_for_cpp_too(folder, compiled, tmp_path):
+    compiler = {"gcc": "g++", "clang": "clang++"}.get(compiled[0], "c++")
+    strict = ["-std=c++11", "-pedantic", "-Werror", "-Wall", "-Wextra"]
+    run(compiler, *strict, "-I", folder / "include", HERE / "consumer.cpp", compiled[1], "-o", tmp_path / "consumer", "-lm")
+    run(tmp_path / "consumer")
+
+
+def test_small_data(folder, tmp_path):
+    (tmp_path / "main.c").write_text('#include "bn.h"\nint main(void) {'
+                                     " return bn_builtin_mask(128) == NULL || bn_builtin_mask(256) != NULL; }\n")
+    run("cc", "-DBN_SMALL_DATA", "-I", folder, folder / "bn.c", tmp_path / "main.c", "-o", tmp_path / "main", "-lm")
+    run(tmp_path / "main")
