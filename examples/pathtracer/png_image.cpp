@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG through libpng's simplified interface: previews out, masks in.
+// PNG through libpng: previews out, masks and textures in.
 #include "png_image.h"
 
 #include <bn/bn.h>
 #include <png.h>
 
 #include <cmath>
+#include <cstring>
+#include <new>
 
 #include "error.h"
 #include "input_file.h"
@@ -22,6 +24,22 @@ float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
+// libpng reserves memory for what a chunk claims to hold before it reads it.
+void check_chunks(const std::vector<unsigned char> &bytes) {
+    constexpr size_t SIGNATURE = 8, AROUND = 12; // bytes; a chunk's length, type and checksum
+    if (bytes.size() < SIGNATURE || png_sig_cmp(bytes.data(), 0, SIGNATURE) != 0)
+        throw Error("is not a PNG file");
+    bool is_last = false;
+    for (size_t at = SIGNATURE; !is_last;) {
+        const size_t left = bytes.size() - at;
+        const size_t size = left < AROUND ? 0 : png_get_uint_32(&bytes[at]);
+        if (left < AROUND || left - AROUND < size)
+            throw Error("is cut short: a chunk claims more bytes than the file has");
+        is_last = std::memcmp(&bytes[at + 4], "IEND", 4) == 0;
+        at += AROUND + size;
+    }
+}
+
 // A PNG being read. Frees libpng's memory even if an exception ends the read.
 struct PngReader {
     png_image png{};
@@ -30,6 +48,71 @@ struct PngReader {
     PngReader &operator=(const PngReader &) = delete;
     ~PngReader() { png_image_free(&png); }
 };
+
+// The same for libpng's low-level interface. Its errors jump: nothing on their way may need a
+// destructor.
+struct PngStream {
+    png_structp png;
+    png_infop info = nullptr;
+    const unsigned char *next;
+    size_t left;
+    // Bytes that may be read until the next row is complete: after the last one, libpng would
+    // decompress whatever follows.
+    size_t for_row = SIZE_MAX, per_row = SIZE_MAX;
+
+    explicit PngStream(const std::vector<unsigned char> &bytes)
+        : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, ignore)),
+          next(bytes.data()), left(bytes.size()) {
+        if (!png) return;
+        info = png_create_info_struct(png);
+        png_set_read_fn(png, this, read);
+        png_set_read_status_fn(png, row_is_read);
+    }
+    PngStream(const PngStream &) = delete;
+    PngStream &operator=(const PngStream &) = delete;
+    ~PngStream() { png_destroy_read_struct(&png, &info, nullptr); }
+
+  private:
+    static void fail(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+    static void ignore(png_structp, png_const_charp) {}
+    static void read(png_structp png, png_bytep to, size_t count) {
+        auto &stream = *static_cast<PngStream *>(png_get_io_ptr(png));
+        if (count > stream.left || count > stream.for_row) fail(png, nullptr);
+        std::memcpy(to, stream.next, count);
+        stream.next += count;
+        stream.left -= count;
+        stream.for_row -= count;
+    }
+    static void row_is_read(png_structp png, png_uint_32, int) {
+        auto &stream = *static_cast<PngStream *>(png_get_io_ptr(png));
+        stream.for_row = stream.per_row;
+    }
+};
+
+bool read_rgba(PngStream &stream, uint32_t width, uint32_t height, png_bytepp rows) {
+    const png_structp png = stream.png;
+    if (setjmp(png_jmpbuf(png))) return false;
+    // A wrong checksum is no reason to refuse a file. glTF asks to ignore gamma and colour profiles.
+    png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
+    png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+    png_read_info(png, stream.info);
+    png_set_expand(png); // palettes, fewer than 8 bits, a transparent colour
+    png_set_scale_16(png);
+    png_set_gray_to_rgb(png);
+    png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
+    png_set_interlace_handling(png);
+    png_read_update_info(png, stream.info);
+    if (png_get_image_width(png, stream.info) != width ||
+        png_get_image_height(png, stream.info) != height ||
+        png_get_rowbytes(png, stream.info) != size_t{4} * width)
+        return false;
+    // Deflate needs at most 15 bits for a byte of a row; the rest is for tables and empty blocks.
+    stream.for_row = stream.per_row = 65536 + size_t{16} * width;
+    png_read_image(png, rows);
+    stream.for_row = SIZE_MAX;
+    png_read_end(png, nullptr);
+    return true;
+}
 
 } // namespace
 
@@ -71,6 +154,7 @@ GreyImage png_read_grey(const std::string &path) {
     std::vector<unsigned char> bytes;
     try {
         bytes = read_file(path);
+        check_chunks(bytes);
     } catch (const Error &error) {
         throw Error("cannot read the PNG file " + path + ": " + error.what());
     }
@@ -85,4 +169,17 @@ GreyImage png_read_grey(const std::string &path) {
     if (!png_image_finish_read(&png, nullptr, image.values.data(), 0, nullptr))
         throw Error("cannot read the PNG file " + path + ": " + png.message);
     return image;
+}
+
+std::vector<uint8_t> png_decode_rgba(const std::vector<unsigned char> &bytes, uint32_t width,
+                                     uint32_t height) {
+    check_chunks(bytes);
+    std::vector<uint8_t> rgba(size_t{4} * width * height);
+    std::vector<png_bytep> rows(height);
+    for (size_t y = 0; y < height; ++y) rows[y] = &rgba[4 * width * y];
+    PngStream stream(bytes);
+    if (!stream.info) throw std::bad_alloc();
+    if (!read_rgba(stream, width, height, rows.data()))
+        throw Error("is damaged: it cannot be decoded");
+    return rgba;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG: previews out, masks in.
+// PNG: previews out, masks and textures in.
 #pragma once
 
 #include <cstdint>
@@ -23,3 +23,8 @@ struct GreyImage {
 
 // Reads a PNG as 16-bit grey. Throws Error.
 GreyImage png_read_grey(const std::string &path);
+
+// Decodes a PNG to rows of 8-bit red, green, blue and alpha. Its extent, not 0, is what its header
+// states. Throws Error, its text to follow the image's name.
+std::vector<uint8_t> png_decode_rgba(const std::vector<unsigned char> &bytes, uint32_t width,
+                                     uint32_t height);

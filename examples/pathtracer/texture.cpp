@@ -1,28 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images are decoded by stb_image, which tinygltf includes. It trusts headers and allocates the
-// memory they ask for, so it gets only files of four formats whose header states an extent within
-// bounds.
+// libpng decodes PNG, and stb_image, which tinygltf includes, JPEG, BMP and TGA. stb_image trusts
+// headers and allocates the memory they ask for, so it gets only files of these three formats whose
+// header states an extent within bounds.
 #include "texture.h"
 
 #include <tiny_gltf.h>
 
 #include <array>
 #include <cstring>
+#include <utility>
 
 #include "error.h"
+#include "png_image.h"
 
 namespace {
 
-constexpr int MAX_SIDE = 32768;              // texels
-constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
-constexpr int64_t MIN_TEXELS = 1 << 16;      // allowed for files of any size
-constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
+constexpr int MAX_SIDE = 32768;               // texels
+constexpr int64_t MAX_TEXELS = 1 << 27;       // 512 MiB decoded
+constexpr int64_t MIN_TEXELS = 1 << 16;       // allowed for files of any size
+constexpr size_t MAX_FILE = size_t{1} << 30;  // bytes
+constexpr int64_t MAX_SCANS = 100;            // of a JPEG; encoders write about ten
+constexpr int64_t MAX_WORK = MAX_TEXELS * 16; // texels of all scans
 
 struct Extent {
     int64_t width = 0, height = 0; // 0: none found
     // The most texels a byte of the file can hold. Deflate expands a byte to at most 1032.
     int64_t texels_per_byte = 0;
 };
+
+bool is_png(const std::vector<unsigned char> &b) {
+    return b.size() >= 8 && std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0;
+}
+
+bool is_jpeg(const std::vector<unsigned char> &b) {
+    return b.size() >= 2 && b[0] == 0xff && b[1] == 0xd8;
+}
 
 // A JPEG states its extent in its start-of-frame segment.
 Extent jpeg_extent(const std::vector<unsigned char> &b) {
@@ -43,6 +55,27 @@ Extent jpeg_extent(const std::vector<unsigned char> &b) {
     return {};
 }
 
+// The scans of a JPEG. Each may go over the whole image again, even if it has no data.
+int64_t jpeg_scans(const std::vector<unsigned char> &b) {
+    int64_t scans = 0;
+    bool in_scan = false;
+    for (size_t at = 2; at + 3 < b.size();) {
+        const int marker = b[at + 1];
+        if (b[at] != 0xff || marker == 0xff) {
+            ++at;
+        } else if (in_scan && (marker == 0 || (marker >= 0xd0 && marker <= 0xd7))) {
+            at += 2; // a byte of data, or a restart
+        } else if (marker == 0xd9) {
+            break;
+        } else {
+            in_scan = marker == 0xda;
+            scans += in_scan;
+            at += 2 + static_cast<size_t>(b[at + 2] << 8 | b[at + 3]);
+        }
+    }
+    return scans;
+}
+
 Extent extent_in_header(const std::vector<unsigned char> &b) {
     const auto little = [&](size_t at, int count) {
         int64_t value = 0;
@@ -54,11 +87,11 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
         return static_cast<int64_t>(b[at]) << 24 | b[at + 1] << 16 | b[at + 2] << 8 | b[at + 3];
     };
     if (b.size() < 26) return {};
-    if (std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0) {
+    if (is_png(b)) {
         const int64_t channels = b[25] == 6 ? 4 : b[25] == 2 ? 3 : b[25] == 4 ? 2 : 1;
         return {big(16), big(20), 1032 * 8 / std::max<int64_t>(b[24] * channels, 1)};
     }
-    if (b[0] == 0xff && b[1] == 0xd8) return jpeg_extent(b);
+    if (is_jpeg(b)) return jpeg_extent(b);
     if (b[0] == 'B' && b[1] == 'M') {
         const auto height = static_cast<int32_t>(little(22, 4)); // negative: top row first
         return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height)), 8};
@@ -68,6 +101,18 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
     const bool depth = b[16] == 8 || b[16] == 15 || b[16] == 16 || b[16] == 24 || b[16] == 32;
     if (b[1] <= 1 && kind && depth) return {little(12, 2), little(14, 2), 128};
     return {};
+}
+
+std::vector<uint8_t> decode_with_stb(const std::vector<unsigned char> &bytes,
+                                     const Extent &extent) {
+    tinygltf::Image image;
+    std::string error, warning;
+    if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),
+                                 static_cast<int>(bytes.size()), nullptr) ||
+        image.width != extent.width || image.height != extent.height ||
+        image.image.size() != static_cast<size_t>(4 * extent.width * extent.height))
+        throw Error("is damaged: it cannot be decoded");
+    return std::move(image.image);
 }
 
 // Decodes a byte of sRGB to linear.
@@ -120,28 +165,19 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
         MIN_TEXELS + extent.texels_per_byte * static_cast<int64_t>(bytes.size()))
         throw Error("claims " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
                     " texels, more than its " + std::to_string(bytes.size()) + " bytes can hold");
-    tinygltf::Image image;
-    std::string error, warning;
-    if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),
-                                 static_cast<int>(bytes.size()), nullptr))
-        throw Error("is damaged: it cannot be decoded");
-    const size_t texels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
-    const size_t channel = image.bits == 16 ? 2 : 1;
-    if (image.component != 4 || image.image.size() != 4 * texels * channel)
-        throw Error("is damaged: it cannot be decoded");
-    Texture texture;
-    texture.width = image.width;
-    texture.height = image.height;
-    texture.rgba.resize(4 * texels);
-    for (size_t i = 0; i < texture.rgba.size(); ++i) {
-        if (channel == 1) {
-            texture.rgba[i] = image.image[i];
-        } else {
-            uint16_t value;
-            std::memcpy(&value, &image.image[2 * i], 2);
-            texture.rgba[i] = static_cast<uint8_t>((value * 255u + 32767u) / 65535u);
-        }
+    if (is_jpeg(bytes)) {
+        const int64_t scans = jpeg_scans(bytes);
+        const int64_t most = std::min(MAX_SCANS, MAX_WORK / (extent.width * extent.height));
+        if (scans > most)
+            throw Error("has " + std::to_string(scans) + " scans; at most " + std::to_string(most) +
+                        " of this extent are read");
     }
+    Texture texture;
+    texture.width = static_cast<int>(extent.width);
+    texture.height = static_cast<int>(extent.height);
+    texture.rgba = is_png(bytes) ? png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
+                                                   static_cast<uint32_t>(extent.height))
+                                 : decode_with_stb(bytes, extent);
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the seeds in corpus/: small files of every kind that the path tracer's readers know.
+"""Makes the seeds in corpus/: small files of every kind that the path tracer's readers know, and refused_* ones.
 
 Run it with the repository's Python: `.venv/bin/python tests/fuzz/make_corpus.py`; it needs the path tracer in build/.
 """
 
 import io
 import pathlib
+import struct
 import subprocess
 import sys
 
@@ -81,6 +82,8 @@ def textures():
     save("texture", "palette.png", stream.getvalue())
     save("texture", "rgb.png", encoded(PICTURE, "PNG"))
     save("texture", "grey16.png", encoded(PICTURE[..., 0].astype(np.uint16) * 257, "PNG"))
+    picture = encoded(PICTURE[:1, :, 0].astype(np.uint16) * 257, "PNG")
+    save("texture", "refused_long_chunk.png", picture[:-12] + struct.pack(">I", 1 << 30) + b"IDAT")
     save("texture", "rgb.jpg", encoded(PICTURE, "JPEG", quality=30))
     save("texture", "grey.jpg", encoded(PICTURE[..., 0], "JPEG", progressive=True))
     save("texture", "rgb.bmp", encoded(PICTURE, "BMP"))

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs a fuzzer without libFuzzer, with any compiler: `fuzz_NAME CORPUS [COUNT [SEED]]` gives it
-// every file of the corpus, which must be read, then COUNT inputs made from them: bytes changed, cut out, repeated and
-// put in from elsewhere. The inputs depend on the seed alone.
+// every file of the corpus, which must be read, or refused if its name begins with "refused", then
+// COUNT inputs made from them: bytes changed, cut out, repeated and put in from elsewhere. The inputs
+// depend on the seed alone.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -110,8 +111,10 @@ int main(int argc, char **argv) {
     for (const Seed &seed : corpus) {
         fuzz_input_was_read = false;
         run(seed.bytes);
-        if (fuzz_input_was_read) continue;
-        std::fprintf(stderr, "%s: %s is refused\n", argv[0], seed.path.c_str());
+        const bool expected = seed.path.filename().string().rfind("refused", 0) != 0;
+        if (fuzz_input_was_read == expected) continue;
+        std::fprintf(stderr, "%s: %s is %s\n", argv[0], seed.path.c_str(),
+                     expected ? "refused" : "read");
         return 1;
     }
     for (long i = 0; i < count; ++i) {

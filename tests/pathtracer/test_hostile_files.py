@@ -166,8 +166,11 @@ def test_what_names_are_made_of(pathtracer):
 # ---- More than a file can hold
 
 
+def chunk(kind, body):
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
 def png(width, height, depth=8, colour=6, data=b""):
-    chunk = lambda kind, body: struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
@@ -261,6 +264,44 @@ def test_pictures_that_claim_more_than_they_hold(pathtracer):
         g = textured_floor(lambda g: g.texture(FOUR))
         g.json["images"][0]["bufferView"] = g.view(picture)
         takes_little(pathtracer, "--scene", g.save(pathtracer.folder / "a.glb"), words="8192x8192 texels, more than its")
+
+
+def with_picture(pathtracer, picture):
+    """A scene with this texture."""
+    g = textured_floor(lambda g: g.texture(FOUR))
+    g.json["images"][0]["bufferView"] = g.view(picture)
+    return g.save(pathtracer.folder / "a.glb")
+
+
+@pytest.mark.parametrize("kind", [b"IDAT", b"PLTE", b"tRNS", b"iCCP", b"iTXt", b"aaaa"])
+@pytest.mark.parametrize("place", ["before", "after"])
+def test_png_chunks_that_claim_more_than_there_is(pathtracer, kind, place):
+    """Before the texels of a picture or of a mask, and after them."""
+    whole = png(1, 1, data=zlib.compress(bytes(5)))
+    for size in (1000, 2**30):
+        picture = whole[: 33 if place == "before" else -12] + struct.pack(">I", size) + kind + bytes(90)
+        takes_little(pathtracer, "--scene", with_picture(pathtracer, picture), words="is cut short")
+        (pathtracer.folder / "a.png").write_bytes(picture)
+        takes_little(pathtracer, "--sampler", "mask", "--mask", "a.png", words="a.png: is cut short")
+
+
+def test_png_data_that_never_ends(pathtracer):
+    """A single texel, and then 2 GiB of zeros in 2 MB."""
+    packer = zlib.compressobj(9)
+    data = b"".join(packer.compress(bytes(1 << 20)) for _ in range(2048)) + packer.flush()
+    takes_little(pathtracer, "--scene", with_picture(pathtracer, png(1, 1, data=data)), words="is damaged")
+
+
+def test_jpeg_scans_without_data(pathtracer):
+    """Each would go over the whole image once more."""
+    segment = lambda marker, body: struct.pack(">BBH", 255, marker, len(body) + 2) + body
+    tables = segment(0xDB, b"\0" + b"\1" * 64) + segment(0xC4, b"\0\1" + bytes(16))
+    frame = segment(0xC2, struct.pack(">BHHBBBB", 8, 1024, 1024, 1, 1, 0x11, 0))
+    scan = segment(0xDA, bytes([1, 1, 0, 0, 0, 0]))
+    for scans, code in ((100, 0), (101, 1), (9999, 1)):
+        picture = b"\xff\xd8" + tables + frame + scan * scans + bytes(1000) + b"\xff\xd9"
+        line = peak_memory(pathtracer, "--scene", with_picture(pathtracer, picture), code=code)[1]
+        assert code == 0 or f"has {scans} scans; at most 100 of this extent are read" in line
 
 
 def test_even_pictures_are_read_still(pathtracer):

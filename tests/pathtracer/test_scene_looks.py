@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lights, textures and materials of scenes from files. Most pictures are known without rendering."""
 
+import io
+import struct
+
 import numpy as np
 import pytest
 from pathtracer_driver import read_exr, read_layers
+from PIL import Image, PngImagePlugin
 from scene_files import (
     CORNERS,
     DOWN,
@@ -157,7 +161,7 @@ def test_a_base_colour_texture(pathtracer, even_sky, kind):
 
 
 def test_pictures_of_other_depths(pathtracer, even_sky):
-    """Grey, with alpha, with a palette."""
+    """Grey, with alpha, with a palette, of 16 bits, and with a gamma, which glTF ignores."""
     grey = np.array([[10, 90], [160, 250]], np.uint8)
     nearest = {"magFilter": 9728}
     seen = corner_colours(pathtracer, textured_floor(lambda g: g.texture(grey, **nearest)), even_sky)
@@ -165,6 +169,24 @@ def test_pictures_of_other_depths(pathtracer, even_sky):
     alpha = np.dstack([FOUR, np.full((2, 2), 7, np.uint8)])
     seen = corner_colours(pathtracer, textured_floor(lambda g: g.texture(alpha, **nearest)), even_sky)
     np.testing.assert_allclose(seen, linear(FOUR.reshape(4, 3)), atol=1e-3)  # alphaMode is OPAQUE
+
+    def seen_in_file(image, **options):
+        stream = io.BytesIO()
+        image.save(stream, "PNG", **options)
+        scene = textured_floor(lambda g: g.texture(FOUR, **nearest))
+        scene.json["images"][0]["bufferView"] = scene.view(stream.getvalue())
+        return corner_colours(pathtracer, scene, even_sky)
+
+    palette = Image.new("P", (2, 2))
+    palette.putpalette(FOUR.tobytes())
+    palette.putdata([2, 0, 3, 1])
+    colours = linear(FOUR.reshape(4, 3))
+    np.testing.assert_allclose(seen_in_file(palette, transparency=b"\0\1"), colours[[2, 0, 3, 1]], atol=1e-3)
+    deep = seen_in_file(Image.fromarray(grey.astype(np.uint16) * 257 + 100))
+    np.testing.assert_allclose(deep, np.tile(linear(grey.ravel())[:, None], 3), atol=1e-3)
+    gamma = PngImagePlugin.PngInfo()
+    gamma.add(b"gAMA", struct.pack(">I", 100000))
+    np.testing.assert_allclose(seen_in_file(Image.fromarray(FOUR), pnginfo=gamma), colours, atol=1e-3)
 
 
 def test_wrapping_and_transforms(pathtracer, even_sky):

@@ -94,8 +94,12 @@ WRONG = {
         lambda g: texture_on_floor(g, bufferView=g.view(b"x" * 64), mimeType="image/png"),
         "not an image",
     ),
-    "a damaged picture": (
+    "a picture cut short": (
         lambda g: texture_on_floor(g, bufferView=g.view(encoded(FOUR)[:50]), mimeType="image/png"),
+        "cut short",
+    ),
+    "a damaged picture": (
+        lambda g: texture_on_floor(g, bufferView=g.view(encoded(FOUR).replace(b"IDATx", b"IDAT-")), mimeType="image/png"),
         "damaged",
     ),
     "a picture of 2^60 texels": (
