@@ -123,7 +123,8 @@ class Sampler:
 
         ``x`` and ``y`` (pixel coordinates, -2**31 to 2**31 - 1), ``index`` and ``domain`` (0 to 2**32 - 1) are integers
         or integer arrays that broadcast against each other. ``dims`` is the number of dimensions, 1 to 4; use the pairs
-        (0, 1) and (2, 3) for two-dimensional decisions. Cost: tens of nanoseconds per sample.
+        (0, 1) and (2, 3) for two-dimensional decisions. Large arrays take about ten nanoseconds per sample
+        of ``"blue"``.
         """
         dims = arguments.integer("dims", dims, 1, 4)
         given = (

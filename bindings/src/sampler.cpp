@@ -13,6 +13,65 @@ namespace {
 using Int32s = py::array_t<int32_t>;
 using UInt32s = py::array_t<uint32_t>;
 
+/* Samples between two polls for interrupts: some milliseconds. */
+constexpr py::ssize_t poll_interval = py::ssize_t{1} << 18;
+
+/* Copies elements that are `stride` bytes apart. */
+template <typename T>
+void gather(const char *from, py::ssize_t stride, py::ssize_t count, T *to) {
+    if (stride == py::ssize_t{sizeof(T)}) {
+        std::copy_n(reinterpret_cast<const T *>(from), count, to);
+    } else {
+        for (py::ssize_t i = 0; i < count; ++i, from += stride) {
+            to[i] = *reinterpret_cast<const T *>(from);
+        }
+    }
+}
+
+/* Collects the lanes of arrays and draws them in parts. Runs without the GIL. */
+class Lanes {
+  public:
+    Lanes(const bn_sampler *sampler, uint32_t dims, float *out)
+        : sampler_(sampler), dims_(dims), out_(out) {}
+
+    /* A row of x, y, index and domain. */
+    void add(const char *const from[4], const py::ssize_t strides[4], py::ssize_t count) {
+        for (py::ssize_t at = 0, now; at < count; at += now) {
+            now = std::min(count - at, capacity - count_);
+            gather(from[0] + at * strides[0], strides[0], now, x_ + count_);
+            gather(from[1] + at * strides[1], strides[1], now, y_ + count_);
+            gather(from[2] + at * strides[2], strides[2], now, index_ + count_);
+            gather(from[3] + at * strides[3], strides[3], now, domain_ + count_);
+            count_ += now;
+            if (count_ == capacity) draw();
+        }
+    }
+
+    void draw() {
+        const auto count = static_cast<size_t>(count_);
+        /* Cannot fail: its arguments are right. */
+        bn_sample_many(sampler_, count, x_, y_, index_, domain_, dims_, out_, count * dims_);
+        out_ += count * dims_;
+        since_poll_ += count_;
+        count_ = 0;
+        if (since_poll_ >= poll_interval) {
+            interrupts_.poll();
+            since_poll_ = 0;
+        }
+    }
+
+  private:
+    static constexpr py::ssize_t capacity = 1024;
+
+    const bn_sampler *sampler_;
+    uint32_t dims_;
+    float *out_;
+    Interrupts interrupts_;
+    py::ssize_t count_ = 0, since_poll_ = 0;
+    int32_t x_[capacity], y_[capacity];
+    uint32_t index_[capacity], domain_[capacity];
+};
+
 class Sampler {
   public:
     Sampler(int32_t kind, uint64_t seed, uint32_t samples_per_pixel, const py::object &mask)
@@ -66,26 +125,11 @@ class Sampler {
         for (py::ssize_t axis = 0; axis < outer_ndim; ++axis) {
             for (const py::array *array : arrays) strides.push_back(array->strides(axis));
         }
-        float *to = out.mutable_data();
+        Lanes lanes(sampler_.get(), dims, out.mutable_data());
 
         py::gil_scoped_release unlocked;
-        Interrupts interrupts;
-        py::ssize_t until_poll = poll_interval;
         for (py::ssize_t row = 0; row < outer_count; ++row) {
-            const char *from[4] = {at[0], at[1], at[2], at[3]};
-            for (py::ssize_t i = 0; i < inner_count; ++i) {
-                float value[4];
-                bn_sample_4d(sampler_.get(), *reinterpret_cast<const int32_t *>(from[0]),
-                             *reinterpret_cast<const int32_t *>(from[1]),
-                             *reinterpret_cast<const uint32_t *>(from[2]),
-                             *reinterpret_cast<const uint32_t *>(from[3]), value);
-                to = std::copy_n(value, dims, to);
-                for (int k = 0; k < 4; ++k) from[k] += inner_stride[k];
-                if (--until_poll == 0) {
-                    interrupts.poll();
-                    until_poll = poll_interval;
-                }
-            }
+            lanes.add(at, inner_stride, inner_count);
             for (py::ssize_t axis = outer_ndim - 1; axis >= 0; --axis) {
                 const bool wraps = ++position[static_cast<size_t>(axis)] == shape[axis];
                 const py::ssize_t step = wraps ? 1 - shape[axis] : 1;
@@ -95,6 +139,7 @@ class Sampler {
                 position[static_cast<size_t>(axis)] = 0;
             }
         }
+        lanes.draw();
         return out;
     }
 
@@ -135,9 +180,6 @@ class Sampler {
     }
 
   private:
-    /* Samples between two polls: some milliseconds. */
-    static constexpr py::ssize_t poll_interval = py::ssize_t{1} << 18;
-
     std::unique_ptr<bn_sampler, decltype(&bn_sampler_destroy)> sampler_;
 };
 

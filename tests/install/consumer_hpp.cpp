@@ -43,7 +43,18 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     const std::vector<float> block = sampler.block(5, 6, 3, 2, 7, 4, domain);
     const auto last = sampler.sample(7, 7, 10, domain);
     count += block.size() != 96 || std::memcmp(&block[92], last.data(), sizeof last) != 0;
-    return count;
+    const int32_t x[3] = {-40, 0, 39}, y[3] = {3, 3, 3};
+    const uint32_t index[3] = {300, 300, 300};
+    const uint32_t domains[3] = {domain.value(), domain.value(), domain.value()};
+    float many[7] = {};
+    many[6] = 2.0f;
+    sampler.sample_many<2>(3, x, y, index, domains, many);
+    for (int i = 0; i < 3; ++i) {
+        const auto [a, b] = sampler.sample<2>(x[i], 3, 300, domain);
+        count += many[2 * i] != a || many[2 * i + 1] != b;
+    }
+    sampler.sample_many(0, nullptr, nullptr, nullptr, nullptr, nullptr);
+    return count + (many[6] != 2.0f);
 }
 
 } // namespace
@@ -71,6 +82,9 @@ int main() {
 
     failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [] { const bn::Sampler bad(99); });
     failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] { sampler.block(0, 0, 0, 1, 0, 1); });
+    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] {
+        sampler.sample_many(1, nullptr, nullptr, nullptr, nullptr, nullptr);
+    });
     failures += !fails_with(BN_ERROR_OUT_OF_MEMORY,
                             [&] { sampler.block(0, 0, 1u << 31, 1u << 31, 0, 1u << 31); });
     const uint32_t ranks[2] = {0, 0};

@@ -107,6 +107,38 @@ def test_counter(build):
     assert run(build(counter_dot_hpp=listing("counter.hpp"), main_dot_cpp=COUNTER)) == "0\n"
 
 
+WAVEFRONT = """
+#include <cstdio>
+#include "wavefront.hpp"
+int main() {
+    bn_sampler *sampler;
+    if (bn_sampler_create(nullptr, &sampler) != BN_SUCCESS) return 1;
+    Lanes lanes;
+    int wrong = !draw_stage(sampler, lanes);
+    for (int lane = 0; lane < 101; ++lane) {
+        lanes.x.push_back(lane * 7 % 40 - 9);
+        lanes.y.push_back(lane / 3);
+        lanes.index.push_back(uint32_t(lane * lane));
+        lanes.depth.push_back(uint32_t(lane % 5));
+    }
+    wrong += !draw_stage(sampler, lanes) || lanes.u.size() != 404;
+    for (size_t lane = 0; lane < 101; ++lane) {
+        float own[4];
+        bn_sample_4d(sampler, lanes.x[lane], lanes.y[lane], lanes.index[lane],
+                     bn_domain_child(BN_DOMAIN_ROOT, lanes.depth[lane]), own);
+        for (size_t d = 0; d < 4; ++d) wrong += lanes.u[4 * lane + d] != own[d];
+    }
+    std::printf("%d\\n", wrong);
+    bn_sampler_destroy(sampler);
+    return 0;
+}
+"""
+
+
+def test_wavefront(build):
+    assert run(build(wavefront_dot_hpp=listing("wavefront.hpp"), main_dot_cpp=WAVEFRONT)) == "0\n"
+
+
 LIGHTS = """
 #include <stdio.h>
 #include "lights.h"

@@ -32,6 +32,24 @@ def test_block_is_bit_equal_to_sample(kind):
     np.testing.assert_array_equal(block, sampler.sample(x, y, index, domain))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("dims", (1, 2, 3, 4))
+def test_thousands_of_lanes_in_any_layout_equal_a_block(kind, dims):
+    sampler = Sampler(kind, seed=4)
+    domain = sampler.domain(9)
+    block = sampler.block(-20, -5, 37, 11, 250, 9, domain)[..., :dims]
+    y, x, index = np.mgrid[-5:6, -20:17, 250:259]  # 3663 lanes: several parts, the last one short
+    np.testing.assert_array_equal(sampler.sample(x, y, index, domain, dims), block)
+    y, x, index = np.ogrid[-5:6, -20:17, 250:259]
+    np.testing.assert_array_equal(sampler.sample(x, y, index, domain, dims), block)
+    transposed = sampler.sample(x.T, y.T, index.T, domain, dims)
+    np.testing.assert_array_equal(transposed, block.transpose(2, 1, 0, 3))
+    y, x, index = (array.ravel() for array in np.mgrid[-5:6, -20:17, 250:259])
+    order = np.random.default_rng(1).permutation(x.size)
+    shuffled = sampler.sample(x[order], y[order], index[order], domain, dims)
+    np.testing.assert_array_equal(shuffled, block.reshape(-1, dims)[order])
+
+
 def test_block_at_the_last_coordinate_and_index():
     sampler = Sampler("blue")
     block = sampler.block(2**31 - 2, 2**31 - 1, 2, 1, 2**32 - 3, 3)

@@ -106,6 +106,17 @@ class Sampler {
         return out;
     }
 
+    // bn_sample_many(): the first N dimensions for all lanes of a wavefront, to out[count][N]. The
+    // domains are values of Domain. Throws INVALID_ARGUMENT for a null pointer, unless count is 0.
+    template <std::size_t N = 4>
+    void sample_many(std::size_t count, const int32_t *x, const int32_t *y, const uint32_t *index,
+                     const uint32_t *domain, float *out) const {
+        static_assert(N >= 1 && N <= 4,
+                      "a domain has four dimensions; draw more from its children");
+        check("bn_sample_many",
+              bn_sample_many(sampler_, count, x, y, index, domain, N, out, count * N));
+    }
+
     // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
     // or a block past the last coordinate or index, and OUT_OF_MEMORY if it is too large to count.
     std::vector<float> block(int32_t x0, int32_t y0, uint32_t width, uint32_t height,

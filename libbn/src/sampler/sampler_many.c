@@ -5,12 +5,13 @@
 static void draw_single(const bn_sampler *sampler, uint32_t dimensions, const bn_draw_lanes *lanes,
                         float *out) {
     for (size_t i = 0; i < lanes->count; ++i, out += dimensions) {
-        float u[4];
-        bn_draw_4d(&sampler->table, lanes->x[i], lanes->y[i], lanes->index[i], lanes->domain[i], u);
-        out[0] = u[0];
-        if (dimensions > 1) out[1] = u[1];
-        if (dimensions > 2) out[2] = u[2];
-        if (dimensions > 3) out[3] = u[3];
+        float u[4], *to = dimensions == 4 ? out : u;
+        bn_sample_4d(sampler, lanes->x[i], lanes->y[i], lanes->index[i], lanes->domain[i], to);
+        if (to == u) {
+            out[0] = u[0];
+            if (dimensions > 1) out[1] = u[1];
+            if (dimensions > 2) out[2] = u[2];
+        }
     }
 }
 
