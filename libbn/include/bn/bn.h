@@ -230,8 +230,10 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
  *
  * With AVX2 or AVX-512, found when the sampler is created, BLUE takes about half as long as single
  * draws, WHITE a third and SOBOL a quarter or less. Other kinds take as long as single draws, and so
- * do all kinds without AVX2. Errors: INVALID_ARGUMENT (sampler is NULL, an array of
- * lanes is NULL, dimensions is not 1 to 4), SIZE_MISMATCH (out_count is not count * dimensions). */
+ * do all kinds on other processors and in libraries compiled by MSVC or by GCC for Windows.
+ *
+ * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, dimensions is not 1 to 4),
+ * SIZE_MISMATCH (out_count is not count * dimensions). */
 BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
                                 const int32_t *y, const uint32_t *index, const uint32_t *domain,
                                 uint32_t dimensions, float *out, size_t out_count);
