@@ -43,6 +43,11 @@ def need_vulkan() -> None:
     need(any(folder.is_dir() and any(folder.iterdir()) for folder in folders), "Vulkan driver")
 
 
+def need_opengl() -> None:
+    need(ctypes.util.find_library("EGL"), "EGL")
+    need_module("moderngl")
+
+
 @pytest.fixture(scope="session")
 def cases(tmp_path_factory):
     """What shader_cases writes: its folder, and the contents as arrays, one row of words and cases for each seed."""

@@ -1,5 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a compute shader over buffers 0, 1 ... of which the last one is the result: WGSL with wgpu, SPIR-V with Vulkan."""
+"""Runs a shader over buffers 0, 1 ... and returns a result of which each thread writes its part.
+
+A compute shader writes the last buffer: WGSL with wgpu, SPIR-V with Vulkan, GLSL with OpenGL, HLSL with Slang on the CPU.
+A fragment shader reads textures in place of buffers, and its pixels are the result.
+"""
+
+from pathlib import Path
+
+import numpy as np
 
 GROUP = 64  # threads of a work group, as in the shaders here
 
@@ -101,8 +109,56 @@ def _buffer(vk, physical, device, data, size):
     return buffer, memory, size
 
 
+def run_opengl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
+    import moderngl
+
+    context = moderngl.create_standalone_context(backend="egl")
+    made = [context.buffer(data) for data in buffers] + [context.buffer(reserve=result_size)]
+    for i, buffer in enumerate(made):
+        buffer.bind_to_storage_buffer(i)
+    context.compute_shader(code).run(-(-threads // GROUP))
+    return made[-1].read()
+
+
+TRIANGLE = """
+void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }"""
+
+
+def run_fragments(code: str, textures: dict, width: int, result_size: int) -> bytes:
+    """Draws a picture of 32-bit numbers, `width` wide. `textures`: {name: (width, type of numbers, data)}."""
+    import moderngl
+
+    context = moderngl.create_standalone_context(backend="egl")
+    program = context.program(vertex_shader=code.split("\n", 1)[0] + TRIANGLE, fragment_shader=code)
+    for unit, (name, (columns, kind, data)) in enumerate(textures.items()):
+        rows = -(-len(data) // (4 * columns))
+        texture = context.texture((columns, rows), 1, data.ljust(4 * columns * rows, b"\0"), dtype=kind)
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        texture.use(unit)
+        program[name] = unit
+    rows = -(-result_size // (4 * width))
+    picture = context.framebuffer([context.texture((width, rows), 1, dtype="u4")])
+    picture.use()
+    context.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+    return picture.read(components=1, dtype="u4")[:result_size]
+
+
+def run_slang(path: Path, buffers: list, result_size: int, threads: int) -> bytes:
+    """HLSL, compiled by Slang for the CPU. The file must call its entry point other than main."""
+    import slangpy
+
+    device = slangpy.Device(type=slangpy.DeviceType.cpu, compiler_options={"include_paths": [str(path.parent)]})
+    kernel = device.create_compute_kernel(device.load_program(path.name, ["draw_all"]))
+    usage = slangpy.BufferUsage.shader_resource | slangpy.BufferUsage.unordered_access
+    made = [device.create_buffer(size=len(data), struct_size=4, usage=usage, data=np.frombuffer(data, "<u4").copy())
+            for data in [*buffers, bytes(result_size)]]
+    kernel.dispatch(thread_count=[threads, 1, 1], vars=dict(zip(("bn_words", "bn_cdf", "cases", "results"), made)))
+    return made[-1].to_numpy().tobytes()
+
+
 def main():
-    """Prints what the two functions above run on."""
+    """Prints what the functions above run on."""
+    import moderngl
     import vulkan as vk
     import wgpu
 
@@ -112,6 +168,8 @@ def main():
     found = vk.vkGetPhysicalDeviceProperties(vk.vkEnumeratePhysicalDevices(instance)[0])
     print(f"Vulkan: {found.deviceName}")
     vk.vkDestroyInstance(instance, None)
+    about = moderngl.create_standalone_context(backend="egl").info
+    print(f"OpenGL: {about['GL_RENDERER']}, {about['GL_VERSION']}")
 
 
 if __name__ == "__main__":

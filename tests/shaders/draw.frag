@@ -1,19 +1,25 @@
 #version 300 es
 /* SPDX-License-Identifier: Apache-2.0
- * Draws in a fragment shader with the words in a texture, as in WebGL 2, for the validator: with the texts
- * of bn_draw.glsl and bn_choose.glsl in place of their names. */
+ * Draws and chooses for all cases, with textures, as in WebGL 2; includes are replaced by the texts. Each
+ * pixel of the picture is one word of the results, and a row has the words of many cases. */
 precision highp float;
+precision highp int;
 uniform highp usampler2D bn_words;
-uniform uint index;
-out vec4 colour;
+uniform highp usampler2D cases;
+uniform highp sampler2D bn_cdf;
+out highp uint word;
 #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
 #include "bn_draw.glsl"
+#define BN_CDF(i) texelFetch(bn_cdf, ivec2(i, 0u), 0).r
 #include "bn_choose.glsl"
 
+uvec2 pixel;
+#define CASE(i) texelFetch(cases, ivec2((pixel.x & ~15u) + (i), pixel.y), 0).r
+#include "answer.glsl"
+
 void main() {
-    uvec2 pixel = uvec2(ivec2(gl_FragCoord.xy));
-    uint domain = bn_domain_child(0u, 1u);
-    colour = bn_draw_blue(pixel.x, pixel.y, index, domain) + bn_draw_sobol(pixel.x, pixel.y, index, domain);
-    vec4 u = bn_draw_white(pixel.x, pixel.y, index, domain);
-    if (bn_choose(0.3, u.x) && bn_choose_u32(7u, u.y) > 2u) colour = u;
+    pixel = uvec2(ivec2(gl_FragCoord.xy));
+    uint result[16];
+    answer(result);
+    word = result[pixel.x & 15u];
 }

@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws and choices in WGSL, GLSL and HLSL on a Vulkan driver, a software one where there is no GPU, equal the library's."""
+"""Draws and choices in WGSL, GLSL and HLSL, run by Vulkan and OpenGL drivers, equal the library's. Without a GPU these drivers
+are Mesa's, in software."""
+
+import re
+import shutil
 
 import devices
 import numpy as np
-from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_vulkan, run
+import pytest
+from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_vulkan, run
 
 RESULTS = ["domain", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "what it left",
            "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "-"]
@@ -17,12 +22,13 @@ def compare(run_shader, code, cases):
             f"{len(different)} words differ, first {RESULTS[different[0][1]]} of case {asked[different[0][0]]}")
 
 
-def with_texts(source, names):
-    for name in names:
-        line = f'#include "{name}"'
-        assert source.count(line) == 1, line
-        source = source.replace(line, (INCLUDE / "bn" / name).read_text())
-    return source
+def with_texts(source):
+    """GLSL with what it includes."""
+    def text(line):
+        (path,) = (folder / line[1] for folder in (INCLUDE / "bn", HERE) if (folder / line[1]).exists())
+        return path.read_text()
+
+    return re.sub(r'^#include "(\S+)"$', text, source, flags=re.M)
 
 
 def spirv(folder, source, *options):
@@ -52,8 +58,27 @@ def test_glsl(cases, tmp_path):
     need_vulkan()
     need_module("vulkan")
     source = tmp_path / "draw.comp"
-    source.write_text(with_texts((HERE / "draw.comp").read_text(), ["bn_draw.glsl", "bn_choose.glsl"]))
+    source.write_text(with_texts((HERE / "draw.comp").read_text()))
     compare(devices.run_spirv, spirv(tmp_path, source), cases)
+
+
+def test_glsl_in_opengl(cases):
+    need_opengl()
+    compare(devices.run_opengl, with_texts((HERE / "draw.comp").read_text()), cases)
+
+
+@pytest.mark.parametrize("version", ["300 es", "330"])
+def test_glsl_with_textures(cases, version):
+    """As in WebGL 2."""
+    need_opengl()
+
+    def run_fragments(code, buffers, result_size, threads):
+        textures = {"bn_words": (64, "u4", buffers[0]), "bn_cdf": (len(buffers[1]) // 4, "f4", buffers[1]),
+                    "cases": (4096, "u4", buffers[2])}
+        return devices.run_fragments(code, textures, 4096, result_size)
+
+    source = (HERE / "draw.frag").read_text().replace("#version 300 es", f"#version {version}")
+    compare(run_fragments, with_texts(source), cases)
 
 
 def test_hlsl(cases, tmp_path):
@@ -61,3 +86,14 @@ def test_hlsl(cases, tmp_path):
     need_module("vulkan")
     code = spirv(tmp_path, HERE / "draw.hlsl", "-D", "-e", "main", f"-I{INCLUDE / 'bn'}")
     compare(devices.run_spirv, code, cases)
+
+
+def test_hlsl_in_slang(cases, tmp_path):
+    """Another compiler, for the CPU."""
+    need_module("slangpy")
+    for name in ("bn_draw", "bn_choose"):
+        for language in ("glsl", "hlsl"):
+            shutil.copy(INCLUDE / "bn" / f"{name}.{language}", tmp_path)
+    path = tmp_path / "draw.slang"
+    path.write_text((HERE / "draw.hlsl").read_text().replace("void main(", "void draw_all("))
+    compare(devices.run_slang, path, cases)

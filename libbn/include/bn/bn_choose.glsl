@@ -6,7 +6,7 @@
  * compiler may add a difference: those of shaders may take subnormal numbers as 0, and NaN as
  * anything.
  *
- * In a shader (GLSL 1.30 or GLSL ES 3.00, no extensions), include this file, before or after
+ * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), include this file, before or after
  * bn_draw.glsl or without it:
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);

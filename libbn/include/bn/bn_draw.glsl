@@ -4,13 +4,12 @@
  * bn_draw.metal as their languages; libbn/tools/make_wgsl.py writes bn_draw.wgsl from it. See
  * docs/shaders.md.
  *
- * In a shader (GLSL 1.30 or GLSL ES 3.00, no extensions), say how to read word i of what
+ * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), say how to read word i of what
  * bn_sampler_table_words() wrote, then include this file:
  *
  *     #version 430
  *     layout(std430, binding = 0) readonly buffer bn_table { uint bn_words[]; };
  *     #define BN_WORD(i) bn_words[i]
- *     #include "bn_draw.glsl"
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
  *

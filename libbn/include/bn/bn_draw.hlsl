@@ -5,7 +5,6 @@
  *
  *     StructuredBuffer<uint> bn_words : register(t0);
  *     #define BN_WORD(i) bn_words[i]
- *     #include "bn_draw.hlsl"
  *
  *     float4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What draw.comp and draw.frag do with a case, as shader_cases.c describes it. CASE(i) is word i of it. */
+void answer(out uint result[16]) {
+    uint x = CASE(1u), y = CASE(2u), index = CASE(3u);
+    uint domain = bn_domain_child(CASE(4u), CASE(5u));
+    bn_uint4 bits;
+    vec4 draw;
+    if (CASE(0u) == 0u) {
+        bits = bn_draw_blue_bits(x, y, index, domain);
+        draw = bn_draw_blue(x, y, index, domain);
+    } else if (CASE(0u) == 1u) {
+        bits = bn_draw_sobol_bits(x, y, index, domain);
+        draw = bn_draw_sobol(x, y, index, domain);
+    } else {
+        bits = bn_draw_white_bits(x, y, index, domain);
+        draw = bn_draw_white(x, y, index, domain);
+    }
+    result[0] = domain;
+    result[1] = bits.x;
+    result[2] = bits.y;
+    result[3] = bits.z;
+    result[4] = bits.w;
+    for (int d = 0; d < 4; ++d) result[5 + d] = floatBitsToUint(draw[d]);
+
+    float probability = uintBitsToFloat(CASE(6u));
+    float u = uintBitsToFloat(CASE(7u));
+    float left = u;
+    result[9] = bn_choose(probability, left) ? 1u : 0u;
+    result[10] = floatBitsToUint(left);
+    left = u;
+    result[11] = bn_choose_u32(CASE(8u), left);
+    result[12] = floatBitsToUint(left);
+    left = u;
+    result[13] = bn_choose_cdf(CASE(9u), CASE(10u), left);
+    result[14] = floatBitsToUint(left);
+    result[15] = 0u;
+}
