@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two files that scripts/amalgamate writes: one command compiles them, and they are the library, bit for bit."""
 
+import json
 import os
 import platform
+import shlex
 import shutil
 
 import pytest
@@ -92,3 +94,22 @@ def test_small_data(folder, tmp_path):
                                      " return bn_builtin_mask(128) == NULL || bn_builtin_mask(256) != NULL; }\n")
     run("cc", "-DBN_SMALL_DATA", "-I", folder, folder / "bn.c", tmp_path / "main.c", "-o", tmp_path / "main", "-lm")
     run(tmp_path / "main")
+
+
+def test_says_what_fast_math_costs(folder, compiled):
+    command = [compiled[0], "-fsyntax-only", folder / "bn.c"]
+    assert run(*command) == ""
+    for option in ("-ffast-math", "-Ofast"):
+        assert "Add -fno-fast-math" in run(*command, option)
+    assert run(*command, "-ffast-math", "-DBN_ALLOW_FAST_MATH") == ""
+
+
+def test_the_library_is_compiled_without_fast_math(tmp_path):
+    run("cmake", "-S", ROOT, "-B", tmp_path, "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_TOOLS=OFF", "-DBN_NEURAL=OFF",
+        "-DCMAKE_C_FLAGS=-ffast-math", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON")
+    commands = json.loads((tmp_path / "compile_commands.json").read_text())
+    (command,) = [entry["command"] for entry in commands if entry["file"].endswith("src/masks/dither.c")]
+    words = shlex.split(command)
+    assert "-ffast-math" in words
+    macros = run(*words[:words.index("-o")], "-dM", "-E", words[-1])
+    assert "__OPTIMIZE__" in macros and "__FAST_MATH__" not in macros

@@ -38,15 +38,23 @@ precision highp int;
 
 #define BN_CHOOSE_STEPS 0x1000000u /* in [0, 1), each of 2^-24 */
 
-/* The step that a number lies in. Also right for NaN, which no comparison is true for. */
+#ifndef BN_CHOOSE_POSITIVE
+#define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)
+/* No comparison is true for NaN. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose_positive(float v) {
+    return v > 0.0f;
+}
+#endif
+
+/* The step that a number lies in, also right for NaN. */
 BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_step(float u) {
-    if (!(u > 0.0f)) return 0u;
+    if (!BN_CHOOSE_POSITIVE(u)) return 0u;
     return u < 1.0f ? BN_CHOOSE_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
 }
 
 /* The number of steps below a limit: u < limit is true for these and no others. */
 BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_steps_below(float limit) {
-    if (!(limit > 0.0f)) return 0u;
+    if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float steps = (limit < 1.0f ? limit : 1.0f) * 16777216.0f;
     BN_CHOOSE_UINT whole = BN_CHOOSE_TO_UINT(steps);
     return BN_CHOOSE_TO_FLOAT(whole) < steps ? whole + 1u : whole;

@@ -19,8 +19,8 @@
  * different numbers, spread evenly: an item with a share of 1/256 leaves 16 bits. Choose from what
  * is left again as long as that is enough.
  *
- * Outside the range. A u below 0 or NaN counts as 0, one of 1 or more as the last step. Digits of u
- * finer than 2^-24 are dropped.
+ * Outside the range. A u below 0 or NaN counts as 0, one of 1 or more as the last step, in programs
+ * compiled with -ffast-math too. Digits of u finer than 2^-24 are dropped.
  *
  * These are inline functions, __host__ __device__ in CUDA and HIP. Shaders have them in
  * bn_choose.glsl and the files beside it (docs/shaders.md). The bits are the same everywhere. A
@@ -66,6 +66,16 @@ BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float 
 
 /* ---- The text that shaders share */
 
+/* Whether v > 0, by its bits: where -ffast-math assumes that there is no NaN, comparisons miss it. */
+BN_DEVICE_INLINE int bn_choose_positive(float v) {
+    union {
+        float number;
+        uint32_t bits;
+    } u;
+    u.number = v;
+    return u.bits - 1u < 0x7f800000u;
+}
+
 #ifndef BN_DEVICE_TOO /* GPUs are slow at double, and divide integers as shaders do */
 /* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so
  * rounding cannot reach another, even where -ffast-math multiplies by the reciprocal. */
@@ -84,6 +94,7 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #define BN_CHOOSE_GET_U (*u)
 #define BN_CHOOSE_TABLE const float *cdf,
 #define BN_CHOOSE_LIMIT(i) cdf[i]
+#define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)
 #define BN_CHOOSE_MULTIPLY_HIGH(a, b) BN_CHOOSE_LOW_WORD(BN_CHOOSE_TO_UINT64(a) * (b) >> 32)
 #include <bn/bn_choose.glsl>
 #undef BN_CHOOSE_TO_UINT
@@ -98,6 +109,7 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #undef BN_CHOOSE_GET_U
 #undef BN_CHOOSE_TABLE
 #undef BN_CHOOSE_LIMIT
+#undef BN_CHOOSE_POSITIVE
 #undef BN_CHOOSE_STRETCH
 #undef BN_CHOOSE_MULTIPLY_HIGH
 #undef BN_CHOOSE_STEPS

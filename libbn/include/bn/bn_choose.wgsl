@@ -9,9 +9,14 @@
 
 const BN_CHOOSE_STEPS = 0x1000000u; /* in [0, 1), each of 2^-24 */
 
-/* The step that a number lies in. Also right for NaN, which no comparison is true for. */
+/* No comparison is true for NaN. */
+fn bn_choose_positive(v: f32) -> bool {
+    return v > 0.0f;
+}
+
+/* The step that a number lies in, also right for NaN. */
 fn bn_choose_step(u: f32) -> u32 {
-    if (!(u > 0.0f)) {
+    if (!bn_choose_positive(u)) {
         return 0u;
     }
     return select(BN_CHOOSE_STEPS - 1u, u32(u * 16777216.0f), u < 1.0f);
@@ -19,7 +24,7 @@ fn bn_choose_step(u: f32) -> u32 {
 
 /* The number of steps below a limit: u < limit is true for these and no others. */
 fn bn_choose_steps_below(limit: f32) -> u32 {
-    if (!(limit > 0.0f)) {
+    if (!bn_choose_positive(limit)) {
         return 0u;
     }
     let steps = select(1.0f, limit, limit < 1.0f) * 16777216.0f;

@@ -14,6 +14,12 @@
     "On 32-bit x86, libbn needs SSE2, as x87 arithmetic gives other bits: add -msse2 -mfpmath=sse"
 #endif
 
+/* Checks for NaN look at bits, so they stay. But sums may be reordered. */
+#if (defined(__FAST_MATH__) || defined(_M_FP_FAST)) && !defined(BN_ALLOW_FAST_MATH)
+#pragma message(                                                                                   \
+    "libbn is compiled with -ffast-math: masks and dithering may have other bits than elsewhere. Add -fno-fast-math, or -DBN_ALLOW_FAST_MATH to hide this")
+#endif
+
 #if defined(_MSC_VER)
 #define BN_NOINLINE __declspec(noinline)
 #else
