@@ -31,6 +31,11 @@ def with_texts(source):
     return re.sub(r'^#include "(\S+)"$', text, source, flags=re.M)
 
 
+def wgsl():
+    texts = [HERE / "draw.wgsl", *(INCLUDE / "bn" / f"{name}.wgsl" for name in ("bn_draw", "bn_choose", "bn_choose_cdf"))]
+    return "\n".join(path.read_text() for path in texts)
+
+
 def spirv(folder, source, *options):
     need(GLSLANG, "glslangValidator")
     run(GLSLANG, "-V", "-S", "comp", *options, "-o", folder / "draw.spv", source)
@@ -50,8 +55,7 @@ def test_the_cases_reach_everything(cases):
 def test_wgsl(cases):
     need_vulkan()
     need_module("wgpu")
-    texts = [HERE / "draw.wgsl", *(INCLUDE / "bn" / f"{name}.wgsl" for name in ("bn_draw", "bn_choose", "bn_choose_cdf"))]
-    compare(devices.run_wgsl, "\n".join(path.read_text() for path in texts), cases)
+    compare(devices.run_wgsl, wgsl(), cases)
 
 
 def test_glsl(cases, tmp_path):
