@@ -3,21 +3,46 @@
 #include "simd/simd.h"
 #include <stdlib.h>
 #include <string.h>
+#if defined(BN_SIMD_X86)
+#include <cpuid.h>
+#endif
 
 extern const bn_simd bn_simd_scalar, bn_simd_sse41, bn_simd_avx2, bn_simd_avx512, bn_simd_neon;
+
+#if defined(BN_SIMD_X86)
+
+enum { SSE41 = 1, AVX2 = 2, AVX512 = 4 };
+
+/* What the processor has and the system saves the registers of. __builtin_cpu_supports() finds
+ * nothing in programs that "zig cc" has linked. */
+static int x86_sets(void) {
+    const unsigned avx512 = bit_AVX512F | bit_AVX512BW | bit_AVX512VL | bit_AVX512DQ;
+    const unsigned vectors = 0x06, masks_and_wide_vectors = 0xe6; /* in XCR0 */
+    unsigned a, b, c, d, saved, upper;
+    int sets = 0;
+    if (!__get_cpuid(1, &a, &b, &c, &d)) return 0;
+    if (c & bit_SSE4_1) sets |= SSE41;
+    if (!(c & bit_OSXSAVE) || !(c & bit_AVX)) return sets;
+    __asm__ volatile("xgetbv" : "=a"(saved), "=d"(upper) : "c"(0));
+    if ((saved & vectors) != vectors || !__get_cpuid_count(7, 0, &a, &b, &c, &d)) return sets;
+    if (b & bit_AVX2) sets |= AVX2;
+    if ((saved & masks_and_wide_vectors) == masks_and_wide_vectors && (b & avx512) == avx512) {
+        sets |= AVX512;
+    }
+    return sets;
+}
+
+#endif
 
 /* From the least capable to the most; the build defines which files there are. */
 static int available(const bn_simd *sets[5]) {
     int count = 0;
     sets[count++] = &bn_simd_scalar;
 #if defined(BN_SIMD_X86)
-    __builtin_cpu_init();
-    if (__builtin_cpu_supports("sse4.1")) sets[count++] = &bn_simd_sse41;
-    if (__builtin_cpu_supports("avx2")) sets[count++] = &bn_simd_avx2;
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) {
-        sets[count++] = &bn_simd_avx512;
-    }
+    const int have = x86_sets();
+    if (have & SSE41) sets[count++] = &bn_simd_sse41;
+    if (have & AVX2) sets[count++] = &bn_simd_avx2;
+    if (have & AVX512) sets[count++] = &bn_simd_avx512;
 #elif defined(BN_SIMD_ARM)
     sets[count++] = &bn_simd_neon;
 #endif
