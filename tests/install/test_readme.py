@@ -11,8 +11,8 @@ HEADERS = "".join(path.read_text() for path in sorted((ROOT / "libbn" / "include
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def examples(language):
-    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+def examples(language, text=README):
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def programs():
@@ -46,7 +46,7 @@ def test_cmake_project(installed, tmp_path):
     assert len(run(tmp_path / "build" / "example").splitlines()) == 4
 
 
-@pytest.mark.parametrize("text", examples("python"))
+@pytest.mark.parametrize("text", examples("python") + examples("python", (ROOT / "bindings" / "README.md").read_text()))
 def test_python(tmp_path, text):
     pytest.importorskip("bluenoise")
     (tmp_path / "example.py").write_text(text)
