@@ -35,13 +35,13 @@ extern "C" {
 #define BN_CHOOSE_TO_UINT(v) static_cast<uint32_t>(static_cast<int32_t>(v))
 #define BN_CHOOSE_TO_FLOAT(v) static_cast<float>(static_cast<int32_t>(v))
 #define BN_CHOOSE_TO_DOUBLE(v) static_cast<double>(static_cast<int32_t>(v))
-#define BN_CHOOSE_TO_UINT64(v) static_cast<uint64_t>(v)
+#define BN_CHOOSE_TO_UINT64(v) static_cast<unsigned long long>(v)
 #define BN_CHOOSE_LOW_WORD(v) static_cast<uint32_t>(v)
 #else
 #define BN_CHOOSE_TO_UINT(v) (uint32_t)(int32_t)(v)
 #define BN_CHOOSE_TO_FLOAT(v) (float)(int32_t)(v)
 #define BN_CHOOSE_TO_DOUBLE(v) (double)(int32_t)(v)
-#define BN_CHOOSE_TO_UINT64(v) (uint64_t)(v)
+#define BN_CHOOSE_TO_UINT64(v) (unsigned long long)(v)
 #define BN_CHOOSE_LOW_WORD(v) (uint32_t)(v)
 #endif
 

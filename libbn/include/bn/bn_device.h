@@ -9,13 +9,14 @@
 #define BN_DEVICE_ONLY 1
 typedef signed int int32_t;
 typedef unsigned int uint32_t;
-typedef unsigned long long uint64_t;
 #else
 #include <bn/bn.h>
 #endif
 
 #if defined(__CUDACC__) || defined(__HIPCC__) || defined(BN_DEVICE_ONLY)
+/* Defined where the functions are compiled for a GPU too. */
 #define BN_DEVICE_TOO 1
+/* What the functions begin with. */
 #define BN_DEVICE_INLINE static inline __host__ __device__
 #else
 #define BN_DEVICE_INLINE static inline

@@ -80,7 +80,7 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 #define BN_REVERSE_BITS(v) __brev(v)
 #endif
-#define BN_MULTIPLY_HIGH(a, b) (uint32_t)((uint64_t)(a) * (b) >> 32)
+#define BN_MULTIPLY_HIGH(a, b) (uint32_t)((unsigned long long)(a) * (b) >> 32)
 #include <bn/bn_draw.glsl>
 #undef BN_UINT
 #undef BN_FUNCTION
