@@ -2,6 +2,7 @@
  * Teams of POSIX threads, with a barrier made of a mutex and a condition (the POSIX barrier is
  * optional). */
 #define _POSIX_C_SOURCE 200809L
+#define _DARWIN_C_SOURCE 1 /* the number of processors, on macOS */
 #include "base/threads.h"
 
 #if defined(_WIN32)
