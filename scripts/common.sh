@@ -33,3 +33,19 @@ run_logged() {
     [ "$status" -eq 0 ] || tail -n "${shown_lines:-30}" "$root/out/setup.log" >&2
     return "$status"
 }
+
+# install_requirements NAME "packages": installs scripts/requirements-NAME.txt into .venv unless it is there. Python 3.11, which
+# the continuous integration uses, gets exactly the locked packages, others get the ranges.
+install_requirements() {
+    local stamp=.venv/$1.sha256 files=("scripts/requirements-$1.txt" "scripts/requirements-$1.lock") requirements wanted
+    requirements=(-r "${files[0]}")
+    if .venv/bin/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'; then
+        requirements=(--require-hashes -r "${files[1]}")
+    fi
+    wanted=$(cat "${files[@]}" | sha256sum)
+    [ "$wanted" != "$(cat "$stamp" 2>/dev/null)" ] || return 0
+    shown_lines=0 run_logged "installing Python packages into .venv: $2" \
+        .venv/bin/python -m pip install --disable-pip-version-check "${requirements[@]}" ||
+        die "cannot install Python packages (no network? see out/setup.log); run: .venv/bin/python -m pip install ${requirements[*]}"
+    echo "$wanted" >"$stamp"
+}

@@ -33,16 +33,18 @@ def problems(asked, lock):
     return found + [f"it names {match}" for match in re.findall(r"\w+://\S+|^-\S+.*$", lock, re.M)]
 
 
-@pytest.mark.parametrize("name, least", [("requirements", 6), ("requirements-docs", 4)])
+@pytest.mark.parametrize("name, least", [("requirements", 6), ("requirements-docs", 4), ("requirements-farm", 2)])
 def test_the_lock_pins_what_is_asked_for(name, least):
     asked = asked_for((ROOT / f"scripts/{name}.txt").read_text(encoding="utf-8"))
     assert len(asked) >= least
     assert problems(asked, (ROOT / f"scripts/{name}.lock").read_text(encoding="utf-8")) == []
 
 
-def test_both_locks_pin_the_same_versions():
+@pytest.mark.parametrize("one, other", [("requirements", "requirements-docs"), ("requirements", "requirements-farm"),
+                                        ("requirements-docs", "requirements-farm")])
+def test_two_locks_pin_the_same_versions(one, other):
     pins = [dict(re.findall(r"^([A-Za-z0-9._-]+)==(\S+)", (ROOT / f"scripts/{name}.lock").read_text(encoding="utf-8"), re.M))
-            for name in ("requirements", "requirements-docs")]
+            for name in (one, other)]
     shared = pins[0].keys() & pins[1].keys()
     assert shared and {name: pins[0][name] for name in shared} == {name: pins[1][name] for name in shared}
 

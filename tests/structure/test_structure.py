@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "libbn" / "src"
 ROOMS = structure.rooms_of((ROOT / "CONTRIBUTING.md").read_text())
 PACKAGES = {"bluenoise": ROOT / "bindings" / "bluenoise", "bn_trainer": ROOT / "trainer" / "bn_trainer",
-            "report": ROOT / "scripts" / "report"}
+            "report": ROOT / "scripts" / "report", "render_farm": ROOT / "scripts" / "render_farm"}
 
 # What one file of libbn/src does for all of it.
 KEEPERS = {
@@ -65,7 +65,8 @@ def test_no_python_module_imports_in_a_circle(name):
 
 
 @pytest.mark.parametrize("name, others", [("bluenoise", {"bn_trainer", "report", "torch", "onnx"}),
-                                          ("report", {"bn_trainer"}), ("bn_trainer", {"report"})])
+                                          ("report", {"bn_trainer", "render_farm"}), ("bn_trainer", {"report", "render_farm"}),
+                                          ("render_farm", {"bluenoise", "bn_trainer"})])
 def test_packages_do_not_import(name, others):
     for module, path in structure.modules_of(PACKAGES[name], name).items():
         assert {target.split(".")[0] for target in structure.imports(module, path)} & others == set(), path

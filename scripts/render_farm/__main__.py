@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line of scripts/farm: splits a picture, has its parts rendered, and merges them."""
+
+import argparse
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from report.progress import Progress, duration
+
+from . import cluster, worker
+from .inputs import files_of
+from .parts import FarmError, PartsFolder, split
+
+# Options of the path tracer that make no sense for a part.
+REFUSED = ("--merge", "--resume", "--time", "--write-partial", "--convergence", "--list", "--list-cameras")
+# They concern the whole picture.
+FOR_MERGING = ("--exposure", "--reference")
+FILES = ("--scene", "--env", "--mask", "--reference")
+MAX_PARTS = 20000  # whose names fit a command line
+MAX_PIXELS, MAX_SPP = 1 << 26, 1 << 24  # of the path tracer
+
+
+def numbers(text, pattern, what):
+    match = re.fullmatch(pattern, text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"takes {what}, not '{text}'")
+    return tuple(map(int, match.groups()))
+
+
+def extents(text):
+    return numbers(text, r"([1-9]\d{0,4})x([1-9]\d{0,4})", "WIDTHxHEIGHT")
+
+
+def region(text):
+    x0, y0, x1, y1 = numbers(text, r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})", "x0,y0,x1,y1")
+    if x0 >= x1 or y0 >= y1:
+        raise argparse.ArgumentTypeError(f"takes x0,y0,x1,y1 with x0 < x1 and y0 < y1, not '{text}'")
+    return x0, y0, x1, y1
+
+
+def natural(text):
+    return numbers(text, r"(0*[1-9]\d{0,7})", "a whole number from 1 to 99999999")[0]
+
+
+def index(text):
+    return numbers(text, r"(\d{1,10})", "a whole number")[0]
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message):
+        raise FarmError(f"{message}; see scripts/farm --help")
+
+
+def parse(arguments):
+    parser = Parser(
+        prog="farm", usage="scripts/farm [options] [options of the path tracer] -o out.exr", allow_abbrev=False,
+        description="Renders one picture on the workers of a Dask cluster, by default one on this machine, and merges it. All "
+        "other options go to the path tracer (pathtracer --help). The first run installs Dask (scripts/requirements-farm.txt) "
+        "into .venv.",
+        epilog="Finished parts are kept in out.exr.parts until the picture is complete: after an interruption the same command "
+        "goes on.")
+    add = parser.add_argument
+    add("--scheduler", metavar="ADDRESS", help="the scheduler of a running cluster, for example tcp://10.0.0.1:8786; every worker "
+        "needs this build of the path tracer (see examples/pathtracer/README.md)")
+    add("--workers", type=natural, metavar="N", help="workers on this machine (default: one per core)")
+    add("--threads", type=natural, default=1, metavar="N", help="threads of each task (default 1)")
+    add("--tile", type=extents, default=(128, 128), metavar="WxH", help="pixels of a task, at most (default 128x128)")
+    add("--samples-per-task", type=natural, metavar="N", help="samples per pixel of a task, at most (default: all; fewer are "
+        "merged to a millionth, not to the bit)")
+    add("--spp", type=natural, default=16, metavar="N", help="samples per pixel (default 16)")
+    add("--first-sample", type=index, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
+    add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the picture in pixels (default 512x512)")
+    add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
+    add("--quiet", action="store_true", help="print only errors, and the error against --reference")
+    add("-o", dest="output", type=Path, required=True, metavar="out.exr", help="the picture; out.png beside it is a preview")
+    add("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
+    options, others = parser.parse_known_args(arguments)
+    if options.output.suffix != ".exr":
+        parser.error(f"-o takes something.exr, not '{options.output}'")
+    if options.scheduler and options.workers:
+        parser.error("--workers is for a cluster on this machine; leave it or --scheduler out")
+    if options.spp > MAX_SPP:
+        parser.error(f"--spp takes a whole number from 1 to {MAX_SPP}, not '{options.spp}'")
+    for name in REFUSED:
+        if name in others:
+            parser.error(f"{name} does not work in parts; leave it out")
+    x0, y0, x1, y1 = options.crop = options.crop or (0, 0, *options.size)
+    if x1 > options.size[0] or y1 > options.size[1]:
+        parser.error(f"--crop extends beyond the picture of {options.size[0]}x{options.size[1]} pixels; set --size")
+    if (x1 - x0) * (y1 - y0) > MAX_PIXELS:
+        parser.error(f"at most {MAX_PIXELS} pixels are merged; render regions with --crop")
+    return options, others
+
+
+def sort_out(others):
+    """Splits the path tracer's options into those of all parts, those for merging, and the files they name."""
+    parts, merging, files, i = [], [], [], 0
+    while i < len(others):
+        words = others[i:i + (2 if others[i] in (*FILES, *FOR_MERGING) else 1)]
+        if words[0] in FILES and len(words) == 2 and Path(words[1]).is_file():
+            # Workers, and the program that merges, run in other folders.
+            words[1] = os.path.abspath(words[1])
+            if words[0] != "--reference":
+                files += files_of(words[1])
+        (merging if words[0] in FOR_MERGING else parts).extend(words)
+        i += len(words)
+    return parts, merging, sorted({str(file) for file in files})
+
+
+def run_pathtracer(program, arguments, folder=None):
+    try:
+        done = subprocess.run([program, *arguments], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                              check=False)
+    except OSError as error:
+        raise FarmError(f"cannot run {program} ({error.strerror}); build it with scripts/setup") from None
+    if done.returncode in (128 + signal.SIGINT, -signal.SIGINT):
+        raise KeyboardInterrupt
+    if done.returncode:
+        raise FarmError(done.stderr.strip().removeprefix("pathtracer: ") or f"{program} failed with {done.returncode}")
+    return done
+
+
+def render_parts(options, program, shared, inputs, folder, parts, found):
+    """Renders the parts that the folder lacks."""
+    left = [part for part in parts if not folder.has(part)]
+    total, done = sum(part.samples for part in parts), sum(part.samples for part in parts if folder.has(part))
+    tasks = {part: [*shared, *part.arguments(), "--threads", str(options.threads)] for part in left}
+    with cluster.connect(options.scheduler, options.workers or max(1, (os.cpu_count() or 1) // options.threads)) as client:
+        cluster.check_workers(client, program, found, inputs)
+        progress = Progress(total / 1e6, "million samples")
+        try:
+            progress("", done / 1e6, True)
+            for part, data in cluster.render(client, program, found, inputs, tasks):
+                if part is not None:
+                    folder.add(part, data)
+                    left.remove(part)
+                    done += part.samples
+                    progress(f"{len(parts) - len(left)} of {len(parts)} parts", done / 1e6, False)
+                elif not cluster.worker_count(client):
+                    progress("waiting for workers", done / 1e6)
+        finally:
+            progress.close()
+    return progress
+
+
+def run(arguments):
+    options, others = parse(arguments)
+    program, output = os.path.abspath(options.pathtracer), Path(os.path.abspath(options.output))
+    shared, merging, inputs = sort_out(others)
+    shared += ["--size", "{}x{}".format(*options.size)]
+    # Compared with the inputs, because the program that merges does not know them.
+    for file in (output, output.with_suffix(".png")):
+        if any(file.exists() and os.path.samefile(file, other) for other in inputs):
+            raise FarmError(f"{file} is also an input; choose another output")
+    parts = split(options.crop, options.first_sample, options.spp, options.tile, options.samples_per_task)
+    if len(parts) > MAX_PARTS:
+        raise FarmError(f"{len(parts)} tasks are more than {MAX_PARTS}; set a larger --tile or --samples-per-task")
+    # The last sample of one pixel: the path tracer checks all options before a worker sees them.
+    x0, y0 = options.crop[:2]
+    with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        run_pathtracer(program, [*shared, *merging, "--first-sample", str(options.first_sample + options.spp - 1), "--spp", "1",
+                                 "--crop", f"{x0},{y0},{x0 + 1},{y0 + 1}", "-o", os.path.join(folder, "probe.exr")])
+    found = worker.fingerprint(program, inputs)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    folder = PartsFolder(output, {"arguments": shared, "files": found})
+    kept = folder.count(parts)
+    if kept and not options.quiet:
+        print(f"farm: {kept} of {len(parts)} parts are in {folder.path}", flush=True)
+    try:
+        progress = render_parts(options, program, shared, inputs, folder, parts, found) if kept < len(parts) else None
+        done = run_pathtracer(program, [*(["--quiet"] if options.quiet else []), *merging, "-o", output,
+                                        "--merge", *(part.file_name for part in parts)], folder.path)
+    except KeyboardInterrupt:
+        if kept := folder.count(parts):
+            raise KeyboardInterrupt(f"{kept} of {len(parts)} parts are kept in {folder.path}; the same command goes on") from None
+        raise
+    finally:
+        if not folder.count(parts):
+            folder.remove()
+    folder.remove()
+    sys.stderr.write(done.stderr)
+    sys.stdout.write(done.stdout)
+    if progress and progress.busy and not options.quiet:
+        print(f"farm: {progress.made:.3g} million samples in {duration(progress.busy)}, {progress.made / progress.busy:.3g} million a "
+              "second")
+
+
+def terminate(*_):
+    raise KeyboardInterrupt
+
+
+def main():
+    signal.signal(signal.SIGTERM, terminate)
+    try:
+        run(sys.argv[1:])
+    except KeyboardInterrupt as stop:
+        print(f"farm: interrupted; {stop or 'nothing was rendered'}", file=sys.stderr)
+        return 130
+    except (FarmError, worker.WorkerError) as error:
+        print(f"farm: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"farm: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+    else:
+        return 0
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

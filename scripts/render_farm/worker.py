@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What runs on workers. Dask sends these functions with each task, so a worker needs no file of this folder.
+
+They use the standard library alone, and nothing else of this package.
+"""
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+
+
+class WorkerError(Exception):
+    """One line for the user."""
+
+
+def program_here(program):
+    """The path tracer on this machine: $BN_PATHTRACER, else the same path as on the machine that asks."""
+    return os.environ.get("BN_PATHTRACER") or program
+
+
+def _remembered(make, path):
+    """make(path), once for each state of the file in each worker."""
+    status = os.stat(path)
+    try:
+        from distributed import get_worker
+
+        # Each task brings functions of its own; the worker stays.
+        results = get_worker().__dict__.setdefault("_libbn_results", {})
+    except (ImportError, ValueError):
+        results = {}  # this is no task
+    key = make.__name__, path, status.st_size, status.st_mtime_ns
+    if key not in results:
+        results[key] = make(path)
+    return results[key]
+
+
+def _sha256(path):
+    digest = hashlib.sha256()
+    with open(path, "rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _libraries(program):
+    """The libraries of a program whose arithmetic ends up in its pictures."""
+    try:
+        listed = subprocess.run(["ldd", program], capture_output=True, text=True, check=False).stdout
+    except OSError:
+        return []  # not Linux
+    return re.findall(r"=> (\S*/lib(?:embree|m\.)\S*)", listed)
+
+
+def fingerprint(program, inputs):
+    """SHA-256 of the program, of its libraries for arithmetic, and of the files it reads, by name."""
+    program = program_here(program)
+    found, path = {}, program
+    try:
+        found["the path tracer"] = _remembered(_sha256, path)
+        for path in _remembered(_libraries, program):
+            found[os.path.basename(path)] = _remembered(_sha256, path)
+        for path in inputs:
+            found[path] = _remembered(_sha256, path)
+    except OSError as error:
+        raise WorkerError(f"cannot read {path} ({error.strerror})") from None
+    return found
+
+
+def check(program, wanted, inputs):
+    """Raises WorkerError unless this machine has the same program, libraries and inputs."""
+    found = fingerprint(program, inputs)
+    for name in sorted(wanted.keys() | found.keys()):
+        if found.get(name) != wanted.get(name):
+            where = f" ({program_here(program)})" if name == "the path tracer" else ""
+            raise WorkerError(f"another build of {name}{where} there" if name not in inputs else f"{name} is another file there")
+
+
+def complaint(program, wanted, inputs):
+    """What check() says, or an empty string."""
+    try:
+        check(program, wanted, inputs)
+    except WorkerError as error:
+        return str(error)
+    return ""
+
+
+def render(program, wanted, inputs, arguments):
+    """The bytes of the EXR that the path tracer renders with these arguments."""
+    # A worker may have joined after all were checked.
+    check(program, wanted, inputs)
+    with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        output = os.path.join(folder, "part.exr")
+        command = [program_here(program), *arguments, "--quiet", "-o", output]
+        # On Linux the program ends with a worker that is killed.
+        if setpriv := shutil.which("setpriv"):
+            command = [setpriv, "--pdeathsig", "KILL", *command]
+        # In a session of its own, Ctrl-C in the worker's terminal leaves a part whole.
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
+                              start_new_session=True)
+        if done.returncode:
+            raise WorkerError(done.stderr.strip().removeprefix("pathtracer: ") or f"the path tracer failed with exit status {done.returncode}")
+        with open(output, "rb") as file:
+            return file.read()

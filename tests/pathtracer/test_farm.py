@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""scripts/farm: parts cover a picture once, and a cluster's picture is one machine's, whoever dies on the way.
+
+The tests of the cluster need Dask, which scripts/farm installs."""
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pathtracer_driver import read_layers
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+sys.path.insert(0, str(SCRIPTS))
+from render_farm import cluster, worker  # noqa: E402
+from render_farm.__main__ import parse, sort_out  # noqa: E402
+from render_farm.inputs import files_of  # noqa: E402
+from render_farm.parts import FarmError, PartsFolder, split  # noqa: E402
+
+# A larger picture would only take longer; each part takes long enough to be interrupted.
+PICTURE = ["--size", "70x50", "--spp", "200", "--seed", "5"]
+
+
+def start(pathtracer, *arguments):
+    return subprocess.Popen([sys.executable, "-m", "render_farm", "--pathtracer", pathtracer.binary, *map(str, arguments)],
+                            cwd=pathtracer.folder, env={**os.environ, "PYTHONPATH": str(SCRIPTS)}, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def refused(pathtracer, *arguments):
+    process = start(pathtracer, *arguments)
+    out, message = process.communicate(timeout=120)
+    assert process.returncode == 1 and out == "" and message.startswith("farm: ") and message.count("\n") == 1, message
+    assert list(pathtracer.folder.glob("*.parts")) == []
+    return message
+
+
+def wait_for(condition, seconds=120):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return found
+
+
+# ---- Splitting, without a cluster
+
+
+@pytest.mark.parametrize("crop", [(0, 0, 20, 9), (3, 2, 17, 9)])
+@pytest.mark.parametrize("tile", [(5, 4), (7, 100), (1, 3)])
+@pytest.mark.parametrize("samples", [None, 1, 4, 50])
+def test_parts_cover_each_sample_once(crop, tile, samples):
+    counts = np.zeros((9, 20, 14), int)
+    parts = split(crop, 3, 10, tile, samples)
+    for x0, y0, x1, y1, first, count in parts:
+        assert 0 < x1 - x0 <= tile[0] and 0 < y1 - y0 <= tile[1] and 0 < count <= (samples or 10)
+        counts[y0:y1, x0:x1, first:first + count] += 1
+    expected = np.zeros_like(counts)
+    expected[crop[1]:crop[3], crop[0]:crop[2], 3:13] = 1
+    assert np.array_equal(counts, expected)
+    assert sum(part.samples for part in parts) == expected.sum()
+    assert len({part.file_name for part in parts}) == len(parts)
+
+
+def test_parts_folder(tmp_path):
+    first, second = split((0, 0, 8, 4), 0, 2, (4, 4))
+    folder = PartsFolder(tmp_path / "a.exr", {"seed": "1"})
+    folder.add(first, b"data")
+    again = PartsFolder(tmp_path / "a.exr", {"seed": "1"})
+    assert again.has(first) and not again.has(second) and (again.path / first.file_name).read_bytes() == b"data"
+    with pytest.raises(FarmError, match="other settings"):
+        PartsFolder(tmp_path / "a.exr", {"seed": "2"})
+    (folder.path / "mine.txt").write_text("x")
+    folder.remove()
+    assert [path.name for path in folder.path.iterdir()] == ["mine.txt"]
+    with pytest.raises(FarmError, match="remove it"):
+        PartsFolder(tmp_path / "a.exr", {"seed": "1"})
+
+
+def test_files_of_scenes(tmp_path):
+    for name, text in {"a.gltf": '{"uri": "b%20c.bin", "x": {"uri":"data:x"}, "y": {"uri": "t/d.png"}, "uri": "gone.png"}',
+                       "b c.bin": "", "t/d.png": "", "o.obj": "mtllib my lib.mtl\nv 0 0 0\n",
+                       "my lib.mtl": "newmtl m\nmap_Kd -s 1 1 1 t\\d.png\n Kd 1 1 1\n"}.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    names = {scene: {path.relative_to(tmp_path).as_posix() for path in files_of(tmp_path / scene)} for scene in ("a.gltf", "o.obj")}
+    assert names == {"a.gltf": {"a.gltf", "b c.bin", "t/d.png"}, "o.obj": {"o.obj", "my lib.mtl", "t/d.png"}}
+
+
+def test_options_are_sorted(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sky.exr").write_bytes(b"")
+    (tmp_path / "ref.exr").write_bytes(b"")
+    _, others = parse(["--env", "sky.exr", "--exposure", "-1", "--single-scatter", "--reference", "ref.exr", "-o", "a.exr"])
+    sky = str(tmp_path / "sky.exr")
+    assert sort_out(others) == (["--env", sky, "--single-scatter"],
+                                ["--exposure", "-1", "--reference", str(tmp_path / "ref.exr")], [sky])
+
+
+def test_another_program_or_file_is_noticed(tmp_path, monkeypatch):
+    program, scene = tmp_path / "program", tmp_path / "scene.obj"
+    program.write_bytes(b"1")
+    scene.write_bytes(b"2")
+    wanted = worker.fingerprint(str(program), [str(scene)])
+    assert worker.complaint(str(program), wanted, [str(scene)]) == ""
+    scene.write_bytes(b"two")
+    assert "scene.obj is another file" in worker.complaint(str(program), wanted, [str(scene)])
+    scene.unlink()
+    assert "cannot read" in worker.complaint(str(program), wanted, [str(scene)])
+    other = tmp_path / "other"
+    other.write_bytes(b"one")
+    monkeypatch.setenv("BN_PATHTRACER", str(other))
+    assert "another build" in worker.complaint(str(program), {"the path tracer": wanted["the path tracer"]}, [])
+
+
+def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer):
+    for arguments, message in [
+        (["-o", "a.png"], "something.exr"),
+        (["--spp", "0", "-o", "a.exr"], "--spp"),
+        (["--time", "3", "-o", "a.exr"], "--time"),
+        (["--tile", "8", "-o", "a.exr"], "WIDTHxHEIGHT"),
+        (["--size", "9x9", "--crop", "0,0,10,3", "-o", "a.exr"], "--crop"),
+        (["--size", "1000x1000", "--tile", "1x1", "-o", "a.exr"], "--tile"),
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1", "-o", "a.exr"], "--workers"),
+        # These the path tracer says.
+        (["--sampler", "none", "-o", "a.exr"], "none"),
+        (["--scene", "missing.glb", "-o", "a.exr"], "missing.glb"),
+        (["--first-sample", "4294967290", "-o", "a.exr"], "--first-sample"),
+    ]:
+        assert message in refused(pathtracer, *arguments)
+
+
+def test_an_output_that_is_an_input_is_refused(pathtracer, even_sky):
+    assert "input" in refused(pathtracer, "--env", even_sky.name, "-o", even_sky.name)
+
+
+# ---- With a cluster on this machine
+
+
+def test_the_picture_is_one_machines(pathtracer):
+    """A worker is killed with its task, the command interrupted, and started again."""
+    psutil = pytest.importorskip("psutil", reason="scripts/farm has not installed Dask")
+    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
+    command = [*PICTURE, "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
+    parts = pathtracer.folder / "out.exr.parts"
+
+    def at_work(farm):
+        """Workers, as parents of path tracers."""
+        found = set()
+        for process in psutil.Process(farm.pid).children(recursive=True):
+            try:
+                if process.name() == "pathtracer":
+                    found.add(process.parent())
+            except psutil.NoSuchProcess:
+                pass
+        return found - {None, psutil.Process(farm.pid)}
+
+    farm = start(pathtracer, *command)
+    victim = wait_for(lambda: len(list(parts.glob("*.exr"))) >= 1 and at_work(farm)).pop()
+    victim.kill()
+    wait_for(lambda: farm.poll() is not None or len(list(parts.glob("*.exr"))) >= 5)
+    farm.send_signal(signal.SIGINT)
+    out, message = farm.communicate(timeout=120)
+    assert farm.returncode == 130 and out == "" and message.count("\n") == 1 and "same command" in message, message
+    assert not (pathtracer.folder / "out.exr").exists()
+    kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")}
+    assert 5 <= len(kept) < 20 and not list(parts.glob(".libbn-*"))
+    other = start(pathtracer, *command, "--seed", 6)
+    assert "other settings" in other.communicate(timeout=120)[1] and other.returncode == 1
+
+    farm = start(pathtracer, *command)
+    out, message = farm.communicate(timeout=120)
+    assert farm.returncode == 0 and message == "", message
+    assert f"{len(kept)} of 20 parts are in" in out and "20 pictures merged" in out
+    assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
+    merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
+    for name, values in whole.items():
+        if name.startswith("variance"):  # through single precision and back
+            np.testing.assert_allclose(merged[name], values, rtol=1e-6)
+        else:
+            assert np.array_equal(merged[name], values), name
+
+
+def test_workers_with_another_program_are_refused(pathtracer):
+    """A scheduler and a worker started by their commands: they know nothing of this repository."""
+    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
+    folder = pathtracer.folder
+    (folder / "there").mkdir()
+    program = folder / "there" / "copy"
+    shutil.copy(pathtracer.binary, program)
+    environment = {**os.environ, "BN_PATHTRACER": str(program)}
+    environment.pop("PYTHONPATH", None)
+    address = folder / "there" / "scheduler.json"
+    common = ["--scheduler-file", address, "--no-dashboard", "--host", "127.0.0.1"]
+    with contextlib.ExitStack() as stack:
+        for command in (["scheduler", "--port", "0"], ["worker", "--nworkers", "1", "--nthreads", "1"]):
+            process = stack.enter_context(subprocess.Popen(
+                [sys.executable, "-m", "dask", *command, *common], cwd=folder / "there", env=environment,
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+            stack.callback(process.terminate)
+            wait_for(address.exists)
+        scheduler = json.loads(address.read_text())["address"]
+        picture = ["--scene", "penumbra", "--size", "40x30", "--spp", 2]
+        farm = start(pathtracer, *picture, "--tile", "32x32", "--scheduler", scheduler, "-o", "out.exr")
+        _, message = farm.communicate(timeout=120)
+        assert farm.returncode == 0 and message == "", message
+        merged = read_layers(folder / "out.exr")
+        whole = read_layers(pathtracer.render(*picture))
+        assert all(np.array_equal(merged[name], whole[name]) for name in "RGB")
+
+        with program.open("ab") as file:
+            file.write(b" ")
+        message = refused(pathtracer, *picture, "--scheduler", scheduler, "-o", "out2.exr")
+        assert scheduler.partition("://")[0] in message and "another build of the path tracer" in message
+        # A worker may join after the others were checked.
+        with cluster.connect(scheduler, 1) as client:
+            part, = split((0, 0, 4, 4), 0, 1, (4, 4))
+            good = worker.fingerprint(pathtracer.binary, [])
+            with pytest.raises(FarmError, match="failed on a worker: another build"):
+                list(cluster.render(client, pathtracer.binary, good, [], {part: []}))
