@@ -169,6 +169,11 @@ class Sampler:
         domain = arguments.integer("domain", domain, *arguments.UINT32)
         return self._core.block(x0, y0, width, height, first_index, index_count, domain)
 
+    def table_words(self) -> npt.NDArray[np.uint32]:
+        """The tables of the sampler as one flat uint32 array of 42 KiB, for drawing in a shader or on a GPU with the bits of
+        ``"blue"``, ``"sobol"`` and ``"white"``; ``bn/bn_draw.glsl`` describes its contents."""
+        return self._core.table_words()
+
     def domain(self, *keys: int) -> int:
         """The domain for a path of keys from the root, each from 0 to 2**32 - 1: an integer from 0 to 2**32 - 1 for
         ``sample`` and ``block``. A domain identifies one decision of a light path; samples of different domains are

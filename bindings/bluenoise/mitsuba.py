@@ -212,7 +212,7 @@ def _vectorised(common: Any) -> Any:
             x0, y0, width = self._place()
             pixel = dr.arange(mi.UInt32, self.wavefront_size()) // self._per_wavefront
             row = pixel // width
-            words = mi.UInt32(self._sampler._core.table_words())
+            words = mi.UInt32(self._sampler.table_words())
             self._lanes = _Lanes(words, root, pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF))
             self._advances = -1
             self.advance()

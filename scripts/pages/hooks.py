@@ -124,7 +124,7 @@ def on_files(files, config):
     static = list((ROOT / "docs").rglob("*"))
     live = ROOT / config.extra["live_page"]
     if live.is_file():
-        static += live.parent.rglob("*")
+        static += (file for file in live.parent.rglob("*") if file.suffix != ".py")
     for file in static:
         path = file.relative_to(ROOT).as_posix()
         if file.is_file() and file.suffix != ".md":
@@ -151,7 +151,9 @@ def on_page_markdown(markdown, page, config, files):
         page.meta["hide"] = ["navigation"]  # it would hold this page alone
     live = config.extra["live_page"]
     if page.is_homepage and files.get_file_from_path(live):
-        frame = f'<iframe class="live" src="{live}" title="{config.site_description}, live"></iframe>\n\n[Full size]({live})\n\n'
+        frame = (f'<div class="live"><iframe src="{live}" title="{config.site_description}, live"></iframe></div>\n\n'
+                 "*Drag the line, then the viewing distance: the finer grain of `blue` fades first. "
+                 f"[The same, alone]({live}).*\n\n")
         markdown = re.sub(r"^(?=!\[)", lambda _: frame, markdown, count=1, flags=re.M)
     return markdown
 

@@ -313,6 +313,13 @@ def test_bad_arguments_of_block(arguments, error, words):
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+def test_table_words():
+    words = Sampler("blue", seed=1).table_words()
+    assert words.dtype == np.uint32 and words.shape == (10754,)
+    differ = np.flatnonzero(Sampler("white", seed=2).table_words() != words)
+    assert differ.tolist() == [0, 1]  # the hashed seed
+
+
 def test_bad_keys():
     with pytest.raises(ValueError, match="key .* -1"):
         Sampler().domain(-1)

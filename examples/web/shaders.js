@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene and its paths, and how the picture is shown, in GLSL ES 3.00. After BN_DRAW_GLSL.
+"use strict";
+
+const VERSION = "#version 300 es\n";
+
+// The whole picture as one triangle.
+const WHOLE_VERTEX = `${VERSION}
+void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
+`;
+
+// Reads the words of the table from a texture 64 texels wide.
+const DRAWS = `${VERSION}
+precision highp float;
+precision highp int;
+precision highp usampler2D;
+uniform usampler2D bn_words;
+#define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
+${BN_DRAW_GLSL}
+`;
+
+/* One sample of each pixel, added to the sums so far. The sums are the bits of floats in a texture of integers, which
+ * every device with WebGL 2 can draw into.
+ *
+ * A room, through whose front wall the camera looks, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
+ * one domain: (0,1) of it say where the ray goes, (2,3) which point on the lamp is tried where it ends. The four rays
+ * have keys 0 to 3, so they are one family. */
+const sampleFragment = kind => `${DRAWS}
+uniform usampler2D sums;
+uniform uvec2 size;
+uniform uint index, run;
+out uvec4 sum;
+
+const vec3 ROOM = vec3(1.5, 2.0, 1.3); // from the middle to the side walls, height, from the middle to the front and back
+const vec3 CAMERA = vec3(0.0, 1.0, 4.6);
+const vec3 LAMP_COLOUR = vec3(13.0, 11.5, 9.4);
+const vec2 LAMP_AT = vec2(0.0, 0.05), LAMP_SIZE = vec2(0.4, 0.32); // x and z, from the middle to the edges
+const vec4 BALL = vec4(0.62, 0.42, 0.1, 0.42), MIRROR = vec4(-0.12, 0.25, 0.62, 0.25);
+const vec3 BLOCK_AT = vec3(-0.62, 0.6, -0.42), BLOCK_SIZE = vec3(0.33, 0.6, 0.33);
+const vec2 BLOCK_TURN = vec2(0.9211, 0.3894); // cosine and sine
+const float FAR = 1e20, NEAR = 1e-4;
+const int MATTE = 0, LAMP = 1, GLOSS = 2;
+
+struct surface {
+  float distance;
+  vec3 normal, colour;
+  int kind;
+};
+
+// No component is zero, so that one may divide by them.
+vec3 divisor(vec3 v) { return mix(v, vec3(1e-7), lessThan(abs(v), vec3(1e-7))); }
+
+float to_ball(vec3 from, vec3 to, vec4 ball) {
+  vec3 middle = ball.xyz - from;
+  float along = dot(middle, to);
+  vec3 across = middle - along * to;
+  float inside = ball.w * ball.w - dot(across, across);
+  if (inside < 0.0) return FAR;
+  float distance = along - sqrt(inside);
+  return distance > NEAR ? distance : FAR;
+}
+
+vec3 into_block(vec3 v) { return vec3(BLOCK_TURN.x * v.x + BLOCK_TURN.y * v.z, v.y, BLOCK_TURN.x * v.z - BLOCK_TURN.y * v.x); }
+vec3 out_of_block(vec3 v) { return vec3(BLOCK_TURN.x * v.x - BLOCK_TURN.y * v.z, v.y, BLOCK_TURN.x * v.z + BLOCK_TURN.y * v.x); }
+
+float to_block(vec3 from, vec3 to, out vec3 normal) {
+  vec3 origin = into_block(from - BLOCK_AT), direction = divisor(into_block(to));
+  vec3 middle = -origin / direction, half_way = BLOCK_SIZE / abs(direction);
+  vec3 enter = middle - half_way, leave = middle + half_way;
+  float first = max(enter.x, max(enter.y, enter.z));
+  normal = -sign(direction) * vec3(equal(enter, vec3(first)));
+  return first > NEAR && first < min(leave.x, min(leave.y, leave.z)) ? first : FAR;
+}
+
+surface room(vec3 from, vec3 to) {
+  vec3 direction = divisor(to);
+  vec3 walls = vec3(direction.x > 0.0 ? ROOM.x : -ROOM.x, direction.y > 0.0 ? ROOM.y : 0.0, direction.z > 0.0 ? ROOM.z : -ROOM.z);
+  vec3 distances = (walls - from) / direction;
+  surface s = surface(min(distances.x, min(distances.y, distances.z)), vec3(0.0), vec3(0.62, 0.6, 0.57), MATTE);
+  vec3 at = from + to * s.distance;
+  if (s.distance == distances.z) {
+    s.normal = vec3(0.0, 0.0, -sign(to.z));
+  } else if (s.distance == distances.x) {
+    s.normal = vec3(-sign(to.x), 0.0, 0.0);
+    s.colour = to.x > 0.0 ? vec3(0.12, 0.3, 0.5) : vec3(0.56, 0.18, 0.08);
+  } else {
+    s.normal = vec3(0.0, -sign(to.y), 0.0);
+    if (to.y > 0.0 && all(lessThan(abs(at.xz - LAMP_AT), LAMP_SIZE))) s.kind = LAMP;
+  }
+  return s;
+}
+
+surface hit(vec3 from, vec3 to) {
+  surface s = room(from, to);
+  vec3 normal;
+  float distance = to_block(from, to, normal);
+  if (distance < s.distance) s = surface(distance, out_of_block(normal), vec3(0.62, 0.6, 0.57), MATTE);
+  distance = to_ball(from, to, BALL);
+  if (distance < s.distance) s = surface(distance, (from + to * distance - BALL.xyz) / BALL.w, vec3(0.7, 0.52, 0.22), MATTE);
+  distance = to_ball(from, to, MIRROR);
+  if (distance < s.distance) s = surface(distance, (from + to * distance - MIRROR.xyz) / MIRROR.w, vec3(0.92), GLOSS);
+  return s;
+}
+
+bool blocked(vec3 from, vec3 to, float distance) {
+  vec3 normal;
+  return min(to_block(from, to, normal), min(to_ball(from, to, BALL), to_ball(from, to, MIRROR))) < distance;
+}
+
+// Light from a point on the lamp, over pi.
+vec3 light_from(vec3 at, vec3 normal, vec2 u) {
+  vec2 on_lamp = LAMP_AT + (2.0 * u - 1.0) * LAMP_SIZE;
+  vec3 way = vec3(on_lamp.x, ROOM.y, on_lamp.y) - at;
+  float distance = length(way);
+  vec3 to = way / distance;
+  float cosines = max(dot(to, normal), 0.0) * max(to.y, 0.0);
+  if (cosines == 0.0 || blocked(at, to, distance)) return vec3(0.0);
+  return LAMP_COLOUR * (cosines * 4.0 * LAMP_SIZE.x * LAMP_SIZE.y / (3.14159265 * distance * distance));
+}
+
+// A direction above a surface, by the cosine: the concentric map (Shirley and Chiu 1997) keeps neighbours together.
+vec3 scattered(vec3 normal, vec2 u) {
+  vec2 v = 2.0 * u - 1.0, on_disc = vec2(0.0);
+  if (abs(v.x) > abs(v.y)) {
+    float angle = 0.78539816 * v.y / v.x;
+    on_disc = v.x * vec2(cos(angle), sin(angle));
+  } else if (v.y != 0.0) {
+    float angle = 0.78539816 * v.x / v.y;
+    on_disc = v.y * vec2(sin(angle), cos(angle));
+  }
+  vec3 side = normalize(abs(normal.y) > 0.5 ? vec3(normal.y, -normal.x, 0.0) : vec3(normal.z, 0.0, -normal.x));
+  float up = sqrt(max(0.0, 1.0 - dot(on_disc, on_disc)));
+  return on_disc.x * side + on_disc.y * cross(normal, side) + up * normal;
+}
+
+vec3 path(uvec2 pixel) {
+  uint root = bn_domain_child(0u, run);
+  vec4 u = bn_draw_${kind}(pixel.x, pixel.y, index, bn_domain_child(root, 0u));
+  vec2 on_film = (2.0 * (vec2(pixel) + u.xy) - vec2(size)) / vec2(size);
+  vec3 from = CAMERA, to = normalize(vec3(on_film * vec2(ROOM.x, 0.5 * ROOM.y), ROOM.z - CAMERA.z));
+  vec3 light = vec3(0.0), weight = vec3(1.0);
+  bool sees_lamp = true; // where no point on the lamp was tried
+  for (uint ray = 1u; ray <= 4u; ++ray) {
+    surface s = hit(from, to);
+    if (s.kind == LAMP) {
+      if (sees_lamp) light += weight * LAMP_COLOUR;
+      break;
+    }
+    weight *= s.colour;
+    from += to * s.distance + s.normal * 1e-3;
+    sees_lamp = s.kind == GLOSS;
+    if (s.kind == MATTE) light += weight * light_from(from, s.normal, u.zw);
+    if (ray == 4u) break;
+    u = bn_draw_${kind}(pixel.x, pixel.y, index, bn_domain_child(root, ray));
+    to = s.kind == GLOSS ? reflect(to, s.normal) : scattered(s.normal, u.xy);
+  }
+  return light;
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec3 before = index == 0u ? vec3(0.0) : uintBitsToFloat(texelFetch(sums, at, 0).rgb);
+  sum = uvec4(floatBitsToUint(before + path(uvec2(at))), 0u);
+}
+`;
+
+// ---- The picture as shown: means, exposed and clipped; then blurred, as light is in the eye; then encoded for the screen
+
+const BLUR = `${VERSION}
+precision highp float;
+precision highp int;
+precision highp usampler2D;
+uniform float sigma; // in pixels
+
+vec3 shown(vec3 light) { return clamp(light, 0.0, 1.0); }
+
+vec3 blurred(usampler2D image, ivec2 at, ivec2 step, float scale) {
+  ivec2 last = textureSize(image, 0) - 1;
+  int radius = int(ceil(3.0 * sigma));
+  vec3 total = vec3(0.0);
+  float weights = 0.0;
+  for (int i = -radius; i <= radius; ++i) {
+    float weight = radius == 0 ? 1.0 : exp(-0.5 * float(i * i) / (sigma * sigma));
+    total += weight * shown(scale * uintBitsToFloat(texelFetch(image, clamp(at + i * step, ivec2(0), last), 0).rgb));
+    weights += weight;
+  }
+  return total / weights;
+}
+`;
+
+const BLUR_ROWS_FRAGMENT = `${BLUR}
+uniform usampler2D sums;
+uniform float scale; // over the number of samples
+out uvec4 row;
+
+void main() {
+  row = uvec4(floatBitsToUint(blurred(sums, ivec2(gl_FragCoord.xy), ivec2(1, 0), scale)), 0u);
+}
+`;
+
+const SHOW_FRAGMENT = `${BLUR}
+uniform usampler2D left, right;
+uniform int enlarged; // screen pixels to a pixel, each way
+uniform float split;  // in screen pixels
+out vec4 colour;
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy) / enlarged;
+  vec3 light = gl_FragCoord.x < split ? blurred(left, at, ivec2(0, 1), 1.0) : blurred(right, at, ivec2(0, 1), 1.0);
+  colour = vec4(mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, greaterThan(light, vec3(0.0031308))), 1.0);
+}
+`;

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws with the shaders: the sums of samples of three samplers, and the picture on the canvas.
+"use strict";
+
+const KINDS = ["white", "sobol", "blue"];
+const EXPOSURE = 1.0;
+
+function compile(gl, fragment) {
+  const program = gl.createProgram();
+  for (const [type, text] of [[gl.VERTEX_SHADER, WHOLE_VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+    const logs = gl.getAttachedShaders(program).map(shader => gl.getShaderInfoLog(shader));
+    throw new Error(`a shader does not compile: ${[...logs, gl.getProgramInfoLog(program)].join(" ").trim()}`);
+  }
+  return program;
+}
+
+/* A texture of integers. With words, it holds them in rows of 64; without, four to a pixel, and one can draw into it. */
+function makeImage(gl, width, height, words = null) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, words ? gl.R32UI : gl.RGBA32UI, width, height);
+  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+  if (words) {
+    const rows = new Uint32Array(width * height);
+    rows.set(words);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RED_INTEGER, gl.UNSIGNED_INT, rows);
+    return {texture, framebuffer: null};
+  }
+  const framebuffer = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+  return {texture, framebuffer};
+}
+
+const makeWords = (gl, words = BN_TABLE_WORDS) => makeImage(gl, 64, Math.ceil(words.length / 64), words);
+
+/* Draws into an image, or on the canvas where it is null. Uniforms are images, or functions of their location. */
+function draw(gl, program, into, width, height, uniforms) {
+  gl.useProgram(program);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into && into.framebuffer);
+  let unit = 0;
+  for (const [name, value] of Object.entries(uniforms)) {
+    const place = gl.getUniformLocation(program, name);
+    if (typeof value === "function") {
+      value(place);
+    } else {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, value.texture);
+      gl.uniform1i(place, unit++);
+    }
+  }
+  gl.viewport(0, 0, width, height);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+}
+
+/* The path tracer of one canvas; throws if the browser cannot run it. */
+function makeTracer(canvas) {
+  const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, depth: false});
+  if (!gl) throw new Error("it needs WebGL 2, which this browser does not offer");
+  const words = makeWords(gl);
+  const samplers = {};
+  for (const kind of KINDS) samplers[kind] = {program: compile(gl, sampleFragment(kind)), sums: []};
+  const blurRows = compile(gl, BLUR_ROWS_FRAGMENT), show = compile(gl, SHOW_FRAGMENT);
+  let rows = [];
+  const float = value => place => gl.uniform1f(place, value);
+  const int = value => place => gl.uniform1i(place, value);
+  const uint = value => place => gl.uniform1ui(place, value);
+
+  const tracer = {
+    gl, width: 0, height: 0, count: 0, run: 0,
+
+    resize(width, height) {
+      const pair = before => {
+        for (const {texture, framebuffer} of before) {
+          gl.deleteTexture(texture);
+          gl.deleteFramebuffer(framebuffer);
+        }
+        return [makeImage(gl, width, height), makeImage(gl, width, height)];
+      };
+      for (const sampler of Object.values(samplers)) sampler.sums = pair(sampler.sums);
+      rows = pair(rows);
+      Object.assign(tracer, {width, height, count: 0});
+    },
+
+    /* From no samples; another run has other random numbers. */
+    restart(run) {
+      Object.assign(tracer, {run, count: 0});
+    },
+
+    /* One more sample of each pixel with each sampler. */
+    sample() {
+      for (const {program, sums} of Object.values(samplers)) {
+        draw(gl, program, sums[1], tracer.width, tracer.height, {
+          bn_words: words, sums: sums[0], index: uint(tracer.count), run: uint(tracer.run),
+          size: place => gl.uniform2ui(place, tracer.width, tracer.height),
+        });
+        sums.reverse();
+      }
+      ++tracer.count;
+    },
+
+    /* The picture of one sampler left of a column of the canvas and that of another right of it. */
+    show(left, right, split, sigma, enlarged) {
+      const scale = EXPOSURE / Math.max(tracer.count, 1);
+      [left, right].forEach((kind, i) => draw(gl, blurRows, rows[i], tracer.width, tracer.height,
+        {sums: samplers[kind].sums[0], scale: float(scale), sigma: float(sigma)}));
+      draw(gl, show, null, tracer.width * enlarged, tracer.height * enlarged,
+        {left: rows[0], right: rows[1], sigma: float(sigma), split: float(split), enlarged: int(enlarged)});
+    },
+
+    /* The sums of one sampler, four floats a pixel, rows from the bottom up. */
+    read(kind) {
+      const bits = new Uint32Array(4 * tracer.width * tracer.height);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, samplers[kind].sums[0].framebuffer);
+      gl.readPixels(0, 0, tracer.width, tracer.height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
+      return new Float32Array(bits.buffer);
+    },
+  };
+  return tracer;
+}

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""examples/web in Chromium, from disk: its draws are the library's, what it shows is true, and it can be used."""
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import bluenoise
+import numpy as np
+import pytest
+from browser import Browser, chromium
+from scipy.ndimage import gaussian_filter
+
+ROOT = Path(__file__).resolve().parents[2]
+WEB = ROOT / "examples" / "web"
+PAGE = (WEB / "index.html").as_uri()
+
+# Draws of cases [x, y, index, domain, key], as the page's shaders make them: pixel i of row 0 has the bits of case i, pixel
+# i of row 1 those of the floats, and row 2 the domain.
+DRAW_CASES = """((kind, cases) => {
+  const gl = document.createElement("canvas").getContext("webgl2"), count = cases.length / 5;
+  const program = compile(gl, `${DRAWS}
+    uniform usampler2D cases;
+    out uvec4 result;
+    uint part(int i) { return texelFetch(cases, ivec2(5 * int(gl_FragCoord.x) + i & 63, (5 * int(gl_FragCoord.x) + i) >> 6), 0).r; }
+    void main() {
+      uint domain = bn_domain_child(part(3), part(4));
+      bn_uint4 bits = bn_draw_${kind}_bits(part(0), part(1), part(2), domain);
+      int row = int(gl_FragCoord.y);
+      result = row == 0 ? uvec4(bits.x, bits.y, bits.z, bits.w) : uvec4(domain);
+      if (row == 1) result = floatBitsToUint(bn_draw_${kind}(part(0), part(1), part(2), domain));
+    }`);
+  draw(gl, program, makeImage(gl, count, 3), count, 3, {bn_words: makeWords(gl), cases: makeWords(gl, cases)});
+  const result = new Uint32Array(12 * count);
+  gl.readPixels(0, 0, count, 3, gl.RGBA_INTEGER, gl.UNSIGNED_INT, result);
+  if (gl.getError()) throw new Error(`WebGL error ${gl.getError()}`);
+  return Array.from(result);
+})"""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    program = chromium()
+    if program is None:
+        pytest.skip("no Chromium (Debian: apt-get install chromium; or set BN_CHROMIUM)")
+    browser = Browser(program, tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()
+
+
+def open_page(browser, *size, **options):
+    browser.open(PAGE, *size, **options)
+    browser.wait("!element('problem').hidden || tracer.count >= 1")
+    assert browser.value("element('problem').textContent") == ""
+
+
+@pytest.fixture(scope="module")
+def small(browser):
+    """The page with a small picture: starting it takes longer than most tests."""
+    open_page(browser, 152, 300)
+    return browser
+
+
+def one_sample(browser, run):
+    """The pictures of one sample per pixel with white, sobol and blue."""
+    browser.value(f"(tracer.restart({run}), tracer.sample())")
+    width, height = browser.value("[tracer.width, tracer.height]")
+    sums = [browser.value(f"Array.from(tracer.read('{kind}'))") for kind in ("white", "sobol", "blue")]
+    return np.array(sums).reshape(3, height, width, 4)[..., :3]
+
+
+def test_the_draws_are_up_to_date():
+    spec = importlib.util.spec_from_file_location("make_draws", WEB / "make_draws.py")
+    make_draws = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(make_draws)
+    assert (WEB / "draws.js").read_text(encoding="utf-8") == make_draws.draws(), "run .venv/bin/python examples/web/make_draws.py"
+
+
+def test_nothing_is_loaded_from_elsewhere():
+    """Not even in code that no test runs."""
+    for path in WEB.iterdir():
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"https?://|\bfetch\(|XMLHttpRequest|\bimport\b.*\bfrom\b['\" ]", text) or path.suffix == ".py", path
+        assert not re.search(r"(?:src|href)=\"(?!data:,|\w+\.(?:js|css)\")", text), path
+
+
+@pytest.mark.parametrize("kind", ["white", "sobol", "blue"])
+def test_draws_are_the_librarys(small, kind):
+    random = np.random.default_rng(5)
+    cases = random.integers(0, 2**32, (300, 5), np.uint64).astype(np.uint32)
+    cases[:200, :2] = random.integers(-70, 70, (200, 2)).astype(np.int32).view(np.uint32)  # x, y
+    cases[:150, 2] = np.arange(150) * 4 % 300                                              # index
+    cases[::2, 3] = 0                                                                      # parent
+    cases[:100, 4] = np.arange(100) % 9                                                    # key
+    text = json.dumps(cases.ravel().tolist())
+    rows = np.array(small.value(f"{DRAW_CASES}('{kind}', new Uint32Array({text}))"), np.uint32).reshape(3, 300, 4)
+    sampler = bluenoise.Sampler(kind, seed=1)
+    x, y, index, parent, key = cases.T
+    domain = np.array([bluenoise._core.domain_child(int(a), int(b)) for a, b in zip(parent, key)], np.uint32)
+    assert np.array_equal(rows[2, :, 0], domain)
+    expected = sampler.sample(x.view(np.int32), y.view(np.int32), index, domain)
+    assert np.array_equal(rows[1], expected.view(np.uint32))
+    assert np.array_equal((rows[0] >> np.uint32(8)).astype(np.float32) / np.float32(2**24), expected)
+
+
+def test_blue_has_the_least_error_after_a_blur(small):
+    """At one sample per pixel, as displayed; error is what differs from the mean of all such pictures. Shows also that all
+    samplers see one scene: their means agree. The ratio is 0.83 with a standard deviation of 0.02 over runs."""
+    pictures = np.array([one_sample(small, run) for run in range(6)]).swapaxes(0, 1)
+    assert len(np.unique(pictures.mean((2, 3, 4)))) == 18  # each picture is another
+    means = pictures.mean((1, 2, 3))
+    assert np.all(means > 0.1) and np.all(np.abs(means / means.mean(0) - 1) < 0.05), means
+    shown = np.clip(pictures, 0, 1)
+    noise = gaussian_filter(shown - shown.mean((0, 1)), (0, 0, 2.1, 2.1, 0))
+    white, sobol, blue = np.sqrt((noise**2).mean((1, 2, 3, 4)))
+    assert blue < 0.92 * min(white, sobol), (white, sobol, blue)
+
+
+def test_the_line_moves_by_keys_and_pointer(small):
+    # The colour of a canvas pixel, which has to be read in the frame that draws it.
+    show = ("(place => { frame(); const p = new Uint8Array(4); tracer.gl.readPixels(Math.floor(tracer.width * enlarged * place),"
+            " 9, 1, 1, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p.slice(0, 3)); })")
+    small.value("element('split').focus()")
+    small.press("Home")
+    small.wait("element('split').value === '0'")
+    right = small.value(f"{show}(0.3)")
+    small.press("End")
+    small.wait("element('split').value === '100'")
+    left = small.value(f"{show}(0.3)")
+    assert left != right  # white, then blue
+    small.press("ArrowLeft")
+    small.wait("element('split').value === '99' && element('handle').getBoundingClientRect().left > 0")
+    box = small.value("(b => [b.left, b.top, b.width, b.height])(element('stage').getBoundingClientRect())")
+    place = {"x": box[0] + 0.25 * box[2], "y": box[1] + 0.5 * box[3], "button": "left", "clickCount": 1}
+    small.call("Input.dispatchMouseEvent", type="mousePressed", **place)
+    small.wait("element('split').value === '25'")
+    small.call("Input.dispatchMouseEvent", type="mouseMoved", **{**place, "x": box[0] + 0.75 * box[2], "buttons": 1})
+    small.wait("element('split').value === '75'")
+    small.call("Input.dispatchMouseEvent", type="mouseReleased", **place)
+    small.value("frame()")
+    handle, stage = small.value("['handle', 'stage'].map(id => element(id).getBoundingClientRect().left)")
+    assert abs(handle + 1 - stage - 0.75 * box[2]) < 1
+
+
+def test_blurring_smooths(small):
+    spread = ("(sigma => { element('distance').value = sigma; frame(); const w = 24, p = new Uint8Array(4 * w * w);"
+              " tracer.gl.readPixels(0, 30, w, w, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p); })")
+    pictures = (np.array(small.value(f"{spread}({sigma})")).reshape(24, 24, 4)[..., :3] for sigma in (0, 1, 3))
+    # By rows and by columns; each pixel is as large as the screen's.
+    sharp, near, far = (np.array([np.diff(picture, axis=axis).std() for axis in (0, 1)]) for picture in pictures)
+    assert small.value("enlarged") == 1 and np.all(sharp > 3 * near) and np.all(near > 2 * far), (sharp, near, far)
+
+
+@pytest.mark.parametrize(("width", "ratio", "dark"), [(390, 3, False), (1280, 1, True)])
+def test_the_page_fits_and_counts(browser, width, ratio, dark):
+    open_page(browser, width, 844, ratio=ratio, dark=dark)
+    assert browser.value("document.documentElement.scrollWidth") == width
+    columns, rows, enlarged = browser.value("[tracer.width, tracer.height, enlarged]")
+    assert 300 < columns < 500 and abs(rows / columns - 2 / 3) < 0.01
+    assert browser.value("[element('picture').width, element('picture').height]") == [columns * enlarged, rows * enlarged]
+    status = "element('status').textContent"
+    assert browser.value(status) == f"{columns} × {rows} pixels, 1 sample each"
+    browser.value("document.querySelector('[name=limit][value=\"4\"]').click()")
+    browser.wait(f"{status}.endsWith(', 4 samples each')")
+    browser.value("new Promise(requestAnimationFrame)")
+    assert browser.value("tracer.count") == 4 and browser.value("element('pause').disabled")
+    browser.value("element('restart').click()")
+    browser.wait("tracer.run === 1 && tracer.count === 4")
+    browser.value("document.querySelector('[name=limit][value=\"2\"]').click()")
+    browser.wait("tracer.count === 2")
+    assert [event["type"] for event in browser.happened("Runtime.consoleAPICalled")] == []
+    assert browser.happened("Runtime.exceptionThrown") == []
+    loaded = {event["request"]["url"] for event in browser.happened("Network.requestWillBeSent")} - {"data:,"}
+    assert loaded and all(url.startswith(WEB.as_uri()) for url in loaded)
+
+
+def test_a_browser_without_webgl_says_so(browser):
+    added = browser.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null;")
+    try:
+        browser.open(PAGE, 390, 844)
+        assert "WebGL 2" in browser.value("element('problem').innerText")
+        assert browser.value("element('stage').hidden && element('controls').hidden")
+        assert browser.happened("Runtime.exceptionThrown") == []
+    finally:
+        browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=added["identifier"])
