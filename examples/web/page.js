@@ -29,14 +29,16 @@ function fill(name, choices) {
 }
 
 function request() {
-  if (!asked && tracer) requestAnimationFrame(frame);
+  if (asked || !tracer) return;
   asked = true;
+  requestAnimationFrame(frame);
 }
 
 function frame() {
   asked = false;
+  if (!tracer) return;
   const limit = Number(settings.limit), sigma = Number(element("distance").value), split = Number(element("split").value);
-  if (tracer.count < limit && !paused) tracer.sample();
+  if (tracer.count < limit && (!paused || tracer.count === 0)) tracer.sample();
   tracer.show(settings.left, settings.right, Math.round(split / 100 * tracer.width) * enlarged, sigma, enlarged);
 
   element("stage").style.setProperty("--split", `${split}%`);

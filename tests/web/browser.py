@@ -23,7 +23,7 @@ def chromium():
 class Browser:
     """One browser with one page."""
 
-    def __init__(self, program, folder, seconds=120):
+    def __init__(self, program, folder, seconds=60):
         self.seconds = seconds
         self.next_id = 0
         self.text = b""

@@ -43,7 +43,7 @@ DRAW_CASES = """((kind, cases) => {
 def browser(tmp_path_factory):
     program = chromium()
     if program is None:
-        pytest.skip("no Chromium (Debian: apt-get install chromium; or set BN_CHROMIUM)")
+        pytest.skip("no Chromium; scripts/shaders installs it (or set BN_CHROMIUM)")
     browser = Browser(program, tmp_path_factory.mktemp("chromium"))
     yield browser
     browser.close()
@@ -152,6 +152,26 @@ def test_blurring_smooths(small):
     assert small.value("enlarged") == 1 and np.all(sharp > 3 * near) and np.all(near > 2 * far), (sharp, near, far)
 
 
+def test_a_paused_page_shows_a_picture(small):
+    small.value("document.querySelector('[name=limit][value=\"16\"]').click()")
+    small.value("(element('restart').click(), frame(), element('pause').click())")
+    count = small.value("(frame(), frame(), tracer.count)")
+    assert 1 <= count < 16 and small.value("element('pause').textContent") == "Go on"
+    small.value("(element('restart').click(), frame(), frame())")
+    assert small.value("tracer.count") == 1 and small.value("element('status').textContent").endswith(", 1 sample each")
+    small.value("element('pause').click()")
+    small.wait("tracer.count === 16")
+
+
+def test_the_page_survives_the_loss_of_its_device(small):
+    small.value("(gl => { window.device = gl.getExtension('WEBGL_lose_context'); device.loseContext(); })(tracer.gl)")
+    small.wait("tracer === null")
+    small.value("(frame(), request(), device.restoreContext())")
+    small.wait("tracer && tracer.count >= 1")
+    assert one_sample(small, 0).mean() > 0.1
+    assert small.happened("Runtime.exceptionThrown") == []
+
+
 @pytest.mark.parametrize(("width", "ratio", "dark"), [(390, 3, False), (1280, 1, True)])
 def test_the_page_fits_and_counts(browser, width, ratio, dark):
     open_page(browser, width, 844, ratio=ratio, dark=dark)
@@ -163,8 +183,7 @@ def test_the_page_fits_and_counts(browser, width, ratio, dark):
     assert browser.value(status) == f"{columns} × {rows} pixels, 1 sample each"
     browser.value("document.querySelector('[name=limit][value=\"4\"]').click()")
     browser.wait(f"{status}.endsWith(', 4 samples each')")
-    browser.value("new Promise(requestAnimationFrame)")
-    assert browser.value("tracer.count") == 4 and browser.value("element('pause').disabled")
+    assert browser.value("(frame(), tracer.count)") == 4 and browser.value("element('pause').disabled")
     browser.value("element('restart').click()")
     browser.wait("tracer.run === 1 && tracer.count === 4")
     browser.value("document.querySelector('[name=limit][value=\"2\"]').click()")
