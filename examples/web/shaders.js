@@ -139,7 +139,7 @@ vec3 path(uvec2 pixel) {
   vec2 on_film = (2.0 * (vec2(pixel) + u.xy) - vec2(size)) / vec2(size);
   vec3 from = CAMERA, to = normalize(vec3(on_film * vec2(ROOM.x, 0.5 * ROOM.y), ROOM.z - CAMERA.z));
   vec3 light = vec3(0.0), weight = vec3(1.0);
-  bool sees_lamp = true; // where no point on the lamp was tried
+  bool sees_lamp = true; // from the camera, also in the mirror; caustics are left out, whose fireflies would hide the rest
   for (uint ray = 1u; ray <= 4u; ++ray) {
     surface s = hit(from, to);
     if (s.kind == LAMP) {
@@ -148,8 +148,10 @@ vec3 path(uvec2 pixel) {
     }
     weight *= s.colour;
     from += to * s.distance + s.normal * 1e-3;
-    sees_lamp = s.kind == GLOSS;
-    if (s.kind == MATTE) light += weight * light_from(from, s.normal, u.zw);
+    if (s.kind == MATTE) {
+      light += weight * light_from(from, s.normal, u.zw);
+      sees_lamp = false;
+    }
     if (ray == 4u) break;
     u = bn_draw_${kind}(pixel.x, pixel.y, index, bn_domain_child(root, ray));
     to = s.kind == GLOSS ? reflect(to, s.normal) : scattered(s.normal, u.xy);
