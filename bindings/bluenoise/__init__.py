@@ -2,18 +2,20 @@
 """Blue noise for path tracers and dithering: samples, masks and measures as NumPy arrays.
 
 Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one
-integer is drawn, or None for fresh entropy. Equal seeds give equal bits on every machine, except for neural masks.
+integer is drawn, or None for fresh entropy. Equal seeds give equal bits on every machine, except for neural masks and
+points.
 Functions raise ``ValueError``, ``TypeError``, ``MemoryError``, ``OSError`` and the two exceptions below; messages contain
 the name and the value of the argument. All functions are thread-safe and release the GIL.
 """
 
-from ._arguments import MaskMethod, SamplerKind
+from ._arguments import MaskMethod, PointsMethod, SamplerKind
 from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
 from ._masks import mask, to_float
 from ._measure import MaskMeasures, anisotropy, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
+from ._points import points
 from ._sampler import Sampler
 
 __all__ = [
@@ -21,6 +23,7 @@ __all__ = [
     "MaskMeasures",
     "MaskMethod",
     "NeuralGenerator",
+    "PointsMethod",
     "RuntimeMissingError",
     "Sampler",
     "SamplerKind",
@@ -32,6 +35,7 @@ __all__ = [
     "dither",
     "mask",
     "measure",
+    "points",
     "power_spectrum",
     "radial_power",
     "to_float",

@@ -186,8 +186,8 @@ def run(arguments):
     sys.stderr.write(done.stderr)
     sys.stdout.write(done.stdout)
     if progress and progress.busy and not options.quiet:
-        print(f"farm: {progress.made:.3g} million samples in {duration(progress.busy)}, {progress.made / progress.busy:.3g} million a "
-              "second")
+        rate = progress.made / progress.busy
+        print(f"farm: {progress.made:.3g} million samples in {duration(progress.busy)}, {rate:.3g} million a second")
 
 
 def terminate(*_):

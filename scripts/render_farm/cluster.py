@@ -88,8 +88,8 @@ def check_workers(client, program, wanted, inputs):
     complaints = client.run(Sent(worker.complaint), program, wanted, inputs)
     for address, complaint in complaints.items():
         if complaint:
-            raise FarmError(f"worker {address}: {complaint}; copy what {platform.node() or 'this machine'} has to the same path, or "
-                            "set BN_PATHTRACER for the worker")
+            raise FarmError(f"worker {address}: {complaint}; copy it from {platform.node() or 'this machine'}, to the same path or to "
+                            "where BN_PATHTRACER of the worker leads")
 
 
 def render(client, program, wanted, inputs, tasks):

@@ -101,6 +101,7 @@ def render(program, wanted, inputs, arguments):
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
                               start_new_session=True)
         if done.returncode:
-            raise WorkerError(done.stderr.strip().removeprefix("pathtracer: ") or f"the path tracer failed with exit status {done.returncode}")
+            said = done.stderr.strip().removeprefix("pathtracer: ")
+            raise WorkerError(said or f"the path tracer failed with exit status {done.returncode}")
         with open(output, "rb") as file:
             return file.read()

@@ -29,7 +29,7 @@ def test_version_is_the_headers():
 def test_public_names_exist_and_have_docstrings():
     for name in bluenoise.__all__:
         value = getattr(bluenoise, name)
-        if name not in ("__version__", "MaskMethod", "SamplerKind"):  # values, not classes or functions
+        if name not in ("__version__", "MaskMethod", "PointsMethod", "SamplerKind"):  # values, not classes or functions
             assert value.__doc__, name
     for name in ("sample", "block", "domain", "qmc"):
         assert getattr(bluenoise.Sampler, name).__doc__
@@ -37,7 +37,7 @@ def test_public_names_exist_and_have_docstrings():
 
 def test_examples_in_docstrings_hold():
     tried = 0
-    for name in ("_sampler", "_masks", "_dither"):
+    for name in ("_sampler", "_masks", "_points", "_dither"):
         failed, count = doctest.testmod(importlib.import_module(f"bluenoise.{name}"))
         assert failed == 0
         tried += count

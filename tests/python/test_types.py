@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import bluenoise
-from bluenoise import _core, _masks
+from bluenoise import _core, _masks, _points
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -22,6 +22,8 @@ from typing_extensions import assert_type
 bluenoise.mask((8, 8), sigma=1.9, initial_fraction=0.2, seed=None)
 bluenoise.mask(8, method="relax", steps=3, threads=1, seed=np.random.default_rng())
 bluenoise.mask((8, 8), method="anneal", channels=3, sweeps=1)
+assert_type(bluenoise.points(8, method="mask", jitter=False), npt.NDArray[np.float64])
+bluenoise.points(8, candidates=2)
 bluenoise.mask((8, 8), method="neural", model=b"", progress=print)
 name: bluenoise.MaskMethod = "white"
 assert_type(bluenoise.mask((8, 8), method=name), npt.NDArray[np.uint32])
@@ -38,6 +40,7 @@ bluenoise.mask((8, 8), steps=3)
 bluenoise.mask((8, 8), method="relax", sweeps=3)
 bluenoise.mask((8, 8), method="white", sigma=1.0)
 bluenoise.mask((8, 8), method="paint")
+bluenoise.points(8, method="poisson-disk", jitter=False)
 bluenoise.Sampler("red")
 bluenoise.measure(np.zeros((8, 8)))["e_3"]
 '''
@@ -54,24 +57,26 @@ def test_type_checker_accepts_right_calls_and_refuses_wrong_ones(tmp_path):
 
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="typing.get_overloads needs Python 3.11")
-def test_each_method_has_the_signature_of_its_function():
+@pytest.mark.parametrize("module, function", [(_masks, bluenoise.mask), (_points, bluenoise.points)])
+def test_each_method_has_the_signature_of_its_function(module, function):
     seen = set()
-    for overload in typing.get_overloads(bluenoise.mask):
+    for overload in typing.get_overloads(function):
         parameters = inspect.signature(overload).parameters
         method = parameters["method"].annotation
-        if method == "MaskMethod":
+        if method in ("MaskMethod", "PointsMethod"):
             continue  # for names known only at run time
-        name = eval(method, vars(_masks)).__args__[0]
+        name = eval(method, vars(module)).__args__[0]
         seen.add(name)
-        maker = inspect.signature(_masks._MAKERS[name]).parameters
-        options = {key: value for key, value in parameters.items() if key not in ("shape", "method", "seed")}
-        assert list(options) == list(_masks.METHODS[name])
+        maker = inspect.signature(module._MAKERS[name]).parameters
+        options = {key: value for key, value in parameters.items() if key not in ("shape", "n", "method", "seed")}
+        assert list(options) == list(module.METHODS[name])
         for key, value in options.items():
             assert (value.default, value.annotation) == (maker[key].default, maker[key].annotation), (name, key)
-    assert seen == {name for name, options in _masks.METHODS.items() if options}
+    assert seen == {name for name, options in module.METHODS.items() if options}
 
 
 def test_literals_are_what_there_is():
     assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
+    assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)
     assert set(typing.get_args(bluenoise.SamplerKind)) == set(_core.sampler_kinds)
     assert set(typing.get_type_hints(bluenoise.MaskMeasures)) == set(bluenoise.measure(bluenoise.mask((8, 8))))

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Point sets: even, reproducible, on the torus where they say so."""
+
+import builtins
+
+import numpy as np
+import pytest
+
+import bluenoise
+from bluenoise import _points
+
+METHODS = list(_points.METHODS)
+
+
+def needs(method):
+    if method != "mask":
+        pytest.importorskip("scipy")
+
+
+def closest(points, toroidal):
+    """The distance of the closest pair, in units of the spacing of a square lattice."""
+    apart = np.abs(points[:, None] - points)
+    if toroidal:
+        apart = np.minimum(apart, 1 - apart)
+    distances = np.hypot(apart[..., 0], apart[..., 1])
+    np.fill_diagonal(distances, np.inf)
+    return distances.min() * np.sqrt(len(points))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 37, 200])
+def test_points_have_shape_and_range(method, n):
+    needs(method)
+    found = bluenoise.points(n, method=method, seed=3)
+    assert found.shape == (n, 2) and found.dtype == np.float64
+    assert ((found >= 0) & (found < 1)).all()
+    np.testing.assert_array_equal(found, bluenoise.points(n, method=method, seed=3))
+    if n:
+        assert not np.array_equal(found, bluenoise.points(n, method=method, seed=4))
+
+
+# White noise has 0.03 for 256 points; the limits are half of what seeds 0 to 9 have.
+@pytest.mark.parametrize("method, least", [("best-candidate", 0.35), ("poisson-disk", 0.39), ("mask", 0.2)])
+@pytest.mark.parametrize("seed", range(3))
+def test_no_two_points_are_close(method, least, seed):
+    needs(method)
+    assert closest(bluenoise.points(256, method=method, seed=seed), method != "poisson-disk") > least
+
+
+@pytest.mark.parametrize("method, below", [("best-candidate", 0.3), ("poisson-disk", 0.3), ("mask", 0.3)])
+def test_low_frequencies_are_weak(method, below):
+    """The power of white noise is 1 on average, that of the poorest of these sets 0.15 below a third of the principal
+    frequency."""
+    needs(method)
+    points = bluenoise.points(400, method=method, seed=1)
+    u, v = np.meshgrid(np.arange(-6, 7), np.arange(-6, 7))
+    low = (np.hypot(u, v) < 20 / 3) & ((u != 0) | (v != 0))
+    waves = np.exp(-2j * np.pi * (points @ np.stack([u[low], v[low]])))
+    assert (np.abs(waves.sum(0)) ** 2 / len(points)).mean() < below
+
+
+@pytest.mark.parametrize("method", ["best-candidate", "mask"])
+def test_the_first_points_of_a_set_are_a_set(method):
+    needs(method)
+    options = {"mask": bluenoise.mask((40, 50), seed=2)} if method == "mask" else {}
+    whole = bluenoise.points(150, method=method, seed=5, **options)
+    np.testing.assert_array_equal(bluenoise.points(60, method=method, seed=5, **options), whole[:60])
+
+
+def test_points_of_a_mask_lie_in_its_lowest_texels():
+    mask = bluenoise.mask((10, 20), method="white", seed=1)
+    for jitter in (False, True):
+        found = bluenoise.points(30, method="mask", mask=mask, jitter=jitter, seed=1)
+        x, y = np.floor(found * (20, 10)).astype(int).T
+        np.testing.assert_array_equal(mask[y, x], np.arange(30))
+    centres = bluenoise.points(200, method="mask", mask=mask, jitter=False)
+    assert np.allclose(centres * (20, 10) % 1, 0.5)
+
+
+def test_a_poisson_disk_set_has_no_room_left():
+    needs("poisson-disk")
+    found = bluenoise.points(150, method="poisson-disk", seed=0)
+    radius = closest(found, False) / np.sqrt(150)
+    places = np.random.default_rng(0).random((5000, 2))
+    nearest = np.hypot(*(places[:, None] - found).transpose(2, 0, 1)).min(1)
+    # At most two points of a hundred were removed.
+    assert np.mean(nearest > radius) < 0.03
+
+
+def test_more_candidates_spread_better():
+    needs("best-candidate")
+    few, many = (np.mean([closest(bluenoise.points(100, seed=s, candidates=c), True) for s in range(5)]) for c in (1, 10))
+    assert few < many
+
+
+@pytest.mark.parametrize("error, message, arguments, options", [
+    (ValueError, "n .* -1", (-1,), {}),
+    (TypeError, r"n .* 2\.0", (2.0,), {}),
+    (ValueError, "method .*'grid'", (4,), {"method": "grid"}),
+    (TypeError, "method .*3", (4,), {"method": 3}),
+    (TypeError, "jitter .*True", (4,), {"method": "best-candidate", "jitter": True}),
+    (ValueError, "candidates .* 0", (4,), {"candidates": 0}),
+    (ValueError, "n = 5 .* 4", (5,), {"method": "mask", "mask": [[0, 1], [2, 3]]}),
+    (ValueError, "mask .*every rank", (2,), {"method": "mask", "mask": [[0, 1], [2, 2]]}),
+    (ValueError, "seed .* -1", (4,), {"seed": -1}),
+])
+def test_bad_arguments(error, message, arguments, options):
+    with pytest.raises(error, match=message):
+        bluenoise.points(*arguments, **options)
+
+
+@pytest.mark.parametrize("method", ["best-candidate", "poisson-disk"])
+def test_without_scipy_the_error_says_what_to_install(method, monkeypatch):
+    real = builtins.__import__
+
+    def no_scipy(name, *arguments, **options):
+        if name.split(".")[0] == "scipy":
+            raise ImportError(name)
+        return real(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", no_scipy)
+    with pytest.raises(ImportError, match=f"{method}.* pip install scipy"):
+        bluenoise.points(4, method=method)
+    assert bluenoise.points(4, method="mask").shape == (4, 2)
