@@ -1,13 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draw() of a renderer for the check in docs/porting.md, with the mistake that MISTAKE names. */
+ * The draw() of a renderer for the check in docs/porting.md, with the mistake that MISTAKE names. SEED is the sampler's
+ * seed; LAYOUT says where decision 1 draws from: (0,1) of the next ray's domain unless it is "second pair" (2,3 of the
+ * same domain as decision 0) or "grandchild" (a domain two levels below the root). */
 #include <bn/bn.h>
 #include <stdlib.h>
 #include <string.h>
 
 void draw(int x, int y, unsigned index, int decision, float u[2]);
 
-static const char *mistake;
+static const char *mistake, *layout;
 static const bn_sampler *sampler;
+
+static const char *setting(const char *name, const char *otherwise) {
+    const char *value = getenv(name);
+    return value != NULL ? value : otherwise;
+}
 
 static int is(const char *name) {
     return strcmp(mistake, name) == 0;
@@ -16,8 +23,9 @@ static int is(const char *name) {
 static void start(void) {
     bn_sampler_options options = bn_sampler_options_default();
     bn_sampler *created;
-    mistake = getenv("MISTAKE");
-    if (mistake == NULL) mistake = "none";
+    mistake = setting("MISTAKE", "none");
+    layout = setting("LAYOUT", "next ray");
+    options.seed = strtoull(setting("SEED", "0"), NULL, 10);
     if (is("sobol")) options.kind = BN_SAMPLER_SOBOL;
     if (is("white")) options.kind = BN_SAMPLER_WHITE;
     if (bn_sampler_create(&options, &created) != BN_SUCCESS) exit(1);
@@ -26,7 +34,10 @@ static void start(void) {
 
 void draw(int x, int y, unsigned index, int decision, float u[2]) {
     if (sampler == NULL) start();
-    uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, is("shared domain") ? 0 : (uint32_t)decision);
+    const int second_pair = decision == 1 && strcmp(layout, "second pair") == 0;
+    const uint32_t key = is("shared domain") || second_pair ? 0 : (uint32_t)decision;
+    uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, key);
+    if (decision == 1 && strcmp(layout, "grandchild") == 0) domain = bn_domain_child(domain, 5);
     const int old_x = x, old_y = y;
     if (is("index from 1")) index += 1;
     if (is("index from 1000")) index += 1000;
@@ -41,5 +52,11 @@ void draw(int x, int y, unsigned index, int decision, float u[2]) {
         x = old_x / 16 * 16 + old_y % 16;
         y = old_y / 16 * 16 + old_x % 16;
     }
-    bn_sample_2d(sampler, x, y, index, domain, u);
+    if (second_pair) {
+        float four[4];
+        bn_sample_4d(sampler, x, y, index, domain, four);
+        memcpy(u, four + 2, 2 * sizeof u[0]);
+    } else {
+        bn_sample_2d(sampler, x, y, index, domain, u);
+    }
 }
