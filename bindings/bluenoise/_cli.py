@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser(
         "mask",
         help="make a mask",
-        description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values.",
+        description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
     command.add_argument("--channels", type=_integer, metavar="N", help="anneal: 1 to 4 jointly blue channels (default 1)")
@@ -82,14 +82,19 @@ def _parser() -> argparse.ArgumentParser:
     command.set_defaults(run=_mask)
 
     command = commands.add_parser(
-        "measure", help="measure a mask", description="Measures a mask; see bluenoise.measure."
+        "measure",
+        help="measure a mask",
+        description="Measures a mask; lower is better. E_s is the error of dithering after a Gaussian blur of s texels, the "
+        "low-frequency power that of the mask thresholded at a grey level. help(bluenoise.measure) in Python defines each.",
     )
     _add_mask_input(command)
     command.add_argument("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=_measure)
 
     command = commands.add_parser(
-        "dither", help="dither a picture", description="Dithers a picture; see bluenoise.dither."
+        "dither",
+        help="dither a picture",
+        description="Dithers a picture to a few levels; see bluenoise.dither. Needs Pillow.",
     )
     command.add_argument("input", type=Path, help="a picture in any format that Pillow reads, or -")
     command.add_argument("output", type=Path, help="the picture to write, in a lossless format, or - for PNG")
@@ -101,7 +106,8 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser(
         "spectrum",
         help="compute the power spectrum of a mask",
-        description="Writes the power spectrum of a mask: as a plot, its radial average (.csv), or as an array (.npy).",
+        description="Writes the power spectrum of a mask: as a plot (.png, .svg, .pdf; needs Matplotlib), its radial average "
+        "(.csv), or as an array (.npy).",
     )
     _add_mask_input(command)
     command.add_argument("--json", action="store_true", help="print the radial average as JSON")
@@ -111,7 +117,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
-    command.add_argument("mask", type=Path, help="a mask as .npy, .exr or picture, or -")
+    command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or picture (needs Pillow), or -")
     command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1")
 
 
@@ -143,6 +149,8 @@ def _size(text: str) -> tuple[int, ...]:
     if not re.fullmatch(r"[0-9]+(x[0-9]+){0,2}", text):
         raise argparse.ArgumentTypeError(f"{text!r} is not N, WxH or WxHxD, for example 128x128")
     extents = tuple(int(extent) for extent in reversed(text.split("x")))
+    if 0 in extents:
+        raise argparse.ArgumentTypeError(f"{text!r} has an extent of 0; the least is 1")
     return extents if len(extents) > 1 else extents * 2
 
 
@@ -191,6 +199,10 @@ def _mask(options: argparse.Namespace) -> None:
         _files.openexr()
     given: dict[str, Any] = {name: getattr(options, name) for name in _OPTIONS}
     given = {name: value for name, value in given.items() if value is not None}
+    for name in given:
+        if name not in METHODS[options.method]:
+            methods = " or ".join(method for method in METHODS if name in METHODS[method])
+            raise ValueError(f"--{name.replace('_', '-')} needs --method {methods}, not {options.method}")
     shown = {name: value for name, value in given.items() if name not in ("threads", "runtime")}
     progress = _progress(options.quiet)
     if progress is not None and "progress" in METHODS[options.method]:
@@ -233,8 +245,9 @@ def _measure(options: argparse.Namespace) -> None:
     _line("E_1.5", _number(figures["e_1.5"], ".5f"))
     _line("E_2", _number(figures["e_2"], ".5f"))
     _line("anisotropy", _number(figures["anisotropy"], ".2f") + " dB")
+    print("low-frequency power, thresholded at a grey level (white noise has 1):")
     for level, power in figures["low_frequency"].items():
-        _line(f"low power {level:g}", _number(power, ".3f"))
+        _line(f"  grey {level:g}", _number(power, ".3f"))
 
 
 def _line(name: str, value: str) -> None:

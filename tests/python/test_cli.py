@@ -89,6 +89,8 @@ def test_measure(tmp_path, capsys):
     out, err = lines(capsys)
     assert not err and "64 x 32" in out[0] and "yes" in out[1]
     assert f"{bluenoise.measure(ranks)['e_1']:.5f}" in "\n".join(out)
+    start = next(number for number, line in enumerate(out) if "white noise has 1" in line)
+    assert out[start + 1].split()[:2] == ["grey", "0.0625"] and len(out) == start + 8
     assert main(["measure", "--json", str(tmp_path / "mask.npy")]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["size"] == [64, 32] and found["e_1"] == bluenoise.measure(ranks)["e_1"]
@@ -151,15 +153,15 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "8x8", "-o", "no/such/mask.png"], ["no/such", "does not exist"]),
         (["mask", "--size", "8x8", "-o", "folder.png"], ["folder.png", "folder"]),
         (["mask", "--size", "8x8x8", "-o", "mask.png"], [".npy"]),
-        (["mask", "--size", "0x8", "-o", "mask.png"], ["shape", "0"]),
         (["mask", "--size", "99999x99999", "-o", "mask.png"], ["99999"]),
         (["mask", "--size", "8x8", "--sigma", "-1", "-o", "mask.png"], ["sigma", "-1"]),
         (["mask", "--size", "8x8", "--seed", "-1", "-o", "mask.png"], ["seed", "-1"]),
-        (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["white", "sigma"]),
+        (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["--sigma needs", "relax", "white"]),
+        (["mask", "--size", "8", "--initial-fraction", "1", "--method", "relax", "-o", "m.png"], ["--initial-fraction needs"]),
         (["mask", "--size", "9x9", "--method", "builtin", "-o", "m.png"], ["(9, 9)"]),
         (["mask", "--size", "8x8x8", "-o", "mask.exr"], [".npy"]),
         (["mask", "--size", "8", "--channels", "5", "--method", "anneal", "-o", "m.png"], ["channels", "5"]),
-        (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["void-and-cluster", "channels"]),
+        (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["--channels needs --method anneal,"]),
         (["mask", "--size", "8", "--json", "-o", "-"], ["--json"]),
         (["spectrum", "flat.npy"], ["-o", "--json"]),
         (["measure", "deep.npy"], ["deep.npy", "(2, 4, 4)", "--channel"]),
@@ -218,6 +220,8 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
         ([], "COMMAND"),
         (["mask"], "--size"),
         (["mask", "--size", "8y8", "-o", "m.png"], "8y8"),
+        (["mask", "--size", "0", "-o", "m.png"], "--size: '0'"),
+        (["mask", "--size", "8x0", "-o", "m.png"], "--size: '8x0'"),
         (["mask", "--size", "8", "--bits", "12", "-o", "m.png"], "12"),
         (["measure", "--channel", "0", "m.npy"], "less than 1"),
         (["mask", "--size", "8x8", "--seed", "1.5", "-o", "m.png"], "1.5"),

@@ -59,26 +59,26 @@ def call_graph(source: Path) -> dict:
     return graph
 
 
-def rooms_of(contributing: str) -> dict:
-    """room -> the rooms it may see, itself among them, by the table in CONTRIBUTING.md."""
-    table = contributing[contributing.index("| room |"):].split("\n\n")[0]
-    rooms = {}
+def folders_of(contributing: str) -> dict:
+    """folder -> the folders it may see, itself among them, by the table in CONTRIBUTING.md."""
+    table = contributing[contributing.index("| source folder |"):].split("\n\n")[0]
+    folders = {}
     for row in table.splitlines()[2:]:
         name, _, sees = (cell.strip() for cell in row.strip("|").split("|"))
-        rooms[name.strip("`")] = {name.strip("`"), *re.findall(r"`(\w+)`", sees)}
-    return rooms
+        folders[name.strip("`")] = {name.strip("`"), *re.findall(r"`(\w+)`", sees)}
+    return folders
 
 
-def room_violations(source: Path, rooms: dict) -> list:
+def folder_violations(source: Path, folders: dict) -> list:
     found = []
     for path in code_files(source):
-        room = path.relative_to(source).parts[0]
-        if room not in rooms:
-            found.append(f"{path.name} is in no room of CONTRIBUTING.md")
+        folder = path.relative_to(source).parts[0]
+        if folder not in folders:
+            found.append(f"{path.name} is in no folder of the table in CONTRIBUTING.md")
             continue
         for quoted, name in included(path):
-            if quoted and name.split("/")[0] not in rooms[room]:
-                found.append(f"{room}/{path.name} includes {name}")
+            if quoted and name.split("/")[0] not in folders[folder]:
+                found.append(f"{folder}/{path.name} includes {name}")
     return found
 
 

@@ -8,7 +8,7 @@ import structure
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "libbn" / "src"
-ROOMS = structure.rooms_of((ROOT / "CONTRIBUTING.md").read_text())
+FOLDERS = structure.folders_of((ROOT / "CONTRIBUTING.md").read_text())
 PACKAGES = {"bluenoise": ROOT / "bindings" / "bluenoise", "bn_trainer": ROOT / "trainer" / "bn_trainer",
             "report": ROOT / "scripts" / "report", "render_farm": ROOT / "scripts" / "render_farm"}
 
@@ -43,10 +43,10 @@ def test_no_two_files_call_each_other():
     assert relative(structure.circle(graph)) == []
 
 
-def test_rooms():
-    assert set(ROOMS) == {path.name for path in SOURCE.iterdir()}
-    assert structure.circle({room: sees - {room} for room, sees in ROOMS.items()}) == []
-    assert structure.room_violations(SOURCE, ROOMS) == []
+def test_folders():
+    assert set(FOLDERS) == {path.name for path in SOURCE.iterdir()}
+    assert structure.circle({folder: sees - {folder} for folder, sees in FOLDERS.items()}) == []
+    assert structure.folder_violations(SOURCE, FOLDERS) == []
 
 
 def test_one_file_knows_memory_threads_libraries_and_files():
@@ -97,12 +97,12 @@ def test_notices_circles_of_calls(tmp_path):
     assert len(structure.circle(structure.call_graph(tmp_path))) >= 2
 
 
-def test_notices_a_look_into_the_wrong_room(tmp_path):
-    rooms = structure.rooms_of("| room | what | sees |\n| --- | --- | --- |\n| `base` | x | |\n| `masks` | y | `base` |\n")
+def test_notices_a_look_into_the_wrong_folder(tmp_path):
+    folders = structure.folders_of("| source folder | what | sees |\n| --- | --- | --- |\n| `base` | x | |\n| `masks` | y | `base` |\n")
     write(tmp_path, base__a_dot_c='#include "base/a.h"\n', masks__b_dot_c='#include "base/a.h"\n')
-    assert structure.room_violations(tmp_path, rooms) == []
+    assert structure.folder_violations(tmp_path, folders) == []
     write(tmp_path, base__a_dot_c='#include "masks/b.h"\n', attic__c_dot_c="")
-    assert len(structure.room_violations(tmp_path, rooms)) == 2
+    assert len(structure.folder_violations(tmp_path, folders)) == 2
 
 
 def test_notices_a_second_keeper_and_an_insider(tmp_path):

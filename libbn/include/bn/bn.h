@@ -2,8 +2,9 @@
  * libbn: blue noise for path tracers. This header is the manual of the library: samples whose error
  * is distributed as blue noise over the screen, dither masks, and measures of both.
  *
- * Two parts have headers of their own: bn_draw.h has the draws as inline functions, and neural.h
- * makes masks with a neural network.
+ * Other parts have headers of their own: bn_draw.h has the draws as inline functions, bn_choose.h
+ * makes choices with a number of a draw and keeps the rest of it, neural.h makes masks with a neural
+ * network, and bn.hpp has samplers and domains as C++17 classes.
  *
  *     bn_sampler *sampler;
  *     if (bn_sampler_create(NULL, &sampler) != BN_SUCCESS) return 1;
@@ -107,11 +108,11 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 
 /* ---- Domains */
 
-/* A domain identifies one decision along a path, such as the point on the lens or the light sample
- * at bounce 3. Over the sample indices of a pixel, the samples of a domain are well distributed;
- * over the screen, their error is blue noise. Samples of different domains are independent, except
- * within a family (see below). Derive domains along the call tree, so that adding a decision in one
- * place does not change the samples in another:
+/* A domain identifies a decision along a path, or two that belong together, such as the direction
+ * of a ray and the light sample where it ends. Over the sample indices of a pixel, the samples of a
+ * domain are well distributed; over the screen, their error is blue noise. Samples of different
+ * domains are independent, except within a family (see below). Derive domains along the call tree,
+ * so that adding a decision in one place does not change the samples in another:
  *
  *     uint32_t frame    = bn_domain_child(BN_DOMAIN_ROOT, frame_number);
  *     uint32_t camera   = bn_domain_child(frame, 0);      // position in the pixel, first light
@@ -119,7 +120,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  *     uint32_t roulette = bn_domain_child(ray, 0);
  *
  * A domain has four dimensions. (0, 1) and (2, 3) are the pairs to use for two-dimensional
- * decisions.
+ * decisions. Never use a dimension for two purposes.
  *
  * Families. The four children of a domain with keys 4 k to 4 k + 3 are a family. With BLUE, both
  * pairs of a domain are stratified together, in all four dimensions and over neighbouring pixels.
@@ -136,7 +137,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 #define BN_DOMAIN_ROOT 0u
 
 /* The child of a domain: a hash of the domain and of key / 4, with key % 4 as the member of the
- * family. Any values will do. Takes about a nanosecond. */
+ * family. Any domain and any key are allowed. Takes about a nanosecond. */
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* ---- Samplers */
