@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two files that scripts/amalgamate writes: one command compiles them, and they are the library, bit for bit."""
+"""What scripts/amalgamate writes: one command compiles the two files, and they are the library, bit for bit. The folder bn/
+beside them has the headers that programs include as <bn/...>."""
 
 import json
 import os
@@ -9,6 +10,7 @@ import shutil
 
 import pytest
 from conftest import ROOT, run
+from test_readme import programs
 from test_symbols import declared, symbols
 
 HERE = ROOT / "tests" / "install"
@@ -18,13 +20,9 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
-    """bn.c and bn.h, and a folder bn/ that leads programs which include <bn/...> to them."""
     folder = tmp_path_factory.mktemp("amalgamation")
     run(ROOT / "scripts" / "amalgamate", "--output", folder)
-    assert sorted(path.name for path in folder.iterdir()) == ["bn.c", "bn.h"]
-    (folder / "include" / "bn").mkdir(parents=True)
-    for name in ("bn.h", "bn_draw.h", "bn_choose.h"):
-        (folder / "include" / "bn" / name).write_text('#include "../../bn.h"\n')
+    assert sorted(path.name for path in folder.iterdir()) == ["bn", "bn.c", "bn.h"]
     return folder
 
 
@@ -38,7 +36,7 @@ def compiled(request, folder):
 
 def program(folder, compiler, source, objects):
     built = folder / f"{compiler}-{source.stem}"
-    run(compiler, "-O1", f'-DBN_TESTS_DIR="{ROOT}/tests"', "-I", folder / "include", source, objects, "-o", built, "-lm")
+    run(compiler, "-O1", f'-DBN_TESTS_DIR="{ROOT}/tests"', "-I", folder, source, objects, "-o", built, "-lm")
     return built
 
 
@@ -50,6 +48,27 @@ def test_one_command_compiles_a_program(folder, static_library, tmp_path):
     assert run(os.environ.get("CC", "cc"), "bn.c", "main.c", "-lm", cwd=tmp_path) == ""
     static_library.compile(HERE / "consumer.c", tmp_path / "expected")
     assert run(tmp_path / "a.out") == run(tmp_path / "expected")
+
+
+def test_the_readmes_program_compiles_unchanged(folder, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.o"))
+    (tmp_path / "main.c").write_text(programs()[0])
+    assert run(os.environ.get("CC", "cc"), "-O2", "-I.", "bn.c", "main.c", "-lm", cwd=tmp_path) == ""
+    assert len(run(tmp_path / "a.out").splitlines()) == 4
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in (ROOT / "libbn" / "include" / "bn").glob("bn*.h*")
+                                        if path.suffix != ".hlsl"))
+def test_every_header_but_the_networks_is_there(folder, tmp_path, name):
+    """By itself, in a folder of its own, in each language that it is for."""
+    for compiler, standard in (("gcc", "c99"), ("g++", "c++11")):
+        if name == "bn.hpp" and compiler == "gcc":
+            continue
+        source = tmp_path / f"one.{'c' if compiler == 'gcc' else 'cpp'}"
+        source.write_text(f"#include <bn/{name}>\nuint32_t child(void);\n"
+                          "uint32_t child(void) { return bn_domain_child(BN_DOMAIN_ROOT, 1); }\n")
+        used = {"bn.hpp": "c++17"}.get(name, standard)
+        run(compiler, f"-std={used}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", folder, "-fsyntax-only", source)
 
 
 @pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_result",
@@ -85,8 +104,15 @@ def test_symbols(folder, compiled, tmp_path):
 def test_the_header_is_for_cpp_too(folder, compiled, tmp_path):
     compiler = {"gcc": "g++", "clang": "clang++"}.get(compiled[0], "c++")
     strict = ["-std=c++11", "-pedantic", "-Werror", "-Wall", "-Wextra"]
-    run(compiler, *strict, "-I", folder / "include", HERE / "consumer.cpp", compiled[1], "-o", tmp_path / "consumer", "-lm")
+    run(compiler, *strict, "-I", folder, HERE / "consumer.cpp", compiled[1], "-o", tmp_path / "consumer", "-lm")
     run(tmp_path / "consumer")
+
+
+def test_the_cpp_wrapper_is_the_librarys(folder, compiled, tmp_path):
+    compiler = {"gcc": "g++", "clang": "clang++"}.get(compiled[0], "c++")
+    run(compiler, "-std=c++17", "-Werror", "-Wall", "-Wextra", "-I", folder, HERE / "consumer_hpp.cpp", compiled[1],
+        "-o", tmp_path / "consumer", "-lm")
+    assert run(tmp_path / "consumer").splitlines()[-1] == "0"
 
 
 def test_small_data(folder, tmp_path):
