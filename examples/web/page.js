@@ -3,8 +3,8 @@
 "use strict";
 
 const NAMES = {white: "white", sobol: "Sobol\u2019", blue: "blue"};
-const RUN_ON = 1024; // samples after which "run on" rests, too
-const LIMITS = {1: "1", 2: "2", 4: "4", 16: "16", [RUN_ON]: "run on"};
+const MOST = 1024; // samples after which "no limit" rests, too
+const LIMITS = {1: "1", 2: "2", 4: "4", 16: "16", [MOST]: "no limit"};
 const COLUMNS = 400; // about as many pixels to a row; each is a whole number of the screen's
 
 const element = id => document.getElementById(id);
@@ -45,10 +45,10 @@ function frame() {
   element("split").setAttribute("aria-valuetext", `${NAMES[settings.left]} to ${split} %, then ${NAMES[settings.right]}`);
   element("left-name").textContent = NAMES[settings.left];
   element("right-name").textContent = NAMES[settings.right];
-  element("blur").textContent = sigma ? `${sigma.toFixed(1)} px of blur` : "no blur";
-  const count = `${tracer.count} ${tracer.count === 1 ? "sample" : "samples"} each`;
+  element("blur").textContent = sigma ? `${sigma.toFixed(1)} px blur` : "no blur";
+  const count = `${tracer.count} ${tracer.count === 1 ? "sample" : "samples"} per pixel`;
   element("status").textContent = `${tracer.width} \u00d7 ${tracer.height} pixels, ${count}`;
-  element("pause").textContent = paused ? "Go on" : "Pause";
+  element("pause").textContent = paused ? "Resume" : "Pause";
   element("pause").disabled = !paused && tracer.count >= limit;
   if (tracer.count < limit && !paused) request();
 }

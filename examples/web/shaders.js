@@ -35,7 +35,7 @@ const vec3 ROOM = vec3(1.5, 2.0, 1.3); // from the middle to the side walls, hei
 const vec3 CAMERA = vec3(0.0, 1.0, 4.6);
 const vec3 LAMP_COLOUR = vec3(13.0, 11.5, 9.4);
 const vec2 LAMP_AT = vec2(0.0, 0.05), LAMP_SIZE = vec2(0.4, 0.32); // x and z, from the middle to the edges
-const vec4 BALL = vec4(0.62, 0.42, 0.1, 0.42), MIRROR = vec4(-0.12, 0.25, 0.62, 0.25);
+const vec4 BALL = vec4(0.62, 0.42, 0.1, 0.42), MIRROR = vec4(-0.4, 0.3, 0.7, 0.3);
 const vec3 BLOCK_AT = vec3(-0.62, 0.6, -0.42), BLOCK_SIZE = vec3(0.33, 0.6, 0.33);
 const vec2 BLOCK_TURN = vec2(0.9211, 0.3894); // cosine and sine
 const float FAR = 1e20, NEAR = 1e-4;
@@ -98,7 +98,7 @@ surface hit(vec3 from, vec3 to) {
   distance = to_ball(from, to, BALL);
   if (distance < s.distance) s = surface(distance, (from + to * distance - BALL.xyz) / BALL.w, vec3(0.7, 0.52, 0.22), MATTE);
   distance = to_ball(from, to, MIRROR);
-  if (distance < s.distance) s = surface(distance, (from + to * distance - MIRROR.xyz) / MIRROR.w, vec3(0.92), GLOSS);
+  if (distance < s.distance) s = surface(distance, (from + to * distance - MIRROR.xyz) / MIRROR.w, vec3(0.5, 0.75, 0.72), GLOSS);
   return s;
 }
 

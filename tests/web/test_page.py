@@ -156,9 +156,9 @@ def test_a_paused_page_shows_a_picture(small):
     small.value("document.querySelector('[name=limit][value=\"16\"]').click()")
     small.value("(element('restart').click(), frame(), element('pause').click())")
     count = small.value("(frame(), frame(), tracer.count)")
-    assert 1 <= count < 16 and small.value("element('pause').textContent") == "Go on"
+    assert 1 <= count < 16 and small.value("element('pause').textContent") == "Resume"
     small.value("(element('restart').click(), frame(), frame())")
-    assert small.value("tracer.count") == 1 and small.value("element('status').textContent").endswith(", 1 sample each")
+    assert small.value("tracer.count") == 1 and small.value("element('status').textContent").endswith(", 1 sample per pixel")
     small.value("element('pause').click()")
     small.wait("tracer.count === 16")
 
@@ -179,10 +179,18 @@ def test_the_page_fits_and_counts(browser, width, ratio, dark):
     columns, rows, enlarged = browser.value("[tracer.width, tracer.height, enlarged]")
     assert 300 < columns < 500 and abs(rows / columns - 2 / 3) < 0.01
     assert browser.value("[element('picture').width, element('picture').height]") == [columns * enlarged, rows * enlarged]
+    assert browser.value("element('blur').textContent") == "1.0 px blur"
+    cramped = "[...document.querySelectorAll('fieldset span')].filter(s => s.scrollWidth > s.clientWidth).map(s => s.textContent)"
+    assert browser.value(cramped) == []
+    ends = "[element('blur'), element('stage')].map(e => { const r = document.createRange(); r.selectNodeContents(e);" \
+           " return e.id === 'stage' ? e.getBoundingClientRect().right : r.getBoundingClientRect().right; })"
+    for distance in (0, 1):
+        text, stage = browser.value(f"(element('distance').value = {distance}, frame(), {ends})")
+        assert abs(text - stage) < 1, distance
     status = "element('status').textContent"
-    assert browser.value(status) == f"{columns} × {rows} pixels, 1 sample each"
+    assert browser.value(status) == f"{columns} × {rows} pixels, 1 sample per pixel"
     browser.value("document.querySelector('[name=limit][value=\"4\"]').click()")
-    browser.wait(f"{status}.endsWith(', 4 samples each')")
+    browser.wait(f"{status}.endsWith(', 4 samples per pixel')")
     assert browser.value("(frame(), tracer.count)") == 4 and browser.value("element('pause').disabled")
     browser.value("element('restart').click()")
     browser.wait("tracer.run === 1 && tracer.count === 4")
