@@ -59,7 +59,7 @@ def points(n: Any, *, method: str = "best-candidate", seed: Any = 0, **options: 
         that the first points of a set are a set, too. Toroidal: sets tile. Time grows with n**2, 1024 points take about a
         second. Mitchell, "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
 
-        ``"poisson-disk"``: no two points are closer than a radius, and no more fit in. ``scipy.stats.qmc.PoissonDisk``
+        ``"poisson-disk"``: no two points are closer than a radius, and few more fit in. ``scipy.stats.qmc.PoissonDisk``
         with the largest radius found that leaves room for n points; a few too many are removed at random. Not toroidal,
         and in no order. Takes about a second for 1024 points. Bridson, "Fast Poisson disk sampling in arbitrary
         dimensions", 2007. Needs SciPy.
