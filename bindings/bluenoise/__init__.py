@@ -8,7 +8,7 @@ Functions raise ``ValueError``, ``TypeError``, ``MemoryError``, ``OSError`` and 
 the name and the value of the argument. All functions are thread-safe and release the GIL.
 """
 
-from ._arguments import MaskMethod, PointsMethod, SamplerKind
+from ._arguments import MaskMethod, NeuralProvider, PointsMethod, SamplerKind
 from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
@@ -23,6 +23,7 @@ __all__ = [
     "MaskMeasures",
     "MaskMethod",
     "NeuralGenerator",
+    "NeuralProvider",
     "PointsMethod",
     "RuntimeMissingError",
     "Sampler",

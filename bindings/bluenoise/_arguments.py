@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 MaskMethod = Literal["void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
+NeuralProvider = Literal["cpu", "cuda"]
 PointsMethod = Literal["best-candidate", "poisson-disk", "mask"]
 SamplerKind = Literal["blue", "sobol", "white", "zorder", "mask"]
 Seed = Union[SupportsIndex, np.random.Generator, None]

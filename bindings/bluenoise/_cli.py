@@ -10,7 +10,7 @@ import os
 import re
 import sys
 from pathlib import Path
-from typing import Any, Callable, Optional, Sequence
+from typing import Any, Callable, Optional, Sequence, get_args
 
 import numpy as np
 
@@ -18,13 +18,14 @@ from . import __version__, _files, dither, power_spectrum, radial_power
 from . import mask as make_mask
 from . import measure as measure_mask
 from . import _arguments as arguments
+from ._arguments import NeuralProvider
 from ._masks import METHODS
 from ._measure import ranks_of
 from ._plot import plot_spectrum
 
 _MASK_SUFFIXES = (".png", ".exr", ".npy")
 _SPECTRUM_SUFFIXES = (".png", ".svg", ".pdf", ".csv", ".npy")
-_OPTIONS = ("sigma", "initial_fraction", "steps", "sweeps", "channels", "model", "runtime", "threads")
+_OPTIONS = ("sigma", "initial_fraction", "steps", "sweeps", "channels", "model", "runtime", "threads", "provider")
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:
@@ -75,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file (default: the built-in network)")
     command.add_argument("--runtime", type=Path, metavar="FILE", help="neural: the ONNX Runtime library")
     command.add_argument("--threads", type=_integer, help="relax, neural: number of threads (default: one per core)")
+    command.add_argument("--provider", choices=get_args(NeuralProvider), help="neural: run on the processor (default) or a GPU")
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     command.add_argument("--json", action="store_true", help="describe the mask as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
@@ -203,7 +205,7 @@ def _mask(options: argparse.Namespace) -> None:
         if name not in METHODS[options.method]:
             methods = " or ".join(method for method in METHODS if name in METHODS[method])
             raise ValueError(f"--{name.replace('_', '-')} needs --method {methods}, not {options.method}")
-    shown = {name: value for name, value in given.items() if name not in ("threads", "runtime")}
+    shown = {name: value for name, value in given.items() if name not in ("threads", "runtime", "provider")}
     progress = _progress(options.quiet)
     if progress is not None and "progress" in METHODS[options.method]:
         given["progress"] = progress

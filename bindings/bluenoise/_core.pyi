@@ -43,6 +43,7 @@ class NeuralGenerator:
         model: Optional[bytes],
         runtime: Optional[str],
         threads: int,
+        provider: Optional[str],
         where: str,
     ) -> None: ...
     @property

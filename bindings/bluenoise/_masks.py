@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._arguments import MaskMethod, Progress, Ranks, Seed, Shape
+from ._arguments import MaskMethod, NeuralProvider, Progress, Ranks, Seed, Shape
 from ._interrupt import interruptible
 from ._neural import NeuralGenerator, PathLike, builtin_generator
 
@@ -78,6 +78,7 @@ def mask(
     model: Union[None, PathLike, bytes] = None,
     runtime: Optional[PathLike] = None,
     threads: int = 0,
+    provider: Optional[NeuralProvider] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks: ...
 @overload
@@ -127,8 +128,8 @@ def mask(
         a permutation, and the vectors of values are blue jointly (about 1 us per trial); ``value_sigma`` (1, 0.01 to
         100) is then the distance of values within which vectors repel each other, and the far blur is not used.
 
-        ``"neural"``: ``model``, ``runtime`` and ``threads``, as for ``NeuralGenerator``. To make several masks with these
-        options, use a ``NeuralGenerator``, which opens the network only once.
+        ``"neural"``: ``model``, ``runtime``, ``threads`` and ``provider``, as for ``NeuralGenerator``. To make several masks
+        with these options, use a ``NeuralGenerator``, which opens the network only once.
 
     Raises
     ------
@@ -281,12 +282,13 @@ def _neural(
     model: Union[None, PathLike, bytes] = None,
     runtime: Optional[PathLike] = None,
     threads: int = 0,
+    provider: Optional[NeuralProvider] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
     if len(shape) != 2:
         raise ValueError(f"shape for method 'neural' must be (h, w), not {shape}")
-    default = model is None and runtime is None and type(threads) is int and threads == 0
-    generator = builtin_generator() if default else NeuralGenerator(model, runtime, threads)
+    default = model is runtime is provider is None and type(threads) is int and threads == 0
+    generator = builtin_generator() if default else NeuralGenerator(model, runtime, threads, provider)
     return generator.mask(shape, seed, progress=progress)
 
 

@@ -7,21 +7,24 @@ import functools
 import importlib.util
 import os
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any, Optional, Union, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._arguments import Progress, Ranks, Seed, Shape
+from ._arguments import NeuralProvider, Progress, Ranks, Seed, Shape
 
 PathLike = Union[str, "os.PathLike[str]"]
 
 _FARTHEST = 2**40
 _MAX_TEXELS = 2**31 - 1
 # Older packages do not contain the library.
-_MISSING = "neural masks need ONNX Runtime: pip install 'onnxruntime>=1.19'"
+_MISSING = {
+    "cpu": "neural masks need ONNX Runtime: pip install 'onnxruntime>=1.19'",
+    "cuda": "provider 'cuda' needs an NVIDIA GPU, CUDA, cuDNN and ONNX Runtime for them: pip install 'onnxruntime-gpu>=1.19'",
+}
 
 
 class NeuralGenerator:
@@ -40,12 +43,17 @@ class NeuralGenerator:
     runtime
         The path of the ONNX Runtime library (``libonnxruntime.so``), or None.
     threads
-        The number of threads per call; 0: one per processor. It does not affect the results.
+        The number of threads per call; 0: one per processor, with a GPU at most four. It does not affect the results.
+    provider
+        What the network runs on: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. That needs the package
+        ``onnxruntime-gpu`` in place of ``onnxruntime``, and the versions of CUDA and cuDNN that it was built for. Nothing
+        falls back to the processor by itself.
 
     Raises
     ------
     RuntimeMissingError
-        There is no usable ONNX Runtime, or bluenoise was built without the network (``BN_NEURAL=OFF``).
+        There is no usable ONNX Runtime, it lacks the provider or finds no GPU, or bluenoise was built without the network
+        (``BN_NEURAL=OFF``).
     FileNotFoundError, OSError
         The model cannot be read.
     ValueError
@@ -58,7 +66,7 @@ class NeuralGenerator:
 
     __slots__ = ("_arguments", "_core")
 
-    _arguments: tuple[Union[None, str, bytes], Optional[str], int]
+    _arguments: tuple[Union[None, str, bytes], Optional[str], int, Optional[str]]
     _core: _core.NeuralGenerator
 
     def __init__(
@@ -66,10 +74,15 @@ class NeuralGenerator:
         model: Union[None, PathLike, bytes] = None,
         runtime: Optional[PathLike] = None,
         threads: int = 0,
+        provider: Optional[NeuralProvider] = None,
     ) -> None:
         _check_build()
         count = arguments.integer("threads", threads, *arguments.UINT32)
         library = None if runtime is None else _path("runtime", runtime)
+        if provider is not None and not isinstance(provider, str):
+            raise TypeError(f"provider must be a string, not {provider!r}")
+        if provider is not None and provider not in get_args(NeuralProvider):
+            raise ValueError(f"provider must be one of {', '.join(get_args(NeuralProvider))}, not {provider!r}")
         content = bytes(model) if isinstance(model, (bytes, bytearray, memoryview)) else None
         path = None if model is None or content is not None else _path("model", model)
         if path is not None and not os.path.exists(path):
@@ -80,12 +93,12 @@ class NeuralGenerator:
         found = library or _installed_runtime()
         try:
             generator = _core.NeuralGenerator(
-                path, content, found, count, f"model: {said}, runtime: {found or 'from the system'}"
+                path, content, found, count, provider, f"model: {said}, runtime: {found or 'from the system'}"
             )
         except _core.RuntimeMissingError as error:
-            raise _core.RuntimeMissingError(f"{error}; {_MISSING}") from None
+            raise _core.RuntimeMissingError(f"{error}; {_MISSING[provider or 'cpu']}") from None
         put = object.__setattr__
-        put(self, "_arguments", (path or content, library, count))
+        put(self, "_arguments", (path or content, library, count, provider))
         put(self, "_core", generator)
 
     @property
@@ -128,7 +141,7 @@ class NeuralGenerator:
         return NeuralGenerator, self._arguments
 
     def __repr__(self) -> str:
-        model, runtime, threads = self._arguments
+        model, runtime, threads, provider = self._arguments
         parts = []
         if model is not None:
             parts.append(f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model))
@@ -136,6 +149,8 @@ class NeuralGenerator:
             parts.append(f"runtime={runtime!r}")
         if threads:
             parts.append(f"threads={threads}")
+        if provider is not None:
+            parts.append(f"provider={provider!r}")
         return f"NeuralGenerator({', '.join(parts)})"
 
 

@@ -2,8 +2,8 @@
 """Compares neural masks with others, time against error: `scripts/bench neural` writes docs/report/neural.*
 
 Times the built-in network and the library's other mask generators at sizes up to 2048, on one thread and on all, adds
-results of other networks from a file, and writes the tables and plots of neural.md, and docs/neural.png with masks,
-spectra and thresholded patterns.
+results of other networks from a file and windows of an endless plane, and writes the tables and plots of neural.md, and
+docs/neural.png with masks, spectra and thresholded patterns.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import bluenoise
+from report import neural_plane
 from report.files import write_image, write_text
 from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
@@ -294,6 +295,7 @@ def main():
     parser.add_argument("--again", action="store_true", help="keep the times in neural.csv and redo everything else")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--picture", type=Path, default=None, help="picture of masks, spectra and patterns (default docs/neural.png)")
+    neural_plane.add_option(parser)
     options = parser.parse_args()
     paper = options.paper or (ROOT / "docs/report/paper.csv")
     models = {"network": None, "fast network": FAST}
@@ -331,6 +333,7 @@ def main():
     command = "scripts/bench neural" + "".join(f' --model "{name}=FILE"' for name in models if models[name] not in (None, FAST))
     text = report_text(rows, sizes, models, quality, flatness, anisotropy, count, level_table(groups), command,
                        threads)
+    text += "\n".join(["", *neural_plane.section(models, options), ""])
     write_text(options.out / "neural.md", text)
     print(text)
 

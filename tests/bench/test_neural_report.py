@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report on networks: cost of a model, rows of other networks, and a quick complete run."""
 
+import argparse
 import csv
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -13,7 +15,8 @@ from PIL import Image
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 from onnx_file import convolution
 
-from report import neural
+import bluenoise
+from report import neural, neural_plane
 from report.onnx_cost import cost, metadata
 
 BUILTIN = neural.ROOT / "libbn/data/neural.onnx"
@@ -29,6 +32,48 @@ def test_cost_of_a_convolution():
 def test_cost_of_what_ships():
     operations, weights = cost(BUILTIN.read_bytes())
     assert 0 < weights < BUILTIN.stat().st_size / 4 and weights < operations <= 30000
+
+
+class Plane:
+    """A generator for machines with and without a GPU, which notes its windows."""
+
+    has_gpu, windows = True, []
+
+    def __init__(self, model=None, runtime=None, threads=0, provider=None):
+        if provider == "cuda" and not self.has_gpu:
+            raise bluenoise.RuntimeMissingError("no GPU")
+        self.provider = provider
+
+    def window(self, *place, seed):
+        self.windows.append((self.provider, *place))
+
+
+@pytest.mark.parametrize("has_gpu", [False, True])
+@pytest.mark.parametrize("provider", [None, "cpu", "cuda"])
+def test_endless_plane(monkeypatch, tmp_path, has_gpu, provider):
+    monkeypatch.setattr(bluenoise, "NeuralGenerator", Plane)
+    monkeypatch.setattr(Plane, "has_gpu", has_gpu)
+    monkeypatch.setattr(Plane, "windows", [])
+    options = argparse.Namespace(out=tmp_path, again=False, quick=True, provider=provider)
+    if provider == "cuda" and not has_gpu:
+        with pytest.raises(bluenoise.RuntimeMissingError):
+            neural_plane.section({"network": None}, options)
+        with pytest.raises(argparse.ArgumentTypeError, match="no GPU"):
+            neural_plane.available(provider)
+        return
+    assert neural_plane.available(provider) == provider
+    lines = neural_plane.section({"network": None}, options)
+    measured = has_gpu and provider != "cpu"
+    assert any("No GPU was measured" in line for line in lines) == (not measured)
+    places = [place for name, *place in Plane.windows if name == "cuda"]
+    assert places == [[256 * i, 0, 256, 256] for i in range(17 if measured else 0)]
+    assert len([line for line in lines if line.startswith("| network | processor |")]) == len({1, os.cpu_count()})
+    assert neural_plane.section({"network": None}, argparse.Namespace(**{**vars(options), "again": True})) == lines
+
+
+def test_rate_of_a_plane():
+    row = {"network": "n", "device": "GPU", "threads": "4", "extent": "1000", "windows": "3", "seconds": "0.002"}
+    assert neural_plane.lines_of([row])[-1] == "| n | GPU | 4 | 0.667 | 1.5 |"
 
 
 def test_rows_of_other_networks(tmp_path):
@@ -58,4 +103,4 @@ def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", [*sys.argv, "--again"])
     neural.main()
     assert (tmp_path / "report/neural.md").read_text() == text
-    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png"]
+    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png", "neural_plane.csv"]

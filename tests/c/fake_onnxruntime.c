@@ -41,10 +41,16 @@ struct bn_ort_value {
 
 struct bn_ort_session {
     int64_t radius, align, height, width; /* height, width: of the only input taken; 0 for any */
+    int cuda;
 };
 
 struct bn_ort_session_options {
     int64_t height, width;
+    int cuda, precise, stays;
+};
+
+struct bn_ort_cuda_options {
+    int precise;
 };
 
 /* Every object is a block of memory, so that sanitizers see what is not given back. */
@@ -106,8 +112,30 @@ static bn_ort_status *set_number(bn_ort_session_options *options, int value) {
 
 static bn_ort_status *add_entry(bn_ort_session_options *options, const char *key,
                                 const char *value) {
-    (void)options;
     if (strcmp(key, "session.intra_op.allow_spinning") == 0) state.spinning = *value != '0';
+    if (strcmp(key, "session.disable_cpu_ep_fallback") == 0) options->stays = *value == '1';
+    return called();
+}
+
+static bn_ort_status *create_cuda(bn_ort_cuda_options **cuda) {
+    return state.lacks_cuda ? make(1) : create((void **)cuda, sizeof **cuda);
+}
+
+static bn_ort_status *update_cuda(bn_ort_cuda_options *cuda, const char *const *keys,
+                                  const char *const *values, size_t count) {
+    cuda->precise = state.lacks_tf32;
+    for (size_t i = 0; i < count; ++i) {
+        const int tf32 = strcmp(keys[i], "use_tf32") == 0;
+        if (tf32 && state.lacks_tf32) return make(1);
+        if (tf32) cuda->precise = strcmp(values[i], "0") == 0;
+    }
+    return called();
+}
+
+static bn_ort_status *append_cuda(bn_ort_session_options *options,
+                                  const bn_ort_cuda_options *cuda) {
+    options->cuda = 1;
+    options->precise = cuda->precise;
     return called();
 }
 
@@ -121,8 +149,12 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
                                      const bn_ort_session_options *options,
                                      bn_ort_session **session) {
     (void)env;
+    if (options->cuda && state.lacks_gpu) return make(1);
     bn_ort_status *status = create((void **)session, sizeof **session);
     if (status == NULL) {
+        (*session)->cuda = options->cuda;
+        state.fallbacks += options->cuda && !options->stays;
+        state.rough += options->cuda && !options->precise;
         (*session)->height = options->height;
         (*session)->width = options->width;
         (*session)->radius = metadata(model, size, "bn.receptive_radius");
@@ -202,6 +234,7 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     }
     --state.running;
     ++state.runs;
+    state.cuda_runs += session->cuda;
     state.prepared_runs += session->height != 0 && session->width != 0;
     pthread_mutex_unlock(&mutex);
     return NULL;
@@ -225,6 +258,9 @@ static void release_value(bn_ort_value *object) {
 static void release_options(bn_ort_session_options *object) {
     forget(object);
 }
+static void release_cuda(bn_ort_cuda_options *object) {
+    forget(object);
+}
 
 static const bn_ort_api table = {
     .create_env = create_env,
@@ -246,6 +282,10 @@ static const bn_ort_api table = {
     .release_session_options = release_options,
     .add_free_dimension_override_by_name = fix_axis,
     .add_session_config_entry = add_entry,
+    .session_options_append_execution_provider_cuda_v2 = append_cuda,
+    .create_cuda_provider_options = create_cuda,
+    .update_cuda_provider_options = update_cuda,
+    .release_cuda_provider_options = release_cuda,
 };
 
 static const bn_ort_api *get_api(uint32_t version) {

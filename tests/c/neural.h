@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the tests of networks: the fake runtimes built beside them, and opening a model in one.
- * */
+ * Shared by the tests of networks: the fake runtimes built beside them, the real one, and opening a
+ * model in one. */
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 
@@ -8,7 +8,9 @@
 #include "onnx_writer.h"
 #include <bn/neural.h>
 #include <dlfcn.h>
+#include <glob.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 /* Resets the state of the fake runtime, whose library stays loaded. */
@@ -37,6 +39,15 @@ static inline bn_result open_parts(const model_parts *parts, const char *runtime
     options.runtime_path = runtime;
     options.threads = threads;
     return bn_neural_open(&options, neural);
+}
+
+/* A path to ONNX Runtime: BN_TEST_ONNXRUNTIME, or that of the repository's Python environment. */
+static inline const char *real_runtime(glob_t *found) {
+    const char *given = getenv("BN_TEST_ONNXRUNTIME");
+    if (given != NULL && *given != 0) return given;
+    const char *pattern =
+        BN_SOURCE_DIR "/.venv/lib*/python3*/site-packages/onnxruntime/capi/libonnxruntime.so*";
+    return glob(pattern, 0, NULL, found) == 0 && found->gl_pathc > 0 ? found->gl_pathv[0] : NULL;
 }
 
 /* Redirects everything that the process prints to a temporary file. Returns the descriptor of the

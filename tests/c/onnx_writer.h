@@ -73,6 +73,7 @@ typedef struct model_parts {
     int external;            /* 1: the weights lie in another file; 2: they only say where */
     int subgraph, function, training, second_input, second_output, second_graph, no_nodes;
     uint32_t unnamed_axes;
+    uint32_t spare_outputs; /* of the node, that nothing uses and that take memory; up to 99 */
 } model_parts;
 
 static inline model_parts model_parts_default(void) {
@@ -146,6 +147,10 @@ static inline void put_graph(message *model, const model_parts *parts) {
     put_text(&node, 1, parts->input);
     put_text(&node, 1, "weights");
     put_text(&node, 2, parts->output);
+    for (uint32_t i = 0; i < parts->spare_outputs; ++i) {
+        const char name[] = {'s', (char)('0' + i / 10), (char)('0' + i % 10), 0};
+        put_text(&node, 2, name);
+    }
     put_text(&node, 4, parts->operator_name);
     if (parts->subgraph) {
         message attribute = {{0}, 0}, inner = {{0}, 0};

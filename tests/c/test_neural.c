@@ -6,7 +6,6 @@
 #include "check.h"
 #include "masks.h"
 #include "neural.h"
-#include <glob.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -409,15 +408,6 @@ static void test_libraries_that_will_not_do(void) {
 }
 
 /* ---- The real one */
-
-/* A path to ONNX Runtime: BN_TEST_ONNXRUNTIME, or that of the repository's Python environment. */
-static const char *real_runtime(glob_t *found) {
-    const char *given = getenv("BN_TEST_ONNXRUNTIME");
-    if (given != NULL && *given != 0) return given;
-    const char *pattern =
-        BN_SOURCE_DIR "/.venv/lib*/python3*/site-packages/onnxruntime/capi/libonnxruntime.so*";
-    return glob(pattern, 0, NULL, found) == 0 && found->gl_pathc > 0 ? found->gl_pathv[0] : NULL;
-}
 
 static void test_real_runtime(const char *runtime) {
     enum { width = 301, height = 280, count = width * height };

@@ -38,6 +38,11 @@ int main(void) {
     CHECK_ENTRY(release_session_options, ReleaseSessionOptions);
     CHECK_ENTRY(add_free_dimension_override_by_name, AddFreeDimensionOverrideByName);
     CHECK_ENTRY(add_session_config_entry, AddSessionConfigEntry);
+    CHECK_ENTRY(session_options_append_execution_provider_cuda_v2,
+                SessionOptionsAppendExecutionProvider_CUDA_V2);
+    CHECK_ENTRY(create_cuda_provider_options, CreateCUDAProviderOptions);
+    CHECK_ENTRY(update_cuda_provider_options, UpdateCUDAProviderOptions);
+    CHECK_ENTRY(release_cuda_provider_options, ReleaseCUDAProviderOptions);
     CHECK(offsetof(bn_ort_api_base, get_api) == offsetof(OrtApiBase, GetApi));
     CHECK(offsetof(bn_ort_api_base, get_version_string) == offsetof(OrtApiBase, GetVersionString));
     CHECK((int)BN_ORT_LOG_FATAL == (int)ORT_LOGGING_LEVEL_FATAL);

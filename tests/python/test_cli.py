@@ -71,6 +71,8 @@ def test_mask_by_a_network(tmp_path, capsys):
     (tmp_path / "mask.png").unlink()
     assert main([*arguments, "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
     assert "pip install" in lines(capsys)[1][0]
+    assert main([*arguments, "--provider", "cuda", "--runtime", str(tmp_path / "nowhere.so"), "-o", str(out)]) == 1
+    assert "onnxruntime-gpu" in lines(capsys)[1][0]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["mask.npy", "model.onnx"]
 
 

@@ -113,6 +113,26 @@ def test_threads_share_a_generator(one):
         assert (ranks == one.mask((64, 64), seed=i % 3)).all()
 
 
+def test_providers(one, capfd):
+    """The processor is the default. On a GPU the values are the same but for rounding; without one, there is an error."""
+    expected = one.window(3, 4, 300, 200, seed=5)
+    same = NeuralGenerator(ONE, provider="cpu")
+    assert "provider='cpu'" in repr(same) and repr(pickle.loads(pickle.dumps(same))) == repr(same)
+    assert (same.window(3, 4, 300, 200, seed=5) == expected).all()
+    assert (bluenoise.mask((20, 30), method="neural", model=ONE, provider="cpu") == one.mask((20, 30))).all()
+    try:
+        found = NeuralGenerator(ONE, provider="cuda")
+    except RuntimeMissingError as error:
+        assert "'cuda'" in str(error) and "onnxruntime-gpu" in str(error)
+        with pytest.raises(RuntimeMissingError):
+            bluenoise.mask((20, 30), method="neural", model=ONE, provider="cuda")
+    else:
+        assert (Path(_neural._installed_runtime() or os.environ["BN_ONNXRUNTIME"]).parent
+                / "libonnxruntime_providers_cuda.so").exists()
+        np.testing.assert_allclose(found.window(3, 4, 300, 200, seed=5), expected, atol=1e-5)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_noise_is_the_same_everywhere():
     noise = NeuralGenerator.noise(0, 0, 1, 1)
     assert noise.dtype == np.float32 and noise[0, 0] == 3407499 / 2**24
@@ -136,6 +156,9 @@ def test_noise_is_the_same_everywhere():
         (lambda g: g.window(0, -(2**40) - 1, 4, 4), ValueError, ["y0", str(-(2**40) - 1)]),
         (lambda g: g.window(0, 0, 2**20, 2**20), MemoryError, ["1048576"]),
         (lambda g: NeuralGenerator(ONE, threads=-1), ValueError, ["threads", "-1"]),
+        (lambda g: NeuralGenerator(ONE, provider="gpu"), ValueError, ["provider", "cpu, cuda", "'gpu'"]),
+        (lambda g: NeuralGenerator(ONE, provider=0), TypeError, ["provider", "0"]),
+        (lambda g: bluenoise.mask((4, 4), method="white", provider="cpu"), TypeError, ["provider", "white"]),
         (lambda g: NeuralGenerator(7), TypeError, ["model", "7"]),
         (lambda g: NeuralGenerator(""), ValueError, ["model"]),
         (lambda g: NeuralGenerator(b""), ValueError, ["model"]),

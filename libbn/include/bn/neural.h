@@ -30,12 +30,26 @@
  * leaves the environment alone. A library that was loaded before keeps the settings of whoever
  * loaded it.
  *
+ * GPU
+ *
+ * With the provider "cuda", the network runs on the first NVIDIA GPU that CUDA finds, through the
+ * CUDA execution provider of ONNX Runtime. This needs an ONNX Runtime built with that provider, and
+ * the versions of CUDA and cuDNN that it was built for, where the system's loader finds them. The
+ * noise and the ranks are made on the processor, and all arguments are in main memory. Large windows
+ * and masks gain the most: tiles have up to 2048 x 2048 texels, and the tile of each thread may take
+ * a gigabyte of the GPU's memory.
+ *
+ * If the provider or the GPU is missing, or cannot run all of the network, bn_neural_open() fails
+ * with BN_ERROR_RUNTIME and prints nothing. Nothing falls back to the processor by itself: a program
+ * that wants that opens the network again without a provider.
+ *
  * REPRODUCIBILITY
  *
  * Every seed and every machine gives equally good results, but not the same bits: ONNX Runtime does
- * not promise those across versions and processors. Within one process, the number of threads and
- * the extents of a window change values by less than 1e-5. The noise that goes in is the same bits
- * everywhere. */
+ * not promise those across versions, processors and providers. Within one process, the number of
+ * threads and the extents of a window change values by less than 1e-5; on a GPU, whose algorithms
+ * depend on its model and on the extents, that bound is likely but not promised. The noise that goes
+ * in is the same bits everywhere. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -62,24 +76,30 @@ typedef struct bn_neural_options {
     size_t model_size; /* bytes of model; 0 when it is NULL */
     /* The ONNX Runtime library; NULL (default) searches for it. */
     const char *runtime_path;
-    /* Threads that work on each mask or window; 0 (default): one per processor. */
+    /* Threads that work on each mask or window; 0 (default): one per processor, with a GPU at most
+     * four, which keep it busy. */
     uint32_t threads;
     /* Called by bn_neural_mask() and bn_neural_window() at the start, and before each tile that the
      * calling thread works on, which takes a fraction of a second. A network used by several
      * threads at once calls it from each of them. Default NULL. */
     bn_progress progress;
     void *progress_user;
+    /* What the network runs on: "cpu" (the same as NULL, the default) or "cuda", as described under
+     * GPU above. */
+    const char *provider;
 } bn_neural_options;
 
 static inline bn_neural_options bn_neural_options_default(void) {
-    bn_neural_options options = {sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, NULL};
+    bn_neural_options options = {
+        sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, NULL, NULL};
     return options;
 }
 
 /* Opens a network. Takes some tens of milliseconds, more for the first one in a process. On failure
  * *neural is NULL. Errors:
  *
- *   INVALID_ARGUMENT  neural is NULL, there are two models, or a path is empty
+ *   INVALID_ARGUMENT  neural is NULL, there are two models, a path is empty, or there is no provider
+ *                     of that name
  *   IO                model_path cannot be read
  *   BAD_DATA          the model is damaged, larger than 64 MiB, not of the format below, or gives
  *                     numbers that are not finite
@@ -87,7 +107,8 @@ static inline bn_neural_options bn_neural_options_default(void) {
  *                     control flow or an operator that libbn does not know, or it needs too much
  *                     memory; this library has no built-in network; this system cannot load
  *                     libraries
- *   RUNTIME           ONNX Runtime was not found, is too old, or failed
+ *   RUNTIME           ONNX Runtime was not found, is too old, lacks the provider, or failed; there
+ *                     is no GPU, or it cannot run all of the model
  *   OUT_OF_MEMORY
  *
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both
@@ -117,7 +138,7 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 
 /* Makes a mask of any extents: ranks[C][height][width], each channel a permutation. Quality is
  * promised from 16 x 16 texels on. Works in tiles: needs 24 bytes per texel and channel besides the
- * ranks, and a few megabytes per thread. Errors: INVALID_ARGUMENT (a NULL, a zero extent),
+ * ranks, and a few megabytes per thread, with a GPU some tens. Errors: INVALID_ARGUMENT (a NULL, a zero extent),
  * SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels), BAD_DATA (the network gave
  * numbers that are not finite), RUNTIME, CANCELLED. */
 BN_API bn_result bn_neural_mask(const bn_neural *neural, uint32_t width, uint32_t height,

@@ -24,6 +24,11 @@ enum {
     BN_TILE_EXTENT = 256, /* of the square tiles that the runtime is prepared for */
     BN_TILE_MOST_TEXELS =
         1 << 16, /* of a tile; in measurements, larger ones fall out of the cache */
+    /* A GPU is only busy with large tiles: up to this extent, as long as the model holds at most so
+     * many elements at once. */
+    BN_GPU_TILE_EXTENT = 2048,
+    BN_GPU_MOST_ELEMENTS = 1 << 28,
+    BN_GPU_THREADS = 4,             /* make noise and copy results while the GPU works */
     BN_TILES_MOST_TEXELS = 1 << 21, /* of the tiles of all threads: bounds memory */
     BN_TILE_LEAST_EXTENT = 32,
     BN_TILE_COST = 1 << 9 /* of starting a tile: the time of this many texels */
@@ -42,7 +47,9 @@ struct bn_neural {
     uint32_t threads;
     bn_progress progress; /* or NULL */
     void *progress_user;
-    uint32_t prepared; /* extent of square tiles that run faster; 0 for none */
+    bn_provider provider;
+    uint32_t prepared;         /* extent of square tiles that run faster; 0 for none */
+    uint32_t tile_most_texels; /* of a tile */
 };
 
 /* ---- Noise */
@@ -124,6 +131,34 @@ static bn_result try_model(const bn_neural *n) {
     return result;
 }
 
+/* The extent of square tiles for the runtime, a multiple of the model's align. */
+static uint32_t choose_extent(bn_neural *n, bn_provider provider, const void *bytes, size_t size) {
+    uint32_t extent = BN_TILE_EXTENT;
+    n->tile_most_texels = BN_TILE_MOST_TEXELS;
+    while (provider != BN_PROVIDER_CPU && extent < BN_GPU_TILE_EXTENT) {
+        const uint32_t outer = 2 * extent + 2 * n->model.radius;
+        if (bn_onnx_memory_check(bytes, size, outer, outer, BN_GPU_MOST_ELEMENTS) != BN_SUCCESS) {
+            break;
+        }
+        extent *= 2;
+        n->tile_most_texels *= 4;
+    }
+    return (extent + n->model.align - 1) / n->model.align * n->model.align;
+}
+
+/* Opens the model, which has been read, and tries it. */
+static bn_result open_runtime(bn_neural *n, const bn_neural_options *o, bn_provider provider,
+                              const void *bytes, size_t size) {
+    const bn_onnx_model *m = &n->model;
+    const uint32_t extent = choose_extent(n, provider, bytes, size);
+    const uint32_t outer = extent + 2 * m->radius;
+    const bn_runtime_size prepared = {m->axes[0], m->axes[1], outer, outer};
+    n->prepared = m->axes[0][0] != 0 && m->axes[1][0] != 0 ? extent : 0;
+    const bn_result result = bn_runtime_open(o->runtime_path, provider, bytes, size,
+                                             n->prepared != 0 ? &prepared : NULL, &n->runtime);
+    return result == BN_SUCCESS ? try_model(n) : result;
+}
+
 static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
     const void *bytes = o->model;
     size_t size = o->model_size;
@@ -144,36 +179,48 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
     result = bn_onnx_model_read(bytes, size, &n->model);
     if (result == BN_SUCCESS) {
         const uint32_t outer = BN_TILE_EXTENT + 2 * n->model.radius;
-        result = bn_onnx_memory_check(bytes, size, outer, outer);
+        result = bn_onnx_memory_check(bytes, size, outer, outer, BN_MODEL_MOST_ELEMENTS);
     }
     if (result == BN_SUCCESS) {
-        bn_onnx_model *m = &n->model;
-        if (m->axes[0][0] != 0 && m->axes[1][0] != 0) {
-            n->prepared = (BN_TILE_EXTENT + m->align - 1) / m->align * m->align;
+        result = open_runtime(n, o, n->provider, bytes, size);
+        /* A GPU that is missing or fails looks like a bad model. The processor can tell. */
+        if (result == BN_ERROR_BAD_DATA && n->provider != BN_PROVIDER_CPU) {
+            bn_runtime_close(n->runtime);
+            n->runtime = NULL;
+            result = open_runtime(n, o, BN_PROVIDER_CPU, bytes, size);
+            if (result == BN_SUCCESS) result = BN_ERROR_RUNTIME;
         }
-        const uint32_t outer = n->prepared + 2 * m->radius;
-        const bn_runtime_size prepared = {m->axes[0], m->axes[1], outer, outer};
-        result = bn_runtime_open(o->runtime_path, bytes, size, n->prepared ? &prepared : NULL,
-                                 &n->runtime);
     }
     bn_free(from_file);
-    return result == BN_SUCCESS ? try_model(n) : result;
+    return result;
+}
+
+/* Whether there is a provider of that name. */
+static int read_provider(const char *name, bn_provider *provider) {
+    const int cuda = name != NULL && strcmp(name, "cuda") == 0;
+    *provider = cuda ? BN_PROVIDER_CUDA : BN_PROVIDER_CPU;
+    return cuda || name == NULL || strcmp(name, "cpu") == 0;
 }
 
 bn_result bn_neural_open(const bn_neural_options *given, bn_neural **neural) {
     bn_neural_options o = bn_neural_options_default();
+    bn_provider provider;
     if (neural == NULL) return BN_ERROR_INVALID_ARGUMENT;
     *neural = NULL;
     bn_result result = bn_options_read(&o, sizeof o, given);
     if (result != BN_SUCCESS) return result;
     if ((o.model == NULL) != (o.model_size == 0) || (o.model != NULL && o.model_path != NULL) ||
         (o.model_path != NULL && *o.model_path == 0) ||
-        (o.runtime_path != NULL && *o.runtime_path == 0)) {
+        (o.runtime_path != NULL && *o.runtime_path == 0) || !read_provider(o.provider, &provider)) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
     bn_neural *n = bn_allocate_zero(1, sizeof *n);
     if (n == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    n->provider = provider;
     n->threads = o.threads != 0 ? o.threads : bn_thread_count();
+    if (o.threads == 0 && provider != BN_PROVIDER_CPU && n->threads > BN_GPU_THREADS) {
+        n->threads = BN_GPU_THREADS;
+    }
     n->progress = o.progress;
     n->progress_user = o.progress_user;
     result = open_model(n, &o);
@@ -232,13 +279,19 @@ static uint64_t next_division(uint64_t division) {
  * tile to tiles of the smallest extent, and keep the fastest one that fits the limits on memory.
  *
  * The runtime computes tiles of the prepared size about a fifth faster. So in the end the square
- * tiles of that size win if four fifths of their estimate beat the best one found. */
+ * tiles of that size win if four fifths of their estimate beat the best one found.
+ *
+ * A GPU runs one tile after the other, as a single thread would. */
 static void choose_tiles(image *m, uint32_t threads) {
     const bn_onnx_model *model = &m->neural->model;
     const uint64_t width = m->area_width, height = m->area_height, fixed = m->neural->prepared;
     const uint64_t smallest = round_up(BN_TILE_LEAST_EXTENT, model->align);
-    uint64_t most = BN_TILES_MOST_TEXELS / threads, least_time = UINT64_MAX;
-    if (most > BN_TILE_MOST_TEXELS) most = BN_TILE_MOST_TEXELS;
+    uint64_t most = m->neural->tile_most_texels, least_time = UINT64_MAX;
+    if (m->neural->provider != BN_PROVIDER_CPU) {
+        threads = 1;
+    } else if (most > BN_TILES_MOST_TEXELS / threads) {
+        most = BN_TILES_MOST_TEXELS / threads;
+    }
     for (uint64_t across = 1;; across = next_division(across)) {
         const uint64_t w = round_up((width + across - 1) / across, model->align);
         const uint64_t columns = (width + w - 1) / w;

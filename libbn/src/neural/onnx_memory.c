@@ -480,7 +480,8 @@ static void note_uses(span graph, const table *t) {
     }
 }
 
-static bn_result run_node(span node, uint32_t number, const table *t, uint64_t *alive) {
+static bn_result run_node(span node, uint32_t number, const table *t, uint64_t most,
+                          uint64_t *alive) {
     value *inputs[MOST_INPUTS], result;
     span name = {NULL, NULL};
     field f;
@@ -505,7 +506,7 @@ static bn_result run_node(span node, uint32_t number, const table *t, uint64_t *
         v->is_constant = constants == count;
         *alive = plus(*alive, count_of(v));
     }
-    if (*alive > BN_MODEL_MOST_ELEMENTS) return BN_ERROR_UNSUPPORTED;
+    if (*alive > most) return BN_ERROR_UNSUPPORTED;
     for (int i = 0; i < count; ++i) {
         if (inputs[i]->last_use != number || inputs[i]->is_constant) continue;
         *alive -= count_of(inputs[i]);
@@ -514,7 +515,8 @@ static bn_result run_node(span node, uint32_t number, const table *t, uint64_t *
     return BN_SUCCESS;
 }
 
-bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, uint32_t width) {
+bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, uint32_t width,
+                               uint64_t most) {
     const span whole = {bytes, (const unsigned char *)bytes + size};
     span graph;
     field f, inner;
@@ -534,10 +536,10 @@ bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, 
     uint64_t alive = 0;
     uint32_t number = 0;
     bn_result result = list_values(graph, height, width, &t, &alive);
-    if (result == BN_SUCCESS && alive > BN_MODEL_MOST_ELEMENTS) result = BN_ERROR_UNSUPPORTED;
+    if (result == BN_SUCCESS && alive > most) result = BN_ERROR_UNSUPPORTED;
     note_uses(graph, &t);
     for (span s = graph; result == BN_SUCCESS && next_field(&s, &f) == 1;) {
-        if (f.number == NODE) result = run_node(f.bytes, ++number, &t, &alive);
+        if (f.number == NODE) result = run_node(f.bytes, ++number, &t, most, &alive);
     }
     bn_free(t.slots);
     return result;

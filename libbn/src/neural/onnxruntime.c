@@ -3,10 +3,11 @@
  * sessions.
  *
  * Sessions have no threads: libbn runs the tiles of an image in parallel on threads of its own, so
- * nothing spins in the host's process, and the number of threads does not change results. ONNX
- * Runtime has one reference-counted environment per process, of which every network holds a
- * reference. A library in which an environment was created is never unloaded, as it may have left
- * threads or exit handlers behind. */
+ * nothing spins in the host's process, and the number of threads does not change results. Tensors
+ * are in main memory; ONNX Runtime copies them to a GPU and back. It has one reference-counted
+ * environment per process, of which every network holds a reference. A library in which an
+ * environment was created is never unloaded, as it may have left threads or exit handlers behind.
+ * */
 #define _POSIX_C_SOURCE 200809L
 #include "neural/onnxruntime.h"
 #include "base/memory.h"
@@ -186,8 +187,26 @@ static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
     return minor < BN_ORT_OLDEST ? NULL : base->get_api((uint32_t)minor);
 }
 
-static bn_result open_session(const bn_runtime *r, const void *model, size_t size,
-                              const bn_runtime_size *fixed, bn_ort_session **session) {
+/* Adds the CUDA provider, which must run the whole model: operators left to the processor would go
+ * unnoticed. By default, it tries every algorithm on every new size of input, which takes longer
+ * than the work, and lets recent GPUs round inputs to ten bits (TF32), so that windows would not
+ * agree. Older versions do not know the option against that. */
+static int add_cuda(const bn_ort_api *api, bn_ort_session_options *options) {
+    static const char *const keys[] = {"cudnn_conv_algo_search", "use_tf32"};
+    static const char *const values[] = {"HEURISTIC", "0"};
+    bn_ort_cuda_options *cuda = NULL;
+    if (!done(api, api->create_cuda_provider_options(&cuda))) return 0;
+    const int good =
+        (done(api, api->update_cuda_provider_options(cuda, keys, values, 2)) ||
+         done(api, api->update_cuda_provider_options(cuda, keys, values, 1))) &&
+        done(api, api->session_options_append_execution_provider_cuda_v2(options, cuda)) &&
+        done(api, api->add_session_config_entry(options, "session.disable_cpu_ep_fallback", "1"));
+    api->release_cuda_provider_options(cuda);
+    return good;
+}
+
+static bn_result open_session(const bn_runtime *r, bn_provider provider, const void *model,
+                              size_t size, const bn_runtime_size *fixed, bn_ort_session **session) {
     static const char *const settings[][2] = {
         {"session.intra_op.allow_spinning", "0"},
         {"session.inter_op.allow_spinning", "0"},
@@ -209,6 +228,7 @@ static bn_result open_session(const bn_runtime *r, const void *model, size_t siz
                done(api, api->add_free_dimension_override_by_name(options, fixed->width_name,
                                                                   fixed->width));
     }
+    if (good && provider == BN_PROVIDER_CUDA) good = add_cuda(api, options);
     bn_result result = good ? BN_SUCCESS : BN_ERROR_RUNTIME;
     if (good && !done(api, api->create_session_from_array(r->env, model, size, options, session))) {
         *session = NULL;
@@ -218,8 +238,8 @@ static bn_result open_session(const bn_runtime *r, const void *model, size_t siz
     return result;
 }
 
-bn_result bn_runtime_open(const char *library_path, const void *model, size_t size,
-                          const bn_runtime_size *prepared, bn_runtime **runtime) {
+bn_result bn_runtime_open(const char *library_path, bn_provider provider, const void *model,
+                          size_t size, const bn_runtime_size *prepared, bn_runtime **runtime) {
 #if defined(_WIN32) || defined(BN_HAVE_DLFCN)
     library found = {NULL, 0};
     if (!load_library(library_path, &found)) return BN_ERROR_RUNTIME;
@@ -249,11 +269,11 @@ bn_result bn_runtime_open(const char *library_path, const void *model, size_t si
         r->memory = NULL;
         goto failed;
     }
-    result = open_session(r, model, size, NULL, &r->session);
+    result = open_session(r, provider, model, size, NULL, &r->session);
     if (result == BN_SUCCESS && prepared != NULL) {
         r->prepared_height = prepared->height;
         r->prepared_width = prepared->width;
-        result = open_session(r, model, size, prepared, &r->prepared);
+        result = open_session(r, provider, model, size, prepared, &r->prepared);
     }
     if (result != BN_SUCCESS) goto failed;
     *runtime = r;

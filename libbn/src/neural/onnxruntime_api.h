@@ -24,6 +24,7 @@ typedef struct bn_ort_session_options bn_ort_session_options;
 typedef struct bn_ort_run_options bn_ort_run_options;
 typedef struct bn_ort_memory_info bn_ort_memory_info;
 typedef struct bn_ort_value bn_ort_value;
+typedef struct bn_ort_cuda_options bn_ort_cuda_options;
 typedef void(BN_ORT_CALL *bn_ort_gap)(void);
 
 enum {
@@ -83,6 +84,16 @@ typedef struct bn_ort_api {
     bn_ort_gap gap_125[5];
     bn_ort_status *(BN_ORT_CALL *add_session_config_entry)(bn_ort_session_options *options,
                                                            const char *key, const char *value);
+    bn_ort_gap gap_131[73];
+    bn_ort_status *(BN_ORT_CALL *session_options_append_execution_provider_cuda_v2)(
+        bn_ort_session_options *options, const bn_ort_cuda_options *cuda);
+    bn_ort_status *(BN_ORT_CALL *create_cuda_provider_options)(bn_ort_cuda_options **cuda);
+    bn_ort_status *(BN_ORT_CALL *update_cuda_provider_options)(bn_ort_cuda_options *cuda,
+                                                               const char *const *keys,
+                                                               const char *const *values,
+                                                               size_t count);
+    bn_ort_gap gap_207[1];
+    void(BN_ORT_CALL *release_cuda_provider_options)(bn_ort_cuda_options *cuda);
 } bn_ort_api;
 
 /* What the library's one exported function, OrtGetApiBase(), returns. */

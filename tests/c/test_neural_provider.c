@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What a network runs on: the names of providers, CUDA in the fake ONNX Runtime, with and without a
+ * GPU, and in the real one. */
+#define _DEFAULT_SOURCE
+#include "check.h"
+#include "neural.h"
+#include <math.h>
+#include <stddef.h>
+
+static bn_result open_on(const char *provider, const model_parts *parts, const char *runtime,
+                         uint32_t threads, bn_neural **neural) {
+    message model;
+    make_model(parts, &model);
+    bn_neural_options options = bn_neural_options_default();
+    options.model = model.bytes;
+    options.model_size = model.size;
+    options.runtime_path = runtime;
+    options.threads = threads;
+    options.provider = provider;
+    return bn_neural_open(&options, neural);
+}
+
+static void test_names(void) {
+    static const char *const unknown[] = {"", "CUDA", "cuda ", "gpu", "CPUExecutionProvider"};
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    fake_state *state = fake_reset();
+    for (size_t i = 0; i < sizeof unknown / sizeof *unknown; ++i) {
+        neural = (bn_neural *)&parts;
+        CHECK(open_on(unknown[i], &parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
+        CHECK(neural == NULL);
+    }
+    CHECK(open_on("cpu", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+    CHECK(state->runs > 0 && state->cuda_runs == 0);
+    bn_neural_close(neural);
+}
+
+/* The structure of headers without the option: what lies behind it is not read. */
+static void test_older_structure(void) {
+    model_parts parts = model_parts_default();
+    message model;
+    make_model(&parts, &model);
+    bn_neural_options options = bn_neural_options_default();
+    options.struct_size = offsetof(bn_neural_options, provider);
+    options.model = model.bytes;
+    options.model_size = model.size;
+    options.runtime_path = FAKE_RUNTIME;
+    options.provider = "no such provider";
+    bn_neural *neural;
+    CHECK(bn_neural_open(&options, &neural) == BN_SUCCESS);
+    bn_neural_close(neural);
+    options.struct_size = sizeof options;
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
+}
+
+/* Everything runs in sessions that cannot leave the GPU, in fewer tiles, with the same values. */
+static void test_cuda(void) {
+    enum { width = 700, height = 450, count = width * height };
+    static float values[2][count];
+    model_parts parts = model_parts_default();
+    fake_state *state = fake_reset();
+    for (int lacks_tf32 = 0; lacks_tf32 < 2; ++lacks_tf32) {
+        int runs[2];
+        for (int cuda = 0; cuda < 2; ++cuda) {
+            bn_neural *neural;
+            fake_reset();
+            state->lacks_tf32 = lacks_tf32;
+            CHECK(open_on(cuda ? "cuda" : NULL, &parts, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
+            CHECK(state->fallbacks == 0 && state->rough == 0);
+            const int before = state->runs;
+            CHECK(bn_neural_window(neural, -5, 9, width, height, 4, values[cuda], count) ==
+                  BN_SUCCESS);
+            CHECK(state->cuda_runs == (cuda ? state->runs : 0));
+            runs[cuda] = state->runs - before;
+            bn_neural_close(neural);
+            CHECK(state->living == 0);
+        }
+        CHECK(runs[0] > 1 && runs[1] == 1);
+        CHECK(memcmp(values[0], values[1], sizeof values[0]) == 0);
+    }
+}
+
+/* A model that holds more per texel gets smaller tiles. */
+static void test_memory(void) {
+    enum { extent = 1100, count = extent * extent };
+    static float values[count];
+    for (uint32_t spare = 0; spare <= 80; spare += 80) {
+        model_parts parts = model_parts_default();
+        parts.spare_outputs = spare;
+        bn_neural *neural;
+        fake_state *state = fake_reset();
+        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        const int before = state->runs;
+        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 1, values, count) == BN_SUCCESS);
+        CHECK((state->runs - before == 1) == (spare == 0));
+        bn_neural_close(neural);
+    }
+}
+
+/* Without CUDA or without a GPU: an error, and bad models are still told apart. */
+static void test_nothing_to_run_on(void) {
+    for (int lacks_gpu = 0; lacks_gpu < 2; ++lacks_gpu) {
+        model_parts parts = model_parts_default();
+        bn_neural *neural;
+        fake_state *state = fake_reset();
+        state->lacks_cuda = !lacks_gpu;
+        state->lacks_gpu = lacks_gpu;
+        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_RUNTIME);
+        CHECK(neural == NULL && state->living == 0);
+        CHECK(open_on("cpu", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        bn_neural_close(neural);
+        parts.output = "other"; /* the fake refuses to run it */
+        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) ==
+              (lacks_gpu ? BN_ERROR_BAD_DATA : BN_ERROR_RUNTIME));
+        CHECK(state->living == 0);
+    }
+    fake_reset();
+}
+
+/* Every call fails once: no failure leaks, and none moves the network to the processor. */
+static void test_failing_calls(void) {
+    enum { extent = 40, count = extent * extent };
+    static uint32_t ranks[count];
+    model_parts parts = model_parts_default();
+    fake_state *state = fake_reset();
+    int failures = 0;
+    for (int fail_at = 1;; ++fail_at) {
+        bn_neural *neural;
+        fake_reset();
+        state->fail_at = fail_at;
+        bn_result result = open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural);
+        if (result == BN_SUCCESS) {
+            result = bn_neural_mask(neural, extent, extent, 0, ranks, count);
+            CHECK(state->cuda_runs == state->runs && state->fallbacks == 0);
+        }
+        bn_neural_close(neural);
+        CHECK(state->living == 0 && (result == BN_SUCCESS || result == BN_ERROR_RUNTIME));
+        if (state->calls < fail_at) break;
+        failures += result == BN_ERROR_RUNTIME;
+    }
+    CHECK(failures > 20);
+    fake_reset();
+}
+
+/* Where there is a GPU, its values are those of the processor but for rounding. Whatever there is,
+ * nothing is printed. */
+static void test_real_runtime(const char *runtime) {
+    enum { extent = 300, count = extent * extent };
+    static float plain[count], values[count];
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    for (int named = 0; named < 2; ++named) {
+        CHECK(open_on(named ? "cpu" : NULL, &parts, runtime, 1, &neural) == BN_SUCCESS);
+        CHECK(bn_neural_window(neural, 1, 2, extent, extent, 3, named ? values : plain, count) ==
+              BN_SUCCESS);
+        bn_neural_close(neural);
+    }
+    CHECK(memcmp(plain, values, sizeof plain) == 0);
+    char library[4096];
+    const char *slash = strrchr(runtime, '/');
+    snprintf(library, sizeof library, "%.*s/libonnxruntime_providers_cuda.so",
+             slash != NULL ? (int)(slash - runtime) : 1, slash != NULL ? runtime : ".");
+    const bn_result result = open_on("cuda", &parts, runtime, 1, &neural);
+    CHECK(result == BN_ERROR_RUNTIME || (result == BN_SUCCESS && access(library, F_OK) == 0));
+    if (result != BN_SUCCESS) return;
+    CHECK(bn_neural_window(neural, 1, 2, extent, extent, 3, values, count) == BN_SUCCESS);
+    for (int i = 0; i < count; ++i) CHECK(fabsf(values[i] - plain[i]) < 1e-5f);
+    bn_neural_close(neural);
+}
+
+int main(void) {
+    glob_t found = {0};
+    test_names();
+    test_older_structure();
+    test_cuda();
+    test_memory();
+    test_nothing_to_run_on();
+    test_failing_calls();
+    const char *runtime = real_runtime(&found);
+    if (runtime != NULL) {
+        const int silence = begin_silence();
+        test_real_runtime(runtime);
+        const long printed = end_silence(silence);
+        CHECK(check_failures > 0 || printed == 0);
+    } else {
+        printf("no ONNX Runtime at hand: its part is left out (set BN_TEST_ONNXRUNTIME)\n");
+    }
+    globfree(&found);
+    return check_result();
+}
