@@ -12,7 +12,7 @@ from typing import Any, Callable, Literal, NoReturn, Optional, Sequence, Support
 import numpy as np
 import numpy.typing as npt
 
-MaskMethod = Literal["void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
+MaskMethod = Literal["auto", "void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
 NeuralProvider = Literal["cpu", "cuda"]
 PointsMethod = Literal["best-candidate", "poisson-disk", "mask"]
 SamplerKind = Literal["blue", "sobol", "white", "zorder", "mask"]

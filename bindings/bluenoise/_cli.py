@@ -64,8 +64,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    command.add_argument("--channels", type=_integer, metavar="N", help="anneal: 1 to 4 jointly blue channels (default 1)")
-    command.add_argument("--method", default="void-and-cluster", choices=METHODS, help="default void-and-cluster")
+    command.add_argument("--channels", type=_integer, metavar="N", help="auto, anneal: 1 to 4 jointly blue channels; neural: 1 or 2 (default 1)")
+    command.add_argument("--method", default="void-and-cluster", choices=METHODS, help="default void-and-cluster; auto chooses by size and channels")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
     command.add_argument("--sigma", type=float, help="void-and-cluster, relax, anneal: width of the Gaussian in texels")
     command.add_argument(

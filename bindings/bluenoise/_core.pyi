@@ -44,6 +44,7 @@ class NeuralGenerator:
         runtime: Optional[str],
         threads: int,
         provider: Optional[str],
+        channels: int,
         where: str,
     ) -> None: ...
     @property

@@ -21,6 +21,8 @@ _FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
 _MAX_TEXELS = 2**31 - 1
 _WHITE_BLOCK = 2**20
+# Method "auto": the most texels for void-and-cluster, and the sweeps of annealing where nothing else will do.
+_AUTO_LARGE, _AUTO_SWEEPS = 512 * 512, 100
 
 
 # One overload for each method, so that editors complete its options and type checkers check them. A test compares them
@@ -79,6 +81,16 @@ def mask(
     runtime: Optional[PathLike] = None,
     threads: int = 0,
     provider: Optional[NeuralProvider] = None,
+    channels: int = 0,
+    progress: Optional[Progress] = None,
+) -> Ranks: ...
+@overload
+def mask(
+    shape: Shape,
+    *,
+    method: Literal["auto"],
+    seed: Seed = 0,
+    channels: int = 1,
     progress: Optional[Progress] = None,
 ) -> Ranks: ...
 @overload
@@ -97,7 +109,8 @@ def mask(
     shape
         One to three extents of at least 1, at most 2**31 - 1 texels in total; or a single integer.
     method
-        ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993; takes
+        ``"auto"``: the best of the following for the shape and the channels: void-and-cluster up to 512 x 512 texels,
+        relaxation above, the network for two channels. ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993; takes
         milliseconds. ``"relax"``: parallel relaxation in one or two dimensions; the fastest for large masks on several
         cores, with slightly lower quality. ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, in
         one or two dimensions; slow, with the best quality. ``"builtin"``: a built-in square mask, the result of a long
@@ -128,7 +141,10 @@ def mask(
         a permutation, and the vectors of values are blue jointly (about 1 us per trial); ``value_sigma`` (1, 0.01 to
         100) is then the distance of values within which vectors repel each other, and the far blur is not used.
 
-        ``"neural"``: ``model``, ``runtime``, ``threads`` and ``provider``, as for ``NeuralGenerator``. To make several masks
+        ``"auto"``: ``channels`` (1), up to 4.
+
+        ``"neural"``: ``model``, ``runtime``, ``threads``, ``provider`` and ``channels``, as for ``NeuralGenerator``: two
+        channels are blue each and together, like those of ``"anneal"``, in a thousandth of the time. To make several masks
         with these options, use a ``NeuralGenerator``, which opens the network only once.
 
     Raises
@@ -283,13 +299,35 @@ def _neural(
     runtime: Optional[PathLike] = None,
     threads: int = 0,
     provider: Optional[NeuralProvider] = None,
+    channels: int = 0,
     progress: Optional[Progress] = None,
 ) -> Ranks:
     if len(shape) != 2:
         raise ValueError(f"shape for method 'neural' must be (h, w), not {shape}")
     default = model is runtime is provider is None and type(threads) is int and threads == 0
-    generator = builtin_generator() if default else NeuralGenerator(model, runtime, threads, provider)
+    if default and type(channels) is int:
+        generator = builtin_generator(channels)
+    else:
+        generator = NeuralGenerator(model, runtime, threads, provider, channels)
     return generator.mask(shape, seed, progress=progress)
+
+
+def _auto(
+    shape: tuple[int, ...],
+    seed: Seed,
+    *,
+    channels: int = 1,
+    progress: Optional[Progress] = None,
+) -> Ranks:
+    """The method that the table of docs/report/neural.md recommends. It depends on shape and channels alone, not on the
+    machine, so that equal arguments go on giving equal masks."""
+    count = arguments.integer("channels", channels, 1, 4)
+    if count == 1:
+        large = len(shape) == 2 and math.prod(shape) > _AUTO_LARGE
+        return (_relax if large else _void_and_cluster)(shape, seed, progress=progress)
+    if count == 2 and len(shape) == 2:
+        return _neural(shape, seed, channels=2, progress=progress)
+    return _anneal(shape, seed, channels=count, sweeps=_AUTO_SWEEPS, progress=progress)
 
 
 def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
@@ -320,6 +358,7 @@ def _builtin(shape: tuple[int, ...], seed: Seed) -> Ranks:
 
 
 _MAKERS: dict[str, Callable[..., Ranks]] = {
+    "auto": _auto,
     "void-and-cluster": _void_and_cluster,
     "relax": _relax,
     "anneal": _anneal,

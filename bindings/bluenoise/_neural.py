@@ -48,6 +48,9 @@ class NeuralGenerator:
         What the network runs on: ``"cpu"`` (the default) or ``"cuda"``, an NVIDIA GPU. That needs the package
         ``onnxruntime-gpu`` in place of ``onnxruntime``, and the versions of CUDA and cuDNN that it was built for. Nothing
         falls back to the processor by itself.
+    channels
+        The channels of the built-in network: 1 (0, the default, is the same), or 2 for vector masks, whose channels are
+        blue each and together. For a model of your own: 0, or the channels it must have.
 
     Raises
     ------
@@ -57,7 +60,7 @@ class NeuralGenerator:
     FileNotFoundError, OSError
         The model cannot be read.
     ValueError
-        The model is not a suitable network.
+        The model is not a suitable network, or has other channels.
 
     Notes
     -----
@@ -66,7 +69,7 @@ class NeuralGenerator:
 
     __slots__ = ("_arguments", "_core")
 
-    _arguments: tuple[Union[None, str, bytes], Optional[str], int, Optional[str]]
+    _arguments: tuple[Union[None, str, bytes], Optional[str], int, Optional[str], int]
     _core: _core.NeuralGenerator
 
     def __init__(
@@ -75,9 +78,11 @@ class NeuralGenerator:
         runtime: Optional[PathLike] = None,
         threads: int = 0,
         provider: Optional[NeuralProvider] = None,
+        channels: int = 0,
     ) -> None:
         _check_build()
         count = arguments.integer("threads", threads, *arguments.UINT32)
+        wanted = arguments.integer("channels", channels, 0, 2 if model is None else 16)
         library = None if runtime is None else _path("runtime", runtime)
         if provider is not None and not isinstance(provider, str):
             raise TypeError(f"provider must be a string, not {provider!r}")
@@ -93,12 +98,18 @@ class NeuralGenerator:
         found = library or _installed_runtime()
         try:
             generator = _core.NeuralGenerator(
-                path, content, found, count, provider, f"model: {said}, runtime: {found or 'from the system'}"
+                path,
+                content,
+                found,
+                count,
+                provider,
+                wanted,
+                f"model: {said}, runtime: {found or 'from the system'}" + (f", channels: {wanted}" if wanted else ""),
             )
         except _core.RuntimeMissingError as error:
             raise _core.RuntimeMissingError(f"{error}; {_MISSING[provider or 'cpu']}") from None
         put = object.__setattr__
-        put(self, "_arguments", (path or content, library, count, provider))
+        put(self, "_arguments", (path or content, library, count, provider, wanted))
         put(self, "_core", generator)
 
     @property
@@ -141,7 +152,7 @@ class NeuralGenerator:
         return NeuralGenerator, self._arguments
 
     def __repr__(self) -> str:
-        model, runtime, threads, provider = self._arguments
+        model, runtime, threads, provider, channels = self._arguments
         parts = []
         if model is not None:
             parts.append(f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model))
@@ -151,6 +162,8 @@ class NeuralGenerator:
             parts.append(f"threads={threads}")
         if provider is not None:
             parts.append(f"provider={provider!r}")
+        if channels:
+            parts.append(f"channels={channels}")
         return f"NeuralGenerator({', '.join(parts)})"
 
 
@@ -160,9 +173,9 @@ def _check_build() -> None:
 
 
 @functools.lru_cache(maxsize=1)
-def builtin_generator() -> NeuralGenerator:
-    """A shared generator with the built-in network and all threads."""
-    return NeuralGenerator()
+def builtin_generator(channels: int = 0) -> NeuralGenerator:
+    """A shared generator with the built-in network of so many channels and all threads."""
+    return NeuralGenerator(channels=channels)
 
 
 def _window(x0: int, y0: int, width: int, height: int, farthest: int) -> tuple[int, int, int, int]:

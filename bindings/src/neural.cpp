@@ -41,7 +41,8 @@ class NeuralGenerator {
     NeuralGenerator(const std::optional<std::string> &model_path,
                     const std::optional<py::bytes> &model,
                     const std::optional<std::string> &runtime, uint32_t threads,
-                    const std::optional<std::string> &provider, const std::string &where)
+                    const std::optional<std::string> &provider, uint32_t channels,
+                    const std::string &where)
         : neural_(nullptr, bn_neural_close) {
         bn_neural_options options = bn_neural_options_default();
         if (model_path) options.model_path = model_path->c_str();
@@ -53,6 +54,7 @@ class NeuralGenerator {
         if (runtime) options.runtime_path = runtime->c_str();
         options.threads = threads;
         if (provider) options.provider = provider->c_str();
+        options.channels = channels;
         options.progress = poll_current_call;
         bn_neural *neural = nullptr;
         bn_result result;
@@ -120,9 +122,9 @@ void bind_neural(py::module_ &module) {
     py::class_<NeuralGenerator>(module, "NeuralGenerator")
         .def(py::init<const std::optional<std::string> &, const std::optional<py::bytes> &,
                       const std::optional<std::string> &, uint32_t,
-                      const std::optional<std::string> &, const std::string &>(),
+                      const std::optional<std::string> &, uint32_t, const std::string &>(),
              py::arg("model_path"), py::arg("model"), py::arg("runtime"), py::arg("threads"),
-             py::arg("provider"), py::arg("where"))
+             py::arg("provider"), py::arg("channels"), py::arg("where"))
         .def_property_readonly("channels", &NeuralGenerator::channels)
         .def("mask", &NeuralGenerator::mask, py::arg("height"), py::arg("width"), py::arg("seed"),
              py::arg("progress"))

@@ -18,7 +18,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import bluenoise
-from report import neural_plane
+from report import neural_plane, neural_vectors
 from report.files import write_image, write_text
 from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
@@ -202,6 +202,40 @@ def style_of(row, others, marks):
     return {"color": colour_of(row, others), "marker": "o^sD"[options.index(row["options"]) % 4]}
 
 
+# ---- Aims
+
+#: Of each network: time relative to void-and-cluster at 1024x1024 on one thread, and errors at 128x128.
+AIMS = {"fast network": (0.8, 0.0415, 0.0195), "network": (1.5, 0.0395, 0.0175)}
+REFERENCE = "void-and-cluster"
+
+
+def aim_table(rows):
+    """The aims beside what was reached."""
+    def row_of(method, size, threads=1):
+        return next((r for r in rows if r["method"] == method and not r["options"] and int(r["width"]) == size
+                     and int(r["threads"]) == threads), None)
+
+    def line(what, aim, reached, digits):
+        verdict = "yes" if round(reached, digits) <= aim else "no"
+        lines.append(f"| {what} | {aim:.{digits}f} | {reached:.{digits}f} | {verdict} |")
+
+    lines = ["| | at most | reached | met |", "| --- | ---: | ---: | --- |"]
+    for method, (time_aim, near_aim, far_aim) in AIMS.items():
+        large, reference, small = row_of(method, 1024), row_of(REFERENCE, 1024), row_of(method, 128)
+        if large and reference:
+            ratio = float(large["cpu_seconds"]) / float(reference["cpu_seconds"])
+            line(f"{method}: time at 1024x1024 over {REFERENCE}'s, one thread", time_aim, ratio, 2)
+        if small:
+            line(f"{method}: E_1 at 128x128", near_aim, float(small["e_1"]), 4)
+            line(f"{method}: E_1.5 at 128x128", far_aim, float(small["e_1.5"]), 4)
+        for size in (512, 1024, 2048):
+            many, reference = row_of(method, size, 2), row_of(REFERENCE, size)
+            if many and reference:
+                ratio = float(many["seconds"]) / float(reference["seconds"])
+                line(f"{method}: wall-clock time at {size}x{size} over {REFERENCE}'s, two threads", 1.0, ratio, 2)
+    return "\n".join(lines)
+
+
 # ---- Quality of the built-in network
 
 
@@ -255,7 +289,7 @@ def level_table(groups):
     return "\n".join(lines)
 
 
-def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, levels, command, threads):
+def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, levels, vectors, command, threads):
     parts = ["# Neural masks: time against error", "",
              f"Printed by `{command}`. Times are minima over repeats of wall-clock time and of CPU time (summed over",
              "threads, and more reliable on a busy machine), on 1 thread unless stated otherwise",
@@ -270,7 +304,8 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
         radius = metadata(content)["bn.receptive_radius"]
         parts.append(f"* {name}: {weights} weights, {len(content)} bytes, {operations} FLOP per texel, receptive radius {radius} "
                      "texels.")
-    parts += ["", "![Error against time, time against size](neural.png)", ""]
+    parts += ["", "![Error against time, time against size](neural.png)", "", "## Aims", "",
+              "What the networks were to reach, and what they reach in this run.", "", aim_table(rows), ""]
     for size in sizes:
         parts += [f"## {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
     decibels = ", ".join(f"{name} {value:.1f}" for name, value in anisotropy.items())
@@ -281,7 +316,8 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
               f"{masks} masks of 128x128, in dB (perfectly isotropic masks have {-10 * np.log10(masks):.0f}):",
               f"{decibels}.", "",
               "## Every grey level", "",
-              "Power of thresholded masks below half the principal frequency, relative to white noise:", "", levels, ""]
+              "Power of thresholded masks below half the principal frequency, relative to white noise:", "", levels, "",
+              "## Vectors", "", *vectors, ""]
     return "\n".join(parts)
 
 
@@ -331,8 +367,8 @@ def main():
     flatness = fixed_pattern(generator, seeds), seeds
     anisotropy = {name: bluenoise.anisotropy(masks) for name, masks in groups.items()}
     command = "scripts/bench neural" + "".join(f' --model "{name}=FILE"' for name in models if models[name] not in (None, FAST))
-    text = report_text(rows, sizes, models, quality, flatness, anisotropy, count, level_table(groups), command,
-                       threads)
+    text = report_text(rows, sizes, models, quality, flatness, anisotropy, count, level_table(groups),
+                       neural_vectors.section(options), command, threads)
     text += "\n".join(["", *neural_plane.section(models, options), ""])
     write_text(options.out / "neural.md", text)
     print(text)

@@ -103,4 +103,5 @@ def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", [*sys.argv, "--again"])
     neural.main()
     assert (tmp_path / "report/neural.md").read_text() == text
-    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png", "neural_plane.csv"]
+    assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png", "neural_plane.csv",
+                                                                       "neural_vectors.csv"]

@@ -451,6 +451,31 @@ static void test_real_runtime(const char *runtime) {
     CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA);
 }
 
+/* The channels of a model, or any; and those that the built-in networks have. */
+static void test_channels(void) {
+    model_parts parts = model_parts_default();
+    message model;
+    make_model(&parts, &model);
+    bn_neural_options options = bn_neural_options_default();
+    options.model = model.bytes;
+    options.model_size = model.size;
+    options.runtime_path = FAKE_RUNTIME;
+    bn_neural *neural;
+    fake_reset();
+    for (uint32_t channels = 0; channels < 4; ++channels) {
+        options.channels = channels;
+        const bn_result wanted =
+            channels == 0 || channels == 1 ? BN_SUCCESS : BN_ERROR_INVALID_ARGUMENT;
+        CHECK(bn_neural_open(&options, &neural) == wanted);
+        CHECK((neural != NULL) == (wanted == BN_SUCCESS));
+        bn_neural_close(neural);
+    }
+    options = bn_neural_options_default();
+    options.runtime_path = FAKE_RUNTIME;
+    options.channels = 3;
+    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
+}
+
 int main(void) {
     glob_t found = {0};
     test_noise();
@@ -459,6 +484,7 @@ int main(void) {
     test_masks();
     test_threads_are_used();
     test_many_callers();
+    test_channels();
     test_arguments();
     test_failing_calls();
     test_values_that_are_not_finite();

@@ -163,7 +163,7 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "9x9", "--method", "builtin", "-o", "m.png"], ["(9, 9)"]),
         (["mask", "--size", "8x8x8", "-o", "mask.exr"], [".npy"]),
         (["mask", "--size", "8", "--channels", "5", "--method", "anneal", "-o", "m.png"], ["channels", "5"]),
-        (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["--channels needs --method anneal,"]),
+        (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["--channels needs --method auto or anneal or neural,"]),
         (["mask", "--size", "8", "--json", "-o", "-"], ["--json"]),
         (["spectrum", "flat.npy"], ["-o", "--json"]),
         (["measure", "deep.npy"], ["deep.npy", "(2, 4, 4)", "--channel"]),

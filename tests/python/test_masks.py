@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+import importlib.util
 import threading
 
 import numpy as np
@@ -197,9 +198,22 @@ def test_builtin():
         mask((64, 64), method="builtin", seed=1)
 
 
+def test_auto_is_the_method_that_the_docs_recommend():
+    for shape in ((64, 48), (100,), (4, 8, 8)):
+        assert (mask(shape, method="auto", seed=2) == mask(shape, seed=2)).all()
+    large = (513, 512)
+    assert (mask(large, method="auto", seed=2) == mask(large, method="relax", seed=2)).all()
+    four = mask((8, 8), method="auto", channels=4, seed=2)
+    assert (four == mask((8, 8), method="anneal", channels=4, sweeps=100, seed=2)).all()
+    if importlib.util.find_spec("onnxruntime") and hasattr(bluenoise._core, "NeuralGenerator"):
+        two = mask((20, 24), method="auto", channels=2, seed=2)
+        assert (two == mask((20, 24), method="neural", channels=2, seed=2)).all()
+
+
 @pytest.mark.parametrize(
     ("shape", "options", "error", "words"),
     [
+        ((8, 8), {"method": "auto", "channels": 5}, ValueError, ["channels", "5"]),
         ((8, 8), {"method": "void"}, ValueError, ["method", "'void'", "void-and-cluster", "white"]),
         ((8, 8), {"method": None}, TypeError, ["method", "None"]),
         ((0, 8), {}, ValueError, ["shape", "0"]),

@@ -4,6 +4,7 @@
 import importlib.util
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -133,6 +134,29 @@ def test_providers(one, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+def test_vectors_are_blue_each_and_together(builtin):
+    vectors = NeuralGenerator(channels=2)
+    assert (builtin.channels, vectors.channels) == (1, 2)
+    assert "channels=2" in repr(vectors) and pickle.loads(pickle.dumps(vectors)).channels == 2
+    ranks = vectors.mask((96, 64), seed=4)
+    assert ranks.shape == (2, 96, 64)
+    for channel in ranks:
+        assert np.array_equal(np.sort(channel, axis=None), np.arange(96 * 64))
+        assert bluenoise.measure(channel)["e_1"] < 0.06  # white noise has .115
+    # Neighbours differ in at least one channel, so their vectors are further apart than those of two masks.
+    def nearness(a, b):
+        values = np.stack([a, b]) / a.size
+        steps = [np.sqrt(((values - np.roll(values, 1, axis)) ** 2).sum(0)) for axis in (1, 2)]
+        return np.exp(-np.stack(steps)).mean()
+
+    scalars = [bluenoise.mask((96, 64), seed=seed) for seed in (1, 2)]
+    assert nearness(*ranks) < nearness(*scalars) - 0.005
+    window = vectors.window(-7, 9, 50, 40, seed=4)
+    assert window.shape == (2, 40, 50)
+    np.testing.assert_allclose(vectors.window(3, 19, 20, 10, seed=4), window[:, 10:20, 10:30], atol=1e-5)
+    assert (bluenoise.mask((96, 64), method="neural", channels=2, seed=4) == ranks).all()
+
+
 def test_noise_is_the_same_everywhere():
     noise = NeuralGenerator.noise(0, 0, 1, 1)
     assert noise.dtype == np.float32 and noise[0, 0] == 3407499 / 2**24
@@ -159,6 +183,8 @@ def test_noise_is_the_same_everywhere():
         (lambda g: NeuralGenerator(ONE, provider="gpu"), ValueError, ["provider", "cpu, cuda", "'gpu'"]),
         (lambda g: NeuralGenerator(ONE, provider=0), TypeError, ["provider", "0"]),
         (lambda g: bluenoise.mask((4, 4), method="white", provider="cpu"), TypeError, ["provider", "white"]),
+        (lambda g: NeuralGenerator(channels=3), ValueError, ["channels", "3"]),
+        (lambda g: NeuralGenerator(ONE, channels=2), ValueError, ["channels: 2"]),
         (lambda g: NeuralGenerator(7), TypeError, ["model", "7"]),
         (lambda g: NeuralGenerator(""), ValueError, ["model"]),
         (lambda g: NeuralGenerator(b""), ValueError, ["model"]),
@@ -259,18 +285,19 @@ def test_onnxruntime_itself_agrees(tmp_path):
     np.testing.assert_allclose(NeuralGenerator(TWO).window(10, 0, 90, 70, seed=4), expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx"])
+@pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx", "neural_vector.onnx"])
 @pytest.mark.parametrize("shape", [(64, 64), (52, 132)])
 def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
     """Ranks are those of the values, except for values closer than 1e-4."""
     model = (Path(__file__).resolve().parents[2] / "libbn/data" / name).read_bytes()
-    radius = 36 if name == "neural.onnx" else 18
-    assert b"bn.receptive_radius\x12\x02" + str(radius).encode() in model
+    radius = int(re.search(rb"bn\.receptive_radius\x12.(\d+)", model)[1])
     noise = np.pad(NeuralGenerator.noise(0, 0, shape[1], shape[0], seed=9), radius, mode="wrap")
-    values = in_onnxruntime(tmp_path, model, noise)[0].ravel()
-    ranks = NeuralGenerator(model).mask(shape, seed=9)
-    in_order = values[np.argsort(ranks.ravel())]
-    assert values.std() > 0.2 and (np.diff(in_order) > -1e-4).all()
+    channels = in_onnxruntime(tmp_path, model, noise)
+    masks = NeuralGenerator(model).mask(shape, seed=9).reshape(-1, *shape)
+    assert len(channels) == len(masks) == (2 if "vector" in name else 1)
+    for values, ranks in zip(channels, masks):
+        in_order = values.ravel()[np.argsort(ranks.ravel())]
+        assert values.std() > 0.2 and (np.diff(in_order) > -1e-4).all()
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (37, 53), (64, 64), (200, 131)])

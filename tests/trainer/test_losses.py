@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed form of the loss against its definition and the library, and its gradients."""
+"""The losses against their definitions and the library, and the ranks."""
 
 import bluenoise
 import numpy as np
 import pytest
 import torch
 
-from bn_trainer.losses import DitheringError, rank_and_ramp
+from bn_trainer.losses import DitheringError, VectorEnergy, ranks
 
 
-def uniform(shape, seed, method="white"):
-    ranks = bluenoise.mask(shape, method=method, seed=seed)
-    return ranks, (ranks.astype(np.float64) + 0.5) / ranks.size
+def uniform(shape, seed, method="white", **options):
+    made = bluenoise.mask(shape, method=method, seed=seed, **options)
+    return made, (made.astype(np.float64) + 0.5) / (shape[0] * shape[1])
+
+
+def error(values, *sigmas):
+    return DitheringError(*values.shape, list(sigmas))(torch.from_numpy(values)[None])[:, 0].tolist()
 
 
 def by_definition(values, sigma, levels=256):
@@ -29,53 +33,64 @@ def by_definition(values, sigma, levels=256):
 @pytest.mark.parametrize("sigma", [0.75, 1.0, 1.5])
 def test_closed_form_is_the_definition(shape, sigma):
     _, values = uniform(shape, 3)
-    closed = float(DitheringError(*shape, [sigma], [1.0])(torch.from_numpy(values)[None]))
     # What is left: the closed form takes all levels, the definition 256; small tori feel it most.
-    assert closed == pytest.approx(by_definition(values, sigma), rel=1e-2)
+    assert error(values, sigma)[0] == pytest.approx(by_definition(values, sigma), rel=1e-2)
 
 
 @pytest.mark.parametrize("method", ["white", "void-and-cluster"])
 def test_the_library_is_the_referee(method):
-    ranks, values = uniform((64, 64), 5, method)
-    figures = bluenoise.measure(ranks)
-    for sigma in (1.0, 1.5, 2.0):
-        closed = float(DitheringError(64, 64, [sigma], [1.0])(torch.from_numpy(values)[None])) ** 0.5
-        # 64 levels against all of them.
-        assert closed == pytest.approx(figures[f"e_{sigma:g}"], rel=0.02)
+    made, values = uniform((64, 64), 5, method)
+    figures = bluenoise.measure(made)
+    # 64 levels against all of them.
+    for sigma, closed in zip((1.0, 1.5, 2.0), error(values, 1.0, 1.5, 2.0)):
+        assert closed**0.5 == pytest.approx(figures[f"e_{sigma:g}"], rel=0.02)
 
 
-def test_a_mixture_is_the_sum_of_its_parts():
-    _, values = uniform((20, 28), 1)
-    image = torch.from_numpy(values)[None]
-    parts = [float(DitheringError(20, 28, [sigma], [1.0])(image)) for sigma in (1.0, 1.5)]
-    both = float(DitheringError(20, 28, [1.0, 1.5], [0.3, 0.7])(image))
-    assert both == pytest.approx(0.3 * parts[0] + 0.7 * parts[1], rel=1e-4)
+def test_several_sigmas_and_masks_are_as_one_at_a_time():
+    sigmas, images = (1.5, 0.75, 1.0), [uniform((20, 28), seed, "void-and-cluster")[1] for seed in (1, 2)]
+    # In float32, as in training.
+    both = DitheringError(20, 28, list(sigmas))(torch.from_numpy(np.stack(images)).float())
+    assert both.shape == (3, 2)
+    alone = [[error(values, sigma)[0] for values in images] for sigma in sigmas]
+    np.testing.assert_allclose(both.numpy(), alone, rtol=1e-3)
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (5, 12)])
-def test_gradient_of_the_error(shape):
-    values = torch.rand(2, *shape, dtype=torch.float64, generator=torch.Generator().manual_seed(1), requires_grad=True)
-    assert torch.autograd.gradcheck(DitheringError(*shape, [1.0, 1.5], [0.5, 0.5]), (values,))
+def test_energy_of_all_pairs():
+    height, width = 13, 14
+    values = torch.rand(1, 2, height, width, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
+    flat = values[0].reshape(2, -1).T.numpy()
+    total = weights = 0.0
+    for i in range(len(flat)):
+        for j in range(len(flat)):
+            dy, dx = abs(i // width - j // width), abs(i % width - j % width)
+            square = min(dy, height - dy) ** 2 + min(dx, width - dx) ** 2
+            if 0 < square <= 36:
+                weight = np.exp(-square / 4)
+                total += weight * np.exp(-np.hypot(*(flat[i] - flat[j])))
+                weights += weight
+    assert VectorEnergy()(values).tolist() == pytest.approx([total / weights], rel=1e-9)
 
 
-def test_ranks_are_exact_and_only_differences_have_a_gradient():
-    values = torch.rand(1, 32, 32, dtype=torch.float64, generator=torch.Generator().manual_seed(2), requires_grad=True)
-    ranks, _ = rank_and_ramp(values)
-    expected = (values.detach().reshape(-1).argsort().argsort() + 0.5) / 1024
-    assert torch.equal(ranks.detach().reshape(-1), expected)
-    # A gradient that depends on the rank alone is one of a monotone change, which changes no rank. Near the ends
-    # the moving average is one of fewer values.
-    (gradient,) = torch.autograd.grad((ranks**2).sum(), values)
-    middle = (ranks > 0.1) & (ranks < 0.9)
-    assert gradient[middle].abs().max() < 0.02 * 2
-    noise = torch.randn(ranks.shape, dtype=torch.float64, generator=torch.Generator().manual_seed(3))
-    ranks, _ = rank_and_ramp(values)
-    (gradient,) = torch.autograd.grad((ranks * noise).sum(), values)
-    assert torch.corrcoef(torch.stack([gradient.reshape(-1), noise.reshape(-1)]))[0, 1] > 0.95
+def test_energy_ranks_vector_masks():
+    white = np.stack([uniform((64, 64), seed)[1] for seed in (1, 2)])
+    blue = np.stack([uniform((64, 64), seed, "void-and-cluster")[1] for seed in (1, 2)])
+    _, joint = uniform((64, 64), 1, "anneal", channels=2, sweeps=20)
+    energies = VectorEnergy()(torch.from_numpy(np.stack([white, blue, joint]))).tolist()
+    assert energies[0] == pytest.approx(0.612, abs=0.005)
+    # Channels that are blue alone repel each other less than those made together.
+    assert energies[0] - 0.01 > energies[1] > energies[2] + 0.003
 
 
-def test_the_ramp_term_is_least_for_uniform_values():
-    _, values = uniform((32, 32), 1)
-    image = torch.from_numpy(values)[None]
-    assert float(rank_and_ramp(image)[1]) < 1e-12
-    assert float(rank_and_ramp(0.5 + 0.8 * (image - 0.5))[1]) > 1e-3
+def test_ranks_are_exact_and_ties_are_in_order():
+    values = torch.randint(0, 40, (2, 2, 9, 11), generator=torch.Generator().manual_seed(2)).float()
+    made = ranks(values)
+    assert made.shape == values.shape and made.dtype == values.dtype
+    for image, found in zip(values.reshape(4, -1).tolist(), made.reshape(4, -1).tolist()):
+        order = sorted(range(99), key=lambda i: (image[i], i))
+        expected = {texel: (rank + 0.5) / 99 for rank, texel in enumerate(order)}
+        assert found == pytest.approx([expected[i] for i in range(99)], abs=1e-7)
+
+
+def test_only_the_order_of_values_counts():
+    values = torch.rand(1, 2, 16, 16, generator=torch.Generator().manual_seed(3))
+    assert torch.equal(ranks(values), ranks(values**3 * 100 - 7))

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Training: it learns, resumes exactly, runs in several processes, and reports mistakes in one line."""
+"""The search finds minima; training learns, resumes exactly, runs in several processes, and reports mistakes in one line."""
 
 import csv
+import math
+import shutil
 import subprocess
 import sys
 
@@ -9,45 +11,54 @@ import pytest
 import torch
 
 from bn_trainer.__main__ import main
+from bn_trainer.evolution import Evolution
 from bn_trainer.files import load_checkpoint
-from bn_trainer.train import Trainer, noise
+from bn_trainer.train import LOG_COLUMNS, Trainer, noise
 from bn_trainer import config as configs
 
 TINY = """
 [model]
-channels = [4, 4, 4]
-kernels = [5, 5, 5]
-sigma = 0.85
-first_rate = {first_rate}
-last_rate = 0.5
+reaches = [2, 4, 2]
+channels = 1
 [loss]
-sigmas = [1.0]
-shares = [1.0]
-inner_steps = 1
-tail = 1
+sigmas = [1.0, 1.5]
+shares = [0.5, 0.5]
+energy = 0.0
 [train]
-iterations = {iterations}
+iterations = 24
 seed = 7
-size = 32
-batch = 2
-rate = 5e-3
-last_rate = 1e-3
-warmup = 5
-average = 0.9
+size = 16
+batch = 1
+population = 6
+step = 1.0
 log_every = 4
 check_every = 8
 """
 
 
-def tiny(tmp_path, name="tiny.toml", iterations=24, first_rate=2.0, **changes):
-    text = TINY.format(iterations=iterations, first_rate=first_rate)
+def tiny(tmp_path, name="tiny.toml", **changes):
+    """The path of a small configuration with changed lines; None removes one."""
+    text = TINY
     for key, value in changes.items():
-        lines = [f"{key} = {value}" if line.split(" = ")[0] == key else line for line in text.splitlines()]
+        new = [] if value is None else [f"{key} = {value}"]
+        lines = [kept for line in text.splitlines() for kept in (new if line.split(" = ")[0] == key else [line])]
         assert lines != text.splitlines()
         text = "\n".join(lines)
     path = tmp_path / name
     path.write_text(text)
     return path
+
+
+def run(config, folder, *more):
+    """Trains quietly, from a configuration, or from the folder alone if that is None."""
+    start = [] if config is None else ["--config", str(config)]
+    return main(["train", *start, "--folder", str(folder), "--threads", "1", "--quiet", *more])
+
+
+def log_of(folder):
+    """The rows of the log without the seconds."""
+    with open(folder / "log.csv", newline="") as file:
+        return [row[:-1] for row in csv.reader(file)]
 
 
 def states_equal(a, b):
@@ -60,36 +71,126 @@ def states_equal(a, b):
     return a == b
 
 
-def test_the_error_falls(tmp_path):
-    # Steps far too small to start from leave much to learn.
-    path = tiny(tmp_path, iterations=40, first_rate=0.6)
+TARGET = torch.linspace(-3, 3, 8, dtype=torch.float64)
+
+
+def search_of(n=8, **changes):
+    options = {"population": 12, "step": 1.0, "seed": 5, **changes}
+    return Evolution(torch.ones(n), torch.full((n,), 0.5), **options)
+
+
+@pytest.mark.parametrize("population", [12, 13])
+def test_the_search_learns_which_changes_belong_together(population):
+    """A quadratic a million times as steep in some directions as in others, along no axis."""
+    turn = torch.linalg.qr(torch.randn(8, 8, dtype=torch.float64, generator=torch.Generator().manual_seed(1)))[0]
+    steepness = torch.logspace(0, 6, 8, dtype=torch.float64)
+    search = search_of(population=population)
+    for _ in range(450):
+        search.learn(((search.candidates() - TARGET) @ turn).square() @ steepness)
+    assert float((search.mean - TARGET).abs().max()) < 1e-3
+
+
+def test_the_search_bears_noise():
+    search, generator = search_of(population=40), torch.Generator().manual_seed(2)
+    for _ in range(150):
+        losses = (search.candidates() - TARGET).square().sum(1)
+        search.learn(losses + 0.1 * torch.randn(40, dtype=torch.float64, generator=generator))
+    # The noise is as large as the gain of .1 in each parameter.
+    assert float((search.mean - TARGET).square().mean()) < 0.1**2
+
+
+def test_candidates_without_a_loss_are_the_worst():
+    search, other = search_of(), search_of()
+    for bad in (math.nan, math.inf):
+        losses = search.candidates().square().sum(1)
+        assert torch.equal(other.candidates(), search.candidates())
+        worst = losses.argsort()[-6:]
+        search.learn(losses)
+        losses[worst] = bad
+        other.learn(losses)
+        assert torch.equal(search.mean, other.mean)
+    search.learn(torch.full((12,), math.nan, dtype=torch.float64) + 0 * search.candidates()[:, 0])
+    assert search.mean.isfinite().all() and search.candidates().isfinite().all()
+
+
+def test_a_restored_search_goes_on_exactly():
+    search, other = search_of(), search_of(step=0.2)
+    for _ in range(5):
+        search.learn((search.candidates() - TARGET).square().sum(1))
+    other.restore(search.state())
+    for _ in range(3):
+        candidates = search.candidates()
+        assert torch.equal(candidates, other.candidates())
+        for each in (search, other):
+            each.learn((candidates - TARGET).square().sum(1))
+    assert states_equal(search.state(), other.state())
+    # Other generations and seeds give other candidates.
+    start, other = search_of(), search_of()
+    assert not torch.equal(start.candidates(), search_of(seed=6).candidates())
+    other.generation = 1
+    assert not torch.equal(start.candidates(), other.candidates())
+    with pytest.raises(ValueError, match="mean"):
+        search_of(n=7).restore(search.state())
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_the_error_falls(tmp_path, channels):
+    changes = {"channels": 2, "energy": 1.0} if channels == 2 else {}
+    path = tiny(tmp_path, reaches="[2, 4]", size=24, population=12, **changes)
     trainer = Trainer(configs.load(path), torch.device("cpu"))
+    # Signs too soft to start from leave much to learn.
+    with torch.no_grad():
+        for step in trainer.model.steps:
+            step.sharpness.fill_(-1.5)
+    trainer.search.mean = trainer.model.vector()
     before = trainer.measure()
-    for _ in range(40):
+    for _ in range(25):
         trainer.step()
     after = trainer.measure()
-    assert after[0] < 0.95 * before[0]
+    assert trainer.iteration == 25
+    assert after[0] < 0.9 * before[0] and after[1] < 0.9 * before[1]
+    if channels == 2:
+        assert after[2] < before[2] - 0.004
+    else:
+        assert math.isnan(before[2]) and math.isnan(after[2])
+
+
+def test_the_loss_is_what_the_configuration_says(tmp_path):
+    batch = noise(1, 2, (2, 1, 16, 16))
+
+    def loss(**changes):
+        trainer = Trainer(configs.load(tiny(tmp_path, channels=2, **changes)), torch.device("cpu"))
+        return trainer.figures(trainer.search.mean, batch)
+
+    whole, e1, e15, energy = loss(shares="[0.25, 3.0]", energy=0.5)
+    assert whole == pytest.approx(0.25 * e1**2 + 3 * e15**2 + 0.5 * energy, rel=1e-6)
+    assert 0 < e15 < e1 < 0.2 and 0.5 < energy < 0.62
+    assert loss(sigmas="[1.5]", shares="[1.0]")[0] == pytest.approx(e15**2, rel=1e-6)
 
 
 def test_resume_is_exact(tmp_path):
     path = tiny(tmp_path)
     whole, parts = tmp_path / "whole", tmp_path / "parts"
-    assert main(["train", "--config", str(path), "--folder", str(whole), "--threads", "1", "--quiet"]) == 0
-    # Stopped between checkpoints: what the log holds beyond the last one is written again.
-    assert main(["train", "--config", str(path), "--folder", str(parts), "--threads", "1", "--quiet", "--stop-after", "13"]) == 0
-    rows = list(csv.reader(open(parts / "log.csv")))
-    with open(parts / "log.csv", "a") as file:
-        file.write("14,9,9,9,9,9\n")
-    assert main(["train", "--folder", str(parts), "--resume", "--threads", "1", "--quiet"]) == 0
+    assert run(path, whole) == 0
+    # Interrupted at 13, after the checkpoint of 8: what the log holds beyond is written again.
+    assert run(path, parts, "--stop-after", "8") == 0
+    shutil.copy(parts / "checkpoint.pt", tmp_path / "kept.pt")
+    assert run(None, parts, "--resume", "--stop-after", "13") == 0
+    assert [row[0] for row in log_of(parts)] == ["iteration", "4", "8", "12", "13"]
+    shutil.copy(tmp_path / "kept.pt", parts / "checkpoint.pt")
+    kept = (parts / "log.csv").read_text().splitlines()[:3]
+    assert run(None, parts, "--resume") == 0
     first, second = load_checkpoint(whole / "checkpoint.pt"), load_checkpoint(parts / "checkpoint.pt")
-    assert first["iteration"] == second["iteration"] == 24
+    assert first["search"]["generation"] == second["search"]["generation"] == 24
     assert states_equal(first, second)
-    assert states_equal(load_checkpoint(whole / "best.pt"), load_checkpoint(parts / "best.pt"))
-    again = list(csv.reader(open(parts / "log.csv")))
-    assert again[: len(rows)] == rows
-    assert [row[0] for row in again] == ["iteration", "4", "8", "12", "13", "16", "20", "24"]
+    assert log_of(parts) == log_of(whole)
+    assert [row[0] for row in log_of(whole)] == ["iteration", "4", "8", "12", "16", "20", "24"]
+    assert log_of(whole)[0] == LOG_COLUMNS[:-1]
+    assert (parts / "log.csv").read_text().splitlines()[:3] == kept
     assert configs.load(whole / "config.toml") == configs.load(path)
     assert not [f for f in whole.iterdir() if f.name.startswith(".")]
+    # What is finished stays as it is.
+    assert run(None, parts, "--resume") == 0 and log_of(parts) == log_of(whole)
 
 
 def test_noise_depends_on_seed_and_iteration_alone():
@@ -99,9 +200,10 @@ def test_noise_depends_on_seed_and_iteration_alone():
 
 
 def test_two_processes_train_as_one(tmp_path, trainer_environment):
-    path = tiny(tmp_path, iterations=6)
+    # An odd number of candidates, so the processes have different numbers of them.
+    path = tiny(tmp_path, iterations=6, population=7)
     alone, shared = tmp_path / "alone", tmp_path / "shared"
-    assert main(["train", "--config", str(path), "--folder", str(alone), "--threads", "1", "--quiet"]) == 0
+    assert run(path, alone) == 0
     # As torchrun --standalone, but by address: names may not be resolved on a bare system, and torch then waits long.
     here = "127.0.0.1"
     done = subprocess.run(
@@ -112,29 +214,36 @@ def test_two_processes_train_as_one(tmp_path, trainer_environment):
         timeout=240,
     )
     assert done.returncode == 0, done.stderr
-    first, second = load_checkpoint(alone / "checkpoint.pt"), load_checkpoint(shared / "checkpoint.pt")
-    assert first["iteration"] == second["iteration"] == 6
-    for name, value in first["model"].items():
-        # Sums in another order; Adam turns differences of tiny gradients into steps.
-        assert torch.allclose(value, second["model"][name], atol=2e-3), name
-    assert len(list(csv.reader(open(shared / "log.csv")))) == 3
+    # Every loss is that of one process plus zeros, so even the bits agree.
+    assert states_equal(load_checkpoint(alone / "checkpoint.pt"), load_checkpoint(shared / "checkpoint.pt"))
+    assert log_of(alone) == log_of(shared) and len(log_of(shared)) == 3
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"channels": "[]"}, "model.channels must name 1 to 64 steps"),
-        ({"kernels": "[5, 4, 5]"}, "model.kernels must be odd"),
-        ({"kernels": "[5, 5]"}, "as long as model.channels"),
-        ({"sigma": "nan"}, "model.sigma must be of type float"),
-        ({"sigma": '"big"'}, "model.sigma must be of type float"),
-        ({"shares": "[-1.0]"}, "loss.shares must be positive"),
+        ({"reaches": "[]"}, "model.reaches must name 1 to 64 steps"),
+        ({"reaches": "[4, 0]"}, "model.reaches must be 1 to 200 each"),
+        ({"reaches": "[4, 2.5]"}, "model.reaches must be of type list[int]"),
+        ({"reaches": "4"}, "model.reaches must be of type list[int]"),
+        ({"reaches": None}, "[model] needs reaches"),
+        ({"channels": "3"}, "model.channels must be 1 or 2"),
+        ({"channels": "2\nkernels = [5]"}, "the keys of [model] are reaches, channels"),
+        ({"sigmas": "[0.1, 1.0]"}, "loss.sigmas must be 0.25 to 6"),
+        ({"sigmas": "[1.0, nan]"}, "loss.sigmas must be of type list[float]"),
+        ({"shares": "[1.0]"}, "loss.shares must be as long as loss.sigmas"),
+        ({"shares": "[-1.0, 1.0]"}, "loss.shares must be positive"),
+        ({"energy": "1.0"}, "loss.energy needs model.channels = 2"),
+        ({"energy": "-1.0"}, "loss.energy must not be negative"),
         ({"iterations": "0"}, "train.iterations must be 1 to"),
         ({"batch": "true"}, "train.batch must be of type int"),
         ({"size": "8"}, "train.size must be 16 to 4096"),
-        ({"rate": "1e-3\nspeed = 3"}, "the keys of [train] are iterations"),
-        ({"tail": "1\n[extra]"}, "the tables of a configuration are model, loss, train"),
-        ({"tail": "1 ="}, "is not valid TOML"),
+        ({"population": "3"}, "train.population must be 0 or 4 to"),
+        ({"step": "0.0"}, "train.step must lie in (0, 1.5]"),
+        ({"step": '"big"'}, "train.step must be of type float"),
+        ({"step": "1.0\nspeed = 3"}, "the keys of [train] are iterations"),
+        ({"check_every": "8\n[extra]"}, "the tables of a configuration are model, loss, train"),
+        ({"check_every": "8 ="}, "is not valid TOML"),
     ],
 )
 def test_hostile_configurations(tmp_path, capsys, changes, message):
@@ -145,26 +254,56 @@ def test_hostile_configurations(tmp_path, capsys, changes, message):
     assert not (tmp_path / "run").exists()
 
 
+def test_bad_checkpoints_are_one_line(tmp_path, capsys):
+    path = tiny(tmp_path, iterations=1)
+    assert run(path, tmp_path / "run") == 0
+    good = load_checkpoint(tmp_path / "run" / "checkpoint.pt")
+    longer = {**good, "config": {**good["config"], "model": {"reaches": [2, 4, 2, 2], "channels": 1}}}
+    hostile = {**good, "config": {**good["config"], "model": {"reaches": [], "channels": 1}}}
+    damaged = (tmp_path / "run" / "checkpoint.pt").read_bytes()[:1000]
+    capsys.readouterr()
+    for name, checkpoint, message in (
+        ("noise", b"no checkpoint", "not a checkpoint, or is damaged"),
+        ("damaged", damaged, "not a checkpoint, or is damaged"),
+        ("foreign", {"weights": torch.ones(3)}, "not a checkpoint of this trainer"),
+        ("tensor", torch.ones(3), "not a checkpoint of this trainer"),
+        ("old", {**good, "format": "bn_trainer 1"}, "not a checkpoint of this trainer"),
+        ("empty", {"format": good["format"]}, "not a checkpoint of this trainer"),
+        ("longer", longer, ("does not match its configuration", "do not fit the model in its configuration")),
+        ("no search", {**good, "search": {}}, ("does not match its configuration", "do not fit")),
+        ("hostile", hostile, "model.reaches must name 1 to 64 steps"),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        file = folder / "checkpoint.pt"
+        file.write_bytes(checkpoint) if isinstance(checkpoint, bytes) else torch.save(checkpoint, file)
+        resumed, exported = (message, message) if isinstance(message, str) else message
+        for arguments, words in (
+            (["train", "--resume", "--folder", str(folder)], resumed),
+            (["export", str(file), "-o", str(tmp_path / "x.onnx")], exported),
+        ):
+            assert main(arguments) == 1, (name, arguments)
+            error = capsys.readouterr().err
+            assert error.startswith("bn_trainer: ") and error.count("\n") == 1 and words in error, (name, error)
+        assert [f.name for f in folder.iterdir()] == ["checkpoint.pt"]
+    assert not (tmp_path / "x.onnx").exists()
+
+
 def test_other_mistakes_are_one_line(tmp_path, capsys):
     path = tiny(tmp_path, iterations=1)
-    run = tmp_path / "run"
-    bad = tmp_path / "bad.pt"
-    bad.write_bytes(b"no checkpoint")
-    assert main(["train", "--config", str(path), "--folder", str(run), "--quiet"]) == 0
-    (tmp_path / "broken").mkdir()
-    (tmp_path / "broken" / "checkpoint.pt").write_bytes((run / "checkpoint.pt").read_bytes()[:1000])
+    folder = tmp_path / "run"
+    assert run(path, folder) == 0
     (tmp_path / "file").write_text("")
     capsys.readouterr()
     for arguments, message in (
         (["train", "--config", str(tmp_path / "none.toml")], "cannot read the configuration"),
         (["train"], "give a configuration"),
-        (["train", "--config", str(path), "--folder", str(run)], "already contains a run"),
+        (["train", "--config", str(path), "--folder", str(folder)], "already contains a run"),
         (["train", "--resume", "--folder", str(tmp_path / "nothing")], "contains no checkpoint"),
-        (["train", "--resume", "--folder", str(tmp_path / "broken")], "not a checkpoint, or is damaged"),
         (["train", "--config", str(path), "--folder", str(tmp_path / "file" / "run")], "file"),
-        (["export", str(bad), "-o", str(tmp_path / "x.onnx")], "not a checkpoint, or is damaged"),
         (["export", str(tmp_path / "none.pt"), "-o", str(tmp_path / "x.onnx")], "cannot read the checkpoint"),
         (["evaluate", str(tmp_path / "none.onnx")], "cannot read"),
+        (["evaluate", str(path)], "not a checkpoint, or is damaged"),
     ):
         assert main(arguments) == 1, arguments
         error = capsys.readouterr().err

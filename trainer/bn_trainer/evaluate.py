@@ -15,6 +15,7 @@ import torch
 
 from .config import TrainerError
 from .files import load_model
+from .losses import VectorEnergy
 from .model import Relaxation, wrap
 
 SIGMAS = (0.75, 1.0, 1.5, 2.0)
@@ -24,7 +25,7 @@ SEEDS = 20
 ANISOTROPY_MASKS = 16
 FLATNESS_SEEDS, FLATNESS_SIZE = 1000, 32
 
-#: Maps noise (h + 2r, w + 2r) to values (h, w).
+#: Maps noise (h + 2r, w + 2r) to values (c, h, w).
 Network = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
 
 
@@ -63,7 +64,7 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         raise TrainerError(f"{path} is not a model for this library") from None
 
     def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        return np.asarray(session.run(None, {"noise": noise[None, None]})[0][0, 0])
+        return np.asarray(session.run(None, {"noise": noise[None, None]})[0][0])
 
     parameters = sum(int(np.prod(t.dims)) for t in proto.graph.initializer)
     cost = f"{parameters} stored numbers, {flop_of(proto) / 1000:.1f} kFLOP per texel in convolutions, radius {radius}"
@@ -78,31 +79,37 @@ def flop_of(proto: Any) -> int:
 
 def torch_network(model: Relaxation) -> Network:
     def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        with torch.no_grad():
-            return model(torch.from_numpy(noise)[None, None]).numpy()[0, 0]
+        return model(torch.from_numpy(noise)[None, None]).numpy()[0]
 
     return run
 
 
 def values_of(network: Network, radius: int, height: int, width: int, seed: int) -> npt.NDArray[np.float32]:
-    """The network's values for a seed, from torch's noise for that seed."""
+    """The network's values (c, h, w) for a seed, from torch's noise for that seed."""
     noise = torch.rand(1, 1, height, width, generator=torch.Generator().manual_seed(seed))
     return network(wrap(noise, radius).numpy()[0, 0])
 
 
 def ranks_of(values: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
-    ranks = np.empty(values.size, np.uint32)
-    ranks[np.argsort(values.reshape(-1), kind="stable")] = np.arange(values.size, dtype=np.uint32)
+    """The ranks of each channel of values (c, h, w)."""
+    ranks = np.empty((len(values), values[0].size), np.uint32)
+    for channel, into in zip(values, ranks):
+        into[np.argsort(channel.reshape(-1), kind="stable")] = np.arange(into.size, dtype=np.uint32)
     return ranks.reshape(values.shape)
 
 
 def errors(network: Network, radius: int, height: int, width: int, seeds: int) -> npt.NDArray[np.float64]:
-    """E_sigma for every seed and every sigma in SIGMAS, (seeds, 4)."""
+    """E_sigma for every seed, channel and sigma in SIGMAS, (seeds * channels, 4)."""
     package = bluenoise()
-    return np.array([
-        [figures[f"e_{sigma:g}"] for sigma in SIGMAS]
-        for figures in (package.measure(ranks_of(values_of(network, radius, height, width, seed))) for seed in range(seeds))
-    ])
+    masks = (mask for seed in range(seeds) for mask in ranks_of(values_of(network, radius, height, width, seed)))
+    return np.array([[figures[f"e_{sigma:g}"] for sigma in SIGMAS] for figures in map(package.measure, masks)])
+
+
+def energies(network: Network, radius: int, size: int, seeds: int) -> npt.NDArray[np.float64]:
+    """The energy of two-channel masks, for every seed."""
+    energy = VectorEnergy()
+    masks = [ranks_of(values_of(network, radius, size, size, seed)) for seed in range(seeds)]
+    return np.array([float(energy(torch.from_numpy((mask[None] + 0.5) / size**2))[0]) for mask in masks])
 
 
 def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_SEEDS, out: Any = None) -> None:
@@ -118,10 +125,13 @@ def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_S
         cells = "".join(f"{mean:>9.4f} {deviation:.4f} " for mean, deviation in zip(table.mean(0), table.std(0)))
         print(f"{f'{width}x{height}':>9} {cells}", file=out, flush=True)
     values = values_of(network, radius, 256, 256, 0)
+    if len(values) == 2:
+        print(f"energy of vectors at 64x64: {energies(network, radius, 64, seeds).mean():.5f} (white noise: .6119)", file=out)
     print(f"raw values at 256x256: mean {values.mean():.4f}, standard deviation {values.std():.4f} (uniform: 0.5, 0.2887), "
           f"{values.min():.4f} to {values.max():.4f}", file=out)
-    masks = [ranks_of(values_of(network, radius, 128, 128, seed)) for seed in range(ANISOTROPY_MASKS)]
-    print(f"anisotropy over {ANISOTROPY_MASKS} masks of 128x128: {package.anisotropy(masks):.1f} dB", file=out)
+    masks = [ranks_of(values_of(network, radius, 128, 128, seed))[0] for seed in range(ANISOTROPY_MASKS)]
+    print(f"anisotropy of the first channel over {ANISOTROPY_MASKS} masks of 128x128: {package.anisotropy(masks):.1f} dB",
+          file=out)
     if flatness_seeds:
         spread, expected, worst = flatness(network, radius, flatness_seeds)
         print(f"mean over {flatness_seeds} masks of {FLATNESS_SIZE}x{FLATNESS_SIZE}: standard deviation over texels "
@@ -129,13 +139,13 @@ def evaluate(path: Path, *, seeds: int = SEEDS, flatness_seeds: int = FLATNESS_S
 
 
 def flatness(network: Network, radius: int, seeds: int) -> tuple[float, float, float]:
-    """Tests for a pattern shared by all masks. Returns the standard deviation over texels of the mean over masks; the
+    """Tests the last channel for a pattern shared by all masks. Returns the standard deviation over texels of the mean over masks; the
     value expected for independent uniform masks; and the largest mean of a row, a column or a phase of period 2 or 4, in
     standard deviations of independent texels (blue noise has less)."""
     size = FLATNESS_SIZE
     total = np.zeros((size, size))
     for seed in range(seeds):
-        total += (ranks_of(values_of(network, radius, size, size, seed)) + 0.5) / size**2
+        total += (ranks_of(values_of(network, radius, size, size, seed))[-1] + 0.5) / size**2
     mean = total / seeds - 0.5
     one = 1 / np.sqrt(12 * seeds)
     groups = [mean.mean(0) * np.sqrt(size), mean.mean(1) * np.sqrt(size)]

@@ -11,7 +11,7 @@ from typing import Any
 
 import torch
 
-from .config import Config, TrainerError, from_dict
+from .config import TrainerError, from_dict
 from .model import Relaxation
 
 
@@ -30,11 +30,6 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
         raise TrainerError(f"cannot write {path}: {error.strerror}") from None
 
 
-def model_of(config: Config) -> Relaxation:
-    m = config.model
-    return Relaxation(m.channels, m.kernels, sigma=m.sigma, first_rate=m.first_rate, last_rate=m.last_rate)
-
-
 def load_checkpoint(path: Path) -> dict[str, Any]:
     try:
         checkpoint = torch.load(path, map_location="cpu", weights_only=True)
@@ -42,17 +37,22 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
         raise TrainerError(f"cannot read the checkpoint {path}: {error.strerror}") from None
     except Exception:  # torch raises whatever its parser met
         raise TrainerError(f"{path} is not a checkpoint, or is damaged") from None
-    if not isinstance(checkpoint, dict) or checkpoint.get("format") != "bn_trainer 1":
+    if not isinstance(checkpoint, dict) or checkpoint.get("format") != "bn_trainer 2" or "config" not in checkpoint:
         raise TrainerError(f"{path} is not a checkpoint of this trainer")
     return checkpoint
 
 
 def load_model(path: Path) -> Relaxation:
-    """The averaged model of a checkpoint, in evaluation mode."""
+    """The model of a checkpoint, calibrated."""
     checkpoint = load_checkpoint(path)
-    model = model_of(from_dict(checkpoint["config"]))
+    config = from_dict(checkpoint["config"])
+    model = Relaxation(config.model.reaches, config.model.channels)
     try:
-        model.load_state_dict(checkpoint["average"])
-    except (RuntimeError, KeyError):
-        raise TrainerError(f"{path}: the weights do not fit the model in its configuration") from None
-    return model.eval().requires_grad_(False)
+        mean = checkpoint["search"]["mean"]
+        if mean.shape != model.vector().shape:
+            raise ValueError
+        model.load_vector(mean)
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise TrainerError(f"{path}: the parameters do not fit the model in its configuration") from None
+    model.calibrate(torch.rand(4, 1, 128, 128, generator=torch.Generator().manual_seed(config.train.seed)))
+    return model.eval()

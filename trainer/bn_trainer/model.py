@@ -1,174 +1,159 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network: a learned relaxation with stride 1, for masks of any size.
+"""The network: a learned relaxation with stride 1, for masks of any size, of one channel or of two.
 
 Summed over all thresholds, the squared dithering error of a mask is a constant minus a sum over pairs of
-W(p - q) |r_p - r_q|, so its gradient at p is a blurred sign of r_p - r_q. That sign is separable: with ramps
-F_c(r) = clip(a_c r + b_c, 0, 1) it is a sum over c of G_c(r_p) F_c(r_q), where G_c is a combination of the ramps. One step
-therefore consists of ramps of the values, one depthwise convolution, a pointwise mixing, a product with the ramps of the
-texel itself, a sum, and a pointwise correction that keeps the histogram flat. Kernels, ramps, mixing and correction are
-learned for each step. Kernels have the eight symmetries of the square, so they favour no axis and have few parameters.
-Initially the steps equal the relaxation of `bn_relax`, with geometrically decreasing step and softness.
+W(p - q) |r_p - r_q|, so its gradient at p is a sum of W(p - q) sign(r_p - r_q). One step replaces every value by such a
+sum, with the sign softened and the weights learned:
+
+    v_p <- keep v_p + sum over offsets o of w_o direction(s_o (v_p - v_(p + o))),    direction(d) = d / max(|d|, 1)
+
+For one channel, direction(d) is clip(d, -1, 1): a convolution that takes differences, a clip and a convolution of 1 x 1.
+For two channels d is a vector, and the directions are those of the forces in "Blue-noise dithered sampling" (Georgiev and
+Fajardo, 2016). The sharpness s_o sets how soft the sign is: differences of less than 1 / s_o count in part. Offsets related
+by the eight symmetries of the square share weight and sharpness, so no axis is favoured and parameters are few.
 """
 
 from __future__ import annotations
+
+import math
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+#: Uniform noise in [0, 1) is multiplied by this before the first step.
+FIRST_SCALE = 8.0
+#: The most a step may scale its sum by: beyond, rounding errors would grow from step to step.
+MOST_SCALE = 128.0
+#: The second channel of a vector starts from the low bits of the noise, which has 24 of them.
+SPLIT = 4096.0
 
-def orbit_map(size: int) -> Tensor:
-    """The index of the free parameter used by each tap of a size x size kernel with the eight symmetries."""
-    half = size // 2
-    keys: dict[tuple[int, int], int] = {}
-    taps = []
+
+def orbits(reach: int) -> list[list[tuple[int, int]]]:
+    """The offsets (y, x) with 0 < y^2 + x^2 <= reach, in groups that the symmetries of the square map to each other."""
+    half = math.isqrt(reach)
+    groups: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
     for y in range(-half, half + 1):
         for x in range(-half, half + 1):
-            key = (max(abs(x), abs(y)), min(abs(x), abs(y)))
-            taps.append(keys.setdefault(key, len(keys)))
-    return torch.tensor(taps).view(size, size)
-
-
-class _Depthwise(torch.autograd.Function):
-    """Depthwise convolution with symmetric kernels, given by their free parameters (channels, orbits). The backward pass
-    is one more convolution and sums over the texels of each orbit, on a CPU several times faster than torch's own."""
-
-    @staticmethod
-    def forward(ctx, values, taps, orbit):  # type: ignore[no-untyped-def]
-        ctx.save_for_backward(values, taps, orbit)
-        return F.conv2d(values, taps[:, orbit].unsqueeze(1), groups=taps.shape[0])
-
-    @staticmethod
-    def backward(ctx, upstream):  # type: ignore[no-untyped-def]
-        values, taps, orbit = ctx.saved_tensors
-        upstream = upstream.contiguous()
-        size = orbit.shape[0]
-        m = size // 2
-        height, width = upstream.shape[-2:]
-        kernel = taps[:, orbit].unsqueeze(1)
-        to_values = F.conv2d(upstream, kernel, padding=size - 1, groups=taps.shape[0])
-        columns = [values[..., m - x : m - x + width] for x in range(m + 1)]
-        columns = [columns[x] + values[..., m + x : m + x + width] if x else columns[0] for x in range(m + 1)]
-
-        def rows(y: int, x: int) -> Tensor:
-            above = columns[x][:, :, m - y : m - y + height]
-            return above + columns[x][:, :, m + y : m + y + height] if y else above
-
-        to_taps = torch.empty_like(taps)
-        for y in range(m + 1):
-            for x in range(y + 1):
-                total = rows(y, x) + rows(x, y) if x != y else rows(y, x)
-                to_taps[:, orbit[m + y, m + x]] = (total * upstream).sum((0, 2, 3))
-        return to_values, to_taps, None
+            if 0 < y * y + x * x <= reach:
+                near, far = sorted((abs(y), abs(x)))
+                groups.setdefault((y * y + x * x, far, near), []).append((y, x))
+    return [groups[key] for key in sorted(groups)]
 
 
 class Step(nn.Module):
-    """One step: maps values (n, 1, h + 2m, w + 2m) to (n, 1, h, w), with m = kernel // 2."""
+    """One step: maps values (n, c, h + 2m, w + 2m) to (n, c, h, w), where m is `margin`.
 
-    TAP_SCALE = 0.2
-    orbit: Tensor
-    hats: Tensor
-    expected: Tensor
+    `taps` are the weights of the groups of offsets, up to a factor; `scale` is the logarithm of the sum of the
+    magnitudes of all weights; `sharpness` the logarithm of that of each group."""
 
-    def __init__(self, channels: int, kernel: int, *, sigma: float, rate: float) -> None:
+    def __init__(self, reach: int, *, sigma: float, scale: float, keep: float) -> None:
         super().__init__()
-        self.channels, self.kernel, self.margin = channels, kernel, kernel // 2
-        self.register_buffer("orbit", orbit_map(kernel), persistent=False)
-        # Parameters are of order one, so that a single learning rate suits all; they are scaled where used.
-        self.rate = rate
-        c = torch.arange(channels, dtype=torch.float32)
-        # Adjacent ramps over [0, 1]; blurred, they estimate how many neighbours lie above the middle of each.
-        self.slope = nn.Parameter(torch.ones(channels))
-        self.offset = nn.Parameter(-c / channels)
-        # Gates: the constant 1, then ramps from one middle to the next. Differences of adjacent gates are hat functions
-        # that select the ramp to which a value belongs.
-        self.gate_slope = nn.Parameter(torch.where(c > 0, 1.0, 0.0))
-        self.gate_offset = nn.Parameter(torch.where(c > 0, 0.5 - c, float(channels)) / channels)
+        self.reach, self.margin, self.orbits = reach, math.isqrt(reach), orbits(reach)
+        squares = torch.tensor([float(y * y + x * x) for ((y, x), *_) in self.orbits])
+        self.scale = nn.Parameter(torch.tensor(math.log(scale)))
+        self.keep = nn.Parameter(torch.tensor(keep))
+        self.taps = nn.Parameter(torch.exp(-squares / (4 * sigma * sigma)))
+        self.sharpness = nn.Parameter(torch.zeros(len(self.orbits)))
 
-        axis = torch.arange(-self.margin, self.margin + 1, dtype=torch.float64)
-        gauss = torch.exp(-(axis[:, None] ** 2 + axis[None, :] ** 2) / (4 * sigma * sigma))
-        gauss[self.margin, self.margin] = 0
-        gauss /= gauss.sum()
-        taps = torch.zeros(int(self.orbit.max()) + 1, dtype=torch.float64)
-        taps[self.orbit.reshape(-1)] = gauss.reshape(-1)
-        self.taps = nn.Parameter((taps / self.TAP_SCALE).float().repeat(channels, 1))
+    def groups(self) -> list[tuple[float, float, list[tuple[int, int]]]]:
+        """Weight, sharpness and offsets of each group."""
+        sharpness = self.sharpness.double().clamp(-3.0, 3.0).exp().tolist()
+        return list(zip(self._weights(), sharpness, self.orbits, strict=True))
 
-        self.register_buffer("hats", torch.eye(channels) - torch.diag(torch.ones(channels - 1), -1), persistent=False)
-        self.register_buffer("expected", 1 - (c + 0.5) / channels, persistent=False)
-        # Maps the excess above each ramp to hats; in this basis the parameters act independently.
-        self.mix = nn.Parameter(-torch.eye(channels))
-        self.bias = nn.Parameter(torch.zeros(channels))
-        self.keep = nn.Parameter(torch.tensor(1.0))
-
-    def ramps(self, values: Tensor, slope: Tensor, offset: Tensor) -> Tensor:
-        weight = (self.channels * slope).view(-1, 1, 1, 1)
-        return F.conv2d(values, weight, self.channels * offset).clamp(0.0, 1.0)
-
-    def mixing(self) -> tuple[Tensor, Tensor]:
-        """Weight and bias of the pointwise mixing, from blurred ramps to factors of the gates."""
-        hats = self.rate * self.hats
-        return hats @ self.mix, hats @ (self.bias - self.mix @ self.expected)
-
-    def kernels(self) -> Tensor:
-        """Free parameters of the depthwise kernels, (channels, orbits)."""
-        return self.TAP_SCALE * self.taps
+    def _weights(self) -> list[float]:
+        taps = self.taps.double()
+        counts = torch.tensor([len(group) for group in self.orbits], dtype=torch.float64)
+        total = (counts * taps.abs()).sum().clamp_min(1e-9)
+        return (taps * min(math.exp(min(float(self.scale), 50.0)), MOST_SCALE) / total).tolist()
 
     def forward(self, values: Tensor) -> Tensor:
         m = self.margin
-        ramps = self.ramps(values, self.slope, self.offset)
-        around = _Depthwise.apply(ramps, self.kernels(), self.orbit)
-        mix, bias = self.mixing()
-        mixed = F.conv2d(around, mix[:, :, None, None], bias)
-        inner = values[:, :, m : values.shape[2] - m, m : values.shape[3] - m]
-        gates = self.ramps(inner, self.gate_slope, self.gate_offset)
-        # A convolution with ones instead of a sum lets runtimes keep their blocked layout.
-        ones = torch.ones(1, self.channels, 1, 1, dtype=values.dtype, device=values.device)
-        return self.keep * inner + F.conv2d(gates * mixed, ones)
+        height, width = values.shape[2] - 2 * m, values.shape[3] - 2 * m
+        inner = values[:, :, m : m + height, m : m + width]
+        total = float(self.keep) * inner
+        difference = torch.empty_like(inner)
+        for weight, sharpness, group in self.groups():
+            sharp, sharp_inner = values * sharpness, inner * sharpness
+            for y, x in group:
+                torch.sub(sharp_inner, sharp[:, :, m + y : m + y + height, m + x : m + x + width], out=difference)
+                if values.shape[1] == 1:
+                    total.add_(difference.clamp_(-1, 1), alpha=weight)
+                else:
+                    length = difference.square().sum(1, keepdim=True).clamp_min_(1).sqrt_()
+                    total.addcdiv_(difference, length, value=weight)
+        return total
 
 
 class Relaxation(nn.Module):
-    """A sequence of steps. `receptive_radius` is the sum of their margins."""
+    """A sequence of steps. `reaches` are the squared radii of their discs of offsets; `receptive_radius` is the sum of
+    their margins. Evaluated without gradients."""
 
-    def __init__(self, channels: list[int], kernels: list[int], *, sigma: float = 0.92, first_rate: float = 4.0,
-                 last_rate: float = 0.2) -> None:
+    def __init__(self, reaches: list[int], channels: int = 1) -> None:
         super().__init__()
-        count = len(channels)
-        rates = [first_rate * (last_rate / first_rate) ** (i / max(count - 1, 1)) for i in range(count)]
+        self.channels = channels
+        last = max(len(reaches) - 1, 1)
+        # Steps grow wider and sharper. Training soon finds better ones; this start works for every number of steps.
         self.steps = nn.ModuleList(
-            Step(c, k, sigma=sigma, rate=rate) for c, k, rate in zip(channels, kernels, rates, strict=True)
+            Step(reach, sigma=0.35 + 0.65 * min(1.0, 1.7 * i / last), keep=0.02,
+                 scale=3.0 * 20.0 ** (i / last) if i < len(reaches) - 1 else 1.0)
+            for i, reach in enumerate(reaches)
         )
-        self.receptive_radius = sum(k // 2 for k in kernels)
+        self.receptive_radius = sum(step.margin for step in self.steps)
+        # Makes the values of the last step as uniform in [0, 1] as a factor can; see `calibrate`.
+        self.register_buffer("gain", torch.tensor(1.0))
+        self.requires_grad_(False)
 
-    @staticmethod
-    def finish(values: Tensor) -> Tensor:
-        """Maps values to [0, 1], except for rare outliers, which libbn clamps in windows. Values beyond the ends are
-        compressed, not clipped: clipping creates ties, and ties create rows of dots in the lightest patterns."""
-        end = 1 / 256
-        middle = values.clamp(end, 1 - end)
-        return middle + (values - middle) / 64
+    def begin(self, noise: Tensor) -> Tensor:
+        """Values (n, c, h, w) of noise (n, 1, h, w), uniform in [0, 1)."""
+        if self.channels == 2:
+            low = noise * SPLIT
+            noise = torch.cat([noise, low - low.floor()], 1)
+        return FIRST_SCALE * (noise - 0.5)
 
     def forward(self, noise: Tensor) -> Tensor:
-        """Maps noise (n, 1, h + 2r, w + 2r), uniform in [0, 1), to values (n, 1, h, w), without padding."""
-        values = noise
+        """Maps noise (n, 1, h + 2r, w + 2r) to values (n, c, h, w), without padding."""
+        values = self.begin(noise)
         for step in self.steps:
             values = step(values)
-        return self.finish(values)
+        return 0.5 + self.gain * values
 
-    def torus(self, noise: Tensor, damping: float = 1.0) -> list[Tensor]:
-        """Values (n, 1, h, w) after each step on a torus; the last are the output. Gradients passed from a step to the
-        previous one are multiplied by `damping`."""
-        values, after = noise, []
+    def torus(self, noise: Tensor) -> Tensor:
+        """Maps noise (n, 1, h, w) to values (n, c, h, w) on a torus."""
+        values = self.begin(noise)
         for step in self.steps:
-            if damping != 1:
-                values = damping * values + (1 - damping) * values.detach()
             values = step(wrap(values, step.margin))
-            after.append(values)
-        after[-1] = self.finish(after[-1])
-        return after
+        return 0.5 + self.gain * values
+
+    def vector(self) -> Tensor:
+        """All parameters in one float64 vector, and back."""
+        return torch.cat([p.reshape(-1) for p in self.parameters()]).double()
+
+    def load_vector(self, vector: Tensor) -> None:
+        at = 0
+        for parameter in self.parameters():
+            parameter.copy_(vector[at : at + parameter.numel()].view_as(parameter))
+            at += parameter.numel()
+
+    def spreads(self) -> Tensor:
+        """How far training first varies each parameter of `vector`."""
+        parts = {"scale": 0.5, "keep": 0.05, "taps": 0.15, "sharpness": 0.3}
+        return torch.cat([torch.full((p.numel(),), parts[name.rsplit(".", 1)[-1]], dtype=torch.float64)
+                          for name, p in self.named_parameters()])
+
+    def calibrate(self, noise: Tensor) -> None:
+        """Sets `gain` so that the values have the standard deviation of uniform ones."""
+        self.gain.fill_(1.0)
+        self.gain.fill_(12**-0.5 / float((self.torus(noise) - 0.5).square().mean().sqrt().clamp_min(1e-9)))
 
     def flop_per_texel(self) -> int:
-        """Multiplications and additions per output texel, ignoring margins."""
-        return sum(2 * s.channels * (s.kernel**2 + s.channels + 4) + 2 for s in self.steps) + 6
+        """Multiplications and additions per output texel of the exported graph, ignoring margins."""
+        total = 0
+        for step in self.steps:
+            offsets = sum(len(group) for group in step.orbits) + 1
+            each = 2 * (2 * step.margin + 1) ** 2 + 2 + (2 if self.channels == 1 else 6)
+            total += self.channels * offsets * each
+        return total + 4 * self.channels
 
 
 def wrap(values: Tensor, margin: int) -> Tensor:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Training: Adam on fresh white noise, with weights averaged over iterations.
+"""Training: an evolution strategy on fresh white noise.
 
-Steps amplify small differences, so the gradient of the final error with respect to an early step's parameters is noise
-(about six steps back, it has no common direction between masks). Each step is therefore trained mainly on the error
-after it and after the next few steps: errors after several steps are summed, and gradients are damped on their way back.
+Steps amplify small differences, so gradients through several of them are noise. The strategy needs none: it draws
+parameters at random around the current ones, ranks them by the loss of the same few masks, and moves towards the better
+half, learning which changes belong together. It sees the whole network, exact ranks included.
 
 All random numbers are functions of seed and iteration, so a resumed run continues exactly as if it had never stopped, and
-several processes (`torchrun`) share the batch of a single one.
+several processes (`torchrun`) share the candidates of a single one.
 """
 
 from __future__ import annotations
@@ -25,12 +25,13 @@ from torch import Tensor, distributed
 
 from . import config as configs
 from .config import Config, TrainerError
-from .files import load_checkpoint, model_of, write_atomically
-from .losses import DitheringError, rank_and_ramp
+from .evolution import Evolution
+from .files import load_checkpoint, write_atomically
+from .losses import Direction, DitheringError, VectorEnergy, ranks
 from .model import Relaxation
 
-LOG_COLUMNS = ["iteration", "loss", "e_1", "e_1.5", "rate", "seconds"]
-
+LOG_COLUMNS = ["iteration", "loss", "e_1", "e_1.5", "energy", "step", "seconds"]
+HELD_OUT = 4
 
 def noise(seed: int, iteration: int, shape: tuple[int, ...]) -> Tensor:
     """White noise in [0, 1), a function of (seed, iteration), equal on every machine."""
@@ -61,96 +62,70 @@ def clock(seconds: float) -> str:
 
 
 class Trainer:
-    """Model, averaged model, optimiser and number of completed iterations."""
+    """Model, search and loss."""
 
     def __init__(self, config: Config, device: torch.device) -> None:
-        self.config, self.device, self.iteration = config, device, 0
+        self.config, self.device = config, device
         self.rank = distributed.get_rank() if distributed.is_initialized() else 0
         self.world = distributed.get_world_size() if distributed.is_initialized() else 1
-        if config.train.batch % self.world:
-            raise TrainerError(
-                f"train.batch ({config.train.batch}) must be a multiple of the number of processes ({self.world})"
-            )
-        self.model = model_of(config).to(device)
-        self.average = model_of(config).to(device).eval().requires_grad_(False)
-        self.average.load_state_dict(self.model.state_dict())
-        self.optimiser = torch.optim.Adam(self.model.parameters(), lr=config.train.rate, betas=(0.9, 0.99))
+        self.model = Relaxation(config.model.reaches, config.model.channels).to(device)
+        start = self.model.vector().cpu()
+        population = config.train.population or Evolution.usual_population(start.numel())
+        self.search = Evolution(start, self.model.spreads(), population=population, step=config.train.step,
+                                seed=config.train.seed)
         size, loss = config.train.size, config.loss
-        self.error = DitheringError(size, size, loss.sigmas, loss.shares)
+        self.errors = DitheringError(size, size, [*loss.sigmas, 1.0, 1.5])
+        self.energy, self.direction = VectorEnergy(), Direction(size)
         # Fixed noise that training does not use.
-        self.held_out = noise(config.train.seed, -1, (4, 1, size, size)).to(device)
-        self.gauges = [DitheringError(size, size, [sigma], [1.0]) for sigma in (1.0, 1.5)]
+        self.held_out = noise(config.train.seed, -1, (HELD_OUT, 1, size, size)).to(device)
 
-    def rate(self, iteration: int) -> float:
-        t = self.config.train
-        along = min(1.0, max(0, iteration - t.warmup) / max(1, t.iterations - t.warmup))
-        rate = t.last_rate + (t.rate - t.last_rate) * 0.5 * (1 + math.cos(math.pi * along))
-        return rate * min(1.0, (iteration + 1) / max(1, t.warmup))
+    @property
+    def iteration(self) -> int:
+        return self.search.generation
 
-    def loss_of(self, values: Tensor) -> Tensor:
-        ranks, ramp = rank_and_ramp(values[:, 0].float())
-        return (self.config.loss.scale * self.error(ranks) + self.config.loss.ramp * ramp).mean()
-
-    def step(self) -> float:
-        t, count = self.config.train, len(self.model.steps)
-        for group in self.optimiser.param_groups:
-            group["lr"] = self.rate(self.iteration)
-        share = t.batch // self.world
-        batch = noise(t.seed, self.iteration, (t.batch, 1, t.size, t.size))
-        batch = batch[self.rank * share : (self.rank + 1) * share].to(self.device)
-        self.model.train()
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=t.bfloat16):
-            after = self.model.torus(batch, self.config.loss.damping)
-        loss = self.loss_of(after[-1])
-        draw = random.Random(f"{t.seed}:{self.iteration}:steps")
-        early = max(0, count - self.config.loss.tail)
-        for inner in sorted(draw.sample(range(early), min(self.config.loss.inner_steps, early))):
-            loss = loss + self.config.loss.inner * self.loss_of(after[inner])
-        self.optimiser.zero_grad(set_to_none=False)
-        loss.backward()
-        value = loss.detach()
-        gradients = [p.grad for p in self.model.parameters() if p.grad is not None]
-        if self.world > 1:
-            flat = torch.cat([g.reshape(-1) for g in gradients] + [value.reshape(1)]) / self.world
-            distributed.all_reduce(flat)
-            value = flat[-1]
-            for gradient, part in zip(gradients, flat[:-1].split([g.numel() for g in gradients])):
-                gradient.copy_(part.view_as(gradient))
-        norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), t.clip)
-        # A single bad mask must not ruin a run, so skip such a step, on all processes alike.
-        if bool(torch.isfinite(norm)):
-            self.optimiser.step()
-        self.iteration += 1
-        decay = min(t.average, self.iteration / (self.iteration + 10))
-        with torch.no_grad():
-            for mean, now in zip(self.average.parameters(), self.model.parameters()):
-                mean.lerp_(now, 1 - decay)
-        return float(value)
+    def figures(self, parameters: Tensor, batch: Tensor) -> tuple[float, float, float, float]:
+        """Loss, E_1, E_1.5 (means over channels) and the energy of vectors, of the masks made from the noise."""
+        self.model.load_vector(parameters)
+        made = ranks(self.model.torus(batch))
+        errors = self.errors(made.flatten(0, 1)).mean(1).clamp_min(0)
+        shares = torch.tensor(self.config.loss.shares, dtype=errors.dtype)
+        loss = float(shares @ errors[: len(shares)])
+        if self.config.loss.direction > 0:
+            loss += self.config.loss.direction * float(self.direction(made.flatten(0, 1)))
+        energy = math.nan
+        if made.shape[1] == 2:
+            energy = float(self.energy(made).mean())
+            loss += self.config.loss.energy * energy
+        return loss, math.sqrt(errors[-2]), math.sqrt(errors[-1]), energy
 
     @torch.no_grad()
-    def measure(self) -> tuple[float, float]:
-        """E_1 and E_1.5 of the averaged model on fixed noise."""
-        ranks, _ = rank_and_ramp(self.average.torus(self.held_out)[-1][:, 0])
-        e1, e15 = (float(gauge(ranks).mean().clamp(min=0).sqrt()) for gauge in self.gauges)
-        return e1, e15
+    def step(self) -> float:
+        """One generation. Returns the mean loss of its better half."""
+        t = self.config.train
+        batch = noise(t.seed, self.iteration, (t.batch, 1, t.size, t.size)).to(self.device)
+        candidates = self.search.candidates()
+        losses = torch.zeros(len(candidates), dtype=torch.float64)
+        for i in range(self.rank, len(candidates), self.world):
+            losses[i] = self.figures(candidates[i], batch)[0]
+        if self.world > 1:
+            shared = losses.to(self.device)
+            distributed.all_reduce(shared)
+            losses = shared.cpu()
+        self.search.learn(losses)
+        return float(losses.sort().values[: len(losses) // 2].mean())
+
+    @torch.no_grad()
+    def measure(self) -> tuple[float, float, float]:
+        """E_1, E_1.5 and energy of the mean of the search on fixed noise."""
+        return self.figures(self.search.mean, self.held_out)[1:]
 
     def state(self) -> dict[str, Any]:
-        return {
-            "format": "bn_trainer 1",
-            "config": configs.to_dict(self.config),
-            "iteration": self.iteration,
-            "model": self.model.state_dict(),
-            "average": self.average.state_dict(),
-            "optimiser": self.optimiser.state_dict(),
-        }
+        return {"format": "bn_trainer 2", "config": configs.to_dict(self.config), "search": self.search.state()}
 
     def restore(self, checkpoint: dict[str, Any]) -> None:
         try:
-            self.model.load_state_dict(checkpoint["model"])
-            self.average.load_state_dict(checkpoint["average"])
-            self.optimiser.load_state_dict(checkpoint["optimiser"])
-            self.iteration = int(checkpoint["iteration"])
-        except (RuntimeError, KeyError, ValueError):
+            self.search.restore(checkpoint["search"])
+        except (RuntimeError, KeyError, ValueError, TypeError, AttributeError):
             raise TrainerError("the checkpoint does not match its configuration; start without --resume") from None
 
 
@@ -213,7 +188,7 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
 
 def _run(config: Config | None, folder: Path, resume: bool, device: torch.device, stop_after: int,
          quiet: bool) -> Path:
-    newest, best, log = folder / "checkpoint.pt", folder / "best.pt", folder / "log.csv"
+    newest, log = folder / "checkpoint.pt", folder / "log.csv"
     checkpoint = load_checkpoint(newest) if resume and newest.exists() else None
     if resume and checkpoint is None and config is None:
         raise TrainerError(f"{folder} contains no checkpoint; give a configuration (--config)")
@@ -226,41 +201,31 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     if checkpoint is not None:
         trainer.restore(checkpoint)
     first = trainer.rank == 0
-    least = math.inf
     if first:
         write_atomically(folder / "config.toml", lambda path: path.write_text(as_toml(config)))
         trim_log(log, trainer.iteration)
-        if best.exists():
-            if checkpoint is None:
-                best.unlink()
-            else:
-                least = float(load_checkpoint(best).get("score", math.inf))
     progress = Progress(quiet or not first)
     total = config.train.iterations
     end = min(total, stop_after) if stop_after else total
     begun, before = time.monotonic(), trainer.iteration
-    loss, errors, text = math.nan, (math.nan, math.nan), "nothing to do"
+    text = "nothing to do"
     while trainer.iteration < end:
         loss = trainer.step()
         done = trainer.iteration
         last = done == end
         if first and (done % config.train.log_every == 0 or last):
-            errors = trainer.measure()
+            e1, e15, energy = trainer.measure()
             spent = time.monotonic() - begun
-            append_log(log, [str(done), f"{loss:.6f}", f"{errors[0]:.6f}", f"{errors[1]:.6f}",
-                             f"{trainer.rate(done - 1):.3e}", f"{spent:.1f}"])
+            append_log(log, [str(done), f"{loss:.6f}", f"{e1:.6f}", f"{e15:.6f}",
+                             "" if math.isnan(energy) else f"{energy:.6f}", f"{trainer.search.step:.3e}", f"{spent:.1f}"])
             speed = (done - before) / spent
-            text = (f"{done}/{total}  loss {loss:.4f}  E_1 {errors[0]:.4f}  E_1.5 {errors[1]:.4f}  "
-                    f"{speed:.2f} iterations/s  {clock((end - done) / speed)} left")
+            text = (f"{done}/{total}  E_1 {e1:.4f}  E_1.5 {e15:.4f}  "
+                    + ("" if math.isnan(energy) else f"energy {energy:.5f}  ")
+                    + f"{speed:.2f} iterations/s  {clock((end - done) / speed)} left")
             progress.line(text)
         if first and (done % config.train.check_every == 0 or last):
-            errors = trainer.measure()
             state = trainer.state()
-            state["score"] = sum(share * error**2 for share, error in zip((0.5, 0.5), errors))
             write_atomically(newest, lambda path: torch.save(state, path))
-            if state["score"] < least:
-                least = state["score"]
-                write_atomically(best, lambda path: torch.save(state, path))
     progress.line(f"{text}; in {folder}", final=True)
     return newest
 

@@ -87,11 +87,15 @@ typedef struct bn_neural_options {
     /* What the network runs on: "cpu" (the same as NULL, the default) or "cuda", as described under
      * GPU above. */
     const char *provider;
+    /* The channels of the built-in network: 1 (0, the default, is the same) for masks, 2 for vector
+     * masks, whose channels are blue each and together, as those of bn_anneal(). For a model of
+     * your own: 0, or the channels that it must have. */
+    uint32_t channels;
 } bn_neural_options;
 
 static inline bn_neural_options bn_neural_options_default(void) {
     bn_neural_options options = {
-        sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, NULL, NULL};
+        sizeof(bn_neural_options), NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, 0};
     return options;
 }
 

@@ -24,6 +24,10 @@ enum {
     BN_TILE_EXTENT = 256, /* of the square tiles that the runtime is prepared for */
     BN_TILE_MOST_TEXELS =
         1 << 16, /* of a tile; in measurements, larger ones fall out of the cache */
+    /* So do models that hold more elements than this at once: for them, tiles are halved down to
+     * this extent. */
+    BN_CACHED_ELEMENTS = 3 << 22,
+    BN_TILE_HALVED_EXTENT = 64,
     /* A GPU is only busy with large tiles: up to this extent, as long as the model holds at most so
      * many elements at once. */
     BN_GPU_TILE_EXTENT = 2048,
@@ -39,6 +43,8 @@ static const int64_t BN_NOISE_FARTHEST = (int64_t)1 << 41; /* so that windows ca
 #if BN_BUILTIN_NETWORK
 extern const uint8_t bn_data_neural[];
 extern const size_t bn_data_neural_count;
+extern const uint8_t bn_data_neural_vector[];
+extern const size_t bn_data_neural_vector_count;
 #endif
 
 struct bn_neural {
@@ -143,6 +149,14 @@ static uint32_t choose_extent(bn_neural *n, bn_provider provider, const void *by
         extent *= 2;
         n->tile_most_texels *= 4;
     }
+    while (provider == BN_PROVIDER_CPU && extent > BN_TILE_HALVED_EXTENT) {
+        const uint32_t outer = extent + 2 * n->model.radius;
+        if (bn_onnx_memory_check(bytes, size, outer, outer, BN_CACHED_ELEMENTS) == BN_SUCCESS) {
+            break;
+        }
+        extent /= 2;
+        n->tile_most_texels /= 4;
+    }
     return (extent + n->model.align - 1) / n->model.align * n->model.align;
 }
 
@@ -170,13 +184,16 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
         bytes = from_file;
     } else if (bytes == NULL) {
 #if BN_BUILTIN_NETWORK
-        bytes = bn_data_neural;
-        size = bn_data_neural_count;
+        bytes = o->channels == 2 ? bn_data_neural_vector : bn_data_neural;
+        size = o->channels == 2 ? bn_data_neural_vector_count : bn_data_neural_count;
 #else
         return BN_ERROR_UNSUPPORTED;
 #endif
     }
     result = bn_onnx_model_read(bytes, size, &n->model);
+    if (result == BN_SUCCESS && o->channels != 0 && o->channels != n->model.channels) {
+        result = BN_ERROR_INVALID_ARGUMENT;
+    }
     if (result == BN_SUCCESS) {
         const uint32_t outer = BN_TILE_EXTENT + 2 * n->model.radius;
         result = bn_onnx_memory_check(bytes, size, outer, outer, BN_MODEL_MOST_ELEMENTS);
@@ -211,7 +228,8 @@ bn_result bn_neural_open(const bn_neural_options *given, bn_neural **neural) {
     if (result != BN_SUCCESS) return result;
     if ((o.model == NULL) != (o.model_size == 0) || (o.model != NULL && o.model_path != NULL) ||
         (o.model_path != NULL && *o.model_path == 0) ||
-        (o.runtime_path != NULL && *o.runtime_path == 0) || !read_provider(o.provider, &provider)) {
+        (o.runtime_path != NULL && *o.runtime_path == 0) || !read_provider(o.provider, &provider) ||
+        (o.model == NULL && o.model_path == NULL && o.channels > 2)) {
         return BN_ERROR_INVALID_ARGUMENT;
     }
     bn_neural *n = bn_allocate_zero(1, sizeof *n);
