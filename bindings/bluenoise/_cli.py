@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--initial-fraction", type=float, help="void-and-cluster: share of texels in the initial pattern (default 0.1)"
     )
-    command.add_argument("--steps", type=_integer, help="relax: number of steps (default 64)")
+    command.add_argument("--steps", type=_integer, help="relax: number of steps (default: a learned schedule)")
     command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (default 1000)")
     command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file (default: the built-in network)")
     command.add_argument("--runtime", type=Path, metavar="FILE", help="neural: the ONNX Runtime library")

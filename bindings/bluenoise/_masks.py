@@ -43,12 +43,12 @@ def mask(
     *,
     method: Literal["relax"],
     seed: Seed = 0,
-    sigma: float = 0.92,
-    start_step: float = 4.0,
-    end_step: float = 0.05,
-    start_softness: float = 0.45,
-    end_softness: float = 0.008,
-    steps: int = 64,
+    sigma: Optional[float] = None,
+    start_step: Optional[float] = None,
+    end_step: Optional[float] = None,
+    start_softness: Optional[float] = None,
+    end_softness: Optional[float] = None,
+    steps: Optional[int] = None,
     threads: int = 0,
     start_from_ranks: Optional[npt.ArrayLike] = None,
     progress: Optional[Progress] = None,
@@ -110,12 +110,12 @@ def mask(
         One to three extents of at least 1, at most 2**31 - 1 texels in total; or a single integer.
     method
         ``"auto"``: the best of the following for the shape and the channels: void-and-cluster up to 512 x 512 texels,
-        relaxation above, the network for two channels. ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for dither array generation", 1993; takes
-        milliseconds. ``"relax"``: parallel relaxation in one or two dimensions; the fastest for large masks on several
-        cores, with slightly lower quality. ``"anneal"``: Georgiev and Fajardo, "Blue-noise dithered sampling", 2016, in
-        one or two dimensions; slow, with the best quality. ``"builtin"``: a built-in square mask, the result of a long
-        optimisation. ``"neural"``: the built-in network, in two dimensions; needs ONNX Runtime (see ``NeuralGenerator``).
-        ``"white"``: a random permutation.
+        relaxation above, the network for two channels. ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for
+        dither array generation", 1993; takes milliseconds. ``"relax"``: parallel relaxation in one or two dimensions; the
+        fastest, above all for large masks on several cores, with slightly lower quality. ``"anneal"``: Georgiev and
+        Fajardo, "Blue-noise dithered sampling", 2016, in one or two dimensions; slow, with the best quality.
+        ``"builtin"``: a built-in square mask, the result of a long optimisation. ``"neural"``: the built-in network, in
+        two dimensions; needs ONNX Runtime (see ``NeuralGenerator``). ``"white"``: a random permutation.
     seed
         An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, or None for fresh
         entropy. Must be 0 for ``"builtin"``.
@@ -126,11 +126,12 @@ def mask(
         ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of the Gaussian in texels, 0.25 to 16;
         ``initial_fraction`` (0.1), the share of texels in the initial pattern, above 0 and up to 0.5.
 
-        ``"relax"``: ``sigma`` (0.92), the viewing blur in texels whose error is minimised, 0.25 to 2.5; ``steps`` (64);
-        ``start_step`` (4, at most 8) and ``end_step`` (0.05), how far values move, in value ranges; ``start_softness``
-        (0.45, at most 0.49) and ``end_softness`` (0.008), the difference of values at which a pair reaches full force;
-        ``threads`` (0: one per processor), which does not affect the result; ``start_from_ranks``, a mask to start from
-        instead of noise, for which a start_step of 0.1 and a start_softness of 0.02 work well.
+        ``"relax"``: ``threads`` (0: one per processor), which does not affect the result. A learned schedule of a few
+        steps is used unless one of the following options is given: ``steps`` (64); ``sigma`` (0.92), the viewing blur in
+        texels whose error is minimised, 0.25 to 2.5; ``start_step`` (4, at most 8) and ``end_step`` (0.05), how far
+        values move, in value ranges; ``start_softness`` (0.45, at most 0.49) and ``end_softness`` (0.008), the difference
+        of values at which a pair reaches full force; ``start_from_ranks``, a mask to start from instead of noise, for
+        which a start_step of 0.1 and a start_softness of 0.02 work well.
 
         ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors are
         minimised, 0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error; ``sweeps``
@@ -216,32 +217,38 @@ def _working_ranks(
     return np.array(ranks, order="C")
 
 
+def _or(value: Any, default: Any) -> Any:
+    return default if value is None else value
+
+
 def _relax(
     shape: tuple[int, ...],
     seed: Seed,
     *,
-    sigma: float = 0.92,
-    start_step: float = 4.0,
-    end_step: float = 0.05,
-    start_softness: float = 0.45,
-    end_softness: float = 0.008,
-    steps: int = 64,
+    sigma: Optional[float] = None,
+    start_step: Optional[float] = None,
+    end_step: Optional[float] = None,
+    start_softness: Optional[float] = None,
+    end_softness: Optional[float] = None,
+    steps: Optional[int] = None,
     threads: int = 0,
     start_from_ranks: Optional[npt.ArrayLike] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
     _check_flat(shape, "relax")
     ranks = _working_ranks(shape, start_from_ranks)
-    step = arguments.real("start_step", start_step, 0, 8, low_included=False)
-    softness = arguments.real("start_softness", start_softness, 0, 0.49, low_included=False)
+    described = (steps, sigma, start_step, end_step, start_softness, end_softness, start_from_ranks)
+    learned = all(option is None for option in described)
+    step = arguments.real("start_step", _or(start_step, 4.0), 0, 8, low_included=False)
+    softness = arguments.real("start_softness", _or(start_softness, 0.45), 0, 0.49, low_included=False)
     _core.relax(
         ranks.reshape((1,) * (2 - len(shape)) + shape),
-        arguments.real("sigma", sigma, 0.25, 2.5),
+        arguments.real("sigma", _or(sigma, 0.92), 0.25, 2.5),
         step,
-        arguments.real("end_step", end_step, 0, step, low_included=False),
+        arguments.real("end_step", _or(end_step, 0.05), 0, step, low_included=False),
         softness,
-        arguments.real("end_softness", end_softness, 0, softness, low_included=False),
-        arguments.integer("steps", steps, 1, arguments.UINT32[1]),
+        arguments.real("end_softness", _or(end_softness, 0.008), 0, softness, low_included=False),
+        0 if learned else arguments.integer("steps", _or(steps, 64), 1, arguments.UINT32[1]),
         arguments.integer("threads", threads, 0, arguments.UINT32[1]),
         start_from_ranks is not None,
         arguments.seed(seed),

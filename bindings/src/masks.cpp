@@ -69,7 +69,7 @@ void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, dou
                                 ", sweeps " + std::to_string(sweeps));
 }
 
-/* As for anneal, but `ranks` has shape (height, width). */
+/* As for anneal, but `ranks` has shape (height, width), and 0 steps are the learned schedule. */
 void relax(Ranks &ranks, double sigma, double start_step, double end_step, double start_softness,
            double end_softness, uint32_t steps, uint32_t threads, bool start_from_ranks,
            uint64_t seed, const py::object &callback) {

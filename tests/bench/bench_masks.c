@@ -20,7 +20,7 @@ static const double sigmas[ERRORS] = {0.75, 1, 1.5, 2};
 typedef struct job {
     const char *method;
     double sigma;
-    uint32_t work; /* sweeps or steps */
+    uint32_t work; /* sweeps or steps; 0 steps: the learned schedule of relaxation */
     uint32_t width, height, depth, threads;
     int repeats;
 } job;
@@ -126,6 +126,8 @@ int main(int argc, char **argv) {
             {"white", 0, 0, size, size, 1, 1, repeats},
             {"void-and-cluster", 1.5, 0, size, size, 1, 1, repeats},
             {"void-and-cluster", 1.9, 0, size, size, 1, 1, repeats},
+            {"relax", 0, 0, size, size, 1, 1, repeats},
+            {"relax", 0, 0, size, size, 1, 2, repeats},
             {"relax", 0, 64, size, size, 1, 1, repeats},
             {"relax", 0, 64, size, size, 1, 2, repeats},
             {"relax", 0, 128, size, size, 1, 2, repeats},

@@ -80,7 +80,7 @@ static bn_result call(int function) {
     bn_relax_options relax = bn_relax_options_default();
     bn_dither_options dither = bn_dither_options_default();
     anneal.sweeps = 1;
-    relax.steps = 1;
+    relax.steps = function == 3 ? 1 : 0;
     relax.threads = 1;
     dither.mask_ranks = mask;
     dither.mask_width = dither.mask_height = SIZE;
@@ -92,6 +92,7 @@ static bn_result call(int function) {
     case 2:
         return bn_anneal(&anneal, SIZE, SIZE, 2, ranks, 2 * TEXELS);
     case 3:
+    case 10:
         return bn_relax(&relax, SIZE, SIZE, ranks, TEXELS);
     case 4:
         return bn_ranks_from_values(values, TEXELS, ranks);
@@ -106,9 +107,9 @@ static bn_result call(int function) {
     case 7:
         return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
 #ifndef BN_NO_NEURAL
-    case 10:
-        return call_network(1);
     case 11:
+        return call_network(1);
+    case 12:
         return call_network(0);
 #endif
     default:

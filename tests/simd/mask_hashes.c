@@ -42,6 +42,9 @@ int main(void) {
             relax.steps = 20;
             print("relax", e[0], e[1], 1, relax.sigma, bn_relax(&relax, e[0], e[1], ranks, count),
                   ranks, count);
+            relax.steps = 0;
+            print("relax, learned", e[0], e[1], 1, 0, bn_relax(&relax, e[0], e[1], ranks, count),
+                  ranks, count);
         }
         free(ranks);
     }

@@ -15,6 +15,7 @@
 #include "base/options.h"
 #include "base/portable_math.h"
 #include "base/threads.h"
+#include "masks/relax_learned.h"
 #include "masks/thin.h"
 #include "simd/simd.h"
 #include <float.h>
@@ -25,8 +26,9 @@ enum {
     BN_RELAX_MOST_BINS = 1 << 16,
     BN_RELAX_FRACTION = 4 /* bits below a 16-bit value */
 };
-static const double BN_RELAX_CUTOFF = 4.6; /* of the kernel, in sigmas */
-static const double BN_RELAX_SPARSE = 3.8; /* sigmas between texels that do not interact */
+static const double BN_RELAX_CUTOFF = 4.6;         /* of the kernel, in sigmas */
+static const double BN_RELAX_SPARSE = 3.8;         /* sigmas between texels that do not interact */
+static const double BN_RELAX_LEARNED_SPARSE = 3.5; /* the same for the learned steps, in texels */
 
 typedef struct relaxation {
     const bn_relax_options *options;
@@ -43,7 +45,6 @@ typedef struct relaxation {
     uint32_t *histograms; /* [threads][bin_count] */
     int16_t *values;      /* of the bins */
     int32_t *last;        /* the values after the last step, for the final ranks */
-    uint32_t *ranks;
     int cancelled;
 } relaxation;
 
@@ -214,11 +215,58 @@ static int fill_pairs(relaxation *r) {
 }
 
 static int good_options(const bn_relax_options *o) {
-    return bn_in_range(o->sigma, 0.25, 2.5) && o->steps >= 1 &&
+    /* The learned steps forget where they started. */
+    return bn_in_range(o->sigma, 0.25, 2.5) && (o->steps != 0 || !o->start_from_ranks) &&
            bn_in_range(o->start_step, DBL_TRUE_MIN, 8) &&
            bn_in_range(o->end_step, DBL_TRUE_MIN, o->start_step) &&
            bn_in_range(o->start_softness, DBL_TRUE_MIN, 0.49) &&
            bn_in_range(o->end_softness, DBL_TRUE_MIN, o->start_softness);
+}
+
+/* Relaxes by the steps of the options: `ranks` receives the mask, whose ends are yet to order. */
+static bn_result relax_by_hand(const bn_relax_options *o, uint32_t threads, uint32_t width,
+                               uint32_t height, const uint32_t *start, uint32_t *ranks,
+                               size_t count) {
+    bn_result result = BN_SUCCESS;
+    relaxation r = {
+        .options = o, .simd = bn_simd_get(), .width = width, .height = height, .count = count};
+    for (int axis = 0; axis < 2; ++axis) {
+        const uint32_t extent = axis == 0 ? width : height;
+        r.reach[axis] = (int32_t)(BN_RELAX_CUTOFF * o->sigma);
+        if ((uint32_t)r.reach[axis] > (extent - 1) / 2) r.reach[axis] = (int32_t)((extent - 1) / 2);
+    }
+    r.stride = (size_t)width + 2 * (size_t)r.reach[0] + BN_WINDOW_LANES;
+    r.bin_count = 256;
+    while (r.bin_count < BN_RELAX_MOST_BINS && r.bin_count < 4 * (uint64_t)count) r.bin_count *= 2;
+    r.image = bn_allocate(height + 2 * (size_t)r.reach[1], r.stride * sizeof *r.image);
+    r.bins = bn_allocate(count, sizeof *r.bins);
+    r.histograms = bn_allocate((size_t)threads * r.bin_count, sizeof *r.histograms);
+    r.values = bn_allocate(r.bin_count, sizeof *r.values);
+    r.last = bn_allocate(count, sizeof *r.last);
+    float *final = bn_allocate(count, sizeof *final);
+    if (!r.image || !r.bins || !r.histograms || !r.values || !r.last || !final || !fill_pairs(&r)) {
+        result = BN_ERROR_OUT_OF_MEMORY;
+        goto done;
+    }
+    first_values(&r, start);
+    bn_team_run(threads, work, &r);
+    if (r.cancelled) {
+        result = BN_ERROR_CANCELLED;
+        goto done;
+    }
+    /* Integers below 2^24 are exact as floats. */
+    for (size_t i = 0; i < count; ++i) final[i] = (float)r.last[i];
+    result = bn_ranks_from_values(final, count, ranks);
+done:
+    bn_free(r.image);
+    bn_free(r.offsets);
+    bn_free(r.weights);
+    bn_free(r.bins);
+    bn_free(r.histograms);
+    bn_free(r.values);
+    bn_free(r.last);
+    bn_free(final);
+    return result;
 }
 
 static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width, uint32_t height,
@@ -231,60 +279,26 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width
                                 : bn_check_extents(width, height, 1, 1, count);
     if (result != BN_SUCCESS) return result;
 
-    relaxation r = {
-        .options = &o, .simd = bn_simd_get(), .width = width, .height = height, .count = count};
     uint32_t threads = o.threads != 0 ? o.threads : bn_thread_count();
     /* More threads pay off only with several thousand texels each, because of the barriers. */
     const uint64_t worth = count / 8192 + 1;
     if (threads > worth) threads = (uint32_t)worth;
     if (threads > height) threads = height;
-    if (threads > 64) threads = 64;
-    for (int axis = 0; axis < 2; ++axis) {
-        const uint32_t extent = axis == 0 ? width : height;
-        r.reach[axis] = (int32_t)(BN_RELAX_CUTOFF * o.sigma);
-        if ((uint32_t)r.reach[axis] > (extent - 1) / 2) r.reach[axis] = (int32_t)((extent - 1) / 2);
+    if (threads > BN_RELAX_MOST_THREADS) threads = BN_RELAX_MOST_THREADS;
+    uint32_t *made = bn_allocate(count, sizeof *made);
+    if (made == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    result = o.steps == 0 ? bn_relax_learned(&o, threads, width, height, made)
+                          : relax_by_hand(&o, threads, width, height, ranks, made, count);
+    if (result == BN_SUCCESS) {
+        const uint32_t extent[3] = {width, height, 1};
+        const double sparse = o.steps == 0 ? BN_RELAX_LEARNED_SPARSE : BN_RELAX_SPARSE * o.sigma;
+        if (bn_thin_ends(extent, sparse, o.seed, threads, made, count)) {
+            memcpy(ranks, made, count * sizeof *ranks);
+        } else {
+            result = BN_ERROR_OUT_OF_MEMORY;
+        }
     }
-    r.stride = (size_t)width + 2 * (size_t)r.reach[0] + BN_WINDOW_LANES;
-    r.bin_count = 256;
-    while (r.bin_count < BN_RELAX_MOST_BINS && r.bin_count < 4 * (uint64_t)count) r.bin_count *= 2;
-    r.image = bn_allocate(height + 2 * (size_t)r.reach[1], r.stride * sizeof *r.image);
-    r.bins = bn_allocate(count, sizeof *r.bins);
-    r.histograms = bn_allocate((size_t)threads * r.bin_count, sizeof *r.histograms);
-    r.values = bn_allocate(r.bin_count, sizeof *r.values);
-    r.last = bn_allocate(count, sizeof *r.last);
-    r.ranks = bn_allocate(count, sizeof *r.ranks);
-    float *final = bn_allocate(count, sizeof *final);
-    if (!r.image || !r.bins || !r.histograms || !r.values || !r.last || !r.ranks || !final ||
-        !fill_pairs(&r)) {
-        result = BN_ERROR_OUT_OF_MEMORY;
-        goto done;
-    }
-    first_values(&r, ranks);
-    bn_team_run(threads, work, &r);
-    if (r.cancelled) {
-        result = BN_ERROR_CANCELLED;
-        goto done;
-    }
-    /* Integers below 2^24 are exact as floats. */
-    for (size_t i = 0; i < count; ++i) final[i] = (float)r.last[i];
-    result = bn_ranks_from_values(final, count, r.ranks);
-    if (result != BN_SUCCESS) goto done;
-    const uint32_t extent[3] = {width, height, 1};
-    if (!bn_thin_ends(extent, BN_RELAX_SPARSE * o.sigma, o.seed, r.ranks, count)) {
-        result = BN_ERROR_OUT_OF_MEMORY;
-        goto done;
-    }
-    memcpy(ranks, r.ranks, count * sizeof *ranks);
-done:
-    bn_free(r.image);
-    bn_free(r.offsets);
-    bn_free(r.weights);
-    bn_free(r.bins);
-    bn_free(r.histograms);
-    bn_free(r.values);
-    bn_free(r.last);
-    bn_free(r.ranks);
-    bn_free(final);
+    bn_free(made);
     return result;
 }
 

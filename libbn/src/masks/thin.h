@@ -23,9 +23,9 @@ size_t bn_thin_count(const uint32_t extent[3], size_t count, double spacing);
  * memory. */
 int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count);
 
-/* Reorders the first and the last ranks of a mask, as many as have at least that spacing. Returns 0
- * if out of memory, with the ranks unchanged. */
-int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t *ranks,
-                 size_t count);
+/* Reorders the first and the last ranks of a mask, as many as have at least that spacing, on up to
+ * two threads. Returns 0 if out of memory, with the ranks unchanged. */
+int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t threads,
+                 uint32_t *ranks, size_t count);
 
 #endif

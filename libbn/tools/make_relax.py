@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes libbn/src/masks/relax_schedule.h, the integers of bn_relax, from the schedule in libbn/data/relax.json.
+
+The file lists steps v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1). A step has one weight for each
+group of offsets [y, x]; the symmetries of the square map the offsets of a group to each other. Each step gets the finest
+scale at which no value can exceed 16 bits. `--check` writes nothing, and fails if the header is not up to date.
+"""
+
+import argparse
+import json
+import sys
+import textwrap
+from pathlib import Path
+
+LIBBN = Path(__file__).resolve().parents[1]
+HEADER = LIBBN / "src" / "masks" / "relax_schedule.h"
+# White noise of 16 bits, at the scale 2^13, is v = 8 (u - 1/2).
+FIRST_SCALE, FIRST_MOST = 1 << 13, 1 << 15
+MOST = (1 << 15) - 1
+
+TEXT = """\
+/* SPDX-License-Identifier: Apache-2.0
+ * The learned steps of bn_relax: data/relax.json in integers, written by libbn/tools/make_relax.py.
+ * GROUPS: the most of a step. PAIRS: of all steps. `limit`: 1 at the scale before the step. */
+#ifndef BN_RELAX_SCHEDULE_H
+#define BN_RELAX_SCHEDULE_H
+
+#include <stdint.h>
+
+enum {{
+    BN_RELAX_LEARNED_STEPS = {steps},
+    BN_RELAX_LEARNED_GROUPS = {groups},
+    BN_RELAX_LEARNED_PAIRS = {pairs},
+    BN_RELAX_LEARNED_REACH = {reach}
+}};
+
+/* Up to eight offsets, (+-x, +-y) and (+-y, +-x), with 0 <= y <= x. */
+typedef struct bn_relax_learned_group {{
+    int16_t x, y, weight;
+}} bn_relax_learned_group;
+
+typedef struct bn_relax_learned_step {{
+    int16_t limit, shift; /* the shift makes the limit use all 16 bits */
+    int32_t keep;         /* times 2^15 */
+    uint32_t group_count;
+    bn_relax_learned_group groups[BN_RELAX_LEARNED_GROUPS];
+}} bn_relax_learned_step;
+
+/* clang-format off */
+static const bn_relax_learned_step bn_relax_learned_steps[BN_RELAX_LEARNED_STEPS] = {{
+{rows}
+}};
+/* clang-format on */
+
+#endif
+"""
+
+
+def images(x, y):
+    return {(sign_x * a, sign_y * b) for a, b in ((x, y), (y, x)) for sign_x in (-1, 1) for sign_y in (-1, 1)}
+
+
+def corner(group):
+    """The offset 0 <= y <= x of a group."""
+    x, y = max((x, y) for y, x in group)
+    if (x, y) == (0, 0) or len(group) != len(images(x, y)) or {(x, y) for y, x in group} != images(x, y):
+        sys.exit(f"make_relax: the offsets {group} are not all images of one under the symmetries of the square")
+    return x, y
+
+
+def rounded(product):
+    """At most this much comes out when the kernel rounds a product of 16-bit numbers to its upper half."""
+    return (abs(product) + (1 << 14)) >> 15
+
+
+def integers(step, scale, most, to_scale):
+    """The step from one scale to another: shift, keep, weights, and the largest value after it."""
+    shift = 0
+    while scale << (shift + 1) <= MOST:
+        shift += 1
+    ratio = to_scale * 2**15 / scale
+    keep = round(step["keep"] * ratio)
+    weights = [round(weight * ratio / 2**shift) for weight in step["weights"]]
+    after = rounded(keep * most) + sum(len(group) * rounded(weight * (scale << shift))
+                                       for weight, group in zip(weights, step["groups"]))
+    return shift, keep, weights, after
+
+
+def quantise(schedule):
+    steps, scale, most = [], FIRST_SCALE, FIRST_MOST
+    for step in schedule:
+        if len(step["weights"]) != len(step["groups"]):
+            sys.exit("make_relax: a step must have one weight for each group of offsets")
+        for to_scale in range(MOST, 0, -1):
+            shift, keep, weights, after = integers(step, scale, most, to_scale)
+            if after <= MOST and max(map(abs, weights)) <= MOST and abs(keep) * most < 2**31 - 2**14:
+                break
+        else:
+            sys.exit("make_relax: the values of a step do not fit 16 bits")
+        steps.append((scale, shift, keep, [(*corner(group), weight) for group, weight in zip(step["groups"], weights)]))
+        scale, most = to_scale, after
+    return steps
+
+
+def row(step):
+    scale, shift, keep, groups = step
+    text = ", ".join(f"{{{x},_{y},_{weight}}}" for x, y, weight in groups)
+    lines = textwrap.wrap(f"{{{scale}, {shift}, {keep}, {len(groups)}, {{{text}}}}},", 94)
+    return "\n".join(" " * (4 if i == 0 else 5) + line.replace("_", " ") for i, line in enumerate(lines))
+
+
+def header(schedule):
+    steps = quantise(schedule)
+    offsets = [offset for _, _, _, groups in steps for x, y, _ in groups for offset in images(x, y)]
+    return TEXT.format(steps=len(steps), groups=max(len(groups) for _, _, _, groups in steps), pairs=len(offsets),
+                       reach=max(x for x, _ in offsets), rows="\n".join(map(row, steps)))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if the header is not up to date")
+    options = parser.parse_args()
+    text = header(json.loads((LIBBN / "data" / "relax.json").read_text(encoding="utf-8")))
+    if not options.check:
+        HEADER.write_text(text, encoding="utf-8")
+    elif HEADER.read_text(encoding="utf-8") != text:
+        sys.exit("make_relax: relax_schedule.h is not up to date; run libbn/tools/make_relax.py")
+
+
+if __name__ == "__main__":
+    main()
