@@ -21,7 +21,7 @@ from .convergence import positive
 from .files import read_exr
 from .image_error import displayed_rmse, rmse
 from .renders_report import md_table
-from .tables import TableError, update_table
+from .tables import add_options, write_or_print
 
 COMMAND = "report.lajolla"
 SCENES = {"Cornell box": "cbox/cbox.xml", "Veach's plates": "veach_mi/mi.xml"}
@@ -91,16 +91,9 @@ def main(arguments=None):
     parser.add_argument("--size", type=positive, default=96, metavar="N", help="side of the pictures (default 96)")
     parser.add_argument("--seeds", type=positive, default=6, metavar="N", help="pictures of each sampler (default 6)")
     parser.add_argument("--reference-spp", type=positive, default=1024, metavar="N", help="samples per pixel of references (default 1024)")
-    parser.add_argument("--guide", type=Path, default=Path("docs/porting.md"), help=argparse.SUPPRESS)
-    parser.add_argument("--print", action="store_true", help="print the table without changing docs/porting.md")
+    add_options(parser, "docs/porting.md")
     options = parser.parse_args(arguments)
-    text = table(measure(options.checkout, options.size, options.seeds, options.reference_spp))
-    try:
-        if not options.print:
-            update_table(options.guide, COMMAND, text)
-    except (TableError, OSError) as error:
-        sys.exit(f"bench: {error}")
-    print(text)
+    write_or_print(options, COMMAND, table(measure(options.checkout, options.size, options.seeds, options.reference_spp)))
 
 
 if __name__ == "__main__":

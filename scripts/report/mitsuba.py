@@ -8,7 +8,6 @@ sampler defined in this file, which is not one of those compared.
 import argparse
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from .correctness import MitsubaMissing
 from .image_error import displayed_rmse, rmse
 from .progress import Progress
 from .renders_report import md_table
-from .tables import TableError, update_table
+from .tables import add_options, write_or_print
 
 COMMAND = "scripts/bench mitsuba"
 OWN = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
@@ -181,8 +180,7 @@ def main(arguments=None):
                         help=f"samples per pixel of references (default {REFERENCE_SPP})")
     parser.add_argument("--scenes", type=lambda text: [int(part) for part in text.split(",")], metavar="N,...",
                         default=list(range(len(SCENES))), help="numbers of scenes, from 0 (default: all)")
-    parser.add_argument("--guide", type=Path, default=Path("docs/mitsuba.md"), help=argparse.SUPPRESS)
-    parser.add_argument("--print", action="store_true", help="print the table without changing docs/mitsuba.md")
+    add_options(parser, "docs/mitsuba.md")
     options = parser.parse_args(arguments)
     if not all(0 <= number < len(SCENES) for number in options.scenes):
         parser.error(f"--scenes takes numbers from 0 to {len(SCENES) - 1}")
@@ -190,13 +188,11 @@ def main(arguments=None):
     progress = Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS)))
     try:
         text = table(measure(load_mitsuba(), names, options.size, options.seeds, options.reference_spp, progress))
-        if not options.print:
-            update_table(options.guide, COMMAND, text)
-    except (MitsubaMissing, TableError, OSError) as error:
+    except MitsubaMissing as error:
         sys.exit(f"bench: {error}")
     finally:
         progress.close()
-    print(text)
+    write_or_print(options, COMMAND, text)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 """Compares neural masks with others, time against error: `scripts/bench neural` writes docs/report/neural.*
 
 Times the built-in network and the library's other mask generators at sizes up to 2048, on one thread and on all, adds
-results of other networks from a file and windows of an endless plane, and writes the tables and plots of neural.md, and
-docs/neural.png with masks, spectra and thresholded patterns.
+results of other networks from a file and windows of an endless plane, and writes the tables and plots of neural.md,
+docs/neural.png with masks, spectra and thresholded patterns, and the README's table of methods.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from report.files import write_image, write_text
 from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
 from report.plots import plt, save
+from report.tables import update_table
 
 ROOT = Path(__file__).resolve().parents[2]
 FAST = ROOT / "libbn/data/neural_fast.onnx"
@@ -30,15 +31,16 @@ SIZES = (64, 128, 256, 512, 1024, 2048)
 QUICK_SIZES = (64, 128)
 QUALITY_SHAPES = ((64, 64), (128, 128), (256, 256), (97, 61), (65, 300), (16, 16))
 FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", "e_1", "e_1.5", "flop_per_texel")
-COLOURS = {"network": "tab:red", "fast network": "tab:pink", "void-and-cluster": "tab:blue", "relax": "tab:green",
+COLOURS = {"network": "tab:red", "fast network": "tab:pink", "vector network": "tab:purple", "void-and-cluster": "tab:blue", "relax": "tab:green",
            "anneal": "tab:orange", "white": "0.6"}
-PAPER_COLOURS = ("tab:purple", "tab:brown", "tab:olive", "tab:cyan", "black")
+PAPER_COLOURS = ("tab:brown", "tab:olive", "tab:cyan", "black")
 
 # Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a disc of radius 5 for each texel it
 # sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15 before and
 # after, with about 2 operations each.
 VOID_AND_CLUSTER_FLOP = 81
 RELAX_FLOP = 2 * 60
+RELAX_PAIRS = 292  # of all steps of the learned schedule
 ANNEAL_FLOP = 2 * 2 * 225
 
 
@@ -61,6 +63,17 @@ def methods(models, most):
 
         operations, _ = cost((path or ROOT / "libbn/data/neural.onnx").read_bytes())
         made.append(Method(name, "", make, operations))
+    generators = {}
+
+    def vectors(size, seed, threads):
+        if threads not in generators:
+            generators[threads] = bluenoise.NeuralGenerator(channels=2, threads=threads)
+        return generators[threads].mask((size, size), seed=seed)
+
+    operations, _ = cost((ROOT / "libbn/data/neural_vector.onnx").read_bytes())
+    made.append(Method("vector network", "", vectors, operations))
+    made.append(Method("relax", "", lambda size, seed, threads: bluenoise.mask(
+        (size, size), method="relax", seed=seed, threads=threads), 2 * RELAX_PAIRS))
     for steps in (16, 64, 128):
         made.append(Method("relax", f"{steps} steps",
                            lambda size, seed, threads, steps=steps: bluenoise.mask(
@@ -84,7 +97,8 @@ def repeats_of(size, quick):
 
 
 def errors_of(masks):
-    figures = [(bluenoise._core.mask_error(ranks, 1.0), bluenoise._core.mask_error(ranks, 1.5)) for ranks in masks]
+    channels = [channel for ranks in masks for channel in ranks.reshape(-1, *ranks.shape[-2:])]
+    figures = [(bluenoise._core.mask_error(ranks, 1.0), bluenoise._core.mask_error(ranks, 1.5)) for ranks in channels]
     return tuple(statistics.mean(column) for column in zip(*figures))
 
 
@@ -236,6 +250,38 @@ def aim_table(rows):
     return "\n".join(lines)
 
 
+# ---- The choice of a method
+
+#: Of each method: its rows in the tables, then windows of an endless plane, channels, and equal bits on every machine.
+CHOICES = {
+    "void-and-cluster": ("", "no", "1", "yes"),
+    "relax": ("", "no", "1", "yes"),
+    "network": ("", "yes", "1", "no"),
+    "fast network": ("", "yes", "1", "no"),
+    "vector network": ("", "yes", "2", "no"),
+    "anneal": ("1000 sweeps", "no", "1 to 4", "yes"),
+}
+CHOICE_SIZES = (64, 256, 1024, 2048)
+
+
+def choice_table(rows, threads):
+    """What each method can do. A test compares the README with it."""
+    lines = ["| method | E_1 | E_1.5 | " + " | ".join(f"{size}x{size}" for size in CHOICE_SIZES)
+             + " | windows | channels | same bits |", "| --- |" + " ---: |" * (2 + len(CHOICE_SIZES)) + " --- | --- | --- |"]
+    for method, (options, *abilities) in CHOICES.items():
+        own = [row for row in rows if row["method"] == method and row["options"] == options]
+        if not own:
+            continue
+        quality = next((row for row in own if int(row["width"]) == 128), own[0])
+        cells = [f"{float(quality[key]):.4f}" for key in ("e_1", "e_1.5")]
+        for size in CHOICE_SIZES:
+            at = [row for row in own if int(row["width"]) == size]
+            best = [row for row in at if int(row["threads"]) == threads] or at
+            cells.append(time_text(float(best[0]["seconds"])) if best else "")
+        lines.append(f"| {method} | " + " | ".join(cells + abilities) + " |")
+    return "\n".join(lines)
+
+
 # ---- Quality of the built-in network
 
 
@@ -304,7 +350,15 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
         radius = metadata(content)["bn.receptive_radius"]
         parts.append(f"* {name}: {weights} weights, {len(content)} bytes, {operations} FLOP per texel, receptive radius {radius} "
                      "texels.")
-    parts += ["", "![Error against time, time against size](neural.png)", "", "## Aims", "",
+    parts += ["", "![Error against time, time against size](neural.png)", "", "## Which method", "",
+              "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*:",
+              "vectors that are blue each and together. *Same bits*: on every machine. All methods make any size.", "",
+              choice_table(rows, threads), "",
+              "For one mask, `void-and-cluster` has the least error of what takes milliseconds; for large ones `relax` is quicker,",
+              "and uses all cores. Both have the same bits everywhere and need no ONNX Runtime. The network is the right tool for",
+              "what they cannot do: windows of a plane without end or period, and, the vector network, two channels that are blue",
+              "together, which take annealing a thousand times as long. `bluenoise mask --method auto` follows this: void-and-cluster",
+              "up to 512x512 texels, relaxation above, the vector network for two channels.", "", "## Aims", "",
               "What the networks were to reach, and what they reach in this run.", "", aim_table(rows), ""]
     for size in sizes:
         parts += [f"## {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
@@ -331,6 +385,7 @@ def main():
     parser.add_argument("--again", action="store_true", help="keep the times in neural.csv and redo everything else")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--picture", type=Path, default=None, help="picture of masks, spectra and patterns (default docs/neural.png)")
+    parser.add_argument("--guide", type=Path, default=None, help=argparse.SUPPRESS)
     neural_plane.add_option(parser)
     options = parser.parse_args()
     paper = options.paper or (ROOT / "docs/report/paper.csv")
@@ -371,6 +426,8 @@ def main():
                        neural_vectors.section(options), command, threads)
     text += "\n".join(["", *neural_plane.section(models, options), ""])
     write_text(options.out / "neural.md", text)
+    if options.guide or not options.quick:
+        update_table(options.guide or ROOT / "README.md", "scripts/bench neural", choice_table(rows, threads))
     print(text)
 
 

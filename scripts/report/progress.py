@@ -7,6 +7,8 @@ import time
 
 def duration(seconds):
     minutes = int(seconds + 0.5) // 60
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
     return f"{seconds:.0f} s" if minutes == 0 else f"{minutes} min {int(seconds + 0.5) % 60:02d} s"
 
 

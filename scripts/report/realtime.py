@@ -6,8 +6,6 @@ averaged as a real-time renderer does. The table goes to docs/porting.md.
 """
 
 import argparse
-import sys
-from pathlib import Path
 
 import bluenoise
 import numpy as np
@@ -15,7 +13,7 @@ import numpy as np
 from .convergence import positive
 from .image_error import rmse
 from .renders_report import md_table
-from .tables import TableError, update_table
+from .tables import add_options, write_or_print
 
 COMMAND = "scripts/bench realtime"
 SIZE, FRAMES, SETTLED = 128, 80, 64  # pixels; frames drawn; frames after which the moving average has settled
@@ -100,16 +98,9 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
     parser.add_argument("--integrands", type=positive, default=8, metavar="N", help="half-planes (default 8)")
-    parser.add_argument("--guide", type=Path, default=Path("docs/porting.md"), help=argparse.SUPPRESS)
-    parser.add_argument("--print", action="store_true", help="print the table without changing docs/porting.md")
+    add_options(parser, "docs/porting.md")
     options = parser.parse_args(arguments)
-    text = table(measure(options.seeds, options.integrands))
-    try:
-        if not options.print:
-            update_table(options.guide, COMMAND, text)
-    except (TableError, OSError) as error:
-        sys.exit(f"bench: {error}")
-    print(text)
+    write_or_print(options, COMMAND, table(measure(options.seeds, options.integrands)))
 
 
 if __name__ == "__main__":

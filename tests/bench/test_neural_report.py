@@ -89,15 +89,21 @@ def test_rows_of_other_networks(tmp_path):
 def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
     paper = tmp_path / "paper.csv"
     paper.write_text("name,size,seconds,threads,e_1,e_1.5,flop_per_texel\nperceptron,64,0.001,1,0.0865,0.0588,1600\n")
-    monkeypatch.setattr(sys, "argv", ["neural", "--quick", "--paper", str(paper), "--out", str(tmp_path / "report")])
+    guide = tmp_path / "guide.md"
+    guide.write_text("before\n<!-- table: scripts/bench neural -->\nold\n<!-- end of the table -->\nafter\n")
+    monkeypatch.setattr(sys, "argv", ["neural", "--quick", "--paper", str(paper), "--out", str(tmp_path / "report"),
+                                      "--guide", str(guide)])
     neural.main()
     text = (tmp_path / "report/neural.md").read_text()
     assert text.rstrip("\n") in capsys.readouterr().out
     with open(tmp_path / "report/neural.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert {"network", "fast network", "relax", "void-and-cluster", "anneal", "white", "perceptron"} == {row["method"] for row in rows}
+    assert {"network", "fast network", "vector network", "relax", "void-and-cluster", "anneal", "white", "perceptron"} == {row["method"] for row in rows}
     for row in rows:
         assert float(row["seconds"]) > 0 and 0.03 < float(row["e_1"]) < 0.13
+    table = guide.read_text().split("-->\n\n")[1].split("\n\n<!--")[0]
+    assert table in text and "old" not in guide.read_text() and guide.read_text().endswith("-->\nafter\n")
+    assert [line.split(" | ")[0][2:] for line in table.splitlines()[2:]] == list(neural.CHOICES)
     assert Image.open(tmp_path / "report/neural.png").width > 1000
     assert Image.open(tmp_path / "neural.png").height > 500
     monkeypatch.setattr(sys, "argv", [*sys.argv, "--again"])
@@ -105,3 +111,9 @@ def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "report/neural.md").read_text() == text
     assert sorted(p.name for p in (tmp_path / "report").iterdir()) == ["neural.csv", "neural.md", "neural.png", "neural_plane.csv",
                                                                        "neural_vectors.csv"]
+
+
+def test_the_readme_has_the_table_of_the_report():
+    """Both are written by the same run."""
+    table = (neural.ROOT / "README.md").read_text().split("<!-- table: scripts/bench neural -->\n\n")[1].split("\n\n<!--")[0]
+    assert table.count("\n") > 4 and table in (neural.ROOT / "docs/report/neural.md").read_text()
