@@ -3,6 +3,7 @@
 
 import csv
 import hashlib
+import json
 import io
 import os
 from pathlib import Path
@@ -20,6 +21,7 @@ from bn_trainer import evaluate
 from bn_trainer.config import TrainerError
 from bn_trainer.export import check, export
 from bn_trainer.model import Relaxation
+from bn_trainer.schedule import schedule
 
 DATA = Path(__file__).resolve().parents[2] / "libbn" / "data"
 SCALAR = ("neural.onnx", "neural_fast.onnx")
@@ -248,3 +250,23 @@ def test_builtin_models_have_no_fixed_pattern(name, networks):
     # Means of 84 rows, columns and phases of independent texels exceed 4.5 deviations once in 1,700 runs; those of
     # blue noise vary less.
     assert worst < 4.5
+
+
+def test_a_schedule_holds_the_steps():
+    model = Relaxation([2, 5])
+    with torch.no_grad():
+        model.load_vector(model.vector() + torch.cat([torch.full_like(p.reshape(-1), 0.1 if "sharpness" not in name else 0)
+                                                      for name, p in model.named_parameters()]))
+    steps = json.loads(schedule(model))
+    assert len(steps) == 2
+    for step, written in zip(model.steps, steps):
+        groups = step.groups()
+        assert written["keep"] == pytest.approx(0.12) and len(written["groups"]) == len(groups)
+        for (weight, _, offsets), given, found in zip(groups, written["weights"], written["groups"]):
+            assert given == pytest.approx(weight) and [tuple(offset) for offset in found] == offsets
+        assert written["most"] == pytest.approx(sum(abs(w) * len(o) for w, _, o in groups))
+    model.steps[1].sharpness[0] += 0.5
+    with pytest.raises(TrainerError, match="softness"):
+        schedule(model)
+    with pytest.raises(TrainerError, match="one channel"):
+        schedule(Relaxation([2], channels=2))

@@ -150,6 +150,13 @@ def test_all_parameters_are_in_the_vector(channels):
             assert torch.allclose(getattr(step, name), getattr(before, name) + spread, atol=1e-6), name
 
 
+def test_sharpness_can_be_left_alone():
+    model = Relaxation([2, 4])
+    frozen = torch.cat([torch.full((p.numel(),), "sharpness" in name) for name, p in model.named_parameters()])
+    assert torch.equal(model.spreads(False) == 0, frozen) and torch.equal(model.spreads(False)[~frozen], model.spreads()[~frozen])
+
+
+
 @CHANNELS
 def test_calibrated_values_deviate_as_uniform_ones(channels):
     model = network(channels)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python -m bn_trainer train | evaluate | export | train-paper | table | wronski"""
+"""python -m bn_trainer train | evaluate | export | schedule | train-paper | table | wronski"""
 
 from __future__ import annotations
 
@@ -75,10 +75,24 @@ def run_export(options: argparse.Namespace) -> int:
     return 0
 
 
+def add_schedule(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("checkpoint", type=Path, help="the checkpoint of a network with model.sharpness = false")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the JSON file to write")
+
+
+def run_schedule(options: argparse.Namespace) -> int:
+    from .files import load_model
+    from .schedule import write_schedule
+
+    write_schedule(load_model(options.checkpoint), options.output)
+    return 0
+
+
 OWN = {
     "train": ("train a network", add_train, run_train),
     "evaluate": ("print the quality and cost of a model", add_evaluate, run_evaluate),
     "export": ("write a checkpoint's model as ONNX", add_export, run_export),
+    "schedule": ("write a checkpoint's steps as the schedule of bn_relax", add_schedule, run_schedule),
 }
 #: Commands implemented by modules with add_arguments(parser) and main(options).
 MODULES = {

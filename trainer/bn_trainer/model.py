@@ -135,9 +135,9 @@ class Relaxation(nn.Module):
             parameter.copy_(vector[at : at + parameter.numel()].view_as(parameter))
             at += parameter.numel()
 
-    def spreads(self) -> Tensor:
-        """How far training first varies each parameter of `vector`."""
-        parts = {"scale": 0.5, "keep": 0.05, "taps": 0.15, "sharpness": 0.3}
+    def spreads(self, sharpness: bool = True) -> Tensor:
+        """How far training first varies each parameter of `vector`. Without `sharpness`, that of all groups stays 1."""
+        parts = {"scale": 0.5, "keep": 0.05, "taps": 0.15, "sharpness": 0.3 if sharpness else 0.0}
         return torch.cat([torch.full((p.numel(),), parts[name.rsplit(".", 1)[-1]], dtype=torch.float64)
                           for name, p in self.named_parameters()])
 

@@ -71,7 +71,7 @@ class Trainer:
         self.model = Relaxation(config.model.reaches, config.model.channels).to(device)
         start = self.model.vector().cpu()
         population = config.train.population or Evolution.usual_population(start.numel())
-        self.search = Evolution(start, self.model.spreads(), population=population, step=config.train.step,
+        self.search = Evolution(start, self.model.spreads(config.model.sharpness), population=population, step=config.train.step,
                                 seed=config.train.seed)
         size, loss = config.train.size, config.loss
         self.errors = DitheringError(size, size, [*loss.sigmas, 1.0, 1.5])
