@@ -40,7 +40,7 @@ PAPER_COLOURS = ("tab:brown", "tab:olive", "tab:cyan", "black")
 # after, with about 2 operations each.
 VOID_AND_CLUSTER_FLOP = 81
 RELAX_FLOP = 2 * 60
-RELAX_PAIRS = 292  # of all steps of the learned schedule
+RELAX_PAIRS = 364  # of all steps of the learned schedule
 ANNEAL_FLOP = 2 * 2 * 225
 
 

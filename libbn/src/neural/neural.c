@@ -137,39 +137,43 @@ static bn_result try_model(const bn_neural *n) {
     return result;
 }
 
-/* The extent of square tiles for the runtime, a multiple of the model's align. */
-static uint32_t choose_extent(bn_neural *n, bn_provider provider, const void *bytes, size_t size) {
+/* Chooses the extent of square tiles for the runtime, a multiple of the model's align. */
+static bn_result choose_extent(bn_neural *n, bn_provider provider, const void *bytes, size_t size,
+                               uint32_t *chosen) {
+    const uint32_t margins = 2 * n->model.radius;
     uint32_t extent = BN_TILE_EXTENT;
+    bn_result result = BN_SUCCESS;
     n->tile_most_texels = BN_TILE_MOST_TEXELS;
     while (provider != BN_PROVIDER_CPU && extent < BN_GPU_TILE_EXTENT) {
-        const uint32_t outer = 2 * extent + 2 * n->model.radius;
-        if (bn_onnx_memory_check(bytes, size, outer, outer, BN_GPU_MOST_ELEMENTS) != BN_SUCCESS) {
-            break;
-        }
+        const uint32_t outer = 2 * extent + margins;
+        result = bn_onnx_memory_check(bytes, size, outer, outer, BN_GPU_MOST_ELEMENTS);
+        if (result != BN_SUCCESS) break;
         extent *= 2;
         n->tile_most_texels *= 4;
     }
     while (provider == BN_PROVIDER_CPU && extent > BN_TILE_HALVED_EXTENT) {
-        const uint32_t outer = extent + 2 * n->model.radius;
-        if (bn_onnx_memory_check(bytes, size, outer, outer, BN_CACHED_ELEMENTS) == BN_SUCCESS) {
-            break;
-        }
+        const uint32_t outer = extent + margins;
+        result = bn_onnx_memory_check(bytes, size, outer, outer, BN_CACHED_ELEMENTS);
+        if (result != BN_ERROR_UNSUPPORTED) break;
         extent /= 2;
         n->tile_most_texels /= 4;
     }
-    return (extent + n->model.align - 1) / n->model.align * n->model.align;
+    *chosen = (extent + n->model.align - 1) / n->model.align * n->model.align;
+    return result == BN_ERROR_UNSUPPORTED ? BN_SUCCESS : result;
 }
 
 /* Opens the model, which has been read, and tries it. */
 static bn_result open_runtime(bn_neural *n, const bn_neural_options *o, bn_provider provider,
                               const void *bytes, size_t size) {
     const bn_onnx_model *m = &n->model;
-    const uint32_t extent = choose_extent(n, provider, bytes, size);
+    uint32_t extent;
+    bn_result result = choose_extent(n, provider, bytes, size, &extent);
+    if (result != BN_SUCCESS) return result;
     const uint32_t outer = extent + 2 * m->radius;
     const bn_runtime_size prepared = {m->axes[0], m->axes[1], outer, outer};
     n->prepared = m->axes[0][0] != 0 && m->axes[1][0] != 0 ? extent : 0;
-    const bn_result result = bn_runtime_open(o->runtime_path, provider, bytes, size,
-                                             n->prepared != 0 ? &prepared : NULL, &n->runtime);
+    result = bn_runtime_open(o->runtime_path, provider, bytes, size,
+                             n->prepared != 0 ? &prepared : NULL, &n->runtime);
     return result == BN_SUCCESS ? try_model(n) : result;
 }
 
