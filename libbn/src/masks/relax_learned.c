@@ -6,7 +6,7 @@
  * found by the evolution strategy in trainer/. Nothing is ranked between steps: the ranks of the
  * last values are the mask. Values, weights and the rounding of their products are integers of 16
  * bits, each step at a scale of its own at which no sum can overflow. A step makes one image of
- * another, so threads need one barrier a step. Takes 364 pairs per texel. */
+ * another, so threads need one barrier a step. Takes BN_RELAX_LEARNED_PAIRS pairs per texel. */
 #include "masks/relax_learned.h"
 #include "base/hash.h"
 #include "base/memory.h"
