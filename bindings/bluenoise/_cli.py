@@ -64,16 +64,16 @@ def _parser() -> argparse.ArgumentParser:
         description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    command.add_argument("--channels", type=_integer, metavar="N", help="auto, anneal: 1 to 4 jointly blue channels; neural: 1 or 2 (default 1)")
+    command.add_argument("--channels", type=_integer, metavar="N", help="auto, anneal: 1 to 4 jointly blue channels; neural: 1 or 2, or those of --model (default 1)")
     command.add_argument("--method", default="void-and-cluster", choices=METHODS, help="default void-and-cluster; auto chooses by size and channels")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    command.add_argument("--sigma", type=float, help="void-and-cluster, relax, anneal: width of the Gaussian in texels")
+    command.add_argument("--sigma", type=float, help="void-and-cluster, relax (which then makes 64 steps), anneal: width of the Gaussian in texels")
     command.add_argument(
         "--initial-fraction", type=float, help="void-and-cluster: share of texels in the initial pattern (default 0.1)"
     )
     command.add_argument("--steps", type=_integer, help="relax: number of steps (default: a learned schedule)")
     command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (default 1000)")
-    command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file (default: the built-in network)")
+    command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file (default: a built-in network)")
     command.add_argument("--runtime", type=Path, metavar="FILE", help="neural: the ONNX Runtime library")
     command.add_argument("--threads", type=_integer, help="relax, neural: number of threads (default: one per core)")
     command.add_argument("--provider", choices=get_args(NeuralProvider), help="neural: run on the processor (default) or a GPU")

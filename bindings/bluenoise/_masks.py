@@ -102,18 +102,21 @@ def mask(
 ) -> Ranks:
     """Makes a mask: uint32 ranks of shape (n,), (h, w) or (d, h, w), in which each of 0 .. n - 1 occurs exactly once.
 
-    Masks are toroidal: they tile without seams. Equal arguments give equal bits on every machine, except for ``"neural"``.
+    Masks are toroidal: they tile without seams. Equal arguments give equal bits on every machine, except for ``"neural"`` and
+    for ``"auto"`` with two channels, which uses it.
 
     Parameters
     ----------
     shape
         One to three extents of at least 1, at most 2**31 - 1 texels in total; or a single integer.
     method
-        ``"auto"``: the best of the following for the shape and the channels: void-and-cluster up to 512 x 512 texels,
-        relaxation above, the network for two channels. ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for
+        ``"auto"``: chooses by shape and channels. One channel: relaxation for two-dimensional masks of more than 512 x 512
+        texels in all, otherwise void-and-cluster. Two channels in two dimensions: the network, which needs ONNX Runtime.
+        Other vectors: annealing with 100 sweeps. ``"void-and-cluster"``: Ulichney, "The void-and-cluster method for
         dither array generation", 1993; takes milliseconds. ``"relax"``: parallel relaxation in one or two dimensions; the
         fastest, above all for large masks on several cores, with slightly lower quality. ``"anneal"``: Georgiev and
-        Fajardo, "Blue-noise dithered sampling", 2016, in one or two dimensions; slow, with the best quality.
+        Fajardo, "Blue-noise dithered sampling", 2016, in one or two dimensions; slow, but with thousands of sweeps it has
+        the best quality.
         ``"builtin"``: a built-in square mask, the result of a long optimisation. ``"neural"``: the built-in network, in
         two dimensions; needs ONNX Runtime (see ``NeuralGenerator``). ``"white"``: a random permutation.
     seed
@@ -145,7 +148,7 @@ def mask(
         ``"auto"``: ``channels`` (1), up to 4.
 
         ``"neural"``: ``model``, ``runtime``, ``threads``, ``provider`` and ``channels``, as for ``NeuralGenerator``: two
-        channels are blue each and together, like those of ``"anneal"``, in a thousandth of the time. To make several masks
+        channels are blue each and together, nearly as those of ``"anneal"``, in far less time. To make several masks
         with these options, use a ``NeuralGenerator``, which opens the network only once.
 
     Raises
@@ -326,8 +329,8 @@ def _auto(
     channels: int = 1,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """The method that the table of docs/report/neural.md recommends. It depends on shape and channels alone, not on the
-    machine, so that equal arguments go on giving equal masks."""
+    """The method that docs/report/neural.md recommends. The choice depends on shape and channels alone. The bits do not
+    depend on the machine either, except with two channels, which the network makes."""
     count = arguments.integer("channels", channels, 1, 4)
     if count == 1:
         large = len(shape) == 2 and math.prod(shape) > _AUTO_LARGE

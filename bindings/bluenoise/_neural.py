@@ -60,7 +60,7 @@ class NeuralGenerator:
     FileNotFoundError, OSError
         The model cannot be read.
     ValueError
-        The model is not a suitable network, or has other channels.
+        The model is not a suitable network, or does not have ``channels`` channels.
 
     Notes
     -----
@@ -172,9 +172,13 @@ def _check_build() -> None:
         raise _core.RuntimeMissingError("bluenoise was built without the network (BN_NEURAL=OFF)")
 
 
-@functools.lru_cache(maxsize=1)
 def builtin_generator(channels: int = 0) -> NeuralGenerator:
     """A shared generator with the built-in network of so many channels and all threads."""
+    return _shared_generator(channels or 1)
+
+
+@functools.lru_cache(maxsize=2)
+def _shared_generator(channels: int) -> NeuralGenerator:
     return NeuralGenerator(channels=channels)
 
 

@@ -95,7 +95,7 @@ def lines_of(rows):
     lines += [f"| {row['network']} | {row['device']} | {row['threads']} | {number(1 / rate(row))} | {number(rate(row))} |"
               for row in rows]
     if all(row["device"] == "processor" for row in rows):
-        lines += ["", "No GPU was measured: that takes one, and an ONNX Runtime built with CUDA."]
+        lines += ["", "No GPU was measured: none was available for this run."]
     return lines
 
 

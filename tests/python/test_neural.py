@@ -235,7 +235,7 @@ def test_signals_stop_a_large_mask():
 
 def test_a_build_without_the_network_says_so(monkeypatch):
     monkeypatch.delattr(bluenoise._core, "NeuralGenerator")
-    _neural.builtin_generator.cache_clear()
+    _neural._shared_generator.cache_clear()
     for call in (NeuralGenerator, lambda: NeuralGenerator.noise(0, 0, 1, 1),
                  lambda: bluenoise.mask((16, 16), method="neural")):
         with pytest.raises(RuntimeMissingError, match="BN_NEURAL=OFF"):

@@ -36,7 +36,7 @@
  * CUDA execution provider of ONNX Runtime. This needs an ONNX Runtime built with that provider, and
  * the versions of CUDA and cuDNN that it was built for, where the system's loader finds them. The
  * noise and the ranks are made on the processor, and all arguments are in main memory. Large windows
- * and masks gain the most: tiles have up to 2048 x 2048 texels, and the tile of each thread may take
+ * and masks should gain the most: tiles have up to 2048 x 2048 texels, and the tile of each thread may take
  * a gigabyte of the GPU's memory.
  *
  * If the provider or the GPU is missing, or cannot run all of the network, bn_neural_open() fails
@@ -77,7 +77,7 @@ typedef struct bn_neural_options {
     /* The ONNX Runtime library; NULL (default) searches for it. */
     const char *runtime_path;
     /* Threads that work on each mask or window; 0 (default): one per processor, with a GPU at most
-     * four, which keep it busy. */
+     * four, so that noise is made while it works. */
     uint32_t threads;
     /* Called by bn_neural_mask() and bn_neural_window() at the start, and before each tile that the
      * calling thread works on, which takes a fraction of a second. A network used by several
@@ -102,8 +102,8 @@ static inline bn_neural_options bn_neural_options_default(void) {
 /* Opens a network. Takes some tens of milliseconds, more for the first one in a process. On failure
  * *neural is NULL. Errors:
  *
- *   INVALID_ARGUMENT  neural is NULL, there are two models, a path is empty, or there is no provider
- *                     of that name
+ *   INVALID_ARGUMENT  neural is NULL, there are two models, a path is empty, the model does not have
+ *                     the channels that the options name, or there is no provider of that name
  *   IO                model_path cannot be read
  *   BAD_DATA          the model is damaged, larger than 64 MiB, not of the format below, or gives
  *                     numbers that are not finite
