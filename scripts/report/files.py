@@ -2,7 +2,9 @@
 """Atomic file writes, and EXR pictures."""
 
 import contextlib
+import csv
 import hashlib
+import io
 import os
 import tempfile
 from pathlib import Path
@@ -62,3 +64,12 @@ def write_exr(path, rgb, attributes, layers=()):
     channels = {name: np.ascontiguousarray(pixels, np.float32) for name, pixels in channels.items()}
     with written_beside(path) as beside, OpenEXR.File(header, channels) as file:
         file.write(str(beside))
+
+
+def write_rows(path, fields, rows):
+    """Writes dicts as CSV."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, fields, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, out.getvalue())

@@ -8,7 +8,6 @@ docs/neural.png with masks, spectra and thresholded patterns, and the README's t
 
 import argparse
 import csv
-import io
 import os
 import statistics
 import time
@@ -19,7 +18,7 @@ from PIL import Image, ImageDraw
 
 import bluenoise
 from report import neural_plane, neural_vectors
-from report.files import write_image, write_text
+from report.files import write_image, write_rows, write_text
 from report.masks import LEVELS, low_frequency, time_text
 from report.onnx_cost import cost, metadata
 from report.plots import plt, save
@@ -409,11 +408,7 @@ def main():
     if options.paper or paper.is_file():
         rows += paper_rows(paper, sizes)
 
-    out = io.StringIO()
-    writer = csv.DictWriter(out, FIELDS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(options.out / "neural.csv", out.getvalue())
+    write_rows(options.out / "neural.csv", FIELDS, rows)
     plot(rows, sizes, options.out / "neural.png")
     generator = bluenoise.NeuralGenerator()
     count = 2 if options.quick else 16

@@ -6,7 +6,6 @@ Part of `scripts/bench neural`. Each window lies beside the one before, so nothi
 
 import argparse
 import csv
-import io
 import os
 import subprocess
 import time
@@ -14,7 +13,7 @@ import time
 import numpy as np
 
 import bluenoise
-from report.files import write_text
+from report.files import write_rows
 
 FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")
 
@@ -106,9 +105,5 @@ def section(models, options):
         with open(path, newline="", encoding="utf-8") as file:
             return lines_of(list(csv.DictReader(file)))
     rows = measure(models, options.provider, options.quick)
-    out = io.StringIO()
-    writer = csv.DictWriter(out, FIELDS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, out.getvalue())
+    write_rows(path, FIELDS, rows)
     return lines_of(rows)

@@ -2,14 +2,13 @@
 """Vector masks: their energy, the time they take, and what they give a sampler at one sample per pixel."""
 
 import csv
-import io
 import math
 import time
 
 import numpy as np
 
 import bluenoise
-from report.files import write_text
+from report.files import write_rows
 
 FIELDS = ("method", "size", "seconds", "energy", "e_1", "near", "far")
 REACH = 6
@@ -97,11 +96,7 @@ def section(options):
             rows = list(csv.DictReader(file))
     else:
         rows = measure(32 if options.quick else 128, options.quick)
-        out = io.StringIO()
-        writer = csv.DictWriter(out, FIELDS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        write_text(path, out.getvalue())
+        write_rows(path, FIELDS, rows)
     return lines_of(rows)
 
 
