@@ -78,6 +78,16 @@ static results compute(void) {
     CHECK(bn_ranks_from_values(image, TEXELS, ranks) == BN_SUCCESS);
     CHECK(ranks[1] == 1 && ranks[63] == 63);
     r.ranks = mixed(0, ranks, TEXELS * sizeof *ranks);
+    /* Enough to be divided into buckets, denormal and normal. */
+    enum { MANY = 70000 };
+    static float many_values[MANY];
+    static uint32_t many_ranks[MANY];
+    for (uint32_t i = 0; i < MANY; ++i) {
+        const uint32_t bits = (i % 64 * 0x200000u + i / 64) ^ (i & 1) << 31;
+        memcpy(&many_values[i], &bits, sizeof bits);
+    }
+    CHECK(bn_ranks_from_values(many_values, MANY, many_ranks) == BN_SUCCESS);
+    r.ranks = mixed(r.ranks, many_ranks, sizeof many_ranks);
     for (uint32_t i = 1; i < 1u << 20; i += i / 3 + 1) {
         for (uint32_t j = 0; j < 100; ++j) {
             const float value = bn_rank_to_float(i * j / 100, i);

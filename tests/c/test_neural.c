@@ -149,8 +149,8 @@ static void test_quantiles(void) {
 }
 
 static void test_masks(void) {
-    static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},   {16, 16},
-                                          {33, 20}, {301, 99}, {90, 700}};
+    static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},    {16, 16},
+                                          {33, 20}, {301, 99}, {190, 700}};
     model_parts parts = model_parts_default();
     parts.radius = "7";
     parts.channels = 2;

@@ -42,9 +42,14 @@ void *__wrap_realloc(void *memory, size_t size) {
     return memory;
 }
 
-enum { NO_MORE = 99 /* no result of the library */, SIZE = 24, TEXELS = SIZE * SIZE };
-static uint32_t ranks[2 * TEXELS], mask[TEXELS];
-static float values[TEXELS], power[TEXELS];
+enum {
+    NO_MORE = 99 /* no result of the library */,
+    SIZE = 24,
+    TEXELS = SIZE * SIZE,
+    MANY = 70000 /* values that bn_ranks_from_values() divides into buckets */
+};
+static uint32_t ranks[MANY], mask[TEXELS];
+static float values[TEXELS], many_values[MANY], power[TEXELS];
 static double error;
 
 #ifndef BN_NO_NEURAL
@@ -104,12 +109,14 @@ static bn_result call(int function) {
         return create_sampler(mask);
     case 9:
         return create_sampler(NULL);
+    case 11:
+        return bn_ranks_from_values(many_values, MANY, ranks);
     case 7:
         return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
 #ifndef BN_NO_NEURAL
-    case 11:
-        return call_network(1);
     case 12:
+        return call_network(1);
+    case 13:
         return call_network(0);
 #endif
     default:
@@ -119,6 +126,7 @@ static bn_result call(int function) {
 
 int main(void) {
     fill_white(mask, TEXELS, 1);
+    for (uint32_t i = 0; i < MANY; ++i) many_values[i] = (float)(i * 2654435761u >> 8);
     for (int function = 0; call(function) != NO_MORE; ++function) {
         int failures = 0;
         for (fail_at = 1;; ++fail_at) {
@@ -134,7 +142,7 @@ int main(void) {
             ++failures;
             CHECK(result == BN_ERROR_OUT_OF_MEMORY && error == -7);
             size_t touched = 0;
-            for (size_t i = 0; i < 2 * TEXELS; ++i) touched += ranks[i] != 0x5a5a5a5au;
+            for (size_t i = 0; i < MANY; ++i) touched += ranks[i] != 0x5a5a5a5au;
             for (size_t i = 0; i < TEXELS; ++i) touched += memcmp(&power[i], &ranks[i], 4) != 0;
             CHECK(touched == 0);
         }

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ranks from values, values from ranks. */
+ * Ranks from values, on any number of threads, and values from ranks. */
 #include "check.h"
 #include "masks.h"
+#ifdef BN_TEST_INTERNALS
+#include "masks/ranks.h"
+#endif
 #include <math.h>
 
 static void test_against_counting(void) {
@@ -30,24 +33,122 @@ static void test_against_counting(void) {
     }
 }
 
-static void test_large(void) {
-    enum { count = 300001 };
-    float *values = malloc(count * sizeof *values);
-    uint32_t *ranks = malloc(count * sizeof *ranks), state = 5;
-    for (size_t i = 0; i < count; ++i) values[i] = (float)(next_random(&state) >> 8);
-    CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
-    CHECK(is_permutation(ranks, count));
+/* Ranks are right if, in their order, values ascend and equal values keep their order. */
+static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
+    if (!is_permutation(ranks, count)) return 0;
     uint32_t *at = malloc(count * sizeof *at);
-    for (size_t i = 0; i < count; ++i) at[ranks[i]] = (uint32_t)i;
     size_t wrong = 0;
+    for (size_t i = 0; i < count; ++i) at[ranks[i]] = (uint32_t)i;
     for (size_t r = 1; r < count; ++r) {
-        wrong += values[at[r - 1]] > values[at[r]] ||
-                 (values[at[r - 1]] == values[at[r]] && at[r - 1] > at[r]);
+        const float before = values[at[r - 1]], value = values[at[r]];
+        wrong += !(before < value || (before == value && at[r - 1] < at[r]));
     }
-    CHECK(wrong == 0);
+    free(at);
+    return wrong == 0;
+}
+
+typedef enum distribution {
+    UNIFORM,
+    BELL,
+    EQUAL,
+    ZEROS,
+    TWO_VALUES,
+    LEVELS,
+    OCTAVES,
+    ASCENDING,
+    DESCENDING,
+    OUTLIER,
+    DENORMAL,
+    INFINITIES,
+    EVERY_FLOAT,
+    CLUSTER,
+    CROWDED_CLUSTER,
+    DISTRIBUTIONS
+} distribution;
+
+static float value_of(distribution d, size_t i, uint32_t *state) {
+    const uint32_t random = next_random(state), sign = random << 31;
+    const float uniform = (float)(next_random(state) >> 8) * 0x1p-24f;
+    uint32_t bits = next_random(state);
+    float value;
+    switch (d) {
+    case UNIFORM:
+        return uniform;
+    case BELL:
+        return (float)((bits >> 16) + (bits & 0xffff)) + uniform - 65536;
+    case EQUAL:
+        return -7;
+    case ZEROS:
+        return sign ? -0.0f : 0.0f;
+    case TWO_VALUES:
+        return sign ? -1e20f : 0.5f;
+    case LEVELS:
+        return floorf(uniform * 256);
+    case OCTAVES:
+        return exp2f(30 * uniform);
+    case ASCENDING:
+        return (float)i;
+    case DESCENDING:
+        return -(float)i;
+    case OUTLIER:
+        return i == 1 ? 1e30f : uniform;
+    case CLUSTER: /* in one cell of the histogram, whose ends are far away */
+        return i == 0 ? -1e30f : i == 1 ? 1e30f : 1 + uniform * 0x1p-7f;
+    case CROWDED_CLUSTER: /* half of them in a bucket or two, of more keys than one pass sorts */
+        return sign ? (uniform - 0.5f) * 1e30f : 1 + uniform * 0x1p-10f;
+    case INFINITIES:
+        return random % 100 < 5 ? (sign ? INFINITY : -INFINITY) : uniform;
+    case DENORMAL:
+        bits &= 0x807fffffu;
+        break;
+    default:
+        if ((bits & 0x7fffffffu) > 0x7f800000u) bits &= 0xff7fffffu;
+    }
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static void test_distributions(void) {
+    static const size_t counts[] = {1, 2, 3, 100, 4096, 65536, 65537, 70000, 1 << 20};
+    enum { most = 1 << 20 };
+    float *values = malloc(most * sizeof *values);
+    uint32_t *ranks = malloc(most * sizeof *ranks), state = 5;
+    for (int d = 0; d < DISTRIBUTIONS; ++d) {
+        for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
+            const size_t count = counts[c];
+            for (size_t i = 0; i < count; ++i) values[i] = value_of((distribution)d, i, &state);
+            CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
+            CHECK(are_ranks(values, count, ranks));
+#ifdef BN_TEST_INTERNALS
+            static const uint32_t threads[] = {2, 3, 7};
+            static uint32_t others[most];
+            for (size_t t = 0; t < sizeof threads / sizeof *threads; ++t) {
+                CHECK(bn_ranks_on_threads(values, count, threads[t], others) == BN_SUCCESS);
+                CHECK(memcmp(others, ranks, count * sizeof *ranks) == 0);
+            }
+#endif
+        }
+    }
     free(values);
     free(ranks);
-    free(at);
+}
+
+/* A NaN at either end of an input large enough for several threads. */
+static void test_large_bad_input(void) {
+    enum { count = 200000 };
+    static float values[count];
+    static uint32_t ranks[count];
+    for (size_t at = 0; at < count; at += count - 1) {
+        size_t touched = 0;
+        values[at] = at == 0 ? NAN : -NAN;
+        CHECK(bn_ranks_from_values(values, count, ranks) == BN_ERROR_BAD_DATA);
+#ifdef BN_TEST_INTERNALS
+        CHECK(bn_ranks_on_threads(values, count, 3, ranks) == BN_ERROR_BAD_DATA);
+#endif
+        for (size_t i = 0; i < count; ++i) touched += ranks[i] != 0;
+        CHECK(touched == 0);
+        values[at] = 0;
+    }
 }
 
 static void test_bad_input(void) {
@@ -84,8 +185,9 @@ static void test_to_float(void) {
 
 int main(void) {
     test_against_counting();
-    test_large();
+    test_distributions();
     test_bad_input();
+    test_large_bad_input();
     test_to_float();
     return check_result();
 }

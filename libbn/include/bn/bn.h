@@ -377,8 +377,9 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uin
                            uint32_t channels, uint32_t *ranks, size_t count);
 
 /* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal ones
- * that come before it. Linear time. Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a
- * NaN), OUT_OF_MEMORY (also for more than 2^32 - 1 values). */
+ * that come before it. Takes linear time, and 5 to 15 bytes of scratch memory per value.
+ * Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (also for more
+ * than 2^32 - 1 values). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A

@@ -6,13 +6,14 @@
  * `radius` texels, so an image can be computed in tiles: the noise of a tile and its margin is a
  * hash of the coordinates (wrapped around for a mask, not for a window), and the tiles fit together
  * without seams. Threads take the next tile as they become free. The division into tiles bounds
- * memory and does not change results. Cost: the network, also on the margins, and a radix sort for
- * the ranks of a mask. */
+ * memory and does not change results. Cost: the network, also on the margins, and for a mask the
+ * ranks, by the same number of threads. */
 #include "base/check.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include "base/threads.h"
+#include "masks/ranks.h"
 #include "neural/files.h"
 #include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"
@@ -479,7 +480,7 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
     }
     for (uint32_t c = 0; c < channels && result == BN_SUCCESS; ++c) {
         uint32_t *to = c + 1 < channels ? made + c * texels : ranks + c * texels;
-        result = bn_ranks_from_values(values + c * texels, texels, to);
+        result = bn_ranks_on_threads(values + c * texels, texels, n->threads, to);
     }
     if (result == BN_SUCCESS && channels > 1) {
         memcpy(ranks, made, (count - texels) * sizeof *ranks);
