@@ -256,9 +256,9 @@ def aim_table(rows, threads):
 CHOICES = {
     "void-and-cluster": ("", "no", "1", "yes"),
     "relax": ("", "no", "1", "yes"),
-    "network": ("", "yes", "1", "no"),
-    "fast network": ("", "yes", "1", "no"),
-    "vector network": ("", "yes", "2", "no"),
+    "network": ("", "yes", "1", "in practice"),
+    "fast network": ("", "yes", "1", "in practice"),
+    "vector network": ("", "yes", "2", "in practice"),
     "anneal": ("1000 sweeps", "no", "1 to 4", "yes"),
 }
 CHOICE_SIZES = (64, 256, 1024, 2048)
@@ -341,18 +341,17 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
              "threads, and more reliable on a busy machine), on 1 thread unless stated otherwise",
              f"({threads} threads are all cores of the machine); the methods for one size were interleaved. Time per texel is",
              "CPU time. Errors are means of `bn_mask_error` over seeds; lower is better. FLOP per texel counts the",
-             "multiplications and additions of the inner loop (for a network, two per convolution weight and one per other",
-             "computed value), without margins and sorting; those of void-and-cluster, relaxation and annealing are integer",
+             "multiplications and additions of the inner loop (for a network, the values it computes),",
+             "without margins and sorting; those of void-and-cluster, relaxation and annealing are integer",
              "operations.", ""]
     for name, path in models.items():
         content = (path or ROOT / "libbn/data/neural.onnx").read_bytes()
-        operations, weights = cost(content)
-        radius = metadata(content)["bn.receptive_radius"]
-        parts.append(f"* {name}: {weights} weights, {len(content)} bytes, {operations} FLOP per texel, receptive radius {radius} "
-                     "texels.")
+        parts.append(f"* {name}: {len(content)} bytes, {cost(content)[0]} FLOP per texel, receptive radius "
+                     f"{metadata(content)['bn.receptive_radius']} texels.")
     parts += ["", "![Error against time, time against size](neural.png)", "", "## Which method", "",
               "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*:",
-              "vectors that are blue each and together. *Same bits*: on every machine. All methods make any size.", "",
+              "vectors that are blue each and together. *Same bits*: on every machine; of networks, see bn/neural.h.",
+              "All methods make any size.", "",
               choice_table(rows, threads), "",
               "For a single mask, `void-and-cluster` has the least error of the fast methods; `relax` is quicker, most of all at large",
               "sizes, where it also gains from several cores, for a slightly larger error. Both have the same bits everywhere and need",
@@ -372,8 +371,9 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
               f"{decibels}.", "",
               "## Every grey level", "",
               "Power of thresholded masks below half the principal frequency, relative to white noise:", "", levels, "",
-              "The lightest and darkest patterns of the network, below about 1/32 and above 31/32, are far less blue than those of",
-              "void-and-cluster: a network sees only so many texels around each.", "",
+              "In masks, libbn orders the points of the lightest and the darkest patterns after `relax` or a network, which see only",
+              "so many texels around each. In windows of the endless plane, patterns below about 1/32 and above 31/32 are far less",
+              "blue.", "",
               "## Vectors", "", *vectors, ""]
     return "\n".join(parts)
 

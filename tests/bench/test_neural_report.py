@@ -30,8 +30,7 @@ def test_cost_of_a_convolution():
 
 @pytest.mark.skipif(not BUILTIN.exists(), reason="no network in libbn/data")
 def test_cost_of_what_ships():
-    operations, weights = cost(BUILTIN.read_bytes())
-    assert 0 < weights < BUILTIN.stat().st_size / 4 and weights < operations <= 30000
+    assert 500 < cost(BUILTIN.read_bytes())[0] < 2000
 
 
 class Plane:

@@ -40,12 +40,11 @@ struct bn_ort_value {
 };
 
 struct bn_ort_session {
-    int64_t radius, align, height, width; /* height, width: of the only input taken; 0 for any */
+    int64_t radius, align;
     int cuda;
 };
 
 struct bn_ort_session_options {
-    int64_t height, width;
     int cuda, precise, stays;
 };
 
@@ -96,12 +95,6 @@ static bn_ort_status *disable_telemetry(const bn_ort_env *env) {
 
 static bn_ort_status *create_options(bn_ort_session_options **options) {
     return create((void **)options, sizeof **options);
-}
-
-static bn_ort_status *fix_axis(bn_ort_session_options *options, const char *name, int64_t extent) {
-    if (strcmp(name, "e2a") == 0) options->height = extent;
-    if (strcmp(name, "e3a") == 0) options->width = extent;
-    return called();
 }
 
 static bn_ort_status *set_number(bn_ort_session_options *options, int value) {
@@ -155,8 +148,6 @@ static bn_ort_status *create_session(const bn_ort_env *env, const void *model, s
         (*session)->cuda = options->cuda;
         state.fallbacks += options->cuda && !options->stays;
         state.rough += options->cuda && !options->precise;
-        (*session)->height = options->height;
-        (*session)->width = options->width;
         (*session)->radius = metadata(model, size, "bn.receptive_radius");
         (*session)->align = metadata(model, size, "bn.align");
     }
@@ -212,9 +203,7 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     if (input_count != 1 || output_count != 1 || strcmp(input_names[0], "noise") != 0 ||
         strcmp(output_names[0], "mask") != 0 || in->shape[1] != 1 ||
         in->shape[2] != height + 2 * r || in->shape[3] != width + 2 * r ||
-        height % session->align != 0 || width % session->align != 0 ||
-        (session->height != 0 && session->height != in->shape[2]) ||
-        (session->width != 0 && session->width != in->shape[3])) {
+        height % session->align != 0 || width % session->align != 0) {
         return make(1);
     }
     meet();
@@ -235,7 +224,6 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     --state.running;
     ++state.runs;
     state.cuda_runs += session->cuda;
-    state.prepared_runs += session->height != 0 && session->width != 0;
     pthread_mutex_unlock(&mutex);
     return NULL;
 }
@@ -280,7 +268,6 @@ static const bn_ort_api table = {
     .release_session = release_session,
     .release_value = release_value,
     .release_session_options = release_options,
-    .add_free_dimension_override_by_name = fix_axis,
     .add_session_config_entry = add_entry,
     .session_options_append_execution_provider_cuda_v2 = append_cuda,
     .create_cuda_provider_options = create_cuda,

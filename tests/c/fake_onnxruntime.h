@@ -11,7 +11,7 @@ typedef struct fake_state {
     int spoil_from;     /* from this call on, outputs end with spoil_with; 0: never */
     float spoil_with;
     int meet; /* runs wait until two are under way at once */
-    int running, most_running, runs, prepared_runs;
+    int running, most_running, runs;
     int telemetry_disabled, spinning, log_level;
     int lacks_cuda, lacks_tf32, lacks_gpu; /* what the fake does without */
     int cuda_runs, rough, fallbacks; /* rough: sessions of low precision; fallbacks: that may leave

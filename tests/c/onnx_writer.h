@@ -72,7 +72,6 @@ typedef struct model_parts {
     uint32_t fixed_extent;   /* as declared of input and output; 0 for any */
     int external;            /* 1: the weights lie in another file; 2: they only say where */
     int subgraph, function, training, second_input, second_output, second_graph, no_nodes;
-    uint32_t unnamed_axes;
     uint32_t spare_outputs; /* of the node, that nothing uses and that take memory; up to 99 */
 } model_parts;
 
@@ -103,7 +102,7 @@ static inline void put_tensor_value(message *graph, uint32_t field, const char *
         message extent = {{0}, 0};
         if (axis < 2 || parts->fixed_extent != 0) {
             put_number(&extent, 1, axis == 0 ? 1 : axis == 1 ? channels : parts->fixed_extent);
-        } else if (!parts->unnamed_axes) {
+        } else {
             char symbol[] = {'e', (char)('0' + axis), (char)('a' + field - 11), 0};
             put_text(&extent, 2, symbol);
         }

@@ -138,7 +138,7 @@ static void test_failing_calls(void) {
         if (state->calls < fail_at) break;
         failures += result == BN_ERROR_RUNTIME;
     }
-    CHECK(failures > 20);
+    CHECK(failures > 15);
     fake_reset();
 }
 

@@ -36,7 +36,6 @@ int main(void) {
     CHECK_ENTRY(release_session, ReleaseSession);
     CHECK_ENTRY(release_value, ReleaseValue);
     CHECK_ENTRY(release_session_options, ReleaseSessionOptions);
-    CHECK_ENTRY(add_free_dimension_override_by_name, AddFreeDimensionOverrideByName);
     CHECK_ENTRY(add_session_config_entry, AddSessionConfigEntry);
     CHECK_ENTRY(session_options_append_execution_provider_cuda_v2,
                 SessionOptionsAppendExecutionProvider_CUDA_V2);

@@ -36,28 +36,34 @@ def step_by_hand(step, values):
     c, height, width = values.shape
     half = math.isqrt(step.reach)
     offsets = [(y, x) for y in range(-half, half + 1) for x in range(-half, half + 1) if 0 < y * y + x * x <= step.reach]
-    kinds = sorted({(y * y + x * x, max(abs(y), abs(x))) for y, x in offsets})
-    kind = {(y, x): kinds.index((y * y + x * x, max(abs(y), abs(x)))) for y, x in offsets}
-    taps, sharpness = step.taps.tolist(), np.exp(np.clip(step.sharpness.double().numpy(), -3, 3))
-    total = min(math.exp(float(step.scale)), MOST_SCALE) / sum(abs(taps[kind[o]]) for o in offsets)
+    inner = math.exp(min(max(step.inner, -1.5), 1.5))
+    outer = inner * (1.2 + math.exp(min(max(step.outer, -2), 1.5)))
+    weights, sharpness = {}, {}
+    for y, x in offsets:
+        square = y * y + x * x
+        weights[y, x] = math.exp(-square / (2 * inner) ** 2) - float(step.surround) * math.exp(-square / (2 * outer) ** 2)
+        sharpness[y, x] = math.exp(min(max(float(step.sharpness) + float(step.sharpness_slope) * (square - 1) / 10, -3), 3))
+    factor = min(math.exp(float(step.scale)), MOST_SCALE) / sum(map(abs, weights.values()))
     made = np.zeros_like(values)
     for y in range(height):
         for x in range(width):
             made[:, y, x] = float(step.keep) * values[:, y, x]
             for o in offsets:
-                d = sharpness[kind[o]] * (values[:, y, x] - values[:, (y + o[0]) % height, (x + o[1]) % width])
-                made[:, y, x] += taps[kind[o]] * total * d / max(np.linalg.norm(d), 1)
+                d = sharpness[o] * (values[:, y, x] - values[:, (y + o[0]) % height, (x + o[1]) % width])
+                made[:, y, x] += weights[o] * factor * d / max(np.linalg.norm(d), 1)
     return made
 
 
 @CHANNELS
 @pytest.mark.parametrize(("reach", "scale"), [(1, 3.0), (5, 20.0), (25, 1e4)])
-def test_a_step_by_hand(channels, reach, scale):
+@pytest.mark.parametrize("beyond", [0, 1, -1])
+def test_a_step_by_hand(channels, reach, scale, beyond):
     step = Step(reach, sigma=0.8, scale=scale, keep=0.3).requires_grad_(False)
     generator = torch.Generator().manual_seed(reach)
-    step.taps.add_(0.5 * torch.randn(step.taps.shape, generator=generator))
-    step.sharpness.add_(torch.randn(step.sharpness.shape, generator=generator))
-    step.sharpness[-1] = -4.0  # beyond what a step accepts
+    for parameter in (step.inner, step.outer, step.surround, step.sharpness, step.sharpness_slope):
+        parameter.add_(0.5 * torch.randn((), generator=generator))
+        if beyond and parameter is not step.surround:
+            parameter.fill_(4.0 * beyond)  # beyond what a step accepts
     values = 4 * (rand(1, channels, 7, 6) - 0.5)
     made = step(wrap(values, step.margin))[0].numpy()
     np.testing.assert_allclose(made, step_by_hand(step, values[0].numpy()), atol=1e-9 * scale)
@@ -146,7 +152,8 @@ def test_all_parameters_are_in_the_vector(channels):
     # The spreads are in the same order.
     other.load_vector(vector + model.spreads())
     for step, before in zip(other.steps, model.steps):
-        for name, spread in (("scale", 0.5), ("keep", 0.05), ("taps", 0.15), ("sharpness", 0.3)):
+        for name, spread in (("scale", 0.5), ("keep", 0.05), ("inner", 0.15), ("outer", 0.3), ("surround", 0.15),
+                             ("sharpness", 0.3), ("sharpness_slope", 0.3)):
             assert torch.allclose(getattr(step, name), getattr(before, name) + spread, atol=1e-6), name
 
 

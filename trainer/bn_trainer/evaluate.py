@@ -42,7 +42,7 @@ def network_of(path: Path) -> tuple[Network, int, str]:
     if path.suffix != ".onnx":
         model = load_model(path)
         parameters = sum(p.numel() for p in model.parameters())
-        cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.1f} kFLOP per texel, radius {model.receptive_radius}"
+        cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.2f} kFLOP per texel, radius {model.receptive_radius}"
         return torch_network(model), model.receptive_radius, cost
     # ONNX Runtime may otherwise send telemetry.
     os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
@@ -67,14 +67,23 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         return np.asarray(session.run(None, {"noise": noise[None, None]})[0][0])
 
     parameters = sum(int(np.prod(t.dims)) for t in proto.graph.initializer)
-    cost = f"{parameters} stored numbers, {flop_of(proto) / 1000:.1f} kFLOP per texel in convolutions, radius {radius}"
+    cost = f"{parameters} stored numbers, {flop_of(proto) / 1000:.2f} kFLOP per texel, radius {radius}"
     return run, radius, cost
 
 
 def flop_of(proto: Any) -> int:
-    """Multiplications and additions per texel in the convolutions of a graph without strides."""
+    """Operations per texel of a graph without strides: two per weight of a convolution, one per value that another
+    operator computes. Crops and concatenations are not counted."""
     weights = {t.name: t.dims for t in proto.graph.initializer}
-    return sum(2 * int(np.prod(weights[node.input[1]])) for node in proto.graph.node if node.op_type == "Conv")
+    channels = {value.name: value.type.tensor_type.shape.dim[1].dim_value
+                for values in (proto.graph.value_info, proto.graph.output) for value in values}
+    total = 0
+    for node in proto.graph.node:
+        if node.op_type == "Conv":
+            total += 2 * int(np.prod(weights[node.input[1]]))
+        elif node.op_type not in ("Slice", "Concat"):
+            total += channels.get(node.output[0], 1)
+    return total
 
 
 def torch_network(model: Relaxation) -> Network:

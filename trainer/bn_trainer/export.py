@@ -5,8 +5,9 @@ One input `noise`, float32 (1, 1, h + 2r, w + 2r), uniform in [0, 1); one output
 graph. Metadata: `bn.receptive_radius` r, `bn.align` 1 (any origin and extent), `bn.version` 1 and `bn.quantiles`, which
 make the values of windows uniform. A single file without external data, with standard operators only.
 
-Per channel, a step is a convolution that takes all differences, and the value itself on a last channel; an elementwise
-function that limits them; and a convolution of 1 x 1 that adds them up. Constant factors are folded into the weights.
+A step consists of elementwise operations on cropped images only, eight nodes for each pair of opposite offsets. That is
+more than twice as fast as convolutions, which also multiply by the zeros between the two texels of a difference and whose
+many channels leave the cache.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import torch
 
 from .config import TrainerError
 from .files import write_atomically
-from .model import FIRST_SCALE, SPLIT, Relaxation
+from .model import FIRST_SCALE, SPLIT, Relaxation, Step, halves
 
 OPSET, IR_VERSION = 18, 9
 CHECK_SIZES = ((16, 16), (64, 64), (33, 57), (96, 20))
@@ -31,61 +32,98 @@ CHECK_SIZES = ((16, 16), (64, 64), (33, 57), (96, 20))
 TOLERANCE = 1e-4
 #: Largest file libbn embeds.
 MOST_BYTES = 1 << 20
+#: The end of a slice that reaches to the end.
+TO_THE_END = 2**62
+#: Points further apart than this, in hundredths of a texel, are left to libbn, as in bn_relax.
+SPARSE_SPACING = 350
 QUANTILES, QUANTILE_MASKS, QUANTILE_SIZE = 64, 16, 256
 
 
 class _Graph:
     def __init__(self) -> None:
         self.nodes: list[Any] = []
-        self.constants: dict[str, npt.NDArray[np.float32]] = {}
+        self.constants: dict[str, npt.NDArray[Any]] = {}
 
-    def constant(self, name: str, value: Any) -> str:
-        self.constants[name] = np.asarray(value, np.float32)
+    def number(self, value: float) -> str:
+        """A constant."""
+        name = f"{np.float32(value)!r}"
+        self.constants[name] = np.float32(value).reshape(())
         return name
 
-    def add(self, kind: str, inputs: list[str], output: str, **attributes: Any) -> str:
+    def integers(self, *values: int) -> str:
+        name = ",".join("end" if value == TO_THE_END else str(value) for value in values)
+        self.constants[name] = np.array(values, np.int64)
+        return name
+
+    def add(self, kind: str, *inputs: str, output: str = "", **attributes: Any) -> str:
         import onnx
 
+        output = output or f"v{len(self.nodes)}"
         self.nodes.append(onnx.helper.make_node(kind, inputs, [output], **attributes))
         return output
 
+    def crop(self, values: str, top: int, left: int, bottom: int, right: int) -> str:
+        ends = (-side if side > 0 else TO_THE_END for side in (bottom, right))
+        return self.add("Slice", values, self.integers(top, left), self.integers(*ends), self.integers(2, 3))
 
-def _add_steps(graph: _Graph, model: Relaxation, values: list[str]) -> list[str]:
-    """Adds the steps to the graph. `values` are the names of the channels of the noise, not scaled yet."""
-    one, lowest = graph.constant("one", 1.0), graph.constant("minus_one", -1.0)
-    most = FIRST_SCALE / 2  # the largest magnitude of a value
-    for index, step in enumerate(model.steps):
-        offsets = [(offset, weight, sharpness) for weight, sharpness, group in step.groups() for offset in group]
-        m, count, first, last = step.margin, len(offsets), index == 0, index + 1 == len(model.steps)
-        scale = FIRST_SCALE if first else 1.0
-        # Small enough on its channel to pass the limiting function unchanged.
-        own = 1 / (1.5 * most)
-        differences = np.zeros((count + 1, 1, 2 * m + 1, 2 * m + 1))
-        differences[-1, 0, m, m] = scale * own
-        for i, ((y, x), _, sharpness) in enumerate(offsets):
-            differences[i, 0, m, m] = scale * sharpness
-            differences[i, 0, m + y, m + x] = -scale * sharpness
-        keep, gain = float(step.keep), float(model.gain) if last else 1.0
-        sums = gain * np.array([weight for _, weight, _ in offsets] + [keep / own])
-        most = abs(keep) * most + sum(abs(weight) for _, weight, _ in offsets)
 
-        name = f"step{index}"
-        inputs = [graph.constant(f"{name}.differences", differences)]
-        if first:
-            inputs.append(graph.constant(f"{name}.middle", [0.0] * count + [-0.5 * scale * own]))
-        adding = [graph.constant(f"{name}.weights", sums.reshape(1, -1, 1, 1))]
-        if last:
-            adding.append(graph.constant(f"{name}.half", [0.5]))
-        taken = [graph.add("Conv", [value, *inputs], f"{name}.taken{c}") for c, value in enumerate(values)]
-        if len(taken) == 1:
-            limited = [graph.add("Clip", [taken[0], lowest, one], f"{name}.limited")]
-        else:
-            squares = [graph.add("Mul", [value, value], f"{name}.square{c}") for c, value in enumerate(taken)]
-            total = graph.add("Max", [graph.add("Add", squares, f"{name}.squares"), one], f"{name}.most")
-            length = graph.add("Sqrt", [total], f"{name}.length")
-            limited = [graph.add("Div", [value, length], f"{name}.direction{c}") for c, value in enumerate(taken)]
-        values = [graph.add("Conv", [value, *adding], f"{name}.value{c}") for c, value in enumerate(limited)]
-    return values
+def _add_direction(graph: _Graph, difference: str, channels: int, weight: float) -> str:
+    """|weight| times direction(difference / weight)."""
+    limit = abs(weight)
+    if channels == 1:
+        return graph.add("Clip", difference, graph.number(-limit), graph.number(limit))
+    # A reduction over the channels would take twice as long.
+    squares = graph.add("Mul", difference, difference)
+    first, second = (graph.add("Slice", squares, graph.integers(c), graph.integers(c + 1), graph.integers(1)) for c in (0, 1))
+    length = graph.add("Sqrt", graph.add("Max", graph.add("Add", first, second), graph.number(limit * limit)))
+    return graph.add("Mul", graph.add("Div", difference, length), graph.number(limit))
+
+
+def _add_step(graph: _Graph, step: Step, values: str, channels: int) -> str:
+    """Every direction counts for the texel where it starts and, negatively, for the one where it ends. Those of offsets
+    to the right are computed for the result and m rows above and columns left of it, those of offsets to the left for m
+    rows above and columns right of it: so starts need no crops, and ends one each."""
+    m = step.margin
+    # Crops at the left and at the right: for offsets to the right, and to the left.
+    frames = ((0, m), (m, 0))
+    starts, ends = ["", ""], ""
+
+    def plus(total: str, term: str) -> str:
+        return graph.add("Add", total, term) if total else term
+
+    for weight, sharpness, group in step.groups():
+        scaled = graph.add("Mul", values, graph.number(weight * sharpness))
+        here = ["", ""]
+        for y, x in halves(group):
+            frame = 0 if x >= 0 else 1
+            left, right = frames[frame]
+            here[frame] = here[frame] or graph.crop(scaled, 0, left, m, right)
+            there = graph.crop(scaled, y, left + x, m - y, right - x)
+            direction = _add_direction(graph, graph.add("Sub", here[frame], there), channels, weight)
+            starts[frame] = plus(starts[frame], direction)
+            ends = plus(ends, graph.crop(direction, m - y, m - left - x, y, m - right + x))
+    total = graph.add("Mul", graph.crop(values, m, m, m, m), graph.number(float(step.keep)))
+    for sums, (left, right) in zip(starts, frames):
+        if sums:
+            total = graph.add("Add", total, graph.crop(sums, m, m - left, 0, m - right))
+    return graph.add("Sub", total, ends)
+
+
+def _name_shapes(proto: Any) -> None:
+    """Names the extents of all intermediate values by how much smaller they are than the noise. Without names, ONNX Runtime
+    cannot tell which values have the same shape, and takes a time quadratic in their number to open the model."""
+    import onnx
+
+    extents = 1 << 20, 1 << 21
+    sized = onnx.ModelProto.FromString(proto.SerializeToString())
+    for axis, extent in zip(sized.graph.input[0].type.tensor_type.shape.dim[2:], extents):
+        axis.dim_value = extent
+    for axis in sized.graph.output[0].type.tensor_type.shape.dim[2:]:
+        axis.Clear()
+    for value in onnx.shape_inference.infer_shapes(sized, strict_mode=True).graph.value_info:
+        for name, axis, extent in zip(("height", "width"), value.type.tensor_type.shape.dim[2:], extents, strict=True):
+            axis.dim_param = f"{name[0]}{extent - axis.dim_value}" if axis.dim_value < extent else name
+        proto.graph.value_info.append(value)
 
 
 def quantiles(model: Relaxation) -> list[int]:
@@ -104,12 +142,14 @@ def onnx_bytes(model: Relaxation) -> bytes:
         raise TrainerError("export needs the package onnx; run pip install ./trainer") from None
 
     graph = _Graph()
-    values = ["noise"]
+    values = "noise"
     if model.channels == 2:
-        many = graph.add("Mul", ["noise", graph.constant("split", SPLIT)], "noise.many")
-        values.append(graph.add("Sub", [many, graph.add("Floor", [many], "noise.whole")], "noise.low"))
-    values = _add_steps(graph, model, values)
-    graph.add("Concat", values, "values", axis=1)
+        low = graph.add("Mul", values, graph.number(SPLIT))
+        values = graph.add("Concat", values, graph.add("Sub", low, graph.add("Floor", low)), axis=1)
+    values = graph.add("Mul", graph.add("Sub", values, graph.number(0.5)), graph.number(FIRST_SCALE))
+    for step in model.steps:
+        values = _add_step(graph, step, values, model.channels)
+    graph.add("Add", graph.add("Mul", values, graph.number(float(model.gain))), graph.number(0.5), output="values")
 
     def tensor(name: str, channels: int, height: str, width: str) -> Any:
         return onnx.helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, channels, height, width])
@@ -123,10 +163,12 @@ def onnx_bytes(model: Relaxation) -> bytes:
         opset_imports=[onnx.helper.make_opsetid("", OPSET)], producer_name="bn_trainer",
     )
     proto.ir_version = IR_VERSION
-    onnx.helper.set_model_props(proto, {
-        "bn.receptive_radius": str(model.receptive_radius), "bn.align": "1", "bn.version": "1",
-        "bn.quantiles": ",".join(map(str, quantiles(model))),
-    })
+    _name_shapes(proto)
+    metadata = {"bn.receptive_radius": str(model.receptive_radius), "bn.align": "1", "bn.version": "1",
+                "bn.quantiles": ",".join(map(str, quantiles(model)))}
+    if model.channels == 1:
+        metadata["bn.sparse_spacing"] = str(SPARSE_SPACING)
+    onnx.helper.set_model_props(proto, metadata)
     onnx.checker.check_model(proto, full_check=True)
     return bytes(proto.SerializeToString())
 

@@ -294,7 +294,7 @@ typedef struct bn_relax_options {
      * values: from start_softness, at most 0.49, to end_softness, geometrically. Defaults 0.45 and
      * 0.008. To refine an existing mask, start from about 0.02. */
     double start_softness, end_softness;
-    /* 0 (default): a learned schedule of a few steps, which takes a fraction of the time of 64 steps
+    /* 0 (default): a learned schedule, which takes a fraction of the time of 64 steps
      * and reaches a lower error. The options above then have no effect. Otherwise the number of
      * steps that they describe, for another blur or to refine a mask; 64 is a good number. */
     uint32_t steps;

@@ -3,8 +3,9 @@
  * that never repeats. This header is the manual of that part of libbn; the conventions are those of
  * bn.h. A library built with BN_NEURAL=OFF does not have it.
  *
- * A convolutional network turns white noise into blue noise, after Giunchi, Sztrajman and Steed,
- * "Fast Blue-Noise Generation via Unsupervised Learning", 2022:
+ * A small network, whose every texel depends on the noise around it alone, turns white noise into
+ * blue noise, after Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised
+ * Learning", 2022:
  *
  *     bn_neural *neural;
  *     if (bn_neural_open(NULL, &neural) == BN_SUCCESS) {
@@ -45,11 +46,14 @@
  *
  * REPRODUCIBILITY
  *
- * Every seed and every machine gives equally good results, but not the same bits: ONNX Runtime does
- * not promise those across versions, processors and providers. Within one process, the number of
- * threads and the extents of a window change values by less than 1e-5; on a GPU, whose algorithms
- * depend on its model and on the extents, that bound is likely but not promised. The noise that goes
- * in is the same bits everywhere. */
+ * Every seed and every machine gives equally good results. The same bits are promised only for the
+ * noise that goes in. In practice, the built-in networks have them too, on processors and for every
+ * number of threads and every window: they consist of single additions, subtractions,
+ * multiplications, divisions, square roots and comparisons, which IEEE 754 defines to the last bit,
+ * and a test holds ONNX Runtime against NumPy. A version of ONNX Runtime that joins operations, a
+ * GPU, or a model with other operations can change bits. Within one process on a processor, the
+ * number of threads and the extents of a window change values by less than 1e-5; on a GPU, whose
+ * algorithms depend on its model and on the extents, that bound is likely but not promised. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -99,7 +103,7 @@ static inline bn_neural_options bn_neural_options_default(void) {
     return options;
 }
 
-/* Opens a network. Takes some tens of milliseconds, more for the first one in a process. On failure
+/* Opens a network. Takes up to a few tenths of a second, so open it once and keep it. On failure
  * *neural is NULL. Errors:
  *
  *   INVALID_ARGUMENT  neural is NULL, there are two models, a path is empty, the model does not have
@@ -129,7 +133,11 @@ static inline bn_neural_options bn_neural_options_default(void) {
  *                        most 64; 1 for a network without strides. Callers may use any extents
  *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers with
  *                        commas between them. The i-th is 2^24 times the value below which i / 64
- *                        of the outputs lie. bn_neural_window() uses them to make values uniform */
+ *                        of the outputs lie. bn_neural_window() uses them to make values uniform
+ *   bn.sparse_spacing    optional, from 1 to 10,000: a distance in hundredths of a texel. Where the
+ *                        points of a mask's first or last ranks would on average lie further apart,
+ *                        further than the network sees, bn_neural_mask() orders them by itself, as
+ *                        bn_void_and_cluster() does. Windows stay as they are */
 BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
 
 /* Closes a network. NULL is allowed. */

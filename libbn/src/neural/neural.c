@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Masks and windows by a network, after Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation
- * via Unsupervised Learning", 2022, but with one convolutional network for all sizes.
+ * via Unsupervised Learning", 2022, but with one local network for all sizes.
  *
  * The network turns white noise into blue noise. Each output texel depends on the noise within
  * `radius` texels, so an image can be computed in tiles: the noise of a tile and its margin is a
@@ -9,11 +9,13 @@
  * memory and does not change results. Cost: the network, also on the margins, and for a mask the
  * ranks, by the same number of threads. */
 #include "base/check.h"
+#include "base/float_environment.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
 #include "base/threads.h"
 #include "masks/ranks.h"
+#include "masks/thin.h"
 #include "neural/files.h"
 #include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"
@@ -22,11 +24,11 @@
 #include <string.h>
 
 enum {
-    BN_TILE_EXTENT = 256, /* of the square tiles that the runtime is prepared for */
-    BN_TILE_MOST_TEXELS =
-        1 << 16, /* of a tile; in measurements, larger ones fall out of the cache */
-    /* So do models that hold more elements than this at once: for them, tiles are halved down to
-     * this extent. */
+    /* The largest tiles are as large as squares of this extent; in measurements, larger ones fall out
+     * of the cache. */
+    BN_TILE_EXTENT = 256,
+    /* So do models that hold more elements than this at once: for them, the extent is halved, down to
+     * the one below. */
     BN_CACHED_ELEMENTS = 3 << 22,
     BN_TILE_HALVED_EXTENT = 64,
     /* A GPU is only busy with large tiles: up to this extent, as long as the model holds at most so
@@ -55,7 +57,6 @@ struct bn_neural {
     bn_progress progress; /* or NULL */
     void *progress_user;
     bn_provider provider;
-    uint32_t prepared;         /* extent of square tiles that run faster; 0 for none */
     uint32_t tile_most_texels; /* of a tile */
 };
 
@@ -138,43 +139,34 @@ static bn_result try_model(const bn_neural *n) {
     return result;
 }
 
-/* Chooses the extent of square tiles for the runtime, a multiple of the model's align. */
-static bn_result choose_extent(bn_neural *n, bn_provider provider, const void *bytes, size_t size,
-                               uint32_t *chosen) {
+/* Chooses the largest tiles. */
+static bn_result choose_most_texels(bn_neural *n, bn_provider provider, const void *bytes,
+                                    size_t size) {
     const uint32_t margins = 2 * n->model.radius;
     uint32_t extent = BN_TILE_EXTENT;
     bn_result result = BN_SUCCESS;
-    n->tile_most_texels = BN_TILE_MOST_TEXELS;
     while (provider != BN_PROVIDER_CPU && extent < BN_GPU_TILE_EXTENT) {
         const uint32_t outer = 2 * extent + margins;
         result = bn_onnx_memory_check(bytes, size, outer, outer, BN_GPU_MOST_ELEMENTS);
         if (result != BN_SUCCESS) break;
         extent *= 2;
-        n->tile_most_texels *= 4;
     }
     while (provider == BN_PROVIDER_CPU && extent > BN_TILE_HALVED_EXTENT) {
         const uint32_t outer = extent + margins;
         result = bn_onnx_memory_check(bytes, size, outer, outer, BN_CACHED_ELEMENTS);
         if (result != BN_ERROR_UNSUPPORTED) break;
         extent /= 2;
-        n->tile_most_texels /= 4;
     }
-    *chosen = (extent + n->model.align - 1) / n->model.align * n->model.align;
+    n->tile_most_texels = extent * extent;
     return result == BN_ERROR_UNSUPPORTED ? BN_SUCCESS : result;
 }
 
 /* Opens the model, which has been read, and tries it. */
 static bn_result open_runtime(bn_neural *n, const bn_neural_options *o, bn_provider provider,
                               const void *bytes, size_t size) {
-    const bn_onnx_model *m = &n->model;
-    uint32_t extent;
-    bn_result result = choose_extent(n, provider, bytes, size, &extent);
+    bn_result result = choose_most_texels(n, provider, bytes, size);
     if (result != BN_SUCCESS) return result;
-    const uint32_t outer = extent + 2 * m->radius;
-    const bn_runtime_size prepared = {m->axes[0], m->axes[1], outer, outer};
-    n->prepared = m->axes[0][0] != 0 && m->axes[1][0] != 0 ? extent : 0;
-    result = bn_runtime_open(o->runtime_path, provider, bytes, size,
-                             n->prepared != 0 ? &prepared : NULL, &n->runtime);
+    result = bn_runtime_open(o->runtime_path, provider, bytes, size, &n->runtime);
     return result == BN_SUCCESS ? try_model(n) : result;
 }
 
@@ -301,13 +293,10 @@ static uint64_t next_division(uint64_t division) {
  * against each other: the loops try divisions of the area into `across` x `down` tiles, from one
  * tile to tiles of the smallest extent, and keep the fastest one that fits the limits on memory.
  *
- * The runtime computes tiles of the prepared size about a fifth faster. So in the end the square
- * tiles of that size win if four fifths of their estimate beat the best one found.
- *
  * A GPU runs one tile after the other, as a single thread would. */
 static void choose_tiles(image *m, uint32_t threads) {
     const bn_onnx_model *model = &m->neural->model;
-    const uint64_t width = m->area_width, height = m->area_height, fixed = m->neural->prepared;
+    const uint64_t width = m->area_width, height = m->area_height;
     const uint64_t smallest = round_up(BN_TILE_LEAST_EXTENT, model->align);
     uint64_t most = m->neural->tile_most_texels, least_time = UINT64_MAX;
     if (m->neural->provider != BN_PROVIDER_CPU) {
@@ -334,15 +323,6 @@ static void choose_tiles(image *m, uint32_t threads) {
             if (h <= smallest) break;
         }
         if (w <= smallest) break;
-    }
-    if (fixed == 0 || width < fixed || height < fixed) return;
-    const uint64_t columns = (width + fixed - 1) / fixed, rows = (height + fixed - 1) / fixed;
-    const uint64_t rounds = (rows * columns + threads - 1) / threads;
-    const uint64_t tile = (fixed + model->radius) * (fixed + model->radius) + BN_TILE_COST;
-    if (rounds * tile / 5 * 4 < least_time) {
-        m->tile_width = m->tile_height = (uint32_t)fixed;
-        m->columns = (uint32_t)columns;
-        m->rows = (uint32_t)rows;
     }
 }
 
@@ -456,6 +436,25 @@ static bn_result fill_image(image *m) {
     return BN_SUCCESS;
 }
 
+static BN_NOINLINE int thin_ends(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
+                                 uint32_t *ranks) {
+    const uint32_t extent[3] = {width, height, 1};
+    return bn_thin_ends(extent, n->model.sparse_spacing / 100.0, seed, n->threads, ranks,
+                        (size_t)width * height);
+}
+
+/* Orders the first and the last ranks of a mask, where points lie further apart than the network
+ * sees. */
+static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
+                            uint32_t *ranks) {
+    if (n->model.sparse_spacing == 0) return BN_SUCCESS;
+    bn_float_environment host;
+    bn_float_environment_set(&host);
+    const int good = thin_ends(n, width, height, seed, ranks);
+    bn_float_environment_restore(&host);
+    return good ? BN_SUCCESS : BN_ERROR_OUT_OF_MEMORY;
+}
+
 bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
                          uint32_t *ranks, size_t count) {
     if (n == NULL || ranks == NULL) return BN_ERROR_INVALID_ARGUMENT;
@@ -481,6 +480,7 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
     for (uint32_t c = 0; c < channels && result == BN_SUCCESS; ++c) {
         uint32_t *to = c + 1 < channels ? made + c * texels : ranks + c * texels;
         result = bn_ranks_on_threads(values + c * texels, texels, n->threads, to);
+        if (result == BN_SUCCESS) result = order_ends(n, width, height, seed, to);
     }
     if (result == BN_SUCCESS && channels > 1) {
         memcpy(ranks, made, (count - texels) * sizeof *ranks);

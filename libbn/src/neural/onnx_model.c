@@ -113,11 +113,11 @@ static int copy_name(span s, char name[BN_MODEL_NAME_SIZE]) {
     return 1;
 }
 
-/* ValueInfoProto of a float tensor of four axes: its name, their extents, 0 where they are not
- * fixed, and their names, empty where they have none. */
-static int read_value(span s, span *name, uint64_t extents[MODEL_AXES], span names[MODEL_AXES]) {
+/* ValueInfoProto of a float tensor of four axes: its name and their extents, 0 where they are not
+ * fixed. */
+static int read_value(span s, span *name, uint64_t extents[MODEL_AXES]) {
     enum { NAME = 1, TYPE = 2, TENSOR_TYPE = 1, ELEMENT = 1, SHAPE = 2, AXIS = 1 };
-    enum { EXTENT = 1, AXIS_NAME = 2 };
+    enum { EXTENT = 1 };
     enum { ELEMENT_FLOAT = 1 };
     span type, tensor, shape;
     uint32_t axes = 0;
@@ -135,10 +135,8 @@ static int read_value(span s, span *name, uint64_t extents[MODEL_AXES], span nam
         if (!is_bytes(&f) || axes == MODEL_AXES) return 0;
         span axis = f.bytes;
         extents[axes] = 0;
-        names[axes].at = names[axes].end = axis.end;
         while ((state = next_field(&axis, &f)) == 1) {
             if (f.number == EXTENT) extents[axes] = f.wire == WIRE_VARINT ? f.value : UINT64_MAX;
-            if (f.number == AXIS_NAME && is_bytes(&f)) names[axes] = f.bytes;
         }
         if (state != 0) return 0;
         ++axes;
@@ -150,7 +148,7 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
     enum { NODE = 1, INITIALIZER = 5, INPUT = 11, OUTPUT = 12, SPARSE_INITIALIZER = 15 };
     uint32_t nodes = 0, inputs = 0, outputs = 0;
     uint64_t extents[MODEL_AXES];
-    span name, names[MODEL_AXES];
+    span name;
     field f;
     int state;
     while ((state = next_field(&s, &f)) == 1) {
@@ -171,15 +169,14 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
             result = BN_ERROR_UNSUPPORTED; /* a few bytes can claim any size */
             break;
         case INPUT:
-            if (inputs++ || !read_value(f.bytes, &name, extents, names) ||
+            if (inputs++ || !read_value(f.bytes, &name, extents) ||
                 !is_text(name, "noise") || extents[0] != 1 || extents[1] != 1 || extents[2] != 0 ||
-                extents[3] != 0 || !copy_name(names[2], model->axes[0]) ||
-                !copy_name(names[3], model->axes[1])) {
+                extents[3] != 0) {
                 return BN_ERROR_BAD_DATA;
             }
             break;
         default:
-            if (outputs++ || !read_value(f.bytes, &name, extents, names) || extents[0] != 1 ||
+            if (outputs++ || !read_value(f.bytes, &name, extents) || extents[0] != 1 ||
                 extents[1] < 1 || extents[1] > BN_MODEL_MOST_CHANNELS || extents[2] != 0 ||
                 extents[3] != 0) {
                 return BN_ERROR_BAD_DATA;
@@ -194,7 +191,8 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
 
 bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *model) {
     enum { GRAPH = 7, METADATA = 14, TRAINING = 20, FUNCTION = 25 };
-    static const char *const keys[] = {"bn.receptive_radius", "bn.align", "bn.version"};
+    static const char *const keys[] = {"bn.receptive_radius", "bn.align", "bn.version",
+                                       "bn.sparse_spacing"};
     enum { KEYS = sizeof keys / sizeof *keys };
     uint32_t values[KEYS] = {0}, seen[KEYS] = {0};
     bn_onnx_model found;
@@ -226,8 +224,10 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
     if (values[0] > BN_MODEL_MOST_RADIUS || values[1] < 1 || values[1] > BN_MODEL_MOST_ALIGN) {
         return BN_ERROR_BAD_DATA;
     }
+    if (seen[3] && (values[3] < 1 || values[3] > BN_MODEL_MOST_SPACING)) return BN_ERROR_BAD_DATA;
     found.radius = values[0];
     found.align = values[1];
+    found.sparse_spacing = values[3];
     const bn_result result = read_graph(graph, &found);
     if (result == BN_SUCCESS) *model = found;
     return result;

@@ -10,6 +10,7 @@ enum {
     BN_MODEL_MOST_ALIGN = 64,
     BN_MODEL_MOST_CHANNELS = 16,
     BN_MODEL_MOST_NODES = 65536,
+    BN_MODEL_MOST_SPACING = 100 * 100,
     BN_MODEL_NAME_SIZE = 128,
     BN_MODEL_QUANTILES = 65
 };
@@ -20,10 +21,9 @@ typedef struct bn_onnx_model {
     uint32_t align;  /* positions and extents are multiples of this */
     uint32_t channels;
     char output[BN_MODEL_NAME_SIZE]; /* name of the output, zero-terminated */
+    uint32_t sparse_spacing; /* of masks, in hundredths of a texel; 0 for none */
     int has_quantiles;
     float quantiles[BN_MODEL_QUANTILES]; /* entry i: i/64 of the outputs lie below it */
-    /* Names of the input's axes of height and width; empty where they have none. */
-    char axes[2][BN_MODEL_NAME_SIZE];
 } bn_onnx_model;
 
 /* Reads the bytes of a model file. Errors: BAD_DATA (not in the format that bn_neural_open

@@ -159,8 +159,7 @@ static void library_unload(void *handle) {
 struct bn_runtime {
     const bn_ort_api *api;
     bn_ort_env *env;
-    bn_ort_session *session, *prepared; /* prepared: for inputs of one size; or NULL */
-    uint32_t prepared_height, prepared_width;
+    bn_ort_session *session;
     bn_ort_memory_info *memory;
 };
 
@@ -205,8 +204,7 @@ static int add_cuda(const bn_ort_api *api, bn_ort_session_options *options) {
     return good;
 }
 
-static bn_result open_session(const bn_runtime *r, bn_provider provider, const void *model,
-                              size_t size, const bn_runtime_size *fixed, bn_ort_session **session) {
+static bn_result open_session(bn_runtime *r, bn_provider provider, const void *model, size_t size) {
     static const char *const settings[][2] = {
         {"session.intra_op.allow_spinning", "0"},
         {"session.inter_op.allow_spinning", "0"},
@@ -222,16 +220,11 @@ static bn_result open_session(const bn_runtime *r, bn_provider provider, const v
     for (size_t i = 0; i < sizeof settings / sizeof *settings && good; ++i) {
         good = done(api, api->add_session_config_entry(options, settings[i][0], settings[i][1]));
     }
-    if (good && fixed != NULL) {
-        good = done(api, api->add_free_dimension_override_by_name(options, fixed->height_name,
-                                                                  fixed->height)) &&
-               done(api, api->add_free_dimension_override_by_name(options, fixed->width_name,
-                                                                  fixed->width));
-    }
     if (good && provider == BN_PROVIDER_CUDA) good = add_cuda(api, options);
     bn_result result = good ? BN_SUCCESS : BN_ERROR_RUNTIME;
-    if (good && !done(api, api->create_session_from_array(r->env, model, size, options, session))) {
-        *session = NULL;
+    if (good &&
+        !done(api, api->create_session_from_array(r->env, model, size, options, &r->session))) {
+        r->session = NULL;
         result = BN_ERROR_BAD_DATA;
     }
     api->release_session_options(options);
@@ -239,7 +232,7 @@ static bn_result open_session(const bn_runtime *r, bn_provider provider, const v
 }
 
 bn_result bn_runtime_open(const char *library_path, bn_provider provider, const void *model,
-                          size_t size, const bn_runtime_size *prepared, bn_runtime **runtime) {
+                          size_t size, bn_runtime **runtime) {
 #if defined(_WIN32) || defined(BN_HAVE_DLFCN)
     library found = {NULL, 0};
     if (!load_library(library_path, &found)) return BN_ERROR_RUNTIME;
@@ -269,12 +262,7 @@ bn_result bn_runtime_open(const char *library_path, bn_provider provider, const 
         r->memory = NULL;
         goto failed;
     }
-    result = open_session(r, provider, model, size, NULL, &r->session);
-    if (result == BN_SUCCESS && prepared != NULL) {
-        r->prepared_height = prepared->height;
-        r->prepared_width = prepared->width;
-        result = open_session(r, provider, model, size, prepared, &r->prepared);
-    }
+    result = open_session(r, provider, model, size);
     if (result != BN_SUCCESS) goto failed;
     *runtime = r;
     return BN_SUCCESS;
@@ -286,7 +274,6 @@ failed:
 void bn_runtime_close(bn_runtime *r) {
     if (r == NULL) return;
     if (r->session != NULL) r->api->release_session(r->session);
-    if (r->prepared != NULL) r->api->release_session(r->prepared);
     if (r->memory != NULL) r->api->release_memory_info(r->memory);
     if (r->env != NULL) r->api->release_env(r->env);
     bn_free(r);
@@ -311,11 +298,8 @@ bn_result bn_runtime_run(const bn_runtime *r, const bn_tensor *input, const char
     if (out != NULL) {
         const bn_ort_value *const inputs[] = {in};
         bn_ort_value *outputs[] = {out};
-        const int fits = r->prepared != NULL && input->height == r->prepared_height &&
-                         input->width == r->prepared_width;
-        bn_ort_session *session = fits ? r->prepared : r->session;
         if (done(r->api,
-                 r->api->run(session, NULL, input_names, inputs, 1, output_names, 1, outputs))) {
+                 r->api->run(r->session, NULL, input_names, inputs, 1, output_names, 1, outputs))) {
             result = BN_SUCCESS;
         }
     }

@@ -10,19 +10,12 @@ typedef struct bn_runtime bn_runtime;
 /* What the model runs on: an execution provider of ONNX Runtime. */
 typedef enum bn_provider { BN_PROVIDER_CPU, BN_PROVIDER_CUDA } bn_provider;
 
-/* An input size to prepare for: sizes known in advance run a fifth faster. */
-typedef struct bn_runtime_size {
-    const char *height_name, *width_name; /* of the axes in the model */
-    uint32_t height, width;
-} bn_runtime_size;
-
 /* Loads ONNX Runtime from library_path (NULL: searches as bn_neural_open describes) and opens the
- * model, whose bytes are not kept. If `prepared` is not NULL, also opens the model for that size.
- * Errors: RUNTIME (no runtime, one that cannot be used, or one without the provider), BAD_DATA (it
+ * model, whose bytes are not kept. Errors: RUNTIME (no runtime, one that cannot be used, or one without the provider), BAD_DATA (it
  * rejects the model, or finds no device for the provider), OUT_OF_MEMORY, UNSUPPORTED (this system
  * cannot load libraries). */
 bn_result bn_runtime_open(const char *library_path, bn_provider provider, const void *model,
-                          size_t size, const bn_runtime_size *prepared, bn_runtime **runtime);
+                          size_t size, bn_runtime **runtime);
 void bn_runtime_close(bn_runtime *runtime);
 
 /* A tensor of shape (1, channels, height, width). */

@@ -78,10 +78,7 @@ typedef struct bn_ort_api {
     void(BN_ORT_CALL *release_value)(bn_ort_value *value);
     bn_ort_gap gap_97[3];
     void(BN_ORT_CALL *release_session_options)(bn_ort_session_options *options);
-    bn_ort_gap gap_101[23];
-    bn_ort_status *(BN_ORT_CALL *add_free_dimension_override_by_name)(
-        bn_ort_session_options *options, const char *name, int64_t extent);
-    bn_ort_gap gap_125[5];
+    bn_ort_gap gap_101[29];
     bn_ort_status *(BN_ORT_CALL *add_session_config_entry)(bn_ort_session_options *options,
                                                            const char *key, const char *value);
     bn_ort_gap gap_131[73];
