@@ -3,11 +3,13 @@
 
 Renders views of every built-in scene with every sampler at 1 to 64 samples per pixel and several seeds, measures each
 picture against a reference and times progressive runs. Writes renders.md with its plots and renders_headline.csv to
-docs/report, and renders.html, renders.csv and a contact sheet to out/renders. References and results are cached in
-~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
+docs/report, and renders.html, renders.csv and a contact sheet to out/renders; with other views than the core ones, to
+folders of their name in these. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run
+resumes, and a change to one sampler renders only that one again.
 """
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 
@@ -51,7 +53,12 @@ def parse_options(arguments):
     parser.add_argument("--no-times", action="store_true", help="skip the timings, which need an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
     parser.add_argument("--embree", metavar="PROGRAM", help="the path tracer of embree-tools (default: search PATH)")
+    parser.set_defaults(out=None, pages=None)
     options = parser.parse_args(arguments)
+    # Other sets of views have reports of their own.
+    place = Path() if options.views == "core" else Path(options.views)
+    options.out = options.out or Path("docs/report") / place
+    options.pages = options.pages or Path("out/renders") / place
     finish_options(parser, options, "renders", arguments)
     options.seeds = seeds_up_to(options.spp, options.seeds)
     return options

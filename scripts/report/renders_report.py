@@ -346,7 +346,8 @@ class Report:
         seeds = ", ".join(f"{count} at {spp}" for spp, count in options.seeds.items())
         sizes = sorted({view.size for view in self.views}, key=lambda size: size[0] * size[1])
         small, large = ("x".join(map(str, size)) for size in (sizes[0], sizes[-1]))
-        parts = ["# Rendered scenes", "", f"Printed by `{options.command}`.", "",
+        title = "# Rendered scenes" + ("" if options.views == "core" else f": {options.views} views")
+        parts = [title, "", f"Printed by `{options.command}`.", "",
                  f"{len(self.scenes)} built-in scenes of the example path tracer from {len(self.views)} views ({options.views}: "
                  f"{SETS[options.views]}), {small} to {large} pixels, against references with {options.reference_spp} samples per "
                  "pixel (`sobol`, a different seed). Picture sizes have no common factor, and every view rotates, moves and zooms "

@@ -191,6 +191,16 @@ def test_bad_options(words, said, capsys):
     assert stopped.value.code == 2 and said in capsys.readouterr().err
 
 
+def test_sets_of_views_have_folders_of_their_own():
+    def places(*words):
+        options = renders.parse_options(words)
+        return [path.as_posix() for path in (options.out, options.pages)]
+
+    assert places() == ["docs/report", "out/renders"]
+    assert places("--views", "held-out") == ["docs/report/held-out", "out/renders/held-out"]
+    assert places("--views", "held-out", "--out", "a", "--pages", "b") == ["a", "b"]
+
+
 def test_missing_program(tmp_path):
     with pytest.raises(SystemExit, match="scripts/setup"):
         renders.main(arguments(tmp_path / "none", tmp_path / "out"))
