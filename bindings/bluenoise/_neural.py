@@ -64,7 +64,7 @@ class NeuralGenerator:
 
     Notes
     -----
-    Ctrl-C interrupts masks and windows.
+    Opening a network takes up to a few tenths of a second, so keep the generator. Ctrl-C interrupts masks and windows.
     """
 
     __slots__ = ("_arguments", "_core")

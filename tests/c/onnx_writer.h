@@ -61,8 +61,8 @@ static inline void write_quantiles(char text[1024], int count, long first, long 
 
 /* What a model is made of; start from model_parts_default(). */
 typedef struct model_parts {
-    const char *radius, *align, *version,
-        *quantiles;         /* of the metadata; NULL leaves the entry out */
+    const char *radius, *align, *version, *quantiles,
+        *spacing;           /* of the metadata; NULL leaves the entry out */
     uint32_t kernel_radius; /* of the convolution */
     uint32_t channels;
     const char *operator_name, *operator_domain;
@@ -189,6 +189,7 @@ static inline void make_model(const model_parts *parts, message *model) {
     put_pair(model, 14, "bn.receptive_radius", parts->radius);
     put_pair(model, 14, "bn.align", parts->align);
     put_pair(model, 14, "bn.quantiles", parts->quantiles);
+    put_pair(model, 14, "bn.sparse_spacing", parts->spacing);
     if (parts->training) put_text(model, 20, "");
     if (parts->function) put_text(model, 25, "");
     /* Last, so that a shorter file is never whole. */

@@ -148,6 +148,58 @@ static void test_quantiles(void) {
     }
 }
 
+/* The least squared distance between two of the points with ranks from `first` on. */
+static uint32_t least_distance(const uint32_t *ranks, uint32_t extent, uint32_t first, int points) {
+    uint32_t at[64] = {0}, least = UINT32_MAX;
+    for (uint32_t i = 0; i < extent * extent; ++i) {
+        if (ranks[i] >= first && ranks[i] < first + (uint32_t)points) at[ranks[i] - first] = i;
+    }
+    for (int a = 1; a < points; ++a) {
+        for (int b = 0; b < a; ++b) {
+            const uint32_t x = (at[a] + extent - at[b] % extent) % extent;
+            const uint32_t y = (at[a] / extent + extent - at[b] / extent) % extent;
+            const uint32_t dx = x < extent - x ? x : extent - x,
+                           dy = y < extent - y ? y : extent - y;
+            const uint32_t square = dx * dx + dy * dy;
+            least = square < least ? square : least;
+        }
+    }
+    return least;
+}
+
+/* With a sparse spacing of s texels, the first and the last count / s^2 ranks of each channel are
+ * spread evenly; the ranks between stay. */
+static void test_sparse_spacing(void) {
+    enum { extent = 64, count = extent * extent, points = count / 16, few = 16 };
+    static uint32_t ranks[4][2 * count];
+    for (int i = 0; i < 4; ++i) {
+        model_parts parts = model_parts_default();
+        bn_neural *neural;
+        parts.channels = 2;
+        parts.spacing = i == 0 ? NULL : i == 1 ? "10000" : "400"; /* 10000: none is that sparse */
+        CHECK(open_parts(&parts, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
+        CHECK(bn_neural_mask(neural, extent, extent, 5, ranks[i], 2 * count) == BN_SUCCESS);
+        bn_neural_close(neural);
+    }
+    CHECK(memcmp(ranks[0], ranks[1], sizeof ranks[0]) == 0);
+    CHECK(memcmp(ranks[2], ranks[3], sizeof ranks[2]) == 0);
+    int moved = 0;
+    for (int i = 0; i < 2 * count; ++i) {
+        const uint32_t before = ranks[0][i], after = ranks[2][i];
+        const int first = before < points, last = before >= count - points;
+        CHECK(first == (after < points) && last == (after >= count - points));
+        CHECK(first || last || before == after);
+        moved += before != after;
+    }
+    CHECK(moved > 2 * points);
+    for (int c = 0; c < 2; ++c) {
+        /* Spread evenly, points lie some 16 texels apart. */
+        CHECK(least_distance(ranks[2] + c * count, extent, 0, few) > 8 * 8);
+        CHECK(least_distance(ranks[2] + c * count, extent, count - few, few) > 8 * 8);
+        CHECK(least_distance(ranks[0] + c * count, extent, 0, few) < 8 * 8);
+    }
+}
+
 static void test_masks(void) {
     static const uint32_t extents[][2] = {{1, 1},   {2, 3},    {5, 1},    {16, 16},
                                           {33, 20}, {301, 99}, {190, 700}};
@@ -478,6 +530,7 @@ int main(void) {
     test_noise();
     test_windows();
     test_quantiles();
+    test_sparse_spacing();
     test_masks();
     test_threads_are_used();
     test_many_callers();

@@ -49,6 +49,12 @@ static void test_metadata(void) {
     CHECK_PART(align, "65", BN_ERROR_BAD_DATA);
     CHECK_PART(version, "0", BN_ERROR_UNSUPPORTED);
     CHECK_PART(version, "2", BN_ERROR_UNSUPPORTED);
+    CHECK_PART(spacing, "1", BN_SUCCESS);
+    CHECK_PART(spacing, "10000", BN_SUCCESS);
+    CHECK_PART(spacing, "10001", BN_ERROR_BAD_DATA);
+    CHECK_PART(spacing, "0", BN_ERROR_BAD_DATA);
+    CHECK_PART(spacing, "3.5", BN_ERROR_BAD_DATA);
+    CHECK_PART(spacing, "", BN_ERROR_BAD_DATA);
     char quantiles[1024];
     write_quantiles(quantiles, 65, -1000, 1000);
     CHECK_PART(quantiles, quantiles, BN_SUCCESS);
