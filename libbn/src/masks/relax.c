@@ -15,6 +15,7 @@
 #include "base/options.h"
 #include "base/portable_math.h"
 #include "base/threads.h"
+#include "masks/ranks.h"
 #include "masks/relax_learned.h"
 #include "masks/thin.h"
 #include "simd/simd.h"
@@ -256,7 +257,7 @@ static bn_result relax_by_hand(const bn_relax_options *o, uint32_t threads, uint
     }
     /* Integers below 2^24 are exact as floats. */
     for (size_t i = 0; i < count; ++i) final[i] = (float)r.last[i];
-    result = bn_ranks_from_values(final, count, ranks);
+    result = bn_ranks_on_threads(final, count, threads, ranks);
 done:
     bn_free(r.image);
     bn_free(r.offsets);

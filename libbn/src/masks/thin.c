@@ -16,12 +16,23 @@
 #include "base/threads.h"
 #include <string.h>
 
+#if defined(__GNUC__)
+#define PREFETCH(address) __builtin_prefetch(address, 1)
+#else
+#define PREFETCH(address) ((void)(address))
+#endif
+
 static const double BN_THIN_SIGMA = 0.45; /* in spacings */
 static const double BN_THIN_REACH = 3;    /* in sigmas */
 static const double BN_THIN_STAGE =
     0.5; /* share of the points that remain when the Gaussian widens */
 
-enum { BN_THIN_TABLE = 1024, BN_THIN_BUCKETS = 1024 };
+enum {
+    BN_THIN_TABLE = 1024,
+    BN_THIN_BUCKETS = 1024,
+    /* All but one in some hundred points are removed while the square of the reach is less. */
+    BN_THIN_SQUARES = 2048
+};
 static const uint32_t BN_THIN_NONE = UINT32_MAX;
 
 typedef struct thin {
@@ -29,14 +40,24 @@ typedef struct thin {
     /* The remaining points, in the order of their cells. A removed point is BN_THIN_NONE. The
      * energy of a point is the sum of the weights of its pairs. */
     uint32_t *point, *x, *y, *z, *energy;
-    uint32_t *cell_of, *home, *cell_start, *next, *scratch;
+    uint32_t *cell_of, *cell_start, *next, *scratch;
     size_t count;
     uint32_t cells[3];
-    uint64_t scale; /* from squared distance to table entry, times 2^32 */
+    uint64_t along[3]; /* cells per texel, times 2^32, rounded up; 0 for extents too large */
+    uint64_t scale;    /* from squared distance to table entry, times 2^32 */
     uint64_t bucket_scale;
     uint32_t bucket[BN_THIN_BUCKETS];
     uint32_t table[BN_THIN_TABLE + 1]; /* the last entry is 0 */
+    /* The weights of squared distances below `limit`, and a 0. The limit is 0 where they do not fit
+     * or where distances have to be measured on the torus. */
+    uint32_t weight[BN_THIN_SQUARES + 1], limit;
 } thin;
+
+/* The points first .. last - 1, all on one side of the edges of the torus. A point that adds x and
+ * y, modulo 2^32, to its own coordinates is on the same side. */
+typedef struct range {
+    uint32_t first, last, x, y;
+} range;
 
 double bn_spacing(const uint32_t extent[3], size_t points) {
     int used[3] = {1, 1, 1};
@@ -62,6 +83,7 @@ double bn_thin_spacing(double sigma) {
 }
 
 static uint32_t cell_along(const thin *t, int axis, uint32_t at) {
+    if (t->along[axis] != 0) return (uint32_t)(at * t->along[axis] >> 32);
     return (uint32_t)((uint64_t)at * t->cells[axis] / t->extent[axis]);
 }
 
@@ -71,71 +93,112 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
     return (uint64_t)d * d;
 }
 
-/* Visits the points first .. last - 1 near `slot`. With `collect` it adds the weight of each pair
- * to both points; otherwise it subtracts the weight from the others. Removed points are included,
- * as nothing reads their energies. */
-static void visit_range(thin *t, uint32_t slot, uint32_t first, uint32_t last, int collect) {
+/* Visits the points of a range near `slot`. With `collect` it adds the weight of each pair to both
+ * points; otherwise it subtracts the weight from the others. Removed points are included, as
+ * nothing reads their energies. */
+static void visit_torus(thin *t, uint32_t slot, const range *r, int collect) {
     /* Local copies: the compiler cannot know that stores to the energies leave them alone. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
-    const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot], z = zs[slot];
+    const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot];
     const uint64_t scale = t->scale;
     uint32_t *energy = t->energy, sum = 0;
-    for (uint32_t other = first; other < last; ++other) {
+    for (uint32_t other = r->first; other < r->last; ++other) {
         uint64_t square = square_along(x, xs[other], width) + square_along(y, ys[other], height);
-        if (depth > 1) square += square_along(z, zs[other], depth);
+        if (depth > 1) square += square_along(zs[slot], zs[other], depth);
         const uint64_t entry = square * scale >> 32;
         const uint32_t weight = t->table[entry < BN_THIN_TABLE ? entry : BN_THIN_TABLE];
-        if (collect) {
-            sum += weight;
-            energy[other] += weight;
-        } else {
-            energy[other] -= weight;
-        }
+        energy[other] += collect ? weight : 0 - weight;
+        sum += weight;
     }
     if (collect) energy[slot] += sum;
 }
 
-/* The ranges of points in and around a cell, at most 18. Cells along x are contiguous, except
- * across the edge of the torus. */
-static uint32_t ranges_around(const thin *t, uint32_t cell, uint32_t ranges[18][2]) {
-    const uint32_t home[3] = {cell % t->cells[0], cell / t->cells[0] % t->cells[1],
-                              cell / t->cells[0] / t->cells[1]};
+/* The same with a distance in the plane, where t->limit is not 0. */
+static inline void visit_plane(thin *t, uint32_t slot, const range *r, int collect) {
+    const uint32_t *xs = t->x, *ys = t->y, x = xs[slot] + r->x, y = ys[slot] + r->y;
+    const uint32_t *end = t->weight + t->limit, limit = t->limit;
+    uint32_t *energy = t->energy, sum = 0;
+    for (uint32_t other = r->first; other < r->last; ++other) {
+        const uint32_t dx = x - xs[other], dy = y - ys[other], square = dx * dx + dy * dy;
+        /* A branch would be unpredictable, and compilers make one of a comparison. */
+        const int32_t below = (int32_t)(square - limit);
+        const uint32_t weight = end[below & below >> 31];
+        energy[other] += collect ? weight : 0 - weight;
+        sum += weight;
+    }
+    if (collect) energy[slot] += sum;
+}
+
+static inline void visit(thin *t, uint32_t slot, const range *r, int collect) {
+    if (t->limit != 0) {
+        visit_plane(t, slot, r, collect);
+    } else {
+        visit_torus(t, slot, r, collect);
+    }
+}
+
+static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], range ranges[18]) {
+    const uint32_t *cells = t->cells;
     uint32_t from[3], number[3], count = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        const uint32_t cells = t->cells[axis];
-        number[axis] = cells < 3 ? cells : 3;
-        from[axis] = cells < 3 ? 0 : home[axis] == 0 ? cells - 1 : home[axis] - 1;
+        number[axis] = cells[axis] < 3 ? cells[axis] : 3;
+        from[axis] = cells[axis] < 3 ? 0 : home[axis] == 0 ? cells[axis] - 1 : home[axis] - 1;
     }
     const uint32_t end = from[0] + number[0];
-    const uint32_t wrapped = end > t->cells[0] ? end - t->cells[0] : 0;
+    const uint32_t wrapped = end > cells[0] ? end - cells[0] : 0;
     for (uint32_t z = 0; z < number[2]; ++z) {
-        uint32_t cz = from[2] + z < t->cells[2] ? from[2] + z : from[2] + z - t->cells[2];
+        uint32_t cz = from[2] + z < cells[2] ? from[2] + z : from[2] + z - cells[2];
         for (uint32_t y = 0; y < number[1]; ++y) {
-            uint32_t cy = from[1] + y < t->cells[1] ? from[1] + y : from[1] + y - t->cells[1];
-            const uint32_t *row = t->cell_start + (cz * t->cells[1] + cy) * t->cells[0];
-            ranges[count][0] = row[from[0]];
-            ranges[count++][1] = row[end - wrapped];
+            const uint32_t cy = from[1] + y < cells[1] ? from[1] + y : from[1] + y - cells[1];
+            const uint32_t *row = t->cell_start + (cz * cells[1] + cy) * cells[0];
+            const uint32_t dy = cy > home[1] + 1   ? t->extent[1]
+                                : cy + 1 < home[1] ? 0 - t->extent[1]
+                                                   : 0;
+            ranges[count++] =
+                (range){row[from[0]], row[end - wrapped], home[0] == 0 ? t->extent[0] : 0, dy};
             if (wrapped == 0) continue;
-            ranges[count][0] = row[0];
-            ranges[count++][1] = row[wrapped];
+            ranges[count++] =
+                (range){row[0], row[wrapped], home[0] == 0 ? 0 : 0 - t->extent[0], dy};
         }
     }
     return count;
 }
 
+/* The ranges of points in and around the cell `home`, at most 18. Cells along x are contiguous,
+ * except across the edge of the torus. */
+static inline uint32_t ranges_around(const thin *t, const uint32_t home[3], range ranges[18]) {
+    const uint32_t *cells = t->cells;
+    /* 0 - 1 is a large number: false for cells at an edge. */
+    if (t->limit != 0 && home[0] - 1 < cells[0] - 2 && home[1] - 1 < cells[1] - 2) {
+        const uint32_t *row = t->cell_start + (home[1] - 1) * cells[0] + home[0] - 1;
+        for (int y = 0; y < 3; ++y, row += cells[0]) ranges[y] = (range){row[0], row[3], 0, 0};
+        return 3;
+    }
+    return ranges_at_edge(t, home, ranges);
+}
+
+/* Computes the energy of every point in a cell from pairs with itself and later ones. */
+static void collect_cell(thin *t, uint32_t cell, const uint32_t home[3]) {
+    range ranges[18];
+    const uint32_t first = t->cell_start[cell], last = t->cell_start[cell + 1];
+    if (first == last) return;
+    const uint32_t count = ranges_around(t, home, ranges);
+    for (uint32_t i = 0; i < count; ++i) {
+        for (uint32_t slot = first; slot < last; ++slot) {
+            range later = ranges[i];
+            if (later.last <= slot) break;
+            if (later.first <= slot) later.first = slot + 1;
+            visit(t, slot, &later, 1);
+        }
+    }
+}
+
 /* Computes the energy of every point, visiting each pair once. */
-static void collect(thin *t, uint32_t cells) {
-    uint32_t ranges[18][2];
-    for (uint32_t cell = 0; cell < cells; ++cell) {
-        if (t->cell_start[cell] == t->cell_start[cell + 1]) continue;
-        const uint32_t count = ranges_around(t, cell, ranges);
-        for (uint32_t slot = t->cell_start[cell]; slot < t->cell_start[cell + 1]; ++slot) {
-            t->home[slot] = cell;
-            for (uint32_t i = 0; i < count; ++i) {
-                if (ranges[i][1] <= slot) continue;
-                visit_range(t, slot, ranges[i][0] > slot ? ranges[i][0] : slot + 1, ranges[i][1],
-                            1);
-            }
+static void collect(thin *t) {
+    uint32_t at[3], cell = 0;
+    for (at[2] = 0; at[2] < t->cells[2]; ++at[2]) {
+        for (at[1] = 0; at[1] < t->cells[1]; ++at[1]) {
+            for (at[0] = 0; at[0] < t->cells[0]; ++at[0]) collect_cell(t, cell++, at);
         }
     }
 }
@@ -154,12 +217,18 @@ static void sort_into_cells(thin *t, double reach) {
         double fit = t->extent[axis] / reach;
         t->cells[axis] = fit < 1 ? 1 : (uint32_t)fit;
         cells *= t->cells[axis];
+        /* Rounding up adds less than extent / 2^32 to `at` cells, too little to reach the next
+         * integer from a multiple of 1 / extent. */
+        t->along[axis] =
+            t->extent[axis] <= 65536
+                ? (((uint64_t)t->cells[axis] << 32) + t->extent[axis] - 1) / t->extent[axis]
+                : 0;
     }
     memset(t->cell_start, 0, (cells + 2) * sizeof *t->cell_start);
     for (size_t i = 0; i < t->count; ++i) {
+        const uint32_t plane = t->extent[2] > 1 ? cell_along(t, 2, t->z[i]) * t->cells[1] : 0;
         t->cell_of[i] =
-            (cell_along(t, 2, t->z[i]) * t->cells[1] + cell_along(t, 1, t->y[i])) * t->cells[0] +
-            cell_along(t, 0, t->x[i]);
+            (plane + cell_along(t, 1, t->y[i])) * t->cells[0] + cell_along(t, 0, t->x[i]);
         ++t->cell_start[t->cell_of[i] + 2];
     }
     for (size_t c = 2; c < cells + 2; ++c) t->cell_start[c] += t->cell_start[c - 1];
@@ -169,7 +238,28 @@ static void sort_into_cells(thin *t, double reach) {
     reorder(t, &t->point);
     reorder(t, &t->x);
     reorder(t, &t->y);
-    reorder(t, &t->z);
+    if (t->extent[2] > 1) reorder(t, &t->z);
+}
+
+/* Lists the weights by squared distance, if they are few and distances in the plane give the same
+ * weights. Between points of adjacent cells, and with at least three cells along an axis, the two
+ * distances are equal or both greater than a cell: it is enough that the greatest square with a
+ * weight is at most that of a cell. */
+static void list_weights(thin *t) {
+    uint64_t entry;
+    uint32_t limit = 0;
+    t->limit = 0;
+    if (t->extent[2] > 1 || t->cells[0] < 3 || t->cells[1] < 3) return;
+    for (; (entry = limit * t->scale >> 32) < BN_THIN_TABLE; ++limit) {
+        if (limit == BN_THIN_SQUARES) return;
+        t->weight[limit] = t->table[entry];
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+        const uint64_t cells = t->cells[axis], extent = t->extent[axis];
+        if ((limit - 1) * (cells * cells) > extent * extent) return;
+    }
+    t->weight[limit] = 0;
+    t->limit = limit;
 }
 
 static void push(thin *t, uint32_t slot) {
@@ -184,8 +274,9 @@ static void begin_stage(thin *t, uint64_t seed) {
     uint32_t most = 0;
     t->scale = (uint64_t)((double)BN_THIN_TABLE * 0x1p32 / (reach * reach));
     sort_into_cells(t, reach);
+    list_weights(t);
     memset(t->energy, 0, t->count * sizeof *t->energy);
-    collect(t, t->cells[0] * t->cells[1] * t->cells[2]);
+    collect(t);
     for (size_t i = 0; i < t->count; ++i) most = t->energy[i] > most ? t->energy[i] : most;
     t->bucket_scale = ((uint64_t)BN_THIN_BUCKETS << 32) / ((uint64_t)most + 1);
     for (int i = 0; i < BN_THIN_BUCKETS; ++i) t->bucket[i] = BN_THIN_NONE;
@@ -208,7 +299,14 @@ static void remove_points(thin *t, size_t left, uint32_t *removed) {
             --top;
             continue;
         }
-        t->bucket[top] = t->next[slot];
+        const uint32_t next = t->next[slot];
+        t->bucket[top] = next;
+        if (next != BN_THIN_NONE) {
+            PREFETCH(&t->next[next]);
+            PREFETCH(&t->energy[next]);
+            PREFETCH(&t->x[next]);
+            PREFETCH(&t->y[next]);
+        }
         if ((int)(t->energy[slot] * t->bucket_scale >> 32) < top) {
             push(t, slot);
             continue;
@@ -216,9 +314,11 @@ static void remove_points(thin *t, size_t left, uint32_t *removed) {
         *--removed = t->point[slot];
         t->point[slot] = BN_THIN_NONE;
         --remaining;
-        uint32_t ranges[18][2];
-        const uint32_t count = ranges_around(t, t->home[slot], ranges);
-        for (uint32_t i = 0; i < count; ++i) visit_range(t, slot, ranges[i][0], ranges[i][1], 0);
+        const uint32_t home[3] = {cell_along(t, 0, t->x[slot]), cell_along(t, 1, t->y[slot]),
+                                  t->cells[2] > 1 ? cell_along(t, 2, t->z[slot]) : 0};
+        range ranges[18];
+        const uint32_t count = ranges_around(t, home, ranges);
+        for (uint32_t i = 0; i < count; ++i) visit(t, slot, &ranges[i], 0);
     }
 }
 
@@ -226,8 +326,8 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
     if (count < 2) return 1;
     thin *t = bn_allocate_zero(1, sizeof *t);
     if (t == NULL) return 0;
-    uint32_t **const arrays[] = {&t->point, &t->x,    &t->y,      &t->z,      &t->cell_of,
-                                 &t->home,  &t->next, &t->energy, &t->scratch};
+    uint32_t **const arrays[] = {&t->point,   &t->x,    &t->y,      &t->z,
+                                 &t->cell_of, &t->next, &t->energy, &t->scratch};
     enum { array_count = sizeof arrays / sizeof *arrays };
     int good = 1;
     for (int i = 0; i < array_count; ++i) {
@@ -248,11 +348,11 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         t->table[i] = (uint32_t)(0x1p24 * bn_portable_exp(-x));
     }
     for (size_t i = 0; i < count; ++i) {
-        size_t line = points[i] / extent[0];
+        const uint32_t line = points[i] / extent[0];
         t->point[i] = points[i];
         t->x[i] = points[i] % extent[0];
-        t->y[i] = (uint32_t)(line % extent[1]);
-        t->z[i] = (uint32_t)(line / extent[1]);
+        t->y[i] = line % extent[1];
+        t->z[i] = line / extent[1];
     }
     while (t->count > 1) {
         size_t left = (size_t)(BN_THIN_STAGE * (double)t->count), kept = 0;
@@ -260,11 +360,12 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         begin_stage(t, seed);
         remove_points(t, left, points + t->count);
         for (size_t i = 0; i < t->count; ++i) {
-            if (t->point[i] == BN_THIN_NONE) continue;
+            /* Without a branch, which would be unpredictable. */
             t->point[kept] = t->point[i];
             t->x[kept] = t->x[i];
             t->y[kept] = t->y[i];
-            t->z[kept++] = t->z[i];
+            t->z[kept] = t->z[i];
+            kept += t->point[i] != BN_THIN_NONE;
         }
         t->count = left;
     }
