@@ -14,6 +14,7 @@
 #include "base/memory.h"
 #include "base/portable_math.h"
 #include "base/threads.h"
+#include "simd/simd.h"
 #include <string.h>
 
 #if defined(__GNUC__)
@@ -37,6 +38,7 @@ static const uint32_t BN_THIN_NONE = UINT32_MAX;
 
 typedef struct thin {
     const uint32_t *extent;
+    const bn_simd *simd;
     /* The remaining points, in the order of their cells. A removed point is BN_THIN_NONE. The
      * energy of a point is the sum of the weights of its pairs. */
     uint32_t *point, *x, *y, *z, *energy;
@@ -52,12 +54,6 @@ typedef struct thin {
      * or where distances have to be measured on the torus. */
     uint32_t weight[BN_THIN_SQUARES + 1], limit;
 } thin;
-
-/* The points first .. last - 1, all on one side of the edges of the torus. A point that adds x and
- * y, modulo 2^32, to its own coordinates is on the same side. */
-typedef struct range {
-    uint32_t first, last, x, y;
-} range;
 
 double bn_spacing(const uint32_t extent[3], size_t points) {
     int used[3] = {1, 1, 1};
@@ -96,7 +92,7 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
 /* Visits the points of a range near `slot`. With `collect` it adds the weight of each pair to both
  * points; otherwise it subtracts the weight from the others. Removed points are included, as
  * nothing reads their energies. */
-static void visit_torus(thin *t, uint32_t slot, const range *r, int collect) {
+static void visit_torus(thin *t, uint32_t slot, const bn_thin_range *r, int collect) {
     /* Local copies: the compiler cannot know that stores to the energies leave them alone. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
     const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot];
@@ -114,7 +110,7 @@ static void visit_torus(thin *t, uint32_t slot, const range *r, int collect) {
 }
 
 /* The same with a distance in the plane, where t->limit is not 0. */
-static inline void visit_plane(thin *t, uint32_t slot, const range *r, int collect) {
+static inline void visit_plane(thin *t, uint32_t slot, const bn_thin_range *r, int collect) {
     const uint32_t *xs = t->x, *ys = t->y, x = xs[slot] + r->x, y = ys[slot] + r->y;
     const uint32_t *end = t->weight + t->limit, limit = t->limit;
     uint32_t *energy = t->energy, sum = 0;
@@ -129,15 +125,26 @@ static inline void visit_plane(thin *t, uint32_t slot, const range *r, int colle
     if (collect) energy[slot] += sum;
 }
 
-static inline void visit(thin *t, uint32_t slot, const range *r, int collect) {
-    if (t->limit != 0) {
-        visit_plane(t, slot, r, collect);
-    } else {
-        visit_torus(t, slot, r, collect);
+/* Visits the points of several ranges. */
+static inline void visit(thin *t, uint32_t slot, const bn_thin_range *ranges, uint32_t count,
+                         int collect) {
+    if (t->limit != 0 && t->simd->thin_visit != NULL) {
+        const bn_thin_points points = {t->x, t->y, t->weight, t->energy, t->limit};
+        const uint32_t sum =
+            t->simd->thin_visit(&points, ranges, count, t->x[slot], t->y[slot], collect ? 1 : -1);
+        if (collect) t->energy[slot] += sum;
+        return;
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+        if (t->limit != 0) {
+            visit_plane(t, slot, &ranges[i], collect);
+        } else {
+            visit_torus(t, slot, &ranges[i], collect);
+        }
     }
 }
 
-static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], range ranges[18]) {
+static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], bn_thin_range ranges[18]) {
     const uint32_t *cells = t->cells;
     uint32_t from[3], number[3], count = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -154,11 +161,11 @@ static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], range rang
             const uint32_t dy = cy > home[1] + 1   ? t->extent[1]
                                 : cy + 1 < home[1] ? 0 - t->extent[1]
                                                    : 0;
-            ranges[count++] =
-                (range){row[from[0]], row[end - wrapped], home[0] == 0 ? t->extent[0] : 0, dy};
+            ranges[count++] = (bn_thin_range){row[from[0]], row[end - wrapped],
+                                              home[0] == 0 ? t->extent[0] : 0, dy};
             if (wrapped == 0) continue;
             ranges[count++] =
-                (range){row[0], row[wrapped], home[0] == 0 ? 0 : 0 - t->extent[0], dy};
+                (bn_thin_range){row[0], row[wrapped], home[0] == 0 ? 0 : 0 - t->extent[0], dy};
         }
     }
     return count;
@@ -166,12 +173,14 @@ static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], range rang
 
 /* The ranges of points in and around the cell `home`, at most 18. Cells along x are contiguous,
  * except across the edge of the torus. */
-static inline uint32_t ranges_around(const thin *t, const uint32_t home[3], range ranges[18]) {
+static inline uint32_t ranges_around(const thin *t, const uint32_t home[3],
+                                     bn_thin_range ranges[18]) {
     const uint32_t *cells = t->cells;
     /* 0 - 1 is a large number: false for cells at an edge. */
     if (t->limit != 0 && home[0] - 1 < cells[0] - 2 && home[1] - 1 < cells[1] - 2) {
         const uint32_t *row = t->cell_start + (home[1] - 1) * cells[0] + home[0] - 1;
-        for (int y = 0; y < 3; ++y, row += cells[0]) ranges[y] = (range){row[0], row[3], 0, 0};
+        for (int y = 0; y < 3; ++y, row += cells[0])
+            ranges[y] = (bn_thin_range){row[0], row[3], 0, 0};
         return 3;
     }
     return ranges_at_edge(t, home, ranges);
@@ -179,17 +188,20 @@ static inline uint32_t ranges_around(const thin *t, const uint32_t home[3], rang
 
 /* Computes the energy of every point in a cell from pairs with itself and later ones. */
 static void collect_cell(thin *t, uint32_t cell, const uint32_t home[3]) {
-    range ranges[18];
+    bn_thin_range ranges[18];
     const uint32_t first = t->cell_start[cell], last = t->cell_start[cell + 1];
     if (first == last) return;
     const uint32_t count = ranges_around(t, home, ranges);
-    for (uint32_t i = 0; i < count; ++i) {
-        for (uint32_t slot = first; slot < last; ++slot) {
-            range later = ranges[i];
-            if (later.last <= slot) break;
-            if (later.first <= slot) later.first = slot + 1;
-            visit(t, slot, &later, 1);
+    for (uint32_t slot = first; slot < last; ++slot) {
+        bn_thin_range later[18];
+        uint32_t number = 0;
+        for (uint32_t i = 0; i < count; ++i) {
+            if (ranges[i].last <= slot) continue;
+            later[number] = ranges[i];
+            if (later[number].first <= slot) later[number].first = slot + 1;
+            ++number;
         }
+        visit(t, slot, later, number, 1);
     }
 }
 
@@ -316,9 +328,9 @@ static void remove_points(thin *t, size_t left, uint32_t *removed) {
         --remaining;
         const uint32_t home[3] = {cell_along(t, 0, t->x[slot]), cell_along(t, 1, t->y[slot]),
                                   t->cells[2] > 1 ? cell_along(t, 2, t->z[slot]) : 0};
-        range ranges[18];
+        bn_thin_range ranges[18];
         const uint32_t count = ranges_around(t, home, ranges);
-        for (uint32_t i = 0; i < count; ++i) visit(t, slot, &ranges[i], 0);
+        visit(t, slot, ranges, count, 0);
     }
 }
 
@@ -331,7 +343,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
     enum { array_count = sizeof arrays / sizeof *arrays };
     int good = 1;
     for (int i = 0; i < array_count; ++i) {
-        *arrays[i] = bn_allocate(count, sizeof **arrays[i]);
+        *arrays[i] = bn_allocate(count + BN_THIN_LANES, sizeof **arrays[i]);
         good = good && *arrays[i] != NULL;
     }
     /* A cell is at least as large as the reach, 1.35 spacings: there are fewer cells than points.
@@ -342,6 +354,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         goto done;
     }
     t->extent = extent;
+    t->simd = bn_simd_get();
     t->count = count;
     for (int i = 0; i < BN_THIN_TABLE; ++i) {
         double x = BN_THIN_REACH * BN_THIN_REACH / 2 * (i + 0.5) / BN_THIN_TABLE;
