@@ -341,7 +341,7 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
              "threads, and more reliable on a busy machine), on 1 thread unless stated otherwise",
              f"({threads} threads are all cores of the machine); the methods for one size were interleaved. Time per texel is",
              "CPU time. Errors are means of `bn_mask_error` over seeds; lower is better. FLOP per texel counts the",
-             "multiplications and additions of the inner loop (for a network, the values it computes),",
+             "multiplications and additions of the inner loop (for a network, one per computed value),",
              "without margins and sorting; those of void-and-cluster, relaxation and annealing are integer",
              "operations.", ""]
     for name, path in models.items():
@@ -350,7 +350,7 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
                      f"{metadata(content)['bn.receptive_radius']} texels.")
     parts += ["", "![Error against time, time against size](neural.png)", "", "## Which method", "",
               "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*:",
-              "vectors that are blue each and together. *Same bits*: on every machine; of networks, see bn/neural.h.",
+              "vectors that are blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h.",
               "All methods make any size.", "",
               choice_table(rows, threads), "",
               "For a single mask, `void-and-cluster` has the least error of the fast methods; `relax` is quicker, most of all at large",
@@ -371,9 +371,8 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
               f"{decibels}.", "",
               "## Every grey level", "",
               "Power of thresholded masks below half the principal frequency, relative to white noise:", "", levels, "",
-              "In masks, libbn orders the points of the lightest and the darkest patterns after `relax` or a network, which see only",
-              "so many texels around each. In windows of the endless plane, patterns below about 1/32 and above 31/32 are far less",
-              "blue.", "",
+              "In masks of one channel, libbn itself orders the points of the lightest and darkest patterns, which `relax` and the",
+              "networks space poorly. In windows, patterns below about 1/32 and above 31/32 are far less blue.", "",
               "## Vectors", "", *vectors, ""]
     return "\n".join(parts)
 

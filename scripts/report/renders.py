@@ -3,8 +3,8 @@
 
 Renders views of every built-in scene with every sampler at 1 to 64 samples per pixel and several seeds, measures each
 picture against a reference and times progressive runs. Writes renders.md with its plots and renders_headline.csv to
-docs/report, and renders.html, renders.csv and a contact sheet to out/renders; with other views than the core ones, to
-folders of their name in these. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run
+docs/report, and renders.html, renders.csv and a contact sheet to out/renders; with `--views` other than core,
+to subfolders named after the set. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run
 resumes, and a change to one sampler renders only that one again.
 """
 

@@ -29,7 +29,7 @@ def test_cost_of_a_convolution():
 
 
 @pytest.mark.skipif(not BUILTIN.exists(), reason="no network in libbn/data")
-def test_cost_of_what_ships():
+def test_cost_of_the_builtin_network():
     assert 500 < cost(BUILTIN.read_bytes())[0] < 2000
 
 

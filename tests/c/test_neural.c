@@ -176,7 +176,7 @@ static void test_sparse_spacing(void) {
         model_parts parts = model_parts_default();
         bn_neural *neural;
         parts.channels = 2;
-        parts.spacing = i == 0 ? NULL : i == 1 ? "10000" : "400"; /* 10000: none is that sparse */
+        parts.spacing = i == 0 ? NULL : i == 1 ? "10000" : "400"; /* 10000: no pattern of this mask is that sparse */
         CHECK(open_parts(&parts, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
         CHECK(bn_neural_mask(neural, extent, extent, 5, ranks[i], 2 * count) == BN_SUCCESS);
         bn_neural_close(neural);
@@ -252,13 +252,13 @@ static void test_threads_are_used(void) {
     CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
     CHECK(state->most_running == 1 && state->runs > 2);
     bn_neural_close(neural);
-    /* Tiles also fit together where the last ones overlap: one thread and two divide the image in
-     * different ways. */
-    for (uint32_t threads = 1; threads <= 2; ++threads) {
-        static uint32_t large[2][512 * 510];
+    /* One thread and three divide the image differently, and the last tiles overlap the ones before
+     * them. */
+    for (uint32_t threads = 1; threads <= 3; threads += 2) {
+        static uint32_t large[2][509 * 503];
         CHECK(open_parts(&parts, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
-        CHECK(bn_neural_mask(neural, 512, 510, 3, large[threads - 1], 512 * 510) == BN_SUCCESS);
-        if (threads == 2) CHECK(memcmp(large[0], large[1], sizeof large[0]) == 0);
+        CHECK(bn_neural_mask(neural, 509, 503, 3, large[threads / 2], 509 * 503) == BN_SUCCESS);
+        if (threads == 3) CHECK(memcmp(large[0], large[1], sizeof large[0]) == 0);
         bn_neural_close(neural);
     }
     CHECK(state->living == 0);

@@ -53,13 +53,14 @@ static float values[TEXELS], many_values[MANY], power[TEXELS];
 static double error;
 
 #ifndef BN_NO_NEURAL
-static bn_result call_network(int only_open) {
+static bn_result call_network(int only_open, uint32_t channels) {
     model_parts parts = model_parts_default();
     bn_neural *neural;
-    parts.channels = 2;
+    parts.channels = channels;
+    parts.spacing = "400";
     bn_result result = open_parts(&parts, FAKE_RUNTIME, 1, &neural);
     if (result == BN_SUCCESS && !only_open) {
-        result = bn_neural_mask(neural, SIZE, SIZE, 1, ranks, 2 * TEXELS);
+        result = bn_neural_mask(neural, SIZE, SIZE, 1, ranks, (size_t)channels * TEXELS);
     }
     bn_neural_close(neural);
     return result;
@@ -115,9 +116,11 @@ static bn_result call(int function) {
         return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);
 #ifndef BN_NO_NEURAL
     case 12:
-        return call_network(1);
+        return call_network(1, 2);
     case 13:
-        return call_network(0);
+        return call_network(0, 2);
+    case 14:
+        return call_network(0, 1);
 #endif
     default:
         return NO_MORE;

@@ -297,7 +297,7 @@ def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
     assert len(channels) == len(masks) == (2 if "vector" in name else 1)
     for values, ranks in zip(channels, masks):
         in_order = values.ravel()[np.argsort(ranks.ravel())]
-        # Points that lie at least 3.5 texels apart on average.
+        # libbn orders these itself: points at least 3.5 texels apart on average.
         points = 0 if "vector" in name else int(values.size / 3.5**2)
         for end in (in_order[:points], in_order[values.size - points :]):
             assert points == 0 or (np.diff(end) < -1e-3).any()

@@ -19,7 +19,7 @@ KEEPERS = {
     r"\bdlopen\b|\bsetenv\b": "neural/onnxruntime.c",
     r"<stdio\.h>": "neural/files.c",
 }
-# Tests of parts that have no public face; CONTRIBUTING.md names them.
+# Tests of parts that have no public interface; CONTRIBUTING.md names them.
 INSIDERS = {"tests/c/fake_onnxruntime.c", "tests/c/test_onnxruntime_api.c", "tests/c/test_ranks.c", "tests/fuzz/fuzz_onnx_model.c",
             "tests/simd/processor.c"}
 

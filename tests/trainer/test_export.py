@@ -88,9 +88,10 @@ def test_format(small):
     assert all(t.data_location == onnx.TensorProto.DEFAULT for t in proto.graph.initializer)
     assert str(Path(__file__).resolve().parents[2]).encode() not in data
     assert model.flop_per_texel() == evaluate.flop_of(proto)
-    # Every value has named extents, and names stand for the same extents everywhere.
-    named = {value.name for value in (*proto.graph.value_info, *proto.graph.output)}
-    assert {name for node in proto.graph.node for name in node.output} == named
+    # Every value has named extents.
+    values = [*proto.graph.value_info, *proto.graph.output]
+    assert {name for node in proto.graph.node for name in node.output} == {value.name for value in values}
+    assert all(axis.dim_param for value in values for axis in value.type.tensor_type.shape.dim[2:])
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (1, 1), (31, 50), (128, 64)])
@@ -162,7 +163,7 @@ def test_the_library_reads_the_file(exported):
     order = generator.mask((30, 50), seed=3).reshape(model.channels, -1).argsort(1)
     in_order = np.take_along_axis(model.torus(noise).numpy().reshape(model.channels, -1), order, 1)
     if model.channels == 1:
-        # libbn orders the points of sparse patterns itself: those that lie 3.5 texels apart on average.
+        # libbn orders these itself: points at least 3.5 texels apart on average.
         ends = (slice(0, 50 * 30 * 4 // 49), slice(-(50 * 30 * 4 // 49), None))
         assert not any((np.diff(in_order[:, end]) > -1e-4).all() for end in ends)
         for end in ends:

@@ -18,7 +18,7 @@ class TrainerError(Exception):
 class ModelConfig:
     reaches: list[int]  # of each step: the square of the largest distance between interacting texels
     channels: int = 1  # 1, or 2 for vectors
-    sharpness: bool = True  # whether each group of offsets has a sharpness of its own
+    sharpness: bool = True  # whether sharpness is trained; if not, it is 1 everywhere
 
     def check(self) -> None:
         need(1 <= len(self.reaches) <= 64, "model.reaches must name 1 to 64 steps", self.reaches)

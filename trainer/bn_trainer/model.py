@@ -3,15 +3,14 @@
 
 Summed over all thresholds, the squared dithering error of a mask is a constant minus a sum over pairs of
 W(p - q) |r_p - r_q|, so its gradient at p is a sum of W(p - q) sign(r_p - r_q). One step replaces every value by such a
-sum, with the sign softened and the weights learned:
+sum, with the sign softened and the weights a learned difference of two Gaussians:
 
     v_p <- keep v_p + sum over offsets o of w_o direction(s_o (v_p - v_(p + o))),    direction(d) = d / max(|d|, 1)
 
 For one channel, direction(d) is clip(d, -1, 1). For two channels d is a vector, and the directions are those of the forces
 in "Blue-noise dithered sampling" (Georgiev and Fajardo, 2016). The sharpness s_o sets how soft the sign is: differences of
-less than 1 / s_o count in part. Offsets related by the eight symmetries of the square share weight and sharpness, so no
-axis is favoured and parameters are few. An offset and its negative give the same differences with opposite signs, so each
-pair of texels is computed once.
+less than 1 / s_o count in part. Weight and sharpness depend on the distance alone, so no axis is favoured. An offset and
+its negative give the same differences with opposite signs, so each pair of texels is computed once.
 """
 
 from __future__ import annotations
@@ -68,13 +67,13 @@ class Step(nn.Module):
         #: The logarithm of the sum of the magnitudes of all weights.
         self.scale = nn.Parameter(torch.tensor(math.log(scale)))
         self.keep = nn.Parameter(torch.tensor(keep))
-        #: The logarithm of the blur whose error the inner Gaussian is made for, and of the ratio of the outer one's to it,
-        #: less 1.2.
+        #: The logarithm of the blur sigma whose error kernel is the inner Gaussian; and that of the outer Gaussian's width
+        #: over the inner's, after 1.2 is subtracted.
         self.inner = nn.Parameter(torch.tensor(math.log(sigma)))
         self.outer = nn.Parameter(torch.tensor(0.0))
         #: What is subtracted: the outer Gaussian times this.
         self.surround = nn.Parameter(torch.tensor(0.0))
-        #: The logarithm of the sharpness next to a texel, and its slope over a tenth of the squared distance.
+        #: The logarithm of the sharpness at distance 1, and how much it grows per 10 of squared distance.
         self.sharpness = nn.Parameter(torch.tensor(0.0))
         self.sharpness_slope = nn.Parameter(torch.tensor(0.0))
 
@@ -161,7 +160,7 @@ class Relaxation(nn.Module):
             at += parameter.numel()
 
     def spreads(self, sharpness: bool = True) -> Tensor:
-        """How far training first varies each parameter of `vector`. Without `sharpness`, that of all offsets stays 1."""
+        """How far training first varies each parameter of `vector`. Without `sharpness`, it stays 1 at all offsets."""
         parts = {"scale": 0.5, "keep": 0.05, "inner": 0.15, "outer": 0.3, "surround": 0.15, "sharpness": 0.3,
                  "sharpness_slope": 0.3}
         if not sharpness:

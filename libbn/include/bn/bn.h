@@ -294,9 +294,9 @@ typedef struct bn_relax_options {
      * values: from start_softness, at most 0.49, to end_softness, geometrically. Defaults 0.45 and
      * 0.008. To refine an existing mask, start from about 0.02. */
     double start_softness, end_softness;
-    /* 0 (default): a learned schedule, which takes a fraction of the time of 64 steps
-     * and reaches a lower error. The options above then have no effect. Otherwise the number of
-     * steps that they describe, for another blur or to refine a mask; 64 is a good number. */
+    /* 0 (default): a learned schedule, which takes a fraction of the time of 64 steps and reaches a
+     * lower error. The options above then have no effect. Otherwise the number of steps that they
+     * describe, for another blur or to refine a mask; 64 is a good number. */
     uint32_t steps;
     /* 0 (default): one per processor. The result does not depend on it. */
     uint32_t threads;
@@ -377,9 +377,9 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uin
                            uint32_t channels, uint32_t *ranks, size_t count);
 
 /* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal ones
- * that come before it. Takes linear time, and 5 to 15 bytes of scratch memory per value.
- * Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a NaN), OUT_OF_MEMORY (also for more
- * than 2^32 - 1 values). */
+ * that come before it. Takes linear time, and 5 to 15 bytes of scratch memory per value besides some
+ * tens of kilobytes. Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a NaN),
+ * OUT_OF_MEMORY (also for more than 2^32 - 1 values). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A

@@ -3,9 +3,8 @@
  * that never repeats. This header is the manual of that part of libbn; the conventions are those of
  * bn.h. A library built with BN_NEURAL=OFF does not have it.
  *
- * A small network, whose every texel depends on the noise around it alone, turns white noise into
- * blue noise, after Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised
- * Learning", 2022:
+ * A small network turns white noise into blue noise; each texel depends only on the noise around it.
+ * After Giunchi, Sztrajman and Steed, "Fast Blue-Noise Generation via Unsupervised Learning", 2022:
  *
  *     bn_neural *neural;
  *     if (bn_neural_open(NULL, &neural) == BN_SUCCESS) {
@@ -46,14 +45,14 @@
  *
  * REPRODUCIBILITY
  *
- * Every seed and every machine gives equally good results. The same bits are promised only for the
- * noise that goes in. In practice, the built-in networks have them too, on processors and for every
- * number of threads and every window: they consist of single additions, subtractions,
- * multiplications, divisions, square roots and comparisons, which IEEE 754 defines to the last bit,
- * and a test holds ONNX Runtime against NumPy. A version of ONNX Runtime that joins operations, a
- * GPU, or a model with other operations can change bits. Within one process on a processor, the
- * number of threads and the extents of a window change values by less than 1e-5; on a GPU, whose
- * algorithms depend on its model and on the extents, that bound is likely but not promised. */
+ * Every seed and every machine gives equally good results. Only the noise that goes in is promised
+ * to have the same bits everywhere. In practice the built-in networks do too, on any processor, with
+ * any number of threads and for any window: they use only additions, subtractions, multiplications,
+ * divisions, square roots, rounding down and comparisons, which IEEE 754 defines to the last bit. A
+ * version of ONNX Runtime that fuses operations, a GPU, or a model with other operations can change
+ * bits. On a processor, within one process, the number of threads and the extents of a window change
+ * values by less than 1e-5; on a GPU, whose algorithms depend on its model and on the extents, that
+ * bound is likely but not promised. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
@@ -134,10 +133,10 @@ static inline bn_neural_options bn_neural_options_default(void) {
  *   bn.quantiles         optional, for outputs that are not uniform in [0, 1): 65 integers with
  *                        commas between them. The i-th is 2^24 times the value below which i / 64
  *                        of the outputs lie. bn_neural_window() uses them to make values uniform
- *   bn.sparse_spacing    optional, from 1 to 10,000: a distance in hundredths of a texel. Where the
- *                        points of a mask's first or last ranks would on average lie further apart,
- *                        further than the network sees, bn_neural_mask() orders them by itself, as
- *                        bn_void_and_cluster() does. Windows stay as they are */
+ *   bn.sparse_spacing    optional, from 1 to 10,000: a distance in hundredths of a texel beyond which
+ *                        the network spaces points poorly. bn_neural_mask() reorders the first and
+ *                        the last ranks itself, as many as have points at least this far apart on
+ *                        average, the way bn_void_and_cluster() does. Windows are not affected */
 BN_API bn_result bn_neural_open(const bn_neural_options *options, bn_neural **neural);
 
 /* Closes a network. NULL is allowed. */
@@ -149,10 +148,11 @@ BN_API uint32_t bn_neural_channels(const bn_neural *neural);
 /* ---- Masks and windows */
 
 /* Makes a mask of any extents: ranks[C][height][width], each channel a permutation. Quality is
- * promised from 16 x 16 texels on. Works in tiles: needs 24 bytes per texel and channel besides the
- * ranks, and a few megabytes per thread, with a GPU some tens. Errors: INVALID_ARGUMENT (a NULL, a zero extent),
- * SIZE_MISMATCH, OUT_OF_MEMORY (also for more than 2^31 - 1 texels), BAD_DATA (the network gave
- * numbers that are not finite), RUNTIME, CANCELLED. */
+ * promised from 16 x 16 texels on. Works in tiles: needs up to 24 bytes per texel and channel besides
+ * the ranks, and a few megabytes per thread, with a GPU some tens. Ranking, after the last tile,
+ * cannot be cancelled. Errors: INVALID_ARGUMENT (a NULL, a zero extent), SIZE_MISMATCH,
+ * OUT_OF_MEMORY (also for more than 2^31 - 1 texels), BAD_DATA (the network gave numbers that are
+ * not finite), RUNTIME, CANCELLED. */
 BN_API bn_result bn_neural_mask(const bn_neural *neural, uint32_t width, uint32_t height,
                                 uint64_t seed, uint32_t *ranks, size_t count);
 

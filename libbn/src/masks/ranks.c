@@ -2,11 +2,11 @@
  * Ranks of values and values of ranks.
  *
  * Floats become integers of the same order, the keys. Up to 2^16 keys are ranked by a radix sort of
- * their positions, from the least significant digit. More of them would fall out of the cache, so
- * the distribution of a sample divides them into buckets of about the same size (the idea of Kristo
- * et al., "The Case for a Learned Sorting Algorithm", 2020). Each bucket is ranked by that sort, and
- * every value fetches its rank from its bucket. All of this is linear and stable, so equal values
- * keep their order. Threads share the values first, then the buckets.
+ * their positions, least significant digit first. Larger inputs would fall out of the cache, so they
+ * are first divided into buckets of about the same size, by the distribution of a sample (the idea of
+ * Kristo et al., "The Case for a Learned Sorting Algorithm", 2020). Each bucket is ranked by that
+ * sort, and each value then reads its rank from its bucket. All of this is linear and stable, so
+ * equal values keep their order. Threads first share the values, then the buckets.
  *
  * Scratch memory per value: 14 bytes up to 2^16 values, 5 beyond, and up to 15 if most of them are so
  * close together that they share a bucket. */
@@ -17,7 +17,7 @@
 #include <string.h>
 
 enum {
-    BN_RANKS_CACHED = 1 << 16, /* as many are ranked without buckets, on one thread */
+    BN_RANKS_CACHED = 1 << 16, /* up to so many are ranked without buckets, on one thread */
     /* With fewer, a thread saves hardly more time than it takes to start. */
     BN_RANKS_PER_THREAD = 1 << 16,
     BN_RANKS_MOST_THREADS = 64,
@@ -29,8 +29,8 @@ enum {
     BN_DIGIT_LEAST_BITS = 6,
     BN_DIGIT_MOST_BITS = 11,
     BN_DIGIT_COUNTERS = 3 << BN_DIGIT_MOST_BITS, /* of 3 passes; shorter digits need fewer */
-    /* The hardware foresees a few streams of memory, but not one for each bucket: without these
-     * prefetches, 16 values (a cache line) ahead, a million values take half as long again. */
+    /* Hardware prefetchers follow a few streams, not one per bucket: without prefetching a cache line
+     * (16 values) ahead, a million values take half as long again. */
     BN_AHEAD = 16
 };
 
@@ -128,7 +128,7 @@ static int rank_keys(sorter *s, uint32_t *keys, size_t count, key_range range, u
         for (size_t i = 0; i < count; ++i) keys[i] = first + (uint32_t)i;
         return 1;
     }
-    /* Fewer counters than values. */
+    /* Short digits for few keys, so that clearing and summing the counters stays cheap. */
     uint32_t most = bit_length((uint32_t)count);
     most = most < BN_DIGIT_LEAST_BITS + 2  ? BN_DIGIT_LEAST_BITS
            : most > BN_DIGIT_MOST_BITS + 2 ? BN_DIGIT_MOST_BITS

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation of white noise by a few learned steps
+ * Relaxation of white noise by learned steps
  *
  *     v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1),
  *

@@ -24,11 +24,11 @@
 #include <string.h>
 
 enum {
-    /* The largest tiles are as large as squares of this extent; in measurements, larger ones fall out
-     * of the cache. */
+    /* The largest tiles have as many texels as a square of this extent: in measurements, larger ones
+     * fall out of the cache. */
     BN_TILE_EXTENT = 256,
-    /* So do models that hold more elements than this at once: for them, the extent is halved, down to
-     * the one below. */
+    /* So do tiles of models that hold more elements than this at once: for those, the extent is
+     * halved, down to BN_TILE_HALVED_EXTENT. */
     BN_CACHED_ELEMENTS = 3 << 22,
     BN_TILE_HALVED_EXTENT = 64,
     /* A GPU is only busy with large tiles: up to this extent, as long as the model holds at most so
@@ -139,7 +139,7 @@ static bn_result try_model(const bn_neural *n) {
     return result;
 }
 
-/* Chooses the largest tiles. */
+/* Chooses how many texels a tile may have. */
 static bn_result choose_most_texels(bn_neural *n, bn_provider provider, const void *bytes,
                                     size_t size) {
     const uint32_t margins = 2 * n->model.radius;
@@ -443,8 +443,8 @@ static BN_NOINLINE int thin_ends(const bn_neural *n, uint32_t width, uint32_t he
                         (size_t)width * height);
 }
 
-/* Orders the first and the last ranks of a mask, where points lie further apart than the network
- * sees. */
+/* Orders the first and the last ranks of a mask, whose points lie too far apart for the network to
+ * space them well. */
 static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
                             uint32_t *ranks) {
     if (n->model.sparse_spacing == 0) return BN_SUCCESS;
@@ -463,11 +463,10 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
     if (result != BN_SUCCESS) return result;
     const size_t texels = count / channels;
     float *values = bn_allocate(count, sizeof *values);
-    /* The ranks of all channels but the last, so that a failure leaves those of the caller
-     * unchanged. */
-    uint32_t *made = channels > 1 ? bn_allocate(count - texels, sizeof *made) : NULL;
+    /* A failure leaves the ranks of the caller unchanged. */
+    uint32_t *made = bn_allocate(count, sizeof *made);
     result = BN_ERROR_OUT_OF_MEMORY;
-    if (values != NULL && (made != NULL || channels == 1)) {
+    if (values != NULL && made != NULL) {
         image m = {.neural = n,
                    .seed = seed,
                    .width = width,
@@ -478,13 +477,11 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
         result = fill_image(&m);
     }
     for (uint32_t c = 0; c < channels && result == BN_SUCCESS; ++c) {
-        uint32_t *to = c + 1 < channels ? made + c * texels : ranks + c * texels;
+        uint32_t *to = made + c * texels;
         result = bn_ranks_on_threads(values + c * texels, texels, n->threads, to);
         if (result == BN_SUCCESS) result = order_ends(n, width, height, seed, to);
     }
-    if (result == BN_SUCCESS && channels > 1) {
-        memcpy(ranks, made, (count - texels) * sizeof *ranks);
-    }
+    if (result == BN_SUCCESS) memcpy(ranks, made, count * sizeof *ranks);
     bn_free(values);
     bn_free(made);
     return result;
