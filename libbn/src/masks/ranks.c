@@ -292,21 +292,21 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     if (index == 0) divide(r, range);
     bn_team_wait(team);
 
-    uint32_t *ends = r->ends[index];
+    uint32_t *mine = r->ends[index];
     uint8_t *buckets = r->bucket_of;
     const uint32_t least = r->least, cell_shift = r->cell_shift, *cells = r->cells;
-    memset(ends, 0, sizeof r->ends[index]);
+    memset(mine, 0, sizeof r->ends[index]);
     for (size_t i = begin; i < end; ++i) {
         const uint32_t to = bucket_of(cells, cell_shift, (uint32_t)key_at(values, i) - least);
         buckets[i] = (uint8_t)to;
-        ++ends[to];
+        ++mine[to];
     }
     bn_team_wait(team);
     if (index == 0) sum_counts(r, threads);
     bn_team_wait(team);
     uint32_t *keys = r->keys;
     for (size_t i = begin; i < end; ++i) {
-        const uint32_t at = ends[buckets[i]]++;
+        const uint32_t at = mine[buckets[i]]++;
         PREFETCH_WRITE(keys + at + BN_AHEAD);
         keys[at] = (uint32_t)key_at(values, i);
     }
@@ -326,7 +326,7 @@ static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     /* Backwards, each thread passes what it added to the buckets, from the last key to the first. */
     uint32_t *ranks = r->ranks;
     for (size_t i = end; i-- > begin;) {
-        const uint32_t at = --ends[buckets[i]];
+        const uint32_t at = --mine[buckets[i]];
         PREFETCH_READ(keys + at - BN_AHEAD);
         ranks[i] = keys[at];
     }
