@@ -258,7 +258,7 @@ CHOICES = {
     "relax": ("", "no", "1", "yes"),
     "network": ("", "yes", "1", "in practice"),
     "fast network": ("", "yes", "1", "in practice"),
-    "vector network": ("", "yes", "2", "in practice"),
+    "vector network": ("", "yes", "2", "no"),
     "anneal": ("1000 sweeps", "no", "1 to 4", "yes"),
 }
 CHOICE_SIZES = (64, 256, 1024, 2048)

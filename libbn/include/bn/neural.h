@@ -46,13 +46,14 @@
  * REPRODUCIBILITY
  *
  * Every seed and every machine gives equally good results. Only the noise that goes in is promised
- * to have the same bits everywhere. In practice the built-in networks do too, on any processor, with
- * any number of threads and for any window: they use only additions, subtractions, multiplications,
- * divisions, square roots, rounding down and comparisons, which IEEE 754 defines to the last bit. A
- * version of ONNX Runtime that fuses operations, a GPU, or a model with other operations can change
- * bits. On a processor, within one process, the number of threads and the extents of a window change
- * values by less than 1e-5; on a GPU, whose algorithms depend on its model and on the extents, that
- * bound is likely but not promised. */
+ * to have the same bits everywhere. In practice the built-in network of one channel does too, on any
+ * processor, with any number of threads and for any window: it uses only additions, subtractions,
+ * multiplications and comparisons, which IEEE 754 defines to the last bit. ONNX Runtime 1.17.3 and
+ * 1.31.1 agree. The network of two channels also divides and takes square roots, which the two
+ * versions round differently. A version that fuses operations, a GPU, or a model with other
+ * operations can change bits. On a processor, within one process, the number of threads and the
+ * extents of a window change values by less than 1e-5; on a GPU, whose algorithms depend on its model
+ * and on the extents, that bound is likely but not promised. */
 #ifndef BN_BN_NEURAL_H
 #define BN_BN_NEURAL_H
 
