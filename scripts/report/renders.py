@@ -4,7 +4,7 @@
 Renders views of every built-in scene with every sampler at 1 to 64 samples per pixel and several seeds, measures each
 picture against a reference and times progressive runs. Writes renders.md with its plots and renders_headline.csv to
 docs/report, and renders.html, renders.csv and a contact sheet to out/renders; with `--views` other than core,
-to subfolders named after the set. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run
+to subfolders named after the set, the text alone to docs/report. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run
 resumes, and a change to one sampler renders only that one again.
 """
 
@@ -55,10 +55,12 @@ def parse_options(arguments):
     parser.add_argument("--embree", metavar="PROGRAM", help="the path tracer of embree-tools (default: search PATH)")
     parser.set_defaults(out=None, pages=None)
     options = parser.parse_args(arguments)
-    # Other sets of views have reports of their own.
-    place = Path() if options.views == "core" else Path(options.views)
+    # Other sets of views have reports of their own, whose plots are not kept with the text.
+    core = options.views == "core"
+    place = Path() if core else Path(options.views)
     options.out = options.out or Path("docs/report") / place
     options.pages = options.pages or Path("out/renders") / place
+    options.plots = options.out if core else options.pages
     finish_options(parser, options, "renders", arguments)
     options.seeds = seeds_up_to(options.spp, options.seeds)
     return options
@@ -77,15 +79,15 @@ def run(arguments):
         (view, references[view], work.builds.key(view, "blue")) for view in first_views if view.scene in views.DIRECT])
     report = Report(options, cells, references, furnaces, times)
     # Write the text last, after the files it refers to.
-    renders_plots.draw_all(report, options.out, options.pages)
+    renders_plots.draw_all(report, options.plots, options.pages)
     write_text(options.pages / "renders.csv", cells.csv_text())
     write_text(options.pages / "renders.html", renders_page.html_page(report))
-    gains.write_rows(options.out / "renders_headline.csv", report.headline_rows())
+    gains.write_rows(options.plots / "renders_headline.csv", report.headline_rows())
     write_text(options.out / "renders.md", report.text())
     print(report.text())
     seconds = sum(reference.seconds for reference in references.values())
-    print(f"Written: {options.out}/renders.md, renders_headline.csv and plots; {options.pages}/renders.html, renders.csv and "
-          f"renders_pictures.png. References took {duration(seconds)} once.")
+    print(f"Written: {options.out}/renders.md; {options.plots}/renders_headline.csv and plots; {options.pages}/renders.html, "
+          f"renders.csv and renders_pictures.png. References took {duration(seconds)} once.")
 
 
 def main(arguments=None):

@@ -281,7 +281,7 @@ class Report:
                 shares = self.seconds_shares(label)
                 means.append(f"**{math.exp(statistics.mean(map(math.log, shares))):.3f}**" if shares else "")
             rows.append(["**geometric mean of the ratios to white**", "", *means])
-            parts += [md_table(["scene", "error", *labels], rows), "", "![Error against seconds](renders_time.png)", ""]
+            parts += [md_table(["scene", "error", *labels], rows), "", *self.plot("Error against seconds", "renders_time.png")]
         parts += ["### Time spent sampling", "",
                   f"The share of `cornell`'s render time that is spent drawing samples, {TIMED_NOTE}.", "",
                   md_table(["sampler", "share"], [[label, f"{100 * share:.1f} %"] for label, share in times["shares"].items()])
@@ -341,6 +341,10 @@ class Report:
                 f"count: as displayed, {best['displayed_2.1']} samples per pixel; by RMSE, {best['rmse_2.1']}. *{BEST_PEER_EACH}* picks "
                 "the best of the three for each view with hindsight, which favours OpenQMC.")
 
+    def plot(self, title, name):
+        """Lines that show a plot, where the plots lie beside the text."""
+        return [f"![{title}]({name})", ""] if self.options.plots == self.options.out else []
+
     def text(self):
         options = self.options
         seeds = ", ".join(f"{count} at {spp}" for spp, count in options.seeds.items())
@@ -365,18 +369,19 @@ class Report:
             if "blue" in self.labels:
                 parts += [f"### blue, {measure_name(measure)}", "",
                           gain_table(self.gains, self.counts, self.gains.thans(), measure), ""]
-        parts += [self.peers_text(), "", "![Error reduction over white noise](renders_gain.png)", "",
+        parts += [self.peers_text(), "", *self.plot("Error reduction over white noise", "renders_gain.png"),
                   "## The error measures", "", *(f"- {text}" for text in WHAT_FOR.values()), "",
                   "## Spread over views", "",
                   "The geometric mean over a scene's views, followed by the smallest and the largest.", ""]
         for measure in HEADLINE_MEASURES:
             for than in self.gains.thans()[:3]:
                 parts += [f"### {than} / blue, {measure_name(measure)}", "", self.spread_table(than, measure), ""]
-        parts += ["![Every view](renders_views.png)", "",
+        parts += [*self.plot("Every view", "renders_views.png"),
                   "## Targets", "", md_table(["what", "target", "measured", ""], [list(row) for row in self.aims()]), "",
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and views.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
-        parts += ["## Spectra of the error", "", "![Spectra](renders_spectra.png)", "",
+        spectra = self.plot("Spectra", "renders_spectra.png")
+        parts += [*(["## Spectra of the error", "", *spectra] if spectra else []),
                   "## Never worse than sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.z_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",

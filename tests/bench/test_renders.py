@@ -142,7 +142,7 @@ def made_up(blue, seeds=8, own=0.0):
     """A report on one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
     rng, (view, _) = np.random.default_rng(11), views.chosen("core", ("cornell",), (16, 16))
     labels = ("white", "sobol", "blue")
-    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(16, 16), views="core", reference_spp=64,
+    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(16, 16), views="core", out="o", plots="o", reference_spp=64,
                                     command="scripts/bench renders")
     reference = judge.Reference(Path(), np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 1e-5, 0.0, 64, 1.0)
     results = {}
@@ -174,6 +174,13 @@ def test_what_misses_its_aim_is_said():
     assert report.worse_text().count("| worse |") == 2 * 3
 
 
+def test_plots_that_lie_elsewhere_are_not_shown():
+    report = made_up(0.25)
+    assert report.text().count("![") >= 3 and "## Spectra" in report.text()
+    report.options.plots = "elsewhere"
+    assert "![" not in report.text() and "## Spectra" not in report.text()
+
+
 def test_one_seed_is_no_evidence():
     report = made_up(0.6, seeds=1)
     assert "more than one seed" in report.worse_text() and "more than one seed" in report.z_text()
@@ -194,11 +201,11 @@ def test_bad_options(words, said, capsys):
 def test_sets_of_views_have_folders_of_their_own():
     def places(*words):
         options = renders.parse_options(words)
-        return [path.as_posix() for path in (options.out, options.pages)]
+        return [path.as_posix() for path in (options.out, options.plots, options.pages)]
 
-    assert places() == ["docs/report", "out/renders"]
-    assert places("--views", "held-out") == ["docs/report/held-out", "out/renders/held-out"]
-    assert places("--views", "held-out", "--out", "a", "--pages", "b") == ["a", "b"]
+    assert places() == ["docs/report", "docs/report", "out/renders"]
+    assert places("--views", "held-out") == ["docs/report/held-out", "out/renders/held-out", "out/renders/held-out"]
+    assert places("--views", "held-out", "--out", "a", "--pages", "b") == ["a", "b", "b"]
 
 
 def test_missing_program(tmp_path):
