@@ -3,9 +3,9 @@
 
 Renders views of every built-in scene with every sampler at 1 to 64 samples per pixel and several seeds, measures each
 picture against a reference and times progressive runs. Writes renders.md with its plots and renders_headline.csv to
-docs/report, and renders.html, renders.csv and a contact sheet to out/renders; with `--views` other than core,
-to subfolders named after the set, the text alone to docs/report. References and results are cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run
-resumes, and a change to one sampler renders only that one again.
+docs/report, and renders.html, renders.csv and a contact sheet to out/renders. With `--views` other than core, both folders
+have a subfolder named after the set, and docs/report has the text alone. References and results are cached in
+~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
 import argparse
