@@ -159,33 +159,36 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
-    BN_UINT place, block; /* the words that hold the pixel's digits */
-    BN_UINT low01, low23; /* the lower 16 digits, the pixel's own: a half-word each */
-    BN_UINT shuffle;      /* of the index: the same for all members of a family */
-    BN_UINT member;       /* of the family, times two */
-    BN_UINT reflect;      /* four bits: which coordinates are reflected */
+    BN_UINT place, block;   /* the words that hold the upper 16 digits of the pixel */
+    BN_UINT keys01, keys23; /* what the domain adds to them, from the fourth digit on */
+    BN_UINT low01, low23;   /* the lower 16 digits, random: as in all these, a half-word each */
+    BN_UINT shuffle;        /* of the index: the same for all members of a family */
+    BN_UINT member;         /* of the family, times two */
 };
 
 BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
     bn_blue_pixel pixel;
     BN_UINT member = (domain >> 29u) & 6u;
+    pixel.member = member;
     /* The family: its four members differ only in the upper two bits of the domain. The upper half
      * of a 64-bit product depends on every bit of it. */
     BN_UINT family = (domain << 2u) ^ BN_WORD(BN_SEED_AT);
     family = BN_MULTIPLY_HIGH(family, 0x7f4a7c15u) + family * 0x9e3779b9u + BN_WORD(BN_SEED_AT + 1u);
+    /* The order of the samples: one for 32 x 32 pixels, so that samples in the middle of an octave
+     * are as blue as the first ones. */
+    pixel.shuffle = bn_hash32((x >> 5u) + (y >> 5u) * 0x9e3779b1u) + family;
     /* The tile, reflected and shifted. */
     BN_UINT column = ((x ^ (0u - (family >> 16u & 1u))) + (family >> 26u)) & 63u;
     BN_UINT row = ((y ^ (0u - (family >> 17u & 1u))) + (family >> 20u)) & 63u;
     BN_UINT places = BN_WORD(BN_PIXELS_AT + row * 64u + column);
     pixel.place = BN_PLACES_AT + (places >> (4u * member) & 255u) + member;
     pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
-    BN_UINT position = bn_hash32(x + y * 0x9e3779b1u);
-    BN_UINT low = (position ^ family) * 0x21f0aaadu + member * 0x85ebca6bu;
+    BN_UINT keys = (family ^ (family >> 15u)) * (0x21f0aaadu + member * 0x5851f42du);
+    pixel.keys01 = keys & 0x1fff1fffu;
+    pixel.keys23 = keys >> 3u & 0x1fff1fffu;
+    BN_UINT low = (bn_hash32(x + y * 0x9e3779b1u) ^ family) * 0x21f0aaadu + member * 0x85ebca6bu;
     pixel.low01 = low ^ (low >> 15u);
     pixel.low23 = pixel.low01 * 0xd35a2d97u;
-    pixel.shuffle = position + family;
-    pixel.member = member;
-    pixel.reflect = family >> (2u * member) & 15u;
     return pixel;
 }
 
@@ -209,15 +212,11 @@ BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UI
     return reversed ^ reversed * (shuffle << 1u) ^ ((shuffle * flip) & 0x80000000u);
 }
 
-BN_FUNCTION BN_UINT bn_draw_reflected(BN_UINT v, BN_UINT reflect) {
-    return v ^ (0u - (reflect & 1u));
-}
-
 BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index) {
     BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
     bn_uint4 v = BN_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u);
     bn_uint4 place = BN_ROW(pixel.place), block = BN_ROW(pixel.block);
-    BN_UINT high01 = place.x ^ block.x, high23 = place.y ^ block.y;
+    BN_UINT high01 = place.x ^ block.x ^ pixel.keys01, high23 = place.y ^ block.y ^ pixel.keys23;
     v.x ^= high01 << 16u | (pixel.low01 & 0xffffu);
     v.y ^= (high01 & 0xffff0000u) | pixel.low01 >> 16u;
     v.z ^= high23 << 16u | (pixel.low23 & 0xffffu);
@@ -232,10 +231,6 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
         v.w ^= row.w & picked;
         later += 16u;
     }
-    v.x = bn_draw_reflected(v.x, pixel.reflect);
-    v.y = bn_draw_reflected(v.y, pixel.reflect >> 1u);
-    v.z = bn_draw_reflected(v.z, pixel.reflect >> 2u);
-    v.w = bn_draw_reflected(v.w, pixel.reflect >> 3u);
     return v;
 }
 

@@ -64,7 +64,7 @@ extern "C" {
 #endif
 
 /* Increases with every change of the tables or of the values drawn from them. */
-#define BN_DRAW_TABLE_VERSION 4u
+#define BN_DRAW_TABLE_VERSION 5u
 
 /* ---- The text that shaders share */
 
@@ -134,7 +134,6 @@ typedef struct bn_draw_table {
     int32_t kind;          /* BN_SAMPLER_... */
     uint32_t blue_indices; /* 256 when kind is BLUE, else 0 */
     uint32_t reserved;
-    uint32_t reflections[16][4]; /* as bit masks; aligned to 16 bytes */
     /* For the first 256 indices: the bit-reversed index, and bn_draw_flip() of the index. */
     struct {
         uint32_t reversed, flip;
@@ -161,14 +160,14 @@ static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_bl
         bn_draw_blue_digits(pixel->shuffle, table->index[index].reversed, table->index[index].flip);
     const uint32_t *point =
         table->words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
-    __m128i high = _mm_xor_si128(bn_draw_load_pair(table->words + pixel->place),
-                                 bn_draw_load_pair(table->words + pixel->block));
+    __m128i high = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->keys01),
+                                      _mm_cvtsi32_si128((int)pixel->keys23));
+    high = _mm_xor_si128(high, _mm_xor_si128(bn_draw_load_pair(table->words + pixel->place),
+                                             bn_draw_load_pair(table->words + pixel->block)));
     __m128i low = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->low01),
                                      _mm_cvtsi32_si128((int)pixel->low23));
-    __m128i v = _mm_xor_si128(_mm_unpacklo_epi16(low, high),
-                              _mm_loadu_si128((const __m128i *)(const void *)point));
-    return _mm_xor_si128(
-        v, _mm_load_si128((const __m128i *)(const void *)table->reflections[pixel->reflect]));
+    return _mm_xor_si128(_mm_unpacklo_epi16(low, high),
+                         _mm_loadu_si128((const __m128i *)(const void *)point));
 }
 
 #endif

@@ -3,13 +3,8 @@
  * member of a family, the vectors of digits that the bits of an index and of a label contribute.
  * Takes microseconds. */
 #include "sampler/blue_tables.h"
-#include <stddef.h>
 
 extern const uint32_t bn_data_blue[];
-
-/* bn_draw.h loads reflections with an aligned load. */
-_Static_assert(offsetof(bn_sampler, table) % 16 == 0, "alignment");
-_Static_assert(offsetof(bn_draw_table, reflections) % 16 == 0, "alignment");
 
 enum {
     PIXELS = 64 * 64,
@@ -84,8 +79,5 @@ void bn_blue_tables_fill(bn_sampler *sampler, int32_t kind, uint64_t seed_key) {
     for (uint32_t i = 0; i < 256u; ++i) {
         table->index[i].reversed = bn_reverse_bits(i);
         table->index[i].flip = bn_draw_flip(i);
-    }
-    for (uint32_t i = 0; i < 16u; ++i) {
-        for (uint32_t d = 0; d < 4u; ++d) table->reflections[i][d] = 0u - (i >> d & 1u);
     }
 }
