@@ -117,16 +117,29 @@ typedef struct {
     int stride, used;
 } error_matrix;
 
-static void put_errors(float *out, const uint64_t *bits, int levels, double mean) {
+static int bit_count(uint64_t v) {
+    v = v - ((v >> 1) & 0x5555555555555555u);
+    v = (v & 0x3333333333333333u) + ((v >> 2) & 0x3333333333333333u);
+    v = (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (int)(v * 0x0101010101010101u >> 56);
+}
+
+/* At powers of two, then at `partials` counts between them. */
+static void put_errors(float *out, const uint64_t *bits, int levels, int partials,
+                       const bake_sample_order *order, double mean) {
     int counts[LEVELS];
     bake_prefix_counts(bits, levels, counts);
     for (int l = 0; l < levels; ++l) out[l] = (float)(counts[l] / (double)(1 << l) - mean);
+    for (int c = 0; c < partials; ++c) {
+        int inside = bit_count(bits[0] & order->mask[c]);
+        out[levels + c] = (float)(inside / (double)bake_partial_count[c] - mean);
+    }
 }
 
 /* Scales columns first to used - 1, levels innermost, so that the squares of each level have the
  * mean weight[level] over labels, summed over integrands. */
 static void weigh(error_matrix *m, int count, int first, int levels, const double *weight) {
-    double square[LEVELS] = {0};
+    double square[LEVELS + PARTIALS] = {0};
     for (int i = 0; i < count; ++i) {
         const float *row = m->rows + (size_t)i * m->stride;
         for (int j = first; j < m->used; ++j) square[(j - first) % levels] += row[j] * row[j];
@@ -138,36 +151,80 @@ static void weigh(error_matrix *m, int count, int first, int levels, const doubl
     }
 }
 
-/* Planes for pair 0 and 1, and which of both an integrand is the product of. */
+/* Planes for pair 0 and 1, and which of both an integrand is the product of. With a width, a Gaussian
+ * bump of this width at a place instead. */
 typedef struct {
     bake_plane plane[2];
     int uses; /* 1, 2 or 3 for both */
+    float width, x, y;
 } label_integrand;
 
-static void add_integrands(error_matrix *m, const bake_pair pairs[2], const label_integrand *list,
-                           int n, const double *weight) {
-    float x[2][POINTS], y[2][POINTS];
-    int first = m->used;
-    m->used += n * LEVELS;
-    for (int label = 0; label < PIXELS; ++label) {
-        float *row = m->rows + (size_t)label * m->stride + first;
-        for (int k = 0; k < 2; ++k) {
-            bake_pair_points(&pairs[k], (uint32_t)label, 0x80008000u, POINTS, x[k], y[k]);
-        }
-        for (int f = 0; f < n; ++f) {
-            uint64_t bits[4] = {~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0};
-            double mean = 1;
-            for (int k = 0; k < 2; ++k) {
-                uint64_t one[4];
-                if ((list[f].uses >> k & 1) == 0) continue;
-                bake_plane_bits(&list[f].plane[k], x[k], y[k], POINTS, one);
-                for (int w = 0; w < 4; ++w) bits[w] &= one[w];
-                mean *= list[f].plane[k].mean;
-            }
-            put_errors(row + f * LEVELS, bits, LEVELS, mean);
+/* The errors of a bump at all counts. Its mean is that of its samples over all labels. */
+static void put_bump(float *out, const label_integrand *f, const float *x, const float *y,
+                     int partials, const bake_sample_order *order) {
+    float value[POINTS], sum = 0, partial[PARTIALS] = {0};
+    for (int i = 0; i < POINTS; ++i) {
+        float dx = x[i] - f->x, dy = y[i] - f->y;
+        value[i] = expf(-(dx * dx + dy * dy) / (2 * f->width * f->width));
+    }
+    for (int i = 0, l = 0; i < POINTS; ++i) {
+        sum += value[i];
+        if ((i & (i + 1)) == 0) out[l++] = sum / (float)(i + 1);
+    }
+    for (int i = 0; i < 64; ++i) {
+        for (int c = 0; c < partials; ++c) {
+            if (order->mask[c] >> i & 1u) partial[c] += value[i];
         }
     }
-    weigh(m, PIXELS, first, LEVELS, weight);
+    for (int c = 0; c < partials; ++c) out[LEVELS + c] = partial[c] / (float)bake_partial_count[c];
+}
+
+/* Subtracts the mean of every column. */
+static void centre(error_matrix *m, int first) {
+    for (int j = first; j < m->used; ++j) {
+        double mean = 0;
+        for (int i = 0; i < PIXELS; ++i) mean += m->rows[(size_t)i * m->stride + j];
+        for (int i = 0; i < PIXELS; ++i) m->rows[(size_t)i * m->stride + j] -= (float)(mean / PIXELS);
+    }
+}
+
+/* Groups of integrands share a domain: the random digits of its coordinates, and its order. */
+static void add_integrands(error_matrix *m, const bake_pair pairs[2], const label_integrand *list,
+                           int n, int partials, const double *weight, bake_random *r) {
+    enum { GROUP = 8 };
+    float x[2][POINTS], y[2][POINTS];
+    int first = m->used, columns = LEVELS + partials;
+    m->used += n * columns;
+    for (int from = 0; from < n; from += GROUP) {
+        int to = from + GROUP < n ? from + GROUP : n;
+        bake_key key[2] = {bake_key_make(r), bake_key_make(r)};
+        bake_sample_order order = bake_sample_order_make(r);
+        for (int label = 0; label < PIXELS; ++label) {
+            float *row = m->rows + (size_t)label * m->stride + first;
+            for (int k = 0; k < 2; ++k) {
+                bake_pair_points(&pairs[k], (uint32_t)label, key[k], POINTS, x[k], y[k]);
+            }
+            for (int f = from; f < to; ++f) {
+                uint64_t bits[4] = {~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0, ~(uint64_t)0};
+                double mean = 1;
+                if (list[f].width > 0) {
+                    int k = list[f].uses - 1;
+                    put_bump(row + f * columns, &list[f], x[k], y[k], partials, &order);
+                    continue;
+                }
+                for (int k = 0; k < 2; ++k) {
+                    uint64_t one[4];
+                    if ((list[f].uses >> k & 1) == 0) continue;
+                    bake_plane_bits(&list[f].plane[k], x[k], y[k], POINTS, one);
+                    for (int w = 0; w < 4; ++w) bits[w] &= one[w];
+                    mean *= list[f].plane[k].mean;
+                }
+                put_errors(row + f * columns, bits, LEVELS, partials, &order, mean);
+            }
+        }
+    }
+    if (list[0].width > 0) centre(m, first);
+    weigh(m, PIXELS, first, columns, weight);
 }
 
 /* A share of the full number for a small effort, never more. */
@@ -179,16 +236,23 @@ static int fewer(const bake_options *options, int full, int least) {
 
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what) {
-    static const double plane_weight[LEVELS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5},
-                        product_weight[LEVELS] = {1.1, 1.1, 1.1, 1.2, 1, 1, 1, .5, .4},
+    /* At 1, 2, 4 ... 256 samples, then at the counts between. */
+    static const double plane_weight[LEVELS + PARTIALS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3,
+                                                           1.3, .6,  .5,  .8,  .7,  .7,
+                                                           .5,  .6,  .5,  .6,  .4,  .5},
+                        product_weight[LEVELS + PARTIALS] = {1.1, 1.1, 1.1, 1.2, 1,  1,
+                                                             1,   .5,  .4,  .5,  .4, .4,
+                                                             .3,  .4,  .3,  .4,  .3, .3},
+                        bump_weight[LEVELS + PARTIALS] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
+                                                          .3, .3, .3, .2, .2, .2, .2, .1, .1},
                         step_weight[LEVELS] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3},
                         axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     enum { MOST = 160 };
     static label_integrand list[MOST];
     static bake_pair pairs[2];
     int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
-    int steps = fewer(options, 48, 8), axes = fewer(options, 20, 4);
-    int own = (2 * planes + both) * LEVELS;
+    int bumps = fewer(options, 32, 8), steps = fewer(options, 48, 8), axes = fewer(options, 20, 4);
+    int own = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
     error_matrix m = {NULL,
                       what == FEATURES_OWN    ? own
                       : what == FEATURES_AXES ? (member == 0 ? 2 : 4) * axes * LEVELS
@@ -197,6 +261,7 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
     m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
     for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], &table->member[member], k);
     bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 8 + what));
+    memset(list, 0, sizeof list);
     if (what == FEATURES_OWN) {
         for (int kind = 1; kind <= 3; ++kind) {
             int n = kind < 3 ? planes : both;
@@ -206,7 +271,17 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
                 list[i].plane[0] = bake_plane_make(&r, kind == 2 ? bake_random_double(&r) : turns);
                 list[i].plane[1] = bake_plane_make(&r, kind == 2 ? turns : bake_random_double(&r));
             }
-            add_integrands(&m, pairs, list, n, kind < 3 ? plane_weight : product_weight);
+            add_integrands(&m, pairs, list, n, PARTIALS, kind < 3 ? plane_weight : product_weight,
+                           &r);
+        }
+        for (int pair = 0; pair < 2; ++pair) {
+            for (int i = 0; i < bumps; ++i) {
+                list[i].uses = 1 << pair;
+                list[i].width = (float)(0.12 + 0.3 * bake_random_double(&r));
+                list[i].x = (float)bake_random_double(&r);
+                list[i].y = (float)bake_random_double(&r);
+            }
+            add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
         }
     } else {
         int n = what == FEATURES_AXES ? axes : steps;
@@ -220,8 +295,8 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
                     list[i].uses = 1 << pair;
                     list[i].plane[pair] = bake_plane_step(d, (i + bake_random_double(&r)) / n);
                 }
-                add_integrands(&m, pairs, list, n,
-                               what == FEATURES_AXES ? axes_weight : step_weight);
+                add_integrands(&m, pairs, list, n, 0,
+                               what == FEATURES_AXES ? axes_weight : step_weight, &r);
             }
         }
     }
@@ -234,8 +309,11 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
 
 void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
                           int first, int second) {
-    enum { FEW_LEVELS = 7, MOST = 40, PLACES = BLOCKS * 16 * 16 };
-    static const double weight[FEW_LEVELS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1};
+    /* Of the counts between powers of two, the first few. */
+    enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40, PLACES = BLOCKS * 16 * 16 };
+    enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
+    static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1,  1,  1,
+                                           .5,  .4,  .4,  .3,  .3, .3, .3};
     static bake_plane plane[2][MOST];
     static bake_pair pairs[2];
     int n = fewer(options, MOST, 5) / 5 * 5;
@@ -247,18 +325,23 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         bits[side] = bake_allocate((size_t)PIXELS * MOST, sizeof *bits[side]);
         for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], v, k);
         for (int i = 0; i < n; ++i) plane[side][i] = bake_plane_make(&r, bake_random_double(&r));
-        for (int label = 0; label < PIXELS; ++label) {
-            for (int k = 0; k < 2; ++k) {
-                bake_pair_points(&pairs[k], (uint32_t)label, 0x80008000u, 64, x[k], y[k]);
-            }
-            for (int i = 0; i < n; ++i) {
-                /* Two in five are of both first pairs. */
-                int pairing = i % 5 % 4, k = side == 0 ? pairing & 1 : pairing >> 1;
-                bake_plane_bits(&plane[side][i], x[k], y[k], 64, &bits[side][label * MOST + i]);
+        /* Two in five are of both first pairs. Every five are in a domain of their own. */
+        for (int from = 0; from < n; from += 5) {
+            bake_key key[2] = {bake_key_make(&r), bake_key_make(&r)};
+            for (int label = 0; label < PIXELS; ++label) {
+                for (int k = 0; k < 2; ++k) {
+                    bake_pair_points(&pairs[k], (uint32_t)label, key[k], 64, x[k], y[k]);
+                }
+                for (int i = from; i < from + 5; ++i) {
+                    int pairing = i % 5 % 4, k = side == 0 ? pairing & 1 : pairing >> 1;
+                    bake_plane_bits(&plane[side][i], x[k], y[k], 64, &bits[side][label * MOST + i]);
+                }
             }
         }
     }
-    error_matrix m = {NULL, n * FEW_LEVELS, n * FEW_LEVELS};
+    bake_sample_order order[MOST / 5];
+    for (int i = 0; i < n / 5; ++i) order[i] = bake_sample_order_make(&r);
+    error_matrix m = {NULL, n * COLUMNS, n * COLUMNS};
     m.rows = bake_allocate((size_t)PLACES * m.stride, sizeof *m.rows);
     for (int c = 0; c < PLACES; ++c) {
         int block = c >> 8;
@@ -266,11 +349,11 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         const uint64_t *b = bits[1] + (block << 4 | (c & 15)) * MOST;
         for (int i = 0; i < n; ++i) {
             uint64_t both = a[i] & b[i];
-            put_errors(m.rows + (size_t)c * m.stride + i * FEW_LEVELS, &both, FEW_LEVELS,
-                       plane[0][i].mean * plane[1][i].mean);
+            put_errors(m.rows + (size_t)c * m.stride + i * COLUMNS, &both, FEW_LEVELS, FEW_PARTIALS,
+                       &order[i / 5], plane[0][i].mean * plane[1][i].mean);
         }
     }
-    weigh(&m, PLACES, 0, FEW_LEVELS, weight);
+    weigh(&m, PLACES, 0, COLUMNS, weight);
     f->width = fewer(options, 112, 32) / LANES * LANES;
     f->rows = bake_allocate((size_t)PLACES * f->width, sizeof *f->rows);
     project(m.rows, PLACES, 5, m.stride, f->width, f->rows);

@@ -124,6 +124,7 @@ typedef struct {
     uint64_t earlier[MEMBERS][4][PLANES][PIXEL_COUNT];
     double independent[4][PLANES][FEW_LEVELS];
     bake_pair pair[2];
+    bake_key key[MEMBERS][2];
 } products;
 
 static void errors_of(const uint64_t *a, const uint64_t *b, double mean,
@@ -145,8 +146,9 @@ static void products_of_member(products *s, const pole_vectors *v, const uint16_
     for (int p = 0; p < PIXEL_COUNT; ++p) {
         for (int k = 0; k < 2; ++k) {
             float x[64], y[64];
-            uint32_t below = (uint32_t)bake_mix((uint64_t)((p * MEMBERS + member) * 2 + k));
-            bake_pair_points(&s->pair[k], label[p / CORNER * SIDE + p % CORNER], below, 64, x, y);
+            bake_key key = bake_key_of_pixel(s->key[member][k],
+                                             (uint64_t)((p * MEMBERS + member) * 2 + k));
+            bake_pair_points(&s->pair[k], label[p / CORNER * SIDE + p % CORNER], key, 64, x, y);
             for (int pairing = 0; pairing < 4; ++pairing) {
                 if ((side == 0 ? pairing & 1 : pairing >> 1) != k) continue;
                 for (int f = 0; f < planes; ++f) {
@@ -182,6 +184,7 @@ static void products_begin(products *s, const bake_table *table, int member, bak
             }
         }
     }
+    for (int a = 0; a < 2 * MEMBERS; ++a) s->key[a / 2][a % 2] = bake_key_make(r);
     for (int a = 0; a < member; ++a) {
         products_of_member(s, &table->member[a], table->label[a], a, 0, planes, s->earlier[a]);
     }

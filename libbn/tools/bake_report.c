@@ -21,9 +21,15 @@ typedef struct {
 typedef struct {
     bake_pair pair[MEMBERS][2];
     const bake_table *table;
+    bake_key key[MEMBERS][2]; /* of a domain: other ones for each integrand */
     plane_bits first, second;
     float error[LEVELS][PIXELS], image[PIXELS];
 } judge;
+
+static void new_domain(judge *j, int integrand) {
+    bake_random r = bake_random_make(20001, 9, (uint64_t)integrand);
+    for (int k = 0; k < 2 * MEMBERS; ++k) j->key[k / 2][k % 2] = bake_key_make(&r);
+}
 
 /* Pair `pair` of a member, or of the baseline. */
 static void plane_of(judge *j, int member, int pair, const bake_plane *plane, plane_bits out) {
@@ -32,8 +38,9 @@ static void plane_of(judge *j, int member, int pair, const bake_plane *plane, pl
         if (member == SOBOL) {
             bake_sobol_points(p, 5 + (uint32_t)pair, POINTS, x, y);
         } else {
-            uint32_t below = (uint32_t)bake_mix((uint64_t)(p * 8 + member * 2 + pair) + 1000003);
-            bake_pair_points(&j->pair[member][pair], j->table->label[member][p], below, POINTS, x,
+            bake_key key = bake_key_of_pixel(j->key[member][pair],
+                                             (uint64_t)(p * 8 + member * 2 + pair) + 1000003);
+            bake_pair_points(&j->pair[member][pair], j->table->label[member][p], key, POINTS, x,
                              y);
         }
         bake_plane_bits(plane, x, y, POINTS, out[p]);
@@ -82,6 +89,7 @@ static void planes_and_products(judge *j) {
     bake_random r = bake_random_make(20001, 0, 0);
     char name[40];
     for (int f = 0; f < TESTS; ++f) {
+        new_domain(j, f);
         bake_plane one = bake_plane_make(&r, (f + 0.5) / TESTS);
         bake_plane two = bake_plane_make(&r, bake_random_double(&r));
         for (int a = 0; a <= MEMBERS; ++a) {
@@ -134,6 +142,7 @@ static void leaning_edges(judge *j) {
     double mean[LEVELS] = {0}, raw[LEVELS] = {0}, worst[LEVELS] = {0};
     bake_random r = bake_random_make(20001, 3, 0);
     for (int f = 0; f < TESTS; ++f) {
+        new_domain(j, f);
         double slope = 0.03 * pow(0.1 / 0.03, (f + 0.5) / TESTS);
         double turns = atan((f & 2) != 0 ? slope : -slope) / 6.283185307179586;
         bake_plane plane = bake_plane_make(&r, turns + 0.25 * (f & 1));
@@ -161,6 +170,7 @@ static void products_of_members(judge *j, int a, int b, measure *m) {
     bake_random r = bake_random_make(20001, 1, 0);
     memset(m, 0, sizeof *m);
     for (int f = 0; f < TESTS; ++f) {
+        new_domain(j, f);
         bake_plane one = bake_plane_make(&r, (f + 0.5) / TESTS);
         bake_plane two = bake_plane_make(&r, bake_random_double(&r));
         plane_of(j, a, a == SOBOL ? 0 : f & 1, &one, j->first);
@@ -196,6 +206,7 @@ static void steps(judge *j) {
     measure table = {{0}, {0}}, sobol = {{0}, {0}};
     bake_random r = bake_random_make(20001, 2, 0);
     for (int f = 0; f < TESTS; ++f) {
+        new_domain(j, f);
         bake_plane plane = bake_plane_step(f & 1, (f + bake_random_double(&r)) / TESTS);
         for (int member = 0; member <= SOBOL; member += SOBOL) {
             plane_of(j, member, 0, &plane, j->first);
@@ -208,6 +219,7 @@ static void steps(judge *j) {
         double across[LEVELS] = {0}, along[LEVELS] = {0}, ratio[LEVELS];
         char name[40];
         for (int f = 0; f < TESTS; ++f) {
+            new_domain(j, f);
             bake_plane plane = bake_plane_step(f & 1, (f + bake_random_double(&r)) / TESTS);
             plane_of(j, k / 2, k % 2, &plane, j->first);
             errors_of(j, plane.mean);
@@ -221,6 +233,29 @@ static void steps(judge *j) {
         for (int l = 0; l < LEVELS; ++l) ratio[l] = across[l] / along[l];
         snprintf(name, sizeof name, "axes of member %d, pair %d", k / 2, k % 2);
         print_row(name, ratio, NULL);
+    }
+}
+
+/* Waves, bumps, ramps and their products, in single pixels. */
+static void smooth(const bake_table *table) {
+    static const char *const kinds[BAKE_SMOOTH_KINDS] = {
+        "smooth, one dimension", "smooth, a pair", "smooth, across pairs", "smooth, (0) with (2,3)",
+        "smooth, four dimensions"};
+    static double mean[MEMBERS][BAKE_SMOOTH_KINDS][LEVELS], worst[MEMBERS][LEVELS];
+    for (int a = 0; a < MEMBERS; ++a) bake_smooth_ratios(&table->member[a], mean[a], worst[a]);
+    for (int k = 0; k <= BAKE_SMOOTH_KINDS; ++k) {
+        double row[LEVELS] = {0};
+        for (int a = 0; a < MEMBERS; ++a) {
+            for (int l = 0; l < LEVELS; ++l) {
+                if (k == BAKE_SMOOTH_KINDS) {
+                    row[l] = fmax(row[l], worst[a][l]);
+                } else {
+                    row[l] += log(mean[a][k][l]) / MEMBERS;
+                }
+            }
+        }
+        for (int l = 0; l < LEVELS && k < BAKE_SMOOTH_KINDS; ++l) row[l] = exp(row[l]);
+        print_row(k < BAKE_SMOOTH_KINDS ? kinds[k] : "one dimension, the worst", row, NULL);
     }
 }
 
@@ -239,5 +274,6 @@ void bake_report(const bake_table *table) {
     leaning_edges(j);
     members(j);
     steps(j);
+    smooth(table);
     free(j);
 }

@@ -14,16 +14,20 @@
 
 enum { CORNER = 32, PLANES = 160, FEW_LEVELS = 7 };
 
-typedef struct {
+/* Every fourth plane shares the random digits of a domain. */
+enum { KEYS = 4 };
+
+struct bake_planes {
     bake_plane plane[PLANES];
+    bake_key key[KEYS];
     double independent[LEVELS][PLANES];
     float sobol[CORNER * CORNER][2][POINTS];
     bake_pair pair;
     float error[LEVELS][PLANES][CORNER * CORNER];
-} scrambling;
+};
 
 /* The mean error of independent Sobol' pixels. */
-static void measure_independent(scrambling *s, int planes) {
+static void measure_independent(bake_planes *s, int planes) {
     static float error[LEVELS][CORNER * CORNER];
     for (int f = 0; f < planes; ++f) {
         for (int p = 0; p < CORNER * CORNER; ++p) {
@@ -41,19 +45,22 @@ static void measure_independent(scrambling *s, int planes) {
     }
 }
 
-static void measure(scrambling *s, const pole_vectors *v, int which, const uint16_t *label,
-                    int planes, int levels, double *blurred, double *raw) {
+void bake_planes_measure(bake_planes *s, const pole_vectors *v, int which, const uint16_t *label,
+                         int planes, int levels, double *blurred, double *raw) {
     static float image[CORNER * CORNER];
     bake_pair_make(&s->pair, v, which);
     for (int p = 0; p < CORNER * CORNER; ++p) {
-        float x[POINTS], y[POINTS];
+        float x[KEYS][POINTS], y[KEYS][POINTS];
         int points = levels > FEW_LEVELS ? POINTS : 64;
-        uint32_t below = (uint32_t)bake_mix((uint64_t)(2 * p + which));
-        bake_pair_points(&s->pair, label[p / CORNER * SIDE + p % CORNER], below, points, x, y);
+        for (int k = 0; k < KEYS; ++k) {
+            bake_key key = bake_key_of_pixel(s->key[k], (uint64_t)(2 * p + which));
+            bake_pair_points(&s->pair, label[p / CORNER * SIDE + p % CORNER], key, points, x[k],
+                             y[k]);
+        }
         for (int f = 0; f < planes; ++f) {
             uint64_t bits[4];
             int counts[LEVELS];
-            bake_plane_bits(&s->plane[f], x, y, points, bits);
+            bake_plane_bits(&s->plane[f], x[f % KEYS], y[f % KEYS], points, bits);
             bake_prefix_counts(bits, levels, counts);
             for (int l = 0; l < levels; ++l) {
                 s->error[l][f][p] = (float)(counts[l] / (double)(1 << l) - s->plane[f].mean);
@@ -86,19 +93,26 @@ static double judge(const double *blurred, const double *raw, int levels, int fi
     return sum;
 }
 
-void bake_scramble(bake_table *table, const bake_options *options, int member, int pair) {
-    scrambling *s = bake_allocate(1, sizeof *s);
-    int trials = bake_count(options, 400, 4), restarts = trials / 10;
-    int planes = bake_count(options, PLANES, 16);
+bake_planes *bake_planes_make(bake_random *r, int planes) {
+    bake_planes *s = bake_allocate(1, sizeof *s);
     if (planes > PLANES) planes = PLANES;
-    bake_random r = bake_random_make(options->seed, 2, (uint64_t)(2 * member + pair));
     for (int f = 0; f < planes; ++f) {
-        s->plane[f] = bake_plane_make(&r, (f + bake_random_double(&r)) / planes);
+        s->plane[f] = bake_plane_make(r, (f + bake_random_double(r)) / planes);
     }
+    for (int k = 0; k < KEYS; ++k) s->key[k] = bake_key_make(r);
     for (int p = 0; p < CORNER * CORNER; ++p) {
         bake_sobol_points(p, 1, POINTS, s->sobol[p][0], s->sobol[p][1]);
     }
     measure_independent(s, planes);
+    return s;
+}
+
+void bake_scramble(bake_table *table, const bake_options *options, int member, int pair) {
+    int trials = bake_count(options, 400, 4), restarts = trials / 10;
+    int planes = bake_count(options, PLANES, 16);
+    if (planes > PLANES) planes = PLANES;
+    bake_random r = bake_random_make(options->seed, 2, (uint64_t)(2 * member + pair));
+    bake_planes *s = bake_planes_make(&r, planes);
     pole_vectors start = table->member[member], best = start;
     double least = 1e30, blurred[LEVELS], raw[LEVELS];
     for (int trial = 0; trial < trials; ++trial) {
@@ -118,11 +132,11 @@ void bake_scramble(bake_table *table, const bake_options *options, int member, i
                 pole_add_digit(&v, 2 * pair + (int)bake_random_below(&r, 2), i, j);
             }
         }
-        measure(s, &v, pair, table->label[member], planes, FEW_LEVELS, blurred, raw);
+        bake_planes_measure(s, &v, pair, table->label[member], planes, FEW_LEVELS, blurred, raw);
         double e = judge(blurred, raw, FEW_LEVELS, 0);
         if (e < least) {
             /* 128 and 256 samples cost more than the rest and are seldom looked at. */
-            measure(s, &v, pair, table->label[member], planes / 2, LEVELS, blurred, raw);
+            bake_planes_measure(s, &v, pair, table->label[member], planes / 2, LEVELS, blurred, raw);
             e += judge(blurred, raw, LEVELS, FEW_LEVELS);
         }
         if (e < least) {

@@ -4,7 +4,7 @@
  * sums. Random numbers are counters hashed by splitmix64 (Steele, Lea and Flood, "Fast Splittable
  * Pseudorandom Number Generators", 2014). */
 #include "bake_tile.h"
-#include <bn/bn.h>
+#include <bn/bn_draw.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -144,14 +144,42 @@ void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which) {
     }
 }
 
-void bake_pair_points(const bake_pair *pair, uint32_t label, uint32_t below, int count, float *x,
+bake_key bake_key_make(bake_random *r) {
+    uint64_t bits = bake_random_bits(r);
+    bake_key key = {(uint32_t)bits & 0x1fffffffu, (uint32_t)(bits >> 32) & 0x1fffffffu};
+    return key;
+}
+
+bake_key bake_key_of_pixel(bake_key key, uint64_t pixel) {
+    uint64_t bits = bake_mix(pixel);
+    key.x = (key.x & 0xffff0000u) | (uint32_t)(bits & 0xffffu);
+    key.y = (key.y & 0xffff0000u) | (uint32_t)(bits >> 48);
+    return key;
+}
+
+void bake_pair_points(const bake_pair *pair, uint32_t label, bake_key key, int count, float *x,
                       float *y) {
-    uint32_t sx = pair->shift[label][0] | (below & 0xffffu);
-    uint32_t sy = pair->shift[label][1] | below >> 16;
+    uint32_t sx = pair->shift[label][0] ^ key.x, sy = pair->shift[label][1] ^ key.y;
     for (int i = 0; i < count; ++i) {
         x[i] = (float)(int32_t)((pair->point[i][0] ^ sx) >> 8) * (1.0f / 16777216.0f);
         y[i] = (float)(int32_t)((pair->point[i][1] ^ sy) >> 8) * (1.0f / 16777216.0f);
     }
+}
+
+const int bake_partial_count[PARTIALS] = {3, 5, 6, 7, 9, 10, 12, 14, 24};
+
+/* The order of bn_draw_blue_digits(): an index with another shuffle in every domain. */
+bake_sample_order bake_sample_order_make(bake_random *r) {
+    bake_sample_order order = {{0}};
+    uint32_t shuffle = (uint32_t)bake_random_bits(r);
+    for (uint32_t i = 0; i < 64; ++i) {
+        uint32_t digits = bn_draw_blue_digits(shuffle, bn_reverse_bits(i), bn_draw_flip(i));
+        uint64_t sample = (uint64_t)1 << bn_reverse_bits(digits);
+        for (int c = 0; c < PARTIALS; ++c) {
+            if ((int)i < bake_partial_count[c]) order.mask[c] |= sample;
+        }
+    }
+    return order;
 }
 
 void bake_sobol_points(int p, uint32_t domain, int count, float *x, float *y) {

@@ -64,15 +64,32 @@ void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
 void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]);
 void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]);
 
-/* Coordinates of the first `count` samples of a label in one pair. What lies below their 16 digits
- * is `below`, 16 bits for each coordinate. */
+/* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
+ * of a domain from the fourth on, and of a pixel from the seventeenth. */
 typedef struct {
     uint32_t point[POINTS][2], shift[PIXELS][2];
 } bake_pair;
 
 void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which);
-void bake_pair_points(const bake_pair *pair, uint32_t label, uint32_t below, int count, float *x,
+typedef struct {
+    uint32_t x, y;
+} bake_key;
+
+bake_key bake_key_make(bake_random *r);
+/* The key of a domain with random digits of a pixel. */
+bake_key bake_key_of_pixel(bake_key key, uint64_t pixel);
+void bake_pair_points(const bake_pair *pair, uint32_t label, bake_key key, int count, float *x,
                       float *y);
+
+/* Counts of samples between powers of two. Which samples these are depends on the order of a
+ * domain: a mask of the first 64 for each count. */
+enum { PARTIALS = 9 };
+extern const int bake_partial_count[PARTIALS];
+typedef struct {
+    uint64_t mask[PARTIALS];
+} bake_sample_order;
+
+bake_sample_order bake_sample_order_make(bake_random *r);
 
 /* The same of pixel p in a domain of independent Owen-scrambled Sobol' pixels, the baseline. */
 void bake_sobol_points(int p, uint32_t domain, int count, float *x, float *y);
@@ -122,6 +139,13 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 void bake_start(bake_table *table, const bake_options *options);
 /* Scrambling of one pair of a member. */
 void bake_scramble(bake_table *table, const bake_options *options, int member, int pair);
+/* Scramblings of a member for smooth integrands, those of half-planes kept. */
+void bake_smooth(bake_table *table, const bake_options *options, int member);
+/* Geometric means of the errors of other smooth integrands in single pixels over those of Sobol', by
+ * kind, and the worst of single dimensions. */
+enum { BAKE_SMOOTH_KINDS = 5 };
+void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LEVELS],
+                        double worst[LEVELS]);
 /* The order of the samples of a member against those of the members before it. */
 void bake_order(bake_table *table, const bake_options *options, int member);
 /* Which labels each block has, for all members. */
@@ -130,6 +154,12 @@ void bake_blocks(bake_table *table, const bake_options *options);
 void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts);
 /* Lower digits, and which coordinate is which: what the search does not look at. */
 void bake_finish(bake_table *table, const bake_options *options);
+/* Errors of half-planes on one pair at the counts of LEVELS over those of Sobol', after the blur and
+ * in the pixel: for stages that must keep them. */
+typedef struct bake_planes bake_planes;
+bake_planes *bake_planes_make(bake_random *r, int planes);
+void bake_planes_measure(bake_planes *s, const pole_vectors *v, int pair, const uint16_t *label,
+                         int planes, int levels, double *blurred, double *raw);
 /* Prints what a table is worth on other integrands. */
 void bake_report(const bake_table *table);
 

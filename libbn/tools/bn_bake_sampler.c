@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Makes libbn/data/blue.u32, the table behind BN_SAMPLER_BLUE.
  *
- * Samples and pixels are in pole order (pole_order.h). Of what that leaves open, five stages
- * choose: maps of digits (bake_film.c), a scrambling of each pair (bake_scramble.c), the orders of
- * the members of a family (bake_orders.c), which labels blocks of 4 x 4 pixels have (bake_blocks.c)
+ * Samples and pixels are in pole order (pole_order.h). Of what that leaves open, six stages
+ * choose: maps of digits (bake_film.c), a scrambling of each pair (bake_scramble.c) and then of all
+ * four coordinates (bake_smooth.c), the orders of the members of a family (bake_orders.c), which labels blocks of 4 x 4 pixels have (bake_blocks.c)
  * and which pixel in them has which (bake_labels.c), so that errors of neighbouring pixels cancel.
  * All moves keep the nets. Some ten minutes on one core.
  *
@@ -18,7 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 4096, LABEL_PARTS = 6, PARTS = 3 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + 1 };
+enum { PATH_SIZE = 4096, LABEL_PARTS = 6, PARTS = 4 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + 1 };
 
 static const char usage[] =
     "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--stop-after PARTS] -o FILE\n"
@@ -115,6 +115,7 @@ static void make_plan(void) {
     for (int a = 0; a < MEMBERS; ++a) {
         for (int pair = 0; pair < 2; ++pair) plan[n++] = (part){"scrambling", a, pair, 12};
     }
+    for (int a = 0; a < MEMBERS; ++a) plan[n++] = (part){"smooth integrands", a, 0, 60};
     for (int a = 1; a < MEMBERS; ++a) plan[n++] = (part){"order", a, 0, 20.0 * a};
     for (int a = 0; a < MEMBERS; ++a) {
         if (a == 0) plan[n++] = (part){"blocks", 0, 0, 40};
@@ -129,9 +130,11 @@ static void run_part(bake_table *table, const bake_options *options, int index) 
         bake_start(table, options);
     } else if (index <= 2 * MEMBERS) {
         bake_scramble(table, options, p->member, p->number);
-    } else if (index < 3 * MEMBERS) {
+    } else if (index <= 3 * MEMBERS) {
+        bake_smooth(table, options, p->member);
+    } else if (index < 4 * MEMBERS) {
         bake_order(table, options, p->member);
-    } else if (index == 3 * MEMBERS) {
+    } else if (index == 4 * MEMBERS) {
         bake_blocks(table, options);
     } else if (index < PARTS - 1) {
         bake_labels(table, options, p->member, p->number, LABEL_PARTS);
