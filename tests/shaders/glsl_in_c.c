@@ -5,6 +5,7 @@
 #include "glsl_in_c.h"
 
 typedef struct bn_uint4 bn_uint4;
+typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
 static const uint32_t *glsl_words;

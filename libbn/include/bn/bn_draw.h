@@ -69,6 +69,7 @@ extern "C" {
 /* ---- The text that shaders share */
 
 typedef struct bn_uint4 bn_uint4;
+typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
 #define BN_DRAW_IN_C
@@ -91,6 +92,7 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #undef BN_MULTIPLY_HIGH
 #undef BN_ANY
 #undef BN_ROW
+#undef BN_HALF_ROW
 
 BN_DEVICE_INLINE float bn_draw_float(uint32_t bits) {
     /* 2^-24 in decimal, as C++11 has no hexadecimal floats. 24 bits fit a signed integer. */
@@ -102,6 +104,11 @@ BN_DEVICE_INLINE void bn_draw_floats(bn_uint4 v, float out[4]) {
     out[1] = bn_draw_float(v.y);
     out[2] = bn_draw_float(v.z);
     out[3] = bn_draw_float(v.w);
+}
+
+BN_DEVICE_INLINE void bn_draw_pair_floats(bn_uint2 v, float out[2]) {
+    out[0] = bn_draw_float(v.x);
+    out[1] = bn_draw_float(v.y);
 }
 
 /* ---- Draws from the words alone, as in shaders */
@@ -123,6 +130,27 @@ BN_DEVICE_INLINE void bn_draw_sobol(const uint32_t *words, int32_t x, int32_t y,
 BN_DEVICE_INLINE void bn_draw_white(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
                                     uint32_t domain, float out[4]) {
     bn_draw_floats(bn_draw_white_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+}
+
+/* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1. */
+BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+                                        uint32_t domain, uint32_t pair, float out[2]) {
+    bn_draw_pair_floats(
+        bn_draw_blue_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
+}
+
+BN_DEVICE_INLINE void bn_draw_sobol_pair(const uint32_t *words, int32_t x, int32_t y,
+                                         uint32_t index, uint32_t domain, uint32_t pair,
+                                         float out[2]) {
+    bn_draw_pair_floats(
+        bn_draw_sobol_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
+}
+
+BN_DEVICE_INLINE void bn_draw_white_pair(const uint32_t *words, int32_t x, int32_t y,
+                                         uint32_t index, uint32_t domain, uint32_t pair,
+                                         float out[2]) {
+    bn_draw_pair_floats(
+        bn_draw_white_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
 }
 
 #ifndef BN_DEVICE_ONLY
@@ -230,6 +258,52 @@ static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, 
     } else {
         bn_draw_4d_rare(table, x, y, index, domain, out);
     }
+}
+
+/* The same for bn_draw_pair(). */
+#if defined(__GNUC__)
+__attribute__((noinline, unused)) static void
+#else
+static inline void
+#endif
+bn_draw_pair_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t domain,
+                  uint32_t pair, float out[2]) {
+    if (table->kind == BN_SAMPLER_BLUE) {
+        bn_draw_blue_pair(table->words, x, y, index, domain, pair, out);
+    } else if (table->kind == BN_SAMPLER_SOBOL) {
+        bn_draw_sobol_pair(table->words, x, y, index, domain, pair, out);
+    } else if (table->kind == BN_SAMPLER_WHITE) {
+        bn_draw_white_pair(table->words, x, y, index, domain, pair, out);
+    } else {
+        bn_sample_pair(table->sampler, x, y, index, domain, pair, out);
+    }
+}
+
+/* bn_sample_pair(), from the table of a sampler of any kind. */
+static inline void bn_draw_pair(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
+                                uint32_t domain, uint32_t pair, float out[2]) {
+    if (index < table->blue_indices) {
+        bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
+        uint32_t digits = bn_draw_blue_digits(pixel.shuffle, table->index[index].reversed,
+                                              table->index[index].flip);
+        bn_draw_pair_floats(bn_draw_blue_pair_first(table->words, pixel, digits, pair & 1u), out);
+    } else {
+        bn_draw_pair_rare(table, x, y, index, domain, pair, out);
+    }
+}
+
+/* bn_sample_2d(), the first pair. */
+static inline void bn_draw_2d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
+                              uint32_t domain, float out[2]) {
+    bn_draw_pair(table, x, y, index, domain, 0, out);
+}
+
+/* bn_sample_1d(). */
+static inline float bn_draw_1d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
+                               uint32_t domain) {
+    float out[2];
+    bn_draw_pair(table, x, y, index, domain, 0, out);
+    return out[0];
 }
 
 #endif
