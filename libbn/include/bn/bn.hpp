@@ -134,8 +134,8 @@ class Sampler {
     void sample_many_pair(std::size_t count, const int32_t *x, const int32_t *y,
                           const uint32_t *index, const uint32_t *domain, uint32_t pair,
                           float *out) const {
-        check("bn_sample_many_pair", bn_sample_many_pair(sampler_, count, x, y, index, domain, pair,
-                                                         out, count * 2));
+        check("bn_sample_many_pair",
+              bn_sample_many_pair(sampler_, count, x, y, index, domain, pair, out, count * 2));
     }
 
     // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent

@@ -51,18 +51,19 @@ BN_INLINE void draw_loop(const uint32_t *words, int32_t kind, int form, uint32_t
         const bn_u32v x = u32_load(lanes->x + i), y = u32_load(lanes->y + i);
         const bn_u32v index = u32_load(lanes->index + i), domain = u32_load(lanes->domain + i);
         if (form == WIDE) {
-            const bn_uint4 v = kind == BN_SAMPLER_BLUE ? bn_draw_blue_bits(words, x, y, index, domain)
-                               : kind == BN_SAMPLER_SOBOL
-                                   ? bn_draw_sobol_bits(words, x, y, index, domain)
-                                   : bn_draw_white_bits(words, x, y, index, domain);
+            const bn_uint4 v =
+                kind == BN_SAMPLER_BLUE    ? bn_draw_blue_bits(words, x, y, index, domain)
+                : kind == BN_SAMPLER_SOBOL ? bn_draw_sobol_bits(words, x, y, index, domain)
+                                           : bn_draw_white_bits(words, x, y, index, domain);
             bn_u32v all[4] = {v.x, v.y, v.z, v.w};
             u32_store_wide(all, dimensions, out);
         } else {
             const bn_u32v pair = x * 0u + (form == SECOND_PAIR ? 1u : 0u);
-            const bn_uint2 v =
-                kind == BN_SAMPLER_BLUE    ? bn_draw_blue_pair_bits(words, x, y, index, domain, pair)
-                : kind == BN_SAMPLER_SOBOL ? bn_draw_sobol_pair_bits(words, x, y, index, domain, pair)
-                                           : bn_draw_white_pair_bits(words, x, y, index, domain, pair);
+            const bn_uint2 v = kind == BN_SAMPLER_BLUE
+                                   ? bn_draw_blue_pair_bits(words, x, y, index, domain, pair)
+                               : kind == BN_SAMPLER_SOBOL
+                                   ? bn_draw_sobol_pair_bits(words, x, y, index, domain, pair)
+                                   : bn_draw_white_pair_bits(words, x, y, index, domain, pair);
             if (form == ONE) {
                 u32_store_one(v.x, out);
             } else {

@@ -128,7 +128,8 @@ static inline void u32_gather_half_rows(const uint32_t *words, bn_u32v at, bn_u3
         __m128i blocks[BN_U32_LANES / 4];
         for (int block = 0; block < BN_U32_LANES / 4; ++block) {
             const int lane = 4 * block + 2 * i;
-            blocks[block] = _mm_unpacklo_epi64(load_two(words + at[lane]), load_two(words + at[lane + 1]));
+            blocks[block] =
+                _mm_unpacklo_epi64(load_two(words + at[lane]), load_two(words + at[lane + 1]));
         }
         memcpy(&pairs[i], blocks, sizeof blocks);
     }
