@@ -92,7 +92,7 @@ BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
 }
 #endif
 
-/* Two words in a row. */
+/* Two words in a row, or one with that which follows it. */
 #ifndef BN_HALF_ROW
 #define BN_HALF_ROW(at) bn_draw_half_row(BN_PASS_TABLE at)
 BN_FUNCTION bn_uint2 bn_draw_half_row(BN_TABLE BN_UINT at) {
@@ -256,9 +256,9 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
 BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UINT digits,
                                              BN_UINT pair) {
     BN_UINT second = 0u - pair;
-    BN_UINT high = pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
+    bn_uint2 place = BN_HALF_ROW(pixel.place + pair), block = BN_HALF_ROW(pixel.block + pair);
+    BN_UINT high = place.x ^ block.x ^ pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
     BN_UINT low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
-    high ^= BN_WORD(pixel.place + pair) ^ BN_WORD(pixel.block + pair);
     bn_uint2 v = BN_HALF_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
     v.x ^= high << 16u | (low & 0xffffu);
     v.y ^= (high & 0xffff0000u) | low >> 16u;

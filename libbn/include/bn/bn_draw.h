@@ -142,8 +142,9 @@ BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, int32_t x, int32_
 BN_DEVICE_INLINE void bn_draw_sobol_pair(const uint32_t *words, int32_t x, int32_t y,
                                          uint32_t index, uint32_t domain, uint32_t pair,
                                          float out[2]) {
-    bn_draw_pair_floats(
-        bn_draw_sobol_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
+    uint32_t key = bn_draw_sobol_key(words, (uint32_t)x, (uint32_t)y, domain);
+    if (pair & 1u) key = bn_draw_sobol_second_key(key);
+    bn_draw_pair_floats(bn_draw_sobol_two(key, index), out);
 }
 
 BN_DEVICE_INLINE void bn_draw_white_pair(const uint32_t *words, int32_t x, int32_t y,
@@ -211,6 +212,24 @@ static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue
     }
 #endif
     bn_draw_floats(bn_draw_blue_at(table->words, *pixel, index), out);
+}
+
+/* One pair of the sample with these digits. */
+static inline void bn_draw_blue_pair_floats(const bn_draw_table *table, const bn_blue_pixel *pixel,
+                                            uint32_t digits, uint32_t pair, float out[2]) {
+#if defined(BN_DRAW_SSE2)
+    const uint32_t *words = table->words;
+    uint32_t high = words[pixel->place + pair] ^ words[pixel->block + pair];
+    __m128i v = bn_draw_load_pair(words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u +
+                                  2u * (pixel->member + pair));
+    __m128i high01 = _mm_cvtsi32_si128((int)(high ^ (pair ? pixel->keys23 : pixel->keys01)));
+    __m128i low01 = _mm_cvtsi32_si128((int)(pair ? pixel->low23 : pixel->low01));
+    v = _mm_srli_epi32(_mm_xor_si128(v, _mm_unpacklo_epi16(low01, high01)), 8);
+    __m128 u = _mm_mul_ps(_mm_cvtepi32_ps(v), _mm_set1_ps(1.0f / 16777216.0f));
+    _mm_storel_epi64((__m128i *)(void *)out, _mm_castps_si128(u));
+#else
+    bn_draw_pair_floats(bn_draw_blue_pair_first(table->words, *pixel, digits, pair), out);
+#endif
 }
 
 /* ---- The draws */
@@ -286,7 +305,7 @@ static inline void bn_draw_pair(const bn_draw_table *table, int32_t x, int32_t y
         bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
         uint32_t digits = bn_draw_blue_digits(pixel.shuffle, table->index[index].reversed,
                                               table->index[index].flip);
-        bn_draw_pair_floats(bn_draw_blue_pair_first(table->words, pixel, digits, pair & 1u), out);
+        bn_draw_blue_pair_floats(table, &pixel, digits, pair & 1u, out);
     } else {
         bn_draw_pair_rare(table, x, y, index, domain, pair, out);
     }

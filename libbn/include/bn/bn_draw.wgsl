@@ -38,7 +38,7 @@ fn bn_draw_row(at: u32) -> vec4u {
     return row;
 }
 
-/* Two words in a row. */
+/* Two words in a row, or one with that which follows it. */
 fn bn_draw_half_row(at: u32) -> vec2u {
     var row: vec2u;
     row.x = bn_words[at];
@@ -193,9 +193,10 @@ fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
  * the index add to it. */
 fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair: u32) -> vec2u {
     let second = 0u - pair;
-    var high = pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
+    let place = bn_draw_half_row(pixel.place + pair);
+    let block = bn_draw_half_row(pixel.block + pair);
+    let high = place.x ^ block.x ^ pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
     let low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
-    high ^= bn_words[pixel.place + pair] ^ bn_words[pixel.block + pair];
     var v = bn_draw_half_row(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
     v.x ^= (high << 16u) | (low & 0xffffu);
     v.y ^= (high & 0xffff0000u) | (low >> 16u);

@@ -117,24 +117,31 @@ static inline void u32_gather_rows(const uint32_t *words, bn_u32v at, bn_u32v ro
     u32_transpose(row);
 }
 
-static inline __m128i load_two(const uint32_t *words) {
-    return _mm_loadl_epi64((const __m128i *)(const void *)words);
+/* Two words of each of two lanes. */
+static inline __m128i load_twos(const uint32_t *first, const uint32_t *second) {
+    const __m128 low = _mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)(const void *)first));
+    return _mm_castps_si128(_mm_loadh_pi(low, (const __m64 *)(const void *)second));
 }
 
 /* row[0] and row[1]: the two words from `at` on, of every lane. */
 static inline void u32_gather_half_rows(const uint32_t *words, bn_u32v at, bn_u32v row[2]) {
-    bn_register pairs[2]; /* lanes 0, 1 and 2, 3 of each block of four */
+    bn_floats twos[2]; /* of lanes 0, 1 and 2, 3 of each block of four */
     for (int i = 0; i < 2; ++i) {
-        __m128i blocks[BN_U32_LANES / 4];
-        for (int block = 0; block < BN_U32_LANES / 4; ++block) {
-            const int lane = 4 * block + 2 * i;
-            blocks[block] =
-                _mm_unpacklo_epi64(load_two(words + at[lane]), load_two(words + at[lane + 1]));
-        }
-        memcpy(&pairs[i], blocks, sizeof blocks);
+        const int a = 2 * i, b = a + 1;
+#if defined(BN_SIMD_AVX512)
+        bn_register v = _mm512_castsi128_si512(load_twos(words + at[a], words + at[b]));
+        v = _mm512_inserti32x4(v, load_twos(words + at[a + 4], words + at[b + 4]), 1);
+        v = _mm512_inserti32x4(v, load_twos(words + at[a + 8], words + at[b + 8]), 2);
+        v = _mm512_inserti32x4(v, load_twos(words + at[a + 12], words + at[b + 12]), 3);
+#else
+        const bn_register v =
+            _mm256_inserti128_si256(_mm256_castsi128_si256(load_twos(words + at[a], words + at[b])),
+                                    load_twos(words + at[a + 4], words + at[b + 4]), 1);
+#endif
+        twos[i] = (bn_floats)v;
     }
-    row[0] = (bn_u32v)BN_V(shuffle_ps)((bn_floats)pairs[0], (bn_floats)pairs[1], 0x88);
-    row[1] = (bn_u32v)BN_V(shuffle_ps)((bn_floats)pairs[0], (bn_floats)pairs[1], 0xdd);
+    row[0] = (bn_u32v)BN_V(shuffle_ps)(twos[0], twos[1], 0x88);
+    row[1] = (bn_u32v)BN_V(shuffle_ps)(twos[0], twos[1], 0xdd);
 }
 
 /* ---- Floats, (v >> 8) * 2^-24 */
