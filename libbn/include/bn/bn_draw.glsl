@@ -200,7 +200,7 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_U
     pixel.place = BN_PLACES_AT + (places >> (4u * member) & 255u) + member;
     pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
     BN_UINT own = member * 0x85ebca6bu;
-    BN_UINT keys = (family ^ (family >> 15u) ^ own) * 0x21f0aaadu;
+    BN_UINT keys = (family ^ (family >> 15u)) * (own + 0x21f0aaadu);
     pixel.keys01 = keys & 0x1fff1fffu;
     pixel.keys23 = keys >> 3u & 0x1fff1fffu;
     BN_UINT low = (bn_hash32(x + y * 0x9e3779b1u) ^ family) * 0x21f0aaadu + own;

@@ -5,6 +5,7 @@
  *     const bn_draw_table *table = bn_sampler_table(sampler);
  *     float u[4];
  *     bn_draw_4d(table, x, y, index, domain, u);
+ *     bn_draw_pair(table, x, y, index, domain, 1, u); // dimensions (2, 3) alone
  *
  * The table lives as long as its sampler. BLUE, SOBOL and WHITE are drawn inline; for ZORDER and
  * MASK the inline functions call the library.
@@ -35,15 +36,26 @@
  *
  * The four domains of a family, the children of one parent with keys 4 k to 4 k + 3, have different
  * denominators and different orders of the index, found so that any two of them are stratified
- * together too. They share the shift of the tile and the shuffle of the index. The shuffle is
- * nested, different in every pixel, and independent between families. Dimensions (0, 1) of member 0
- * are made for the position in the pixel: their errors are also evenly distributed along rows and
+ * together too. They share the shift of the tile and the order of the samples.
+ *
+ * The order inside an octave, samples 2^m to 2^(m+1) - 1, is free: every prefix of 2^m samples is
+ * the same set whatever it is. It is a nested shuffle of the index, one for 32 x 32 pixels of the
+ * screen, independent between these blocks and between families. As the pixels of a block share it,
+ * each sample by itself is as blue as the first, and the error falls with every sample, not only
+ * from one power of two to the next.
+ *
+ * Over the 4,096 labels, the first three digits of the four coordinates are each of the 8^4 cells
+ * once. The family shifts the tile at random, and the domain adds random digits from the fourth on.
+ * So over domains each sample is uniform in its four dimensions.
+ *
+ * Dimensions (0, 1) of member 0 are made for the position in the pixel: their errors are also evenly distributed along rows and
  * columns, the direction of most edges in a picture.
  *
  * COST
  *
  * A draw of four dimensions takes about 60 instructions on x86-64 and four loads of 8 to 16 bytes,
- * from 42 KiB of tables, of which one member of a family uses half. Inlined into a loop, draws of
+ * from 42 KiB of tables, of which one member of a family uses half. A draw of one pair or one
+ * dimension takes a few instructions less, and many lanes at a time three quarters of the time. Inlined into a loop, draws of
  * many domains in one pixel, or of many indices, share their common work. Samples from index 256 on
  * take one more XOR for each further bit of the index. With SSE2, the last step handles all four
  * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits are the

@@ -136,7 +136,7 @@ fn bn_draw_blue_pixel(x: u32, y: u32, domain: u32) -> bn_blue_pixel {
     pixel.place = BN_PLACES_AT + ((places >> (4u * member)) & 255u) + member;
     pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
     let own = member * 0x85ebca6bu;
-    let keys = (family ^ (family >> 15u) ^ own) * 0x21f0aaadu;
+    let keys = (family ^ (family >> 15u)) * (own + 0x21f0aaadu);
     pixel.keys01 = keys & 0x1fff1fffu;
     pixel.keys23 = (keys >> 3u) & 0x1fff1fffu;
     let low = (bn_hash32(x + y * 0x9e3779b1u) ^ family) * 0x21f0aaadu + own;
