@@ -330,7 +330,7 @@ def main():
             sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
     else:
         others = peers.chosen(options.openqmc, options.pathtracer)
-        draws = [row for row in run_bench(options.draws, []) if row["form"] != "peer" or row["sampler"] in others]
+        draws = [row for row in run_bench(options.draws, []) if not row["form"].startswith("peer") or row["sampler"] in others]
         rows = run_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
         for path, found in zip(files, (rows, draws)):
             write_rows(path, found)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Nanoseconds per 4-D draw on one core, as CSV on standard output:
+ * Nanoseconds per draw on one core, as CSV on standard output:
  *
  *     sampler,form,nanoseconds,instances
  *
@@ -8,6 +8,9 @@
  * bn_draw_4d(); `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
  * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `domain`
  * calls bn_domain_child() alone, `block` calls bn_sample_block() for 16 indices of 64 x 24 pixels.
+ *
+ * Draws are of four dimensions; -1d, -2d and -second after `single`, `inline`, `many` and `peer` are
+ * of dimension 0, of dimensions (0, 1) and of (2, 3) alone.
  *
  * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
  * bn_sample_4d() for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
@@ -42,40 +45,38 @@ static double now(void) {
 /* Loops of their own functions: what the compiler makes of one does not depend on the others. */
 typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 
-static float draw_single(const bn_sampler *sampler, int32_t y0, float *block) {
-    float sum = 0.0f;
-    (void)block;
-    for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
-        for (int32_t x = 0; x < WIDTH; ++x) {
-            for (uint32_t index = 0; index < INDICES; ++index) {
-                for (uint32_t key = 0; key < DOMAINS; ++key) {
-                    float u[4];
-                    bn_sample_4d(sampler, x, y, index, bn_domain_child(BN_DOMAIN_ROOT, key), u);
-                    sum += u[0] + u[1] + u[2] + u[3];
-                }
-            }
-        }
-    }
-    return sum;
-}
+/* One draw for each domain of each index of each pixel. */
+#define FOR_DRAWS                                                                                  \
+    for (int32_t y = y0; y < y0 + HEIGHT; ++y)                                                     \
+        for (int32_t x = 0; x < WIDTH; ++x)                                                        \
+            for (uint32_t index = 0; index < INDICES; ++index)                                     \
+                for (uint32_t key = 0; key < DOMAINS; ++key)
 
-static float draw_inline(const bn_sampler *sampler, int32_t y0, float *block) {
-    const bn_draw_table *table = bn_sampler_table(sampler);
-    float sum = 0.0f;
-    (void)block;
-    for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
-        for (int32_t x = 0; x < WIDTH; ++x) {
-            for (uint32_t index = 0; index < INDICES; ++index) {
-                for (uint32_t key = 0; key < DOMAINS; ++key) {
-                    float u[4];
-                    bn_draw_4d(table, x, y, index, bn_draw_domain_child(BN_DOMAIN_ROOT, key), u);
-                    sum += u[0] + u[1] + u[2] + u[3];
-                }
-            }
-        }
+#define FORM(name, draw)                                                                           \
+    static float name(const bn_sampler *sampler, int32_t y0, float *block) {                       \
+        const bn_draw_table *table = bn_sampler_table(sampler);                                    \
+        float sum = 0.0f;                                                                          \
+        (void)block;                                                                               \
+        (void)table;                                                                               \
+        FOR_DRAWS {                                                                                \
+            float u[4] = {0.0f};                                                                   \
+            draw;                                                                                  \
+            sum += u[0] + u[1] + u[2] + u[3];                                                      \
+        }                                                                                          \
+        return sum;                                                                                \
     }
-    return sum;
-}
+
+#define CHILD bn_domain_child(BN_DOMAIN_ROOT, key)
+#define INLINE_CHILD bn_draw_domain_child(BN_DOMAIN_ROOT, key)
+
+FORM(draw_single, bn_sample_4d(sampler, x, y, index, CHILD, u))
+FORM(draw_single_1d, u[0] = bn_sample_1d(sampler, x, y, index, CHILD))
+FORM(draw_single_2d, bn_sample_2d(sampler, x, y, index, CHILD, u))
+FORM(draw_single_second, bn_sample_pair(sampler, x, y, index, CHILD, 1, u))
+FORM(draw_inline, bn_draw_4d(table, x, y, index, INLINE_CHILD, u))
+FORM(draw_inline_1d, u[0] = bn_draw_1d(table, x, y, index, INLINE_CHILD))
+FORM(draw_inline_2d, bn_draw_2d(table, x, y, index, INLINE_CHILD, u))
+FORM(draw_inline_second, bn_draw_pair(table, x, y, index, INLINE_CHILD, 1, u))
 
 /* The same from the first index on that the tables of BLUE do not hold. */
 static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
@@ -149,12 +150,33 @@ static float lanes_of(const bn_sampler *sampler, const struct wavefront *w, floa
     return block[0] + block[4 * DRAWS - 1];
 }
 
-static float many_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
-    if (bn_sample_many(sampler, DRAWS, w->x, w->y, w->index, w->domain, 4, block, 4 * DRAWS) !=
+static float many_of(const bn_sampler *sampler, const struct wavefront *w, uint32_t dimensions,
+                     float *block) {
+    if (bn_sample_many(sampler, DRAWS, w->x, w->y, w->index, w->domain, dimensions, block,
+                       dimensions * DRAWS) != BN_SUCCESS) {
+        exit(1);
+    }
+    return block[0] + block[dimensions * DRAWS - 1];
+}
+
+static float draw_many_1d(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
+    return many_of(sampler, &in_order, 1, block);
+}
+
+static float draw_many_2d(const bn_sampler *sampler, int32_t y0, float *block) {
+    (void)y0;
+    return many_of(sampler, &in_order, 2, block);
+}
+
+static float draw_many_second(const bn_sampler *sampler, int32_t y0, float *block) {
+    const struct wavefront *w = &in_order;
+    (void)y0;
+    if (bn_sample_many_pair(sampler, DRAWS, w->x, w->y, w->index, w->domain, 1, block, 2 * DRAWS) !=
         BN_SUCCESS) {
         exit(1);
     }
-    return block[0] + block[4 * DRAWS - 1];
+    return block[0] + block[2 * DRAWS - 1];
 }
 
 static float draw_lanes(const bn_sampler *sampler, int32_t y0, float *block) {
@@ -169,12 +191,12 @@ static float draw_lanes_shuffled(const bn_sampler *sampler, int32_t y0, float *b
 
 static float draw_many(const bn_sampler *sampler, int32_t y0, float *block) {
     (void)y0;
-    return many_of(sampler, &in_order, block);
+    return many_of(sampler, &in_order, 4, block);
 }
 
 static float draw_many_shuffled(const bn_sampler *sampler, int32_t y0, float *block) {
     (void)y0;
-    return many_of(sampler, &shuffled, block);
+    return many_of(sampler, &shuffled, 4, block);
 }
 
 typedef struct row {
@@ -182,6 +204,7 @@ typedef struct row {
     form *draw; /* or null: */
     const bn_sampler *instance;
     const bench_peer *peer;
+    int peer_draw;
     double best;
 } row;
 
@@ -189,7 +212,7 @@ static void measure(row *r, unsigned round, float *block) {
     int32_t y0 = (int32_t)(round % 16u * HEIGHT);
     double start = now(), elapsed;
     sink = r->draw != NULL ? r->draw(r->instance, y0, block)
-                           : r->peer->draw(y0, WIDTH, HEIGHT, INDICES, DOMAINS);
+                           : r->peer->draw[r->peer_draw](y0, WIDTH, HEIGHT, INDICES, DOMAINS);
     elapsed = (now() - start) / DRAWS;
     if (elapsed < r->best) r->best = elapsed;
 }
@@ -198,11 +221,26 @@ int main(int argc, char **argv) {
     static const struct {
         const char *name;
         form *draw;
-    } wavefronts[] = {{"lanes", draw_lanes},
-                      {"many", draw_many},
-                      {"lanes-shuffled", draw_lanes_shuffled},
-                      {"many-shuffled", draw_many_shuffled}};
-    static row rows[9 * KINDS + BENCH_PEERS];
+    } forms[] = {{"single", draw_single},
+                 {"single-1d", draw_single_1d},
+                 {"single-2d", draw_single_2d},
+                 {"single-second", draw_single_second},
+                 {"block", draw_block},
+                 {"lanes", draw_lanes},
+                 {"many", draw_many},
+                 {"many-1d", draw_many_1d},
+                 {"many-2d", draw_many_2d},
+                 {"many-second", draw_many_second},
+                 {"lanes-shuffled", draw_lanes_shuffled},
+                 {"many-shuffled", draw_many_shuffled},
+                 /* Of the other kinds these are calls of the library. */
+                 {"inline", draw_inline},
+                 {"inline-1d", draw_inline_1d},
+                 {"inline-2d", draw_inline_2d},
+                 {"inline-second", draw_inline_second},
+                 {"later", draw_later}};
+    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 5, PEER_DRAWS = 3 };
+    static row rows[FORMS * KINDS + 1 + PEER_DRAWS * BENCH_PEERS];
     bn_sampler *samplers[KINDS];
     unsigned rounds = 400;
     int count = 0;
@@ -215,29 +253,22 @@ int main(int argc, char **argv) {
             fprintf(stderr, "bench_draws: out of memory\n");
             return 1;
         }
-        rows[count++] = (row){kind_names[kind], "single", draw_single, samplers[kind], NULL, 1e30};
-        /* The inline form of the others is a call of the library. */
-        if (kind <= BN_SAMPLER_WHITE) {
-            rows[count++] =
-                (row){kind_names[kind], "inline", draw_inline, samplers[kind], NULL, 1e30};
-            rows[count++] =
-                (row){kind_names[kind], "later", draw_later, samplers[kind], NULL, 1e30};
-        }
-        rows[count++] = (row){kind_names[kind], "block", draw_block, samplers[kind], NULL, 1e30};
-        for (size_t i = 0; i < sizeof wavefronts / sizeof *wavefronts; ++i) {
-            rows[count++] = (row){kind_names[kind],
-                                  wavefronts[i].name,
-                                  wavefronts[i].draw,
-                                  samplers[kind],
-                                  NULL,
-                                  1e30};
+        for (int i = 0; i < (kind <= BN_SAMPLER_WHITE ? FORMS : CALLS); ++i) {
+            rows[count++] = (row){.sampler = kind_names[kind],
+                                  .form_name = forms[i].name,
+                                  .draw = forms[i].draw,
+                                  .instance = samplers[kind],
+                                  .best = 1e30};
         }
     }
-    rows[count++] = (row){"-", "domain", draw_domain, samplers[0], NULL, 1e30};
+    rows[count++] = (row){"-", "domain", draw_domain, samplers[0], NULL, 0, 1e30};
     for (int i = 0; i < bench_peer_count; ++i) {
         const bench_peer *peer = &bench_peers[i];
-        rows[count++] = (row){peer->name, "peer", NULL, NULL, peer, 1e30};
-        sink = peer->draw(0, 1, 1, 1, 1); /* fills its tables */
+        static const char *const names[PEER_DRAWS] = {"peer-1d", "peer-2d", "peer"};
+        for (int k = 0; k < PEER_DRAWS; ++k) {
+            rows[count++] = (row){peer->name, names[k], NULL, NULL, peer, k, 1e30};
+            sink = peer->draw[k](0, 1, 1, 1, 1); /* fills its tables */
+        }
     }
     if (argc > 1) {
         char *end = argc == 3 && strcmp(argv[1], "--rounds") == 0 ? argv[2] : NULL;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * How the pixels and families of BLUE differ: neighbours share neither the order of their samples
- * nor their low digits, all orders are equally likely, and families use all shifts and reflections
- * of the tile. False-alarm rates are for fresh seeds. */
+ * How the pixels and families of BLUE differ: the pixels of a block of 32 x 32 share the order of
+ * their samples, blocks and families do not, and all orders are equally likely; so each sample by
+ * itself is as blue as the first. Families use all shifts and reflections of the tile, and add
+ * random digits. False-alarm rates are for fresh seeds. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -9,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MEMBERS = 4, TILE = 64, ORDERED = 64 };
+enum { MEMBERS = 4, TILE = 64, ORDERED = 64, BLOCK = 32 };
 
-/* ---- Neighbours ---- */
+/* ---- Blocks and families */
 
 enum { SIDE = 192 };
 
@@ -42,44 +43,138 @@ static int is_chance(int equal, double expected) {
     return equal <= expected + 6.0 * sqrt(expected) + 6.0;
 }
 
-/* One domain at a time: the shuffles of two pixels differ by the same number in all families, so
- * that pixels which share an order in one share it in many. */
-static void test_neighbours(const bn_sampler *s, uint32_t domain) {
+/* Pixels of a block: one order, and low digits of their own. */
+static void test_block(const bn_sampler *s, uint32_t domain, int32_t x0, int32_t y0) {
+    static pixel_look looks[BLOCK * BLOCK];
+    int low = 0, bits[4][16] = {{0}};
+    for (int32_t i = 0; i < BLOCK * BLOCK; ++i) {
+        looks[i] = look_at(s, BLOCK * x0 + i % BLOCK, BLOCK * y0 + i / BLOCK, domain);
+        CHECK(looks[i].first_64 == looks[0].first_64);
+        for (int d = 0; d < 4 && i > 0; ++d) {
+            low += looks[i].low[d] == looks[i - 1].low[d];
+            for (int bit = 0; bit < 16; ++bit) {
+                bits[d][bit] += 1 & (int)((looks[i].low[d] ^ looks[i - 1].low[d]) >> bit);
+            }
+        }
+    }
+    CHECK(is_chance(low, 4.0 * BLOCK * BLOCK / 65536.0));
+    for (int i = 0; i < 4 * 16; ++i) {
+        CHECK(fabs(bits[i / 16][i % 16] - 0.5 * BLOCK * BLOCK) < 6.0 * 0.5 * BLOCK);
+    }
+}
+
+/* Blocks share their order as often as chance has it. One domain at a time: the shuffles of two
+ * blocks differ by the same number in all families, so that blocks which share an order in one
+ * share it in many. */
+static void test_blocks(const bn_sampler *s, uint32_t domain) {
     static const int steps[][2] = {{1, 0},  {0, 1}, {1, 1},  {1, -1}, {2, 1},
                                    {2, -1}, {1, 2}, {1, -2}, {2, 0},  {0, 2}};
     enum { STEPS = sizeof steps / sizeof *steps };
     static pixel_look looks[SIDE][SIDE];
     for (int32_t i = 0; i < SIDE * SIDE; ++i) {
-        looks[i / SIDE][i % SIDE] = look_at(s, i % SIDE - SIDE / 2, i / SIDE - SIDE / 2, domain);
+        const int32_t x = i % SIDE - SIDE / 2, y = i / SIDE - SIDE / 2;
+        looks[i / SIDE][i % SIDE] = look_at(s, BLOCK * x, BLOCK * y + BLOCK - 1, domain);
     }
     for (int step = 0; step < STEPS; ++step) {
-        int orders_16 = 0, orders_64 = 0, low = 0, pairs = 0, bits[4][16] = {{0}};
+        int orders_16 = 0, orders_64 = 0, pairs = 0;
         for (int i = 0; i < SIDE * SIDE; ++i) {
             int x = i % SIDE, y = i / SIDE, x2 = x + steps[step][0], y2 = y + steps[step][1];
             if (x2 >= SIDE || y2 < 0 || y2 >= SIDE) continue;
-            const pixel_look *a = &looks[y][x], *b = &looks[y2][x2];
             ++pairs;
-            orders_16 += a->first_16 == b->first_16;
-            orders_64 += a->first_64 == b->first_64;
-            for (int d = 0; d < 4; ++d) {
-                low += a->low[d] == b->low[d];
-                for (int bit = 0; bit < 16; ++bit) {
-                    bits[d][bit] += 1 & (int)((a->low[d] ^ b->low[d]) >> bit);
-                }
-            }
+            orders_16 += looks[y][x].first_16 == looks[y2][x2].first_16;
+            orders_64 += looks[y][x].first_64 == looks[y2][x2].first_64;
         }
         /* The order of 16 samples is one of 2^9, that of 64 one of 2^20. */
         CHECK(is_chance(orders_16, pairs / 512.0));
         CHECK(is_chance(orders_64, pairs / 1048576.0));
-        CHECK(is_chance(low, 4.0 * pairs / 65536.0));
-        for (int i = 0; i < 4 * 16; ++i) {
-            CHECK(fabs(bits[i / 16][i % 16] - 0.5 * pairs) < 6.0 * 0.5 * sqrt(pairs));
-        }
-        printf("pixels (%d, %d) apart: of %d, %d share the order of 16 samples, %d of 64; %d share "
-               "low digits\n",
-               steps[step][0], steps[step][1], pairs, orders_16, orders_64, low);
+        printf("blocks (%d, %d) apart: of %d, %d share the order of 16 samples, %d of 64\n",
+               steps[step][0], steps[step][1], pairs, orders_16, orders_64);
     }
 }
+
+/* One pixel in families: the same, for the children of one domain and for a chain of domains. */
+static void test_families(const bn_sampler *s) {
+    enum { FAMILIES = 1 << 14 };
+    uint32_t chain = BN_DOMAIN_ROOT;
+    uint64_t last[2][2] = {{0}};
+    int equal[2][2] = {{0}};
+    for (uint32_t family = 0; family < FAMILIES; ++family) {
+        chain = bn_domain_child(chain, family % 5u);
+        for (int k = 0; k < 2; ++k) {
+            const pixel_look look = look_at(s, 3, 4, k ? chain : bn_domain_child(9, 4u * family));
+            equal[k][0] += look.first_16 == last[k][0];
+            equal[k][1] += look.first_64 == last[k][1];
+            last[k][0] = look.first_16;
+            last[k][1] = look.first_64;
+        }
+    }
+    for (int k = 0; k < 2; ++k) {
+        CHECK(is_chance(equal[k][0], FAMILIES / 512.0));
+        CHECK(is_chance(equal[k][1], FAMILIES / 1048576.0));
+    }
+}
+
+/* ---- Each sample by itself */
+
+/* The error of one sample a pixel after a blur, over that of white noise: a half-plane, whose
+ * indicator has a known mean. */
+static double single_error(const bn_sampler *s, uint32_t index, int function) {
+    enum { EXTENT = 128, RADIUS = 7, GRID = 256 };
+    static double value[EXTENT][EXTENT], rows[EXTENT][EXTENT];
+    const double angle = 2.4 * function, c = cos(angle), d = sin(angle);
+    const double offset = 0.5 * (c + d) + 0.15 * sin(5.0 * angle);
+    const uint32_t domain = bn_domain_child(11, (uint32_t)function);
+    double weight[2 * RADIUS + 1], weights = 0.0, squares = 0.0, mean = 0.0, error = 0.0;
+    for (int i = -RADIUS; i <= RADIUS; ++i) {
+        weight[i + RADIUS] = exp(-0.5 * i * i / (2.1 * 2.1));
+        weights += weight[i + RADIUS];
+    }
+    for (int i = 0; i <= 2 * RADIUS; ++i) {
+        weight[i] /= weights;
+        squares += weight[i] * weight[i];
+    }
+    for (int i = 0; i < GRID * GRID; ++i) {
+        mean += c * (i % GRID + 0.5) / GRID + d * (i / GRID + 0.5) / GRID < offset;
+    }
+    mean /= GRID * GRID;
+    for (int32_t i = 0; i < EXTENT * EXTENT; ++i) {
+        float u[2];
+        bn_sample_pair(s, i % EXTENT, i / EXTENT, index, domain, (uint32_t)function / 2u, u);
+        value[i / EXTENT][i % EXTENT] = (c * u[0] + d * u[1] < offset) - mean;
+    }
+    for (int y = 0; y < EXTENT; ++y) {
+        for (int x = RADIUS; x < EXTENT - RADIUS; ++x) {
+            rows[y][x] = 0.0;
+            for (int i = -RADIUS; i <= RADIUS; ++i) {
+                rows[y][x] += weight[i + RADIUS] * value[y][x + i];
+            }
+        }
+    }
+    for (int y = RADIUS; y < EXTENT - RADIUS; ++y) {
+        for (int x = RADIUS; x < EXTENT - RADIUS; ++x) {
+            double sum = 0.0;
+            for (int i = -RADIUS; i <= RADIUS; ++i) sum += weight[i + RADIUS] * rows[y + i][x];
+            error += sum * sum;
+        }
+    }
+    error /= pow(EXTENT - 2 * RADIUS, 2.0);
+    return error / (mean * (1.0 - mean) * squares * squares);
+}
+
+/* In the middle of an octave a sample is as blue as the first, over blocks with different orders
+ * too. With an order of its own in each pixel it would be white. */
+static void test_single_samples(const bn_sampler *s) {
+    static const uint32_t indices[] = {0, 1, 2, 3, 5, 6, 11, 23, 47, 100, 200, 255};
+    enum { FUNCTIONS = 12 };
+    for (size_t i = 0; i < sizeof indices / sizeof *indices; ++i) {
+        double square = 0.0;
+        for (int f = 0; f < FUNCTIONS; ++f) square += single_error(s, indices[i], f) / FUNCTIONS;
+        printf("sample %u alone: %.3f of white noise after a blur\n", indices[i], sqrt(square));
+        CHECK(sqrt(square) < 0.65);
+    }
+}
+
+/* ---- Low digits and orders */
 
 /* The low digits of the dimensions of a family in one pixel are no copies of each other. */
 static void test_low_digits(void) {
@@ -100,7 +195,7 @@ static void test_low_digits(void) {
     bn_sampler_destroy(s);
 }
 
-/* Sample 2^m + i of a pixel is each of the points 2^m ... 2^(m+1) - 1 equally often: over pixels,
+/* Sample 2^m + i of a pixel is each of the points 2^m ... 2^(m+1) - 1 equally often: over blocks,
  * and over families in one pixel. Chi-square beyond the limit has probability below 1e-7 in each of
  * 124 tests. */
 static void test_orders(void) {
@@ -111,8 +206,8 @@ static void test_orders(void) {
     for (int over_families = 0; over_families < 2; ++over_families) {
         memset(counts, 0, sizeof counts);
         for (uint32_t run = 0; run < RUNS; ++run) {
-            int32_t x = over_families ? 3 : (int32_t)run % 128,
-                    y = over_families ? 4 : (int32_t)run / 128;
+            int32_t x = over_families ? 3 : BLOCK * ((int32_t)run % 128),
+                    y = over_families ? 4 : BLOCK * ((int32_t)run / 128);
             uint32_t domain = bn_domain_child(6, over_families ? 4u * run : 0u), u[4], v[4];
             bn_sample_4d_u32(s, x, y, 0, domain, u);
             for (uint32_t i = 1; i < ORDERED; ++i) {
@@ -145,7 +240,7 @@ static int compare_u32(const void *a, const void *b) {
 
 /* Samples 32, 64 and 128 places apart take their points in orders of their own: whether index i + 2
  * k and its neighbour are exchanged does not follow from i. Of 2^15 sums of two such exchanges, k
- * from 1 to 15, 2048 pixels see nearly as many. */
+ * from 1 to 15, 2048 blocks see nearly as many. */
 static void test_exchanges(void) {
     enum { PIXELS = 2048 };
     static uint32_t sums[3][PIXELS];
@@ -158,9 +253,10 @@ static void test_exchanges(void) {
     for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
         unsigned char exchanged[128] = {0};
         uint32_t u[4], v[4];
-        bn_sample_4d_u32(s, pixel % 64, pixel / 64, 0, BN_DOMAIN_ROOT, u);
+        bn_sample_4d_u32(s, BLOCK * (pixel % 64), BLOCK * (pixel / 64), 0, BN_DOMAIN_ROOT, u);
         for (uint32_t i = 1; i < 128u; ++i) {
-            bn_sample_4d_u32(s, pixel % 64, pixel / 64, 2u * i, BN_DOMAIN_ROOT, v);
+            bn_sample_4d_u32(s, BLOCK * (pixel % 64), BLOCK * (pixel / 64), 2u * i, BN_DOMAIN_ROOT,
+                             v);
             exchanged[i] = first_digit[(u[0] ^ v[0]) >> 24];
         }
         for (uint32_t i = 1; i < 16u; ++i) {
@@ -174,13 +270,13 @@ static void test_exchanges(void) {
         int distinct = 1;
         qsort(sums[k], PIXELS, sizeof *sums[k], compare_u32);
         for (int i = 1; i < PIXELS; ++i) distinct += sums[k][i] != sums[k][i - 1];
-        printf("samples %d apart: %d sums of exchanges in %d pixels\n", 32 << k, distinct, PIXELS);
+        printf("samples %d apart: %d sums of exchanges in %d blocks\n", 32 << k, distinct, PIXELS);
         CHECK(distinct > PIXELS / 2);
     }
     bn_sampler_destroy(s);
 }
 
-/* ---- The tile ---- */
+/* ---- The tile */
 
 /* The upper 16 digits of the four coordinates of a place of the tile, from the lowest bits up. */
 static uint64_t tile[MEMBERS][TILE * TILE];
@@ -204,21 +300,34 @@ static uint64_t first_digits(const bn_sampler *s, int32_t x, int32_t y, uint32_t
            (uint64_t)(u[3] >> 16) << 48;
 }
 
-/* Which coordinates are reflected, when a and b are equal up to reflections; else -1. */
-static int reflections(uint64_t a, uint64_t b) {
-    uint64_t lowest = (a ^ b) & 0x0001000100010001u;
-    if (lowest * 0xffffu != (a ^ b)) return -1;
-    return (int)((lowest | lowest >> 15 | lowest >> 30 | lowest >> 45) & 15u);
+/* Over the 4,096 labels the first three digits of the four coordinates are each of 8^4 cells once. */
+static void test_cells(const bn_sampler *s) {
+    read_tile(bn_sampler_table(s)->words);
+    for (int member = 0; member < MEMBERS; ++member) {
+        unsigned char seen[TILE * TILE] = {0};
+        for (int at = 0; at < TILE * TILE; ++at) {
+            const uint64_t v = tile[member][at];
+            const uint32_t cell = (uint32_t)(v >> 13 & 7u) | (uint32_t)(v >> 29 & 7u) << 3 |
+                                  (uint32_t)(v >> 45 & 7u) << 6 | (uint32_t)(v >> 61) << 9;
+            CHECK(seen[cell]++ == 0);
+        }
+    }
 }
 
-/* How a family sees the tile: from the lowest bit up the reflections of the coordinates of its four
- * members, those of column and row, the shifts of both. */
-enum { VARIANT_BITS = 16 + 2 + 6 + 6 };
+/* A family: how it sees the tile, from the lowest bit up the reflections of column and row and the
+ * shifts of both, and what each member adds to the digits from the fourth on. */
+typedef struct variant {
+    uint32_t view;
+    uint64_t keys[MEMBERS];
+} variant;
+
+enum { VIEW_BITS = 2 + 6 + 6, KEY_BITS = 13, VARIANT_BITS = VIEW_BITS + 4 * MEMBERS * KEY_BITS };
 
 /* Counts the variants that explain the draws of a family. */
-static int find_variant(const bn_sampler *s, uint32_t parent, uint32_t key, uint32_t *variant) {
+static int find_variant(const bn_sampler *s, uint32_t parent, uint32_t key, variant *seen) {
     static const int32_t pixels[][2] = {{0, 0}, {1, 0}, {0, 1}, {37, 5}, {-3, 1000}};
     enum { PIXELS = sizeof pixels / sizeof *pixels };
+    const uint64_t unchanged = 0xe000e000e000e000u; /* the first three digits */
     uint64_t looks[PIXELS][MEMBERS];
     int count = 0;
     for (uint32_t i = 0; i < PIXELS * MEMBERS; ++i) {
@@ -227,53 +336,76 @@ static int find_variant(const bn_sampler *s, uint32_t parent, uint32_t key, uint
             first_digits(s, pixel[0], pixel[1], bn_domain_child(parent, key + i % MEMBERS));
     }
     for (uint32_t at = 0; at < TILE * TILE; ++at) {
-        if (reflections(looks[0][0], tile[0][at]) < 0) continue;
+        if ((looks[0][0] ^ tile[0][at]) & unchanged) continue;
         for (uint32_t flips = 0; flips < 4u; ++flips) {
             uint32_t flip_x = 0u - (flips & 1u), flip_y = 0u - (flips >> 1);
             uint32_t shift_x = at % TILE - flip_x, shift_y = at / TILE - flip_y;
-            uint32_t found = 0;
+            uint64_t keys[MEMBERS] = {0};
             int same = 1;
             for (uint32_t i = 0; i < PIXELS * MEMBERS && same; ++i) {
                 uint32_t column = (((uint32_t)pixels[i / MEMBERS][0] ^ flip_x) + shift_x) % TILE;
                 uint32_t row = (((uint32_t)pixels[i / MEMBERS][1] ^ flip_y) + shift_y) % TILE;
-                int reflected = reflections(looks[i / MEMBERS][i % MEMBERS],
-                                            tile[i % MEMBERS][row * TILE + column]);
-                if (i < MEMBERS && reflected >= 0) found |= (uint32_t)reflected << 4 * i;
-                same = reflected >= 0 && (found >> 4u * (i % MEMBERS) & 15u) == (uint32_t)reflected;
+                uint64_t added =
+                    looks[i / MEMBERS][i % MEMBERS] ^ tile[i % MEMBERS][row * TILE + column];
+                if (i < MEMBERS) keys[i] = added;
+                same = keys[i % MEMBERS] == added && !(added & unchanged);
             }
             if (!same) continue;
-            *variant = found | flips << 16 | (shift_x % TILE) << 18 | (shift_y % TILE) << 24;
+            seen->view = flips | (shift_x % TILE) << 2 | (shift_y % TILE) << 8;
+            memcpy(seen->keys, keys, sizeof keys);
             ++count;
         }
     }
     return count;
 }
 
-/* All members of a family see the tile in one way, and over random families all ways are equally
- * likely: each bit of the variant is even, and so is the sum of any two. Beyond 6 deviations has
- * probability 2e-9 in each of 465 tests. */
+/* Bits of a variant: those of the view, then 13 of each coordinate from its fourth digit down. */
+static uint32_t variant_bit(const variant *v, int bit) {
+    if (bit < VIEW_BITS) return v->view >> bit & 1u;
+    bit -= VIEW_BITS;
+    return (uint32_t)(v->keys[bit / KEY_BITS / 4] >>
+                      (16 * (bit / KEY_BITS % 4) + KEY_BITS - 1 - bit % KEY_BITS)) &
+           1u;
+}
+
+static int is_leading(int bit) {
+    return bit < VIEW_BITS || (bit - VIEW_BITS) % KEY_BITS < 3;
+}
+
+/* All members of a family see the tile in one way, and over random families all ways and added
+ * digits are equally likely: each bit of the variant is even, and so is the sum of any two of one
+ * coordinate, or of the view and the first three added digits of all coordinates of all members.
+ * (Later digits of dimensions 2 and 3 repeat those of 0 and 1.) Beyond 6 deviations has probability
+ * 2e-9 in each of about 3,000 tests. */
 static void test_variants(void) {
     enum { FAMILIES = 4096, SEEDS = 4 };
     static int ones[VARIANT_BITS][VARIANT_BITS];
+    int tests = 0;
     for (uint32_t family = 0; family < FAMILIES;) {
         bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, family);
         read_tile(bn_sampler_table(s)->words);
         for (uint32_t i = 0; i < FAMILIES / SEEDS; ++i, ++family) {
-            uint32_t variant = 0, parent = bn_hash32(family);
-            int found = find_variant(s, parent, family % 256u * 4u, &variant);
-            CHECK(found == 1);
+            variant found = {0, {0}};
+            uint32_t bits[VARIANT_BITS], parent = bn_hash32(family);
+            CHECK(find_variant(s, parent, family % 256u * 4u, &found) == 1);
             for (int a = 0; a < VARIANT_BITS; ++a) {
-                for (int b = 0; b < a; ++b) ones[a][b] += (variant >> a ^ variant >> b) & 1u;
-                ones[a][a] += variant >> a & 1u;
+                bits[a] = variant_bit(&found, a);
+                ones[a][a] += (int)bits[a];
+                for (int b = 0; b < a; ++b) ones[a][b] += (int)(bits[a] ^ bits[b]);
             }
         }
         bn_sampler_destroy(s);
     }
     for (int a = 0; a < VARIANT_BITS; ++a) {
         for (int b = 0; b <= a; ++b) {
+            const int same_coordinate =
+                b >= VIEW_BITS && (a - VIEW_BITS) / KEY_BITS == (b - VIEW_BITS) / KEY_BITS;
+            if (!same_coordinate && !(is_leading(a) && is_leading(b))) continue;
             CHECK(fabs(ones[a][b] - 0.5 * FAMILIES) < 6.0 * 0.5 * sqrt(FAMILIES));
+            ++tests;
         }
     }
+    printf("%d sums of bits of families are even\n", tests);
 }
 
 /* Another seed is not the same families moved over the screen: from seed to seed their shifts
@@ -285,10 +417,10 @@ static void test_seeds(void) {
     int differences = 0;
     read_tile(bn_sampler_table(s)->words);
     for (uint32_t family = 0; family < FAMILIES; ++family) {
-        uint32_t a = 0, b = 0;
+        variant a = {0, {0}}, b = {0, {0}};
         CHECK(find_variant(s, bn_hash32(family), 0, &a) == 1);
         CHECK(find_variant(t, bn_hash32(family), 0, &b) == 1);
-        seen |= (uint64_t)1 << (((a >> 18) - (b >> 18)) & 63u);
+        seen |= (uint64_t)1 << (((a.view >> 2) - (b.view >> 2)) & 63u);
     }
     for (; seen != 0; seen &= seen - 1u) ++differences;
     /* All 64 but one or two. */
@@ -299,8 +431,14 @@ static void test_seeds(void) {
 
 int main(void) {
     bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 21);
-    test_neighbours(s, BN_DOMAIN_ROOT);
-    test_neighbours(s, bn_domain_child(3, 6));
+    for (int32_t i = 0; i < 4; ++i) {
+        test_block(s, bn_domain_child(4, (uint32_t)i), i - 2, 77 * i * i - 100);
+    }
+    test_blocks(s, BN_DOMAIN_ROOT);
+    test_blocks(s, bn_domain_child(3, 6));
+    test_families(s);
+    test_single_samples(s);
+    test_cells(s);
     bn_sampler_destroy(s);
     test_low_digits();
     test_orders();

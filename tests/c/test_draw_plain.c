@@ -28,6 +28,10 @@ int main(void) {
             bn_draw_4d(table, x, y, index, domain, plain);
             CHECK(memcmp(bits, plain_bits, sizeof bits) == 0);
             CHECK(memcmp(floats, plain, sizeof floats) == 0);
+            for (uint32_t pair = 0; pair < 2u; ++pair) {
+                bn_draw_pair(table, x, y, index, domain, pair, plain);
+                CHECK(memcmp(floats + 2u * pair, plain, sizeof floats / 2) == 0);
+            }
         }
         bn_sampler_destroy(s);
     }

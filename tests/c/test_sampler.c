@@ -116,7 +116,17 @@ static void test_forms(void) {
                 CHECK(four[d] >= 0.0f && four[d] < 1.0f);
             }
             CHECK(memcmp(two, four, sizeof two) == 0);
+            bn_draw_2d(bn_sampler_table(s), x, y, index, domain, two);
+            CHECK(memcmp(two, four, sizeof two) == 0);
             CHECK(bn_sample_1d(s, x, y, index, domain) == four[0]);
+            CHECK(bn_draw_1d(bn_sampler_table(s), x, y, index, domain) == four[0]);
+            /* Only the lowest bit of the pair counts. */
+            for (uint32_t pair = 0; pair < 4u; ++pair) {
+                bn_sample_pair(s, x, y, index, domain, pair, two);
+                CHECK(memcmp(two, four + 2u * (pair & 1u), sizeof two) == 0);
+                bn_draw_pair(bn_sampler_table(s), x, y, index, domain, pair, two);
+                CHECK(memcmp(two, four + 2u * (pair & 1u), sizeof two) == 0);
+            }
         }
         bn_sampler_destroy(s);
     }

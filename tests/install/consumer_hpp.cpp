@@ -39,6 +39,8 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
         count += std::memcmp(own, four.data(), sizeof own) != 0;
         count += a != own[0] || b != own[1] || c != own[2] || d != own[0] || e != own[1];
         count += f != own[0];
+        const auto [g, h] = sampler.sample_pair(x, 3, 300, domain, 1);
+        count += g != own[2] || h != own[3];
     }
     const std::vector<float> block = sampler.block(5, 6, 3, 2, 7, 4, domain);
     const auto last = sampler.sample(7, 7, 10, domain);
@@ -51,6 +53,11 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     sampler.sample_many<2>(3, x, y, index, domains, many);
     for (int i = 0; i < 3; ++i) {
         const auto [a, b] = sampler.sample<2>(x[i], 3, 300, domain);
+        count += many[2 * i] != a || many[2 * i + 1] != b;
+    }
+    sampler.sample_many_pair(3, x, y, index, domains, 1, many);
+    for (int i = 0; i < 3; ++i) {
+        const auto [a, b] = sampler.sample_pair(x[i], 3, 300, domain, 1);
         count += many[2 * i] != a || many[2 * i + 1] != b;
     }
     sampler.sample_many(0, nullptr, nullptr, nullptr, nullptr, nullptr);

@@ -3,17 +3,26 @@
 void answer(out uint result[16]) {
     uint x = CASE(1u), y = CASE(2u), index = CASE(3u);
     uint domain = bn_domain_child(CASE(4u), CASE(5u));
+    uint pair = CASE(11u);
     bn_uint4 bits;
+    bn_uint2 v;
     vec4 draw;
+    vec2 w;
     if (CASE(0u) == 0u) {
         bits = bn_draw_blue_bits(x, y, index, domain);
         draw = bn_draw_blue(x, y, index, domain);
+        v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
+        w = bn_draw_blue_pair(x, y, index, domain, pair);
     } else if (CASE(0u) == 1u) {
         bits = bn_draw_sobol_bits(x, y, index, domain);
         draw = bn_draw_sobol(x, y, index, domain);
+        v = bn_draw_sobol_pair_bits(x, y, index, domain, pair);
+        w = bn_draw_sobol_pair(x, y, index, domain, pair);
     } else {
         bits = bn_draw_white_bits(x, y, index, domain);
         draw = bn_draw_white(x, y, index, domain);
+        v = bn_draw_white_pair_bits(x, y, index, domain, pair);
+        w = bn_draw_white_pair(x, y, index, domain, pair);
     }
     result[0] = domain;
     result[1] = bits.x;
@@ -33,5 +42,5 @@ void answer(out uint result[16]) {
     left = u;
     result[13] = bn_choose_cdf(CASE(9u), CASE(10u), left);
     result[14] = floatBitsToUint(left);
-    result[15] = 0u;
+    result[15] = v.x + 3u * v.y + 5u * floatBitsToUint(w.x) + 7u * floatBitsToUint(w.y);
 }

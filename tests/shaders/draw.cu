@@ -24,17 +24,25 @@ BN_DEVICE_INLINE float number_of(uint32_t v) {
 BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint32_t *asked, uint32_t *result) {
     const int32_t x = int32_t(asked[1]), y = int32_t(asked[2]);
     const uint32_t index = asked[3], domain = bn_draw_domain_child(asked[4], asked[5]);
+    const uint32_t pair = asked[11];
     bn_uint4 bits;
-    float draw[4];
+    bn_uint2 v;
+    float draw[4], w[2];
     if (asked[0] == 0) {
         bits = bn_draw_blue_bits(words, asked[1], asked[2], index, domain);
         bn_draw_blue(words, x, y, index, domain, draw);
+        v = bn_draw_blue_pair_bits(words, asked[1], asked[2], index, domain, pair);
+        bn_draw_blue_pair(words, x, y, index, domain, pair, w);
     } else if (asked[0] == 1) {
         bits = bn_draw_sobol_bits(words, asked[1], asked[2], index, domain);
         bn_draw_sobol(words, x, y, index, domain, draw);
+        v = bn_draw_sobol_pair_bits(words, asked[1], asked[2], index, domain, pair);
+        bn_draw_sobol_pair(words, x, y, index, domain, pair, w);
     } else {
         bits = bn_draw_white_bits(words, asked[1], asked[2], index, domain);
         bn_draw_white(words, x, y, index, domain, draw);
+        v = bn_draw_white_pair_bits(words, asked[1], asked[2], index, domain, pair);
+        bn_draw_white_pair(words, x, y, index, domain, pair, w);
     }
     result[0] = domain;
     result[1] = bits.x;
@@ -52,7 +60,7 @@ BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint
     u = number_of(asked[7]);
     result[13] = bn_choose_cdf(cdf + asked[9], asked[10], &u);
     result[14] = bits_of(u);
-    result[15] = 0;
+    result[15] = v.x + 3 * v.y + 5 * bits_of(w[0]) + 7 * bits_of(w[1]);
 }
 
 #ifdef RUN_ON_HOST

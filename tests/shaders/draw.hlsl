@@ -15,17 +15,26 @@
     if (at >= count) return;
     uint kind = cases[at], x = cases[at + 1u], y = cases[at + 2u], index = cases[at + 3u];
     uint domain = bn_domain_child(cases[at + 4u], cases[at + 5u]);
+    uint pair = cases[at + 11u];
     uint4 bits;
+    uint2 v;
     float4 draw;
+    float2 w;
     if (kind == 0u) {
         bits = bn_draw_blue_bits(x, y, index, domain);
         draw = bn_draw_blue(x, y, index, domain);
+        v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
+        w = bn_draw_blue_pair(x, y, index, domain, pair);
     } else if (kind == 1u) {
         bits = bn_draw_sobol_bits(x, y, index, domain);
         draw = bn_draw_sobol(x, y, index, domain);
+        v = bn_draw_sobol_pair_bits(x, y, index, domain, pair);
+        w = bn_draw_sobol_pair(x, y, index, domain, pair);
     } else {
         bits = bn_draw_white_bits(x, y, index, domain);
         draw = bn_draw_white(x, y, index, domain);
+        v = bn_draw_white_pair_bits(x, y, index, domain, pair);
+        w = bn_draw_white_pair(x, y, index, domain, pair);
     }
     results[at] = domain;
     for (uint d = 0u; d < 4u; ++d) {
@@ -44,5 +53,5 @@
     left = u;
     results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], left);
     results[at + 14u] = asuint(left);
-    results[at + 15u] = 0u;
+    results[at + 15u] = v.x + 3u * v.y + 5u * asuint(w.x) + 7u * asuint(w.y);
 }

@@ -15,20 +15,29 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let y = cases[at + 2u];
     let index = cases[at + 3u];
     let domain = bn_domain_child(cases[at + 4u], cases[at + 5u]);
+    let pair = cases[at + 11u];
     var bits: vec4u;
+    var v: vec2u;
     var draw: vec4f;
+    var w: vec2f;
     switch (cases[at]) {
         case 0u: {
             bits = bn_draw_blue_bits(x, y, index, domain);
             draw = bn_draw_blue(x, y, index, domain);
+            v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
+            w = bn_draw_blue_pair(x, y, index, domain, pair);
         }
         case 1u: {
             bits = bn_draw_sobol_bits(x, y, index, domain);
             draw = bn_draw_sobol(x, y, index, domain);
+            v = bn_draw_sobol_pair_bits(x, y, index, domain, pair);
+            w = bn_draw_sobol_pair(x, y, index, domain, pair);
         }
         default: {
             bits = bn_draw_white_bits(x, y, index, domain);
             draw = bn_draw_white(x, y, index, domain);
+            v = bn_draw_white_pair_bits(x, y, index, domain, pair);
+            w = bn_draw_white_pair(x, y, index, domain, pair);
         }
     }
     results[at] = domain;
@@ -48,5 +57,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     left = u;
     results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], &left);
     results[at + 14u] = bitcast<u32>(left);
-    results[at + 15u] = 0u;
+    results[at + 15u] = v.x + 3u * v.y + 5u * bitcast<u32>(w.x) + 7u * bitcast<u32>(w.y);
 }

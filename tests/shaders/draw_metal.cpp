@@ -32,6 +32,13 @@ static void answer(const uint *words, const float *cdf, const uint *asked, uint 
     const float4 draw = kind == 0   ? bn_draw_blue(words, x, y, index, domain)
                         : kind == 1 ? bn_draw_sobol(words, x, y, index, domain)
                                     : bn_draw_white(words, x, y, index, domain);
+    const uint pair = asked[11];
+    const uint2 v = kind == 0   ? bn_draw_blue_pair_bits(words, x, y, index, domain, pair)
+                    : kind == 1 ? bn_draw_sobol_pair_bits(words, x, y, index, domain, pair)
+                                : bn_draw_white_pair_bits(words, x, y, index, domain, pair);
+    const float2 w = kind == 0   ? bn_draw_blue_pair(words, x, y, index, domain, pair)
+                     : kind == 1 ? bn_draw_sobol_pair(words, x, y, index, domain, pair)
+                                 : bn_draw_white_pair(words, x, y, index, domain, pair);
     result[0] = domain;
     memcpy(result + 1, &bits, sizeof bits);
     memcpy(result + 5, &draw, sizeof draw);
@@ -44,4 +51,5 @@ static void answer(const uint *words, const float *cdf, const uint *asked, uint 
     u = number_of(asked[7]);
     result[13] = bn_choose_cdf(cdf + asked[9], asked[10], u);
     result[14] = bits_of(u);
+    result[15] = v.x + 3 * v.y + 5 * bits_of(w.x) + 7 * bits_of(w.y);
 }

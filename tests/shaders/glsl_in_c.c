@@ -5,6 +5,7 @@
 #include "glsl_in_c.h"
 
 typedef struct bn_uint4 bn_uint4;
+typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
 static const uint32_t *glsl_words;
@@ -58,6 +59,20 @@ uint32_t glsl_word_count(void) {
 
 uint32_t glsl_domain_child(uint32_t domain, uint32_t key) {
     return bn_draw_domain_child(domain, key);
+}
+
+void glsl_draw_pair(const uint32_t *words, int32_t kind, int32_t x, int32_t y, uint32_t index,
+                    uint32_t domain, uint32_t pair, uint32_t out[2]) {
+    bn_uint2 v;
+    glsl_words = words;
+    if (kind == BN_SAMPLER_BLUE)
+        v = bn_draw_blue_pair_bits((uint32_t)x, (uint32_t)y, index, domain, pair);
+    else if (kind == BN_SAMPLER_SOBOL)
+        v = bn_draw_sobol_pair_bits((uint32_t)x, (uint32_t)y, index, domain, pair);
+    else
+        v = bn_draw_white_pair_bits((uint32_t)x, (uint32_t)y, index, domain, pair);
+    out[0] = v.x;
+    out[1] = v.y;
 }
 
 void glsl_draw(const uint32_t *words, int32_t kind, int32_t x, int32_t y, uint32_t index,

@@ -17,6 +17,11 @@ struct float4 {
     float4(float x, float y, float z, float w) : x(x), y(y), z(z), w(w) {}
     float4 operator*(float s) const { return float4(x * s, y * s, z * s, w * s); }
 };
+struct float2 {
+    float x, y;
+    float2(float x, float y) : x(x), y(y) {}
+    float2 operator*(float s) const { return float2(x * s, y * s); }
+};
 namespace metal {
 static uint reverse_bits(uint v) {
     uint reversed = 0;

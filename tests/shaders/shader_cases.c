@@ -3,9 +3,11 @@
  *
  *     words.bin     [SEEDS][10754]: of bn_sampler_table_words()
  *     cdf.bin       [CDF]: tables of cumulative probabilities
- *     cases.bin     [SEEDS][cases][16]: kind, x, y, index, parent, key; probability, u, count, first, cdf_count
+ *     cases.bin     [SEEDS][cases][16]: kind, x, y, index, parent, key; probability, u, count, first, cdf_count;
+ *                   pair
  *     expected.bin  [SEEDS][cases][16]: the domain; the draw's bits, the same as floats; then what
- *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves */
+ *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves; last
+ *                   v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of its floats */
 #include <bn/bn_choose.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -88,6 +90,9 @@ static void draw(bn_sampler *const samplers[KINDS], uint32_t at, uint32_t *recor
     float u[4];
     bn_sample_4d(sampler, x, y, record[3], expected[0], u);
     for (int d = 0; d < 4; ++d) expected[5 + d] = bits_of(u[d]);
+    record[11] = random_u32() >> 31;
+    const uint32_t *v = expected + 1 + 2 * record[11], *w = v + 4;
+    expected[15] = v[0] + 3u * v[1] + 5u * w[0] + 7u * w[1];
 }
 
 static FILE *created(const char *folder, const char *name) {

@@ -74,6 +74,10 @@ int main(void) {
                 bn_sample_4d_u32(s, x, y, indices[i / NC / NC], domain, bits);
                 glsl_draw(words, kind, x, y, indices[i / NC / NC], domain, shader);
                 CHECK(memcmp(bits, shader, sizeof bits) == 0);
+                for (uint32_t pair = 0; pair < 2u; ++pair) {
+                    glsl_draw_pair(words, kind, x, y, indices[i / NC / NC], domain, pair, shader);
+                    CHECK(memcmp(bits + 2u * pair, shader, sizeof bits / 2) == 0);
+                }
             }
             bn_sampler_destroy(s);
         }

@@ -149,7 +149,9 @@ enum {
      * in both pairs of every domain. In each pixel, every prefix of 2^m samples is a (0, m, 2)-net
      * in dimensions (0, 1) and in (2, 3), and every prefix of 4^m samples is a (0, m, 4)-net in
      * base 4 in all four dimensions. Over the pixels of an aligned block of 16^s pixels, that
-     * prefix is a (0, m + 2 s, 4)-net. docs/blue.md has the construction. */
+     * prefix is a (0, m + 2 s, 4)-net. Blurred errors fall with every sample, as each sample by
+     * itself is blue: the pixels of 32 x 32 share the order of their samples. Over domains, such as
+     * frames, each sample is uniform in its four dimensions. docs/blue.md has the construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
      * of renderers, as a baseline. */
@@ -204,12 +206,15 @@ BN_API void bn_sampler_destroy(bn_sampler *sampler);
  * They cannot fail, allocate nothing and take no locks.
  *
  * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
- * 2^-24, always in [0, 1). The 2-D draw is the first two dimensions of the 4-D draw, the 1-D draw
- * the first. */
+ * 2^-24, always in [0, 1). The 1-D draw is dimension 0 of the 4-D draw and the 2-D draw dimensions
+ * (0, 1). bn_sample_pair() draws one pair alone, (0, 1) with pair 0 and (2, 3) with pair 1; only the
+ * lowest bit of `pair` counts. A pair never takes longer than a 4-D draw. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
 BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                          uint32_t domain, float out[2]);
+BN_API void bn_sample_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                           uint32_t domain, uint32_t pair, float out[2]);
 BN_API void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                          uint32_t domain, float out[4]);
 BN_API void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -238,6 +243,14 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
 BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
                                 const int32_t *y, const uint32_t *index, const uint32_t *domain,
                                 uint32_t dimensions, float *out, size_t out_count);
+
+/* The same for one pair of dimensions, by 0 or 1: out[count][2], bit-equal to bn_sample_pair().
+ * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, pair is not 0 or 1),
+ * SIZE_MISMATCH (out_count is not count * 2). */
+BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int32_t *x,
+                                     const int32_t *y, const uint32_t *index,
+                                     const uint32_t *domain, uint32_t pair, float *out,
+                                     size_t out_count);
 
 /* Copies the tables of a sampler into one flat buffer, for drawing in a shader (docs/shaders.md);
  * bn_draw.glsl describes its contents. If `needed` is not NULL, it receives the number of words,

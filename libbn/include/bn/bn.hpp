@@ -91,6 +91,10 @@ class Sampler {
         std::array<float, N> out{};
         if constexpr (N == 4) {
             bn_sample_4d(sampler_, x, y, index, domain.value(), out.data());
+        } else if constexpr (N == 2) {
+            bn_sample_2d(sampler_, x, y, index, domain.value(), out.data());
+        } else if constexpr (N == 1) {
+            out[0] = bn_sample_1d(sampler_, x, y, index, domain.value());
         } else {
             const std::array<float, 4> all = sample<4>(x, y, index, domain);
             for (std::size_t i = 0; i < N; ++i) out[i] = all[i];
@@ -98,7 +102,15 @@ class Sampler {
         return out;
     }
 
-    // The same as 32 random bits for each dimension.
+    // One pair of dimensions alone: (0, 1) with pair 0, (2, 3) with pair 1.
+    std::array<float, 2> sample_pair(int32_t x, int32_t y, uint32_t index, Domain domain,
+                                     uint32_t pair) const noexcept {
+        std::array<float, 2> out{};
+        bn_sample_pair(sampler_, x, y, index, domain.value(), pair, out.data());
+        return out;
+    }
+
+    // All four dimensions, 32 random bits each.
     std::array<uint32_t, 4> sample_u32(int32_t x, int32_t y, uint32_t index,
                                        Domain domain = Domain()) const noexcept {
         std::array<uint32_t, 4> out{};
@@ -115,6 +127,15 @@ class Sampler {
                       "a domain has four dimensions; draw more from its children");
         check("bn_sample_many",
               bn_sample_many(sampler_, count, x, y, index, domain, N, out, count * N));
+    }
+
+    // bn_sample_many_pair(): one pair of dimensions, 0 or 1, to out[count][2]. Throws
+    // INVALID_ARGUMENT for another pair too.
+    void sample_many_pair(std::size_t count, const int32_t *x, const int32_t *y,
+                          const uint32_t *index, const uint32_t *domain, uint32_t pair,
+                          float *out) const {
+        check("bn_sample_many_pair",
+              bn_sample_many_pair(sampler_, count, x, y, index, domain, pair, out, count * 2));
     }
 
     // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent

@@ -14,7 +14,9 @@
 #define BN_DRAW_HLSL
 
 #define BN_UINT uint
+#define BN_FLOAT2 float2
 #define BN_FLOAT4 float4
+#define bn_uint2 uint2
 #define bn_uint4 uint4
 #define BN_FUNCTION
 #define BN_TABLE

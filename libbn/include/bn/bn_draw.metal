@@ -18,7 +18,9 @@
 #define BN_WORDS const device uint *
 #endif
 #define BN_UINT uint
+#define BN_FLOAT2 float2
 #define BN_FLOAT4 float4
+#define bn_uint2 uint2
 #define bn_uint4 uint4
 #define BN_FUNCTION static inline
 #define BN_TABLE BN_WORDS bn_words,

@@ -38,6 +38,14 @@ fn bn_draw_row(at: u32) -> vec4u {
     return row;
 }
 
+/* Two words in a row, or one with that which follows it. */
+fn bn_draw_half_row(at: u32) -> vec2u {
+    var row: vec2u;
+    row.x = bn_words[at];
+    row.y = bn_words[at + 1u];
+    return row;
+}
+
 /* ---- Bits */
 
 /* The upper half of the 64-bit product, from products of half-words. */
@@ -100,35 +108,40 @@ fn bn_sobol_second(digits_in: u32) -> u32 {
 
 struct bn_blue_pixel {
     place: u32,
-    block: u32, /* the words that hold the pixel's digits */
+    block: u32, /* the words that hold the upper 16 digits of the pixel */
+    keys01: u32,
+    keys23: u32, /* what the domain adds to them, from the fourth digit on */
     low01: u32,
-    low23: u32, /* the lower 16 digits, the pixel's own: a half-word each */
+    low23: u32, /* the lower 16 digits, random: as in all these, a half-word each */
     shuffle: u32, /* of the index: the same for all members of a family */
     member: u32, /* of the family, times two */
-    reflect: u32, /* four bits: which coordinates are reflected */
 }
 
 fn bn_draw_blue_pixel(x: u32, y: u32, domain: u32) -> bn_blue_pixel {
     var pixel: bn_blue_pixel;
     let member = (domain >> 29u) & 6u;
+    pixel.member = member;
     /* The family: its four members differ only in the upper two bits of the domain. The upper half
      * of a 64-bit product depends on every bit of it. */
     var family = (domain << 2u) ^ bn_words[BN_SEED_AT];
     family = bn_multiply_high(family, 0x7f4a7c15u) + family * 0x9e3779b9u +
         bn_words[BN_SEED_AT + 1u];
+    /* The order of the samples: one for 32 x 32 pixels, so that samples in the middle of an octave
+     * are as blue as the first ones. */
+    pixel.shuffle = bn_hash32((x >> 5u) + (y >> 5u) * 0x9e3779b1u) + family;
     /* The tile, reflected and shifted. */
     let column = ((x ^ (0u - ((family >> 16u) & 1u))) + (family >> 26u)) & 63u;
     let row = ((y ^ (0u - ((family >> 17u) & 1u))) + (family >> 20u)) & 63u;
     let places = bn_words[BN_PIXELS_AT + row * 64u + column];
     pixel.place = BN_PLACES_AT + ((places >> (4u * member)) & 255u) + member;
     pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
-    let position = bn_hash32(x + y * 0x9e3779b1u);
-    let low = (position ^ family) * 0x21f0aaadu + member * 0x85ebca6bu;
+    let own = member * 0x85ebca6bu;
+    let keys = (family ^ (family >> 15u)) * (own + 0x21f0aaadu);
+    pixel.keys01 = keys & 0x1fff1fffu;
+    pixel.keys23 = (keys >> 3u) & 0x1fff1fffu;
+    let low = (bn_hash32(x + y * 0x9e3779b1u) ^ family) * 0x21f0aaadu + own;
     pixel.low01 = low ^ (low >> 15u);
     pixel.low23 = pixel.low01 * 0xd35a2d97u;
-    pixel.shuffle = position + family;
-    pixel.member = member;
-    pixel.reflect = (family >> (2u * member)) & 15u;
     return pixel;
 }
 
@@ -152,17 +165,13 @@ fn bn_draw_blue_digits(shuffle: u32, reversed: u32, flip: u32) -> u32 {
     return reversed ^ (reversed * (shuffle << 1u)) ^ ((shuffle * flip) & 0x80000000u);
 }
 
-fn bn_draw_reflected(v: u32, reflect: u32) -> u32 {
-    return v ^ (0u - (reflect & 1u));
-}
-
 fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
     var digits = bn_draw_blue_digits(pixel.shuffle, reverseBits(index), bn_draw_flip(index));
     var v = bn_draw_row(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u);
     let place = bn_draw_row(pixel.place);
     let block = bn_draw_row(pixel.block);
-    let high01 = place.x ^ block.x;
-    let high23 = place.y ^ block.y;
+    let high01 = place.x ^ block.x ^ pixel.keys01;
+    let high23 = place.y ^ block.y ^ pixel.keys23;
     v.x ^= (high01 << 16u) | (pixel.low01 & 0xffffu);
     v.y ^= (high01 & 0xffff0000u) | (pixel.low01 >> 16u);
     v.z ^= (high23 << 16u) | (pixel.low23 & 0xffffu);
@@ -177,11 +186,40 @@ fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
         v.w ^= row.w & picked;
         later += 16u;
     }
-    v.x = bn_draw_reflected(v.x, pixel.reflect);
-    v.y = bn_draw_reflected(v.y, pixel.reflect >> 1u);
-    v.z = bn_draw_reflected(v.z, pixel.reflect >> 2u);
-    v.w = bn_draw_reflected(v.w, pixel.reflect >> 3u);
     return v;
+}
+
+/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of
+ * the index add to it. */
+fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair: u32) -> vec2u {
+    let second = 0u - pair;
+    let place = bn_draw_half_row(pixel.place + pair);
+    let block = bn_draw_half_row(pixel.block + pair);
+    let high = place.x ^ block.x ^ pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
+    let low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
+    var v = bn_draw_half_row(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
+    v.x ^= (high << 16u) | (low & 0xffffu);
+    v.y ^= (high & 0xffff0000u) | (low >> 16u);
+    return v;
+}
+
+fn bn_draw_blue_pair_at(pixel: bn_blue_pixel, index: u32, pair: u32) -> vec2u {
+    var digits = bn_draw_blue_digits(pixel.shuffle, reverseBits(index), bn_draw_flip(index));
+    var v = bn_draw_blue_pair_first(pixel, digits, pair);
+    var later = BN_LATER_AT + (pixel.member + pair) * 2u;
+    for (digits <<= 8u; digits != 0u; digits <<= 1u) {
+        let picked = 0u - (digits >> 31u);
+        let row = bn_draw_half_row(later);
+        v.x ^= row.x & picked;
+        v.y ^= row.y & picked;
+        later += 16u;
+    }
+    return v;
+}
+
+fn bn_draw_blue_pair_bits(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2u {
+    let pixel = bn_draw_blue_pixel(x, y, domain);
+    return bn_draw_blue_pair_at(pixel, index, pair);
 }
 
 fn bn_draw_blue_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
@@ -190,34 +228,74 @@ fn bn_draw_blue_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
 
 /* ---- SOBOL and WHITE */
 
+fn bn_draw_sobol_next(key: u32) -> u32 {
+    return bn_hash32(key + 0x9e3779b9u);
+}
+
+/* The first key of a domain. Each pair takes three, one after the other. */
+fn bn_draw_sobol_key(x: u32, y: u32, domain: u32) -> u32 {
+    let key = bn_hash32(y ^ bn_hash32(domain + bn_words[BN_SEED_AT]));
+    return bn_hash32(x ^ bn_hash32(key + bn_words[BN_SEED_AT + 1u]));
+}
+
+fn bn_draw_sobol_second_key(key: u32) -> u32 {
+    return bn_draw_sobol_next(bn_draw_sobol_next(bn_draw_sobol_next(key)));
+}
+
+fn bn_draw_sobol_two(key_in: u32, index: u32) -> vec2u {
+    var key = key_in;
+    var v: vec2u;
+    let digits = bn_owen_reversed(reverseBits(index), key);
+    key = bn_draw_sobol_next(key);
+    v.x = bn_owen(digits, key);
+    v.y = bn_owen(bn_sobol_second(digits), bn_draw_sobol_next(key));
+    return v;
+}
+
+fn bn_draw_sobol_pair_bits(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2u {
+    var key = bn_draw_sobol_key(x, y, domain);
+    key ^= (key ^ bn_draw_sobol_second_key(key)) & (0u - pair);
+    return bn_draw_sobol_two(key, index);
+}
+
 fn bn_draw_sobol_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
     var v: vec4u;
-    var key = bn_hash32(y ^ bn_hash32(domain + bn_words[BN_SEED_AT]));
-    key = bn_hash32(x ^ bn_hash32(key + bn_words[BN_SEED_AT + 1u]));
-    let reversed = reverseBits(index);
-    var digits = bn_owen_reversed(reversed, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.x = bn_owen(digits, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.y = bn_owen(bn_sobol_second(digits), key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    digits = bn_owen_reversed(reversed, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.z = bn_owen(digits, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.w = bn_owen(bn_sobol_second(digits), key);
+    let key = bn_draw_sobol_key(x, y, domain);
+    var two = bn_draw_sobol_two(key, index);
+    v.x = two.x;
+    v.y = two.y;
+    two = bn_draw_sobol_two(bn_draw_sobol_second_key(key), index);
+    v.z = two.x;
+    v.w = two.y;
     return v;
+}
+
+/* WHITE has two 32-bit keys: pixels that collide in one differ in the other. */
+fn bn_draw_white_key(x: u32, y: u32, domain: u32) -> u32 {
+    return bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + bn_words[BN_SEED_AT])));
+}
+
+fn bn_draw_white_other_key(x: u32, y: u32, domain: u32) -> u32 {
+    return bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ bn_words[BN_SEED_AT + 1u])));
 }
 
 fn bn_draw_white_one(a: u32, b: u32, index: u32) -> u32 {
     return bn_hash32(a ^ bn_hash32(index ^ bn_hash32(b)));
 }
 
+fn bn_draw_white_pair_bits(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2u {
+    var v: vec2u;
+    let a = bn_draw_white_key(x, y, domain);
+    let b = bn_draw_white_other_key(x, y, domain) + pair * 0x3c6ef372u;
+    v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
+    v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
+    return v;
+}
+
 fn bn_draw_white_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
     var v: vec4u;
-    /* Two 32-bit hashes: pixels that collide in one differ in the other. */
-    let a = bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + bn_words[BN_SEED_AT])));
-    let b = bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ bn_words[BN_SEED_AT + 1u])));
+    let a = bn_draw_white_key(x, y, domain);
+    let b = bn_draw_white_other_key(x, y, domain);
     v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
     v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
     v.z = bn_draw_white_one(a, b + 0xdaa66d2bu, index);
@@ -232,6 +310,11 @@ fn bn_draw_floats(v: vec4u) -> vec4f {
     return vec4f(f32(v.x >> 8u), f32(v.y >> 8u), f32(v.z >> 8u), f32(v.w >> 8u)) * scale;
 }
 
+fn bn_draw_pair_floats(v: vec2u) -> vec2f {
+    let scale = 1.0f / 16777216.0f;
+    return vec2f(f32(v.x >> 8u), f32(v.y >> 8u)) * scale;
+}
+
 fn bn_draw_blue(x: u32, y: u32, index: u32, domain: u32) -> vec4f {
     return bn_draw_floats(bn_draw_blue_bits(x, y, index, domain));
 }
@@ -242,4 +325,16 @@ fn bn_draw_sobol(x: u32, y: u32, index: u32, domain: u32) -> vec4f {
 
 fn bn_draw_white(x: u32, y: u32, index: u32, domain: u32) -> vec4f {
     return bn_draw_floats(bn_draw_white_bits(x, y, index, domain));
+}
+
+fn bn_draw_blue_pair(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_pair_floats(bn_draw_blue_pair_bits(x, y, index, domain, pair));
+}
+
+fn bn_draw_sobol_pair(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_pair_floats(bn_draw_sobol_pair_bits(x, y, index, domain, pair));
+}
+
+fn bn_draw_white_pair(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_pair_floats(bn_draw_white_pair_bits(x, y, index, domain, pair));
 }

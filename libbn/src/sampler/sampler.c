@@ -33,21 +33,22 @@ static size_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uint3
 }
 
 static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                      uint32_t domain, uint32_t out[4]) {
+                      uint32_t domain, uint32_t pairs, uint32_t out[4]) {
     uint32_t key =
         bn_hash32(bn_hash32(domain + sampler->words[BN_SEED_AT]) ^ sampler->words[BN_SEED_AT + 1u]);
     uint32_t pixel = bn_hash32((uint32_t)x ^ bn_hash32((uint32_t)y ^ key));
     uint32_t reversed = bn_reverse_bits(index), low = sampler->mask_low_digits;
     for (uint32_t pair = 0; pair < 2u; ++pair) {
-        /* As in BLUE: a nested shuffle that maps each power-of-two prefix to itself. */
-        uint32_t digits = reversed ^ (reversed * (pixel << 1));
+        const uint32_t key_x = bn_hash32(key + 0x9e3779b9u), key_y = bn_hash32(key_x + 0x9e3779b9u);
+        const uint32_t pixel_x = pixel, pixel_y = bn_hash32(pixel + 0x9e3779b9u);
+        key = key_y;
+        pixel = bn_hash32(pixel_y + 0x9e3779b9u);
+        if (!(pairs >> pair & 1u)) continue;
+        /* A nested shuffle that maps each power-of-two prefix to itself. */
+        uint32_t digits = reversed ^ (reversed * (pixel_x << 1));
         uint32_t second = bn_sobol_second(digits);
-        key = bn_hash32(key + 0x9e3779b9u);
-        digits ^= sampler->mask_x[mask_lookup(sampler, x, y, key)] ^ (pixel & low);
-        pixel = bn_hash32(pixel + 0x9e3779b9u);
-        key = bn_hash32(key + 0x9e3779b9u);
-        second ^= sampler->mask_y[mask_lookup(sampler, x, y, key)] ^ (pixel & low);
-        pixel = bn_hash32(pixel + 0x9e3779b9u);
+        digits ^= sampler->mask_x[mask_lookup(sampler, x, y, key_x)] ^ (pixel_x & low);
+        second ^= sampler->mask_y[mask_lookup(sampler, x, y, key_y)] ^ (pixel_y & low);
         out[2 * pair] = bn_owen(digits, BN_MASK_KEY_X);
         out[2 * pair + 1] = bn_owen(second, BN_MASK_KEY_Y);
     }
@@ -55,15 +56,22 @@ static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
 
 /* ---- Draws */
 
+/* ZORDER and MASK: the pairs of the bits of `pairs`; the rest of `out` is left alone. */
+static void draw_by_call(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                         uint32_t domain, uint32_t pairs, uint32_t out[4]) {
+    if (sampler->table.kind == BN_SAMPLER_ZORDER) {
+        bn_draw_zorder(sampler, x, y, index, domain, pairs, out);
+    } else {
+        draw_mask(sampler, x, y, index, domain, pairs, out);
+    }
+}
+
 void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                       uint32_t domain, uint32_t out[4]) {
-    const bn_draw_table *table = &sampler->table;
-    if (table->kind == BN_SAMPLER_ZORDER) {
-        bn_draw_zorder(sampler, x, y, index, domain, out);
-    } else if (table->kind == BN_SAMPLER_MASK) {
-        draw_mask(sampler, x, y, index, domain, out);
+    if (sampler->table.kind > BN_SAMPLER_WHITE) {
+        draw_by_call(sampler, x, y, index, domain, 3, out);
     } else {
-        bn_draw_4d_u32(table, x, y, index, domain, out);
+        bn_draw_4d_u32(&sampler->table, x, y, index, domain, out);
     }
 }
 
@@ -72,18 +80,26 @@ void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t inde
     bn_draw_4d(&sampler->table, x, y, index, domain, out);
 }
 
+void bn_sample_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                    uint32_t domain, uint32_t pair, float out[2]) {
+    if (sampler->table.kind > BN_SAMPLER_WHITE) {
+        uint32_t bits[4];
+        pair &= 1u;
+        draw_by_call(sampler, x, y, index, domain, 1u << pair, bits);
+        for (uint32_t i = 0; i < 2u; ++i) out[i] = bn_draw_float(bits[2u * pair + i]);
+    } else {
+        bn_draw_pair(&sampler->table, x, y, index, domain, pair, out);
+    }
+}
+
 void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   float out[2]) {
-    uint32_t bits[4];
-    bn_sample_4d_u32(sampler, x, y, index, domain, bits);
-    for (int i = 0; i < 2; ++i) out[i] = bn_draw_float(bits[i]);
+    bn_draw_2d(&sampler->table, x, y, index, domain, out);
 }
 
 float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                    uint32_t domain) {
-    uint32_t bits[4];
-    bn_sample_4d_u32(sampler, x, y, index, domain, bits);
-    return bn_draw_float(bits[0]);
+    return bn_draw_1d(&sampler->table, x, y, index, domain);
 }
 
 /* ---- Creating and destroying */

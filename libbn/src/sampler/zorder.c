@@ -91,7 +91,7 @@ static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t 
 }
 
 void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                    uint32_t domain, uint32_t out[4]) {
+                    uint32_t domain, uint32_t pairs, uint32_t out[4]) {
     const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
     const uint32_t block_mask = (1u << k) - 1u;
     /* Each tile of 4096 x 4096 pixels is scrambled independently. */
@@ -116,6 +116,7 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
     uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
     for (uint32_t pair = 0; pair < 2u; ++pair) {
         key = bn_hash32(key + 0x9e3779b9u);
+        if (!(pairs >> pair & 1u)) continue;
         uint32_t pixel_key = bn_hash32(pixel ^ bn_hash32(key ^ 0x5bd1e995u));
         if (pair == 1) block = second_pair64(block, domain >> 29);
         uint64_t later_second = sobol_second64(later), block_second = sobol_second64(block);

@@ -6,12 +6,14 @@
 #include <string.h>
 
 typedef struct bn_uint4 bn_uint4;
+typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
 BN_INLINE uint32_t word_at(const uint32_t *words, uint32_t at) {
     return words[at];
 }
 BN_INLINE bn_uint4 row_at(const uint32_t *words, bn_u32v at);
+BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at);
 
 #define BN_DRAW_IN_C
 #define BN_UINT bn_u32v
@@ -20,6 +22,7 @@ BN_INLINE bn_uint4 row_at(const uint32_t *words, bn_u32v at);
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) _Generic((i), uint32_t : word_at, bn_u32v : u32_gather)(bn_words, i)
 #define BN_ROW(i) row_at(bn_words, i)
+#define BN_HALF_ROW(i) half_row_at(bn_words, i)
 #define BN_ANY(v) u32_any(v)
 #define BN_REVERSE_BITS(v) u32_reverse_bits(v)
 #define BN_MULTIPLY_HIGH(a, b) u32_multiply_high(a, b)
@@ -31,57 +34,76 @@ BN_INLINE bn_uint4 row_at(const uint32_t *words, bn_u32v at) {
     return (bn_uint4){v[0], v[1], v[2], v[3]};
 }
 
-/* Draws a multiple of BN_U32_LANES lanes. `kind` and `wide`, whether there are more than two
- * dimensions, are constants, so that what they do not need falls away. */
-BN_INLINE void draw_loop(const uint32_t *words, int32_t kind, int wide, uint32_t dimensions,
+BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
+    bn_u32v v[2];
+    u32_gather_half_rows(words, at, v);
+    return (bn_uint2){v[0], v[1]};
+}
+
+/* What is drawn: dimension 0, a pair, or three or four dimensions. */
+enum { ONE, FIRST_PAIR, SECOND_PAIR, WIDE };
+
+/* Draws a multiple of BN_U32_LANES lanes. `kind` and `form` are constants, so that what they do not
+ * need falls away. */
+BN_INLINE void draw_loop(const uint32_t *words, int32_t kind, int form, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
-    for (size_t i = 0; i < lanes->count; i += BN_U32_LANES) {
+    for (size_t i = 0; i < lanes->count; i += BN_U32_LANES, out += BN_U32_LANES * dimensions) {
         const bn_u32v x = u32_load(lanes->x + i), y = u32_load(lanes->y + i);
         const bn_u32v index = u32_load(lanes->index + i), domain = u32_load(lanes->domain + i);
-        bn_uint4 v;
-        if (kind == BN_SAMPLER_BLUE) {
-            v = bn_draw_blue_bits(words, x, y, index, domain);
-        } else if (kind == BN_SAMPLER_SOBOL) {
-            v = bn_draw_sobol_bits(words, x, y, index, domain);
-        } else {
-            v = bn_draw_white_bits(words, x, y, index, domain);
-        }
-        if (wide) {
+        if (form == WIDE) {
+            const bn_uint4 v =
+                kind == BN_SAMPLER_BLUE    ? bn_draw_blue_bits(words, x, y, index, domain)
+                : kind == BN_SAMPLER_SOBOL ? bn_draw_sobol_bits(words, x, y, index, domain)
+                                           : bn_draw_white_bits(words, x, y, index, domain);
             bn_u32v all[4] = {v.x, v.y, v.z, v.w};
-            u32_store_wide(all, dimensions, out + i * dimensions);
+            u32_store_wide(all, dimensions, out);
         } else {
-            u32_store_narrow(v.x, v.y, dimensions, out + i * dimensions);
+            const bn_u32v pair = x * 0u + (form == SECOND_PAIR ? 1u : 0u);
+            const bn_uint2 v = kind == BN_SAMPLER_BLUE
+                                   ? bn_draw_blue_pair_bits(words, x, y, index, domain, pair)
+                               : kind == BN_SAMPLER_SOBOL
+                                   ? bn_draw_sobol_pair_bits(words, x, y, index, domain, pair)
+                                   : bn_draw_white_pair_bits(words, x, y, index, domain, pair);
+            if (form == ONE) {
+                u32_store_one(v.x, out);
+            } else {
+                u32_store_two(v.x, v.y, out);
+            }
         }
     }
 }
 
-BN_INLINE void draw_kind(const uint32_t *words, int32_t kind, uint32_t dimensions,
+BN_INLINE void draw_kind(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
     if (dimensions > 2) {
-        draw_loop(words, kind, 1, dimensions, lanes, out);
+        draw_loop(words, kind, WIDE, dimensions, lanes, out);
+    } else if (dimensions == 1) {
+        draw_loop(words, kind, ONE, 1, lanes, out);
+    } else if (pair == 0) {
+        draw_loop(words, kind, FIRST_PAIR, 2, lanes, out);
     } else {
-        draw_loop(words, kind, 0, dimensions, lanes, out);
+        draw_loop(words, kind, SECOND_PAIR, 2, lanes, out);
     }
 }
 
-static void draw_whole(const uint32_t *words, int32_t kind, uint32_t dimensions,
+static void draw_whole(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
                        const bn_draw_lanes *lanes, float *out) {
     if (kind == BN_SAMPLER_BLUE) {
-        draw_kind(words, BN_SAMPLER_BLUE, dimensions, lanes, out);
+        draw_kind(words, BN_SAMPLER_BLUE, pair, dimensions, lanes, out);
     } else if (kind == BN_SAMPLER_SOBOL) {
-        draw_kind(words, BN_SAMPLER_SOBOL, dimensions, lanes, out);
+        draw_kind(words, BN_SAMPLER_SOBOL, pair, dimensions, lanes, out);
     } else {
-        draw_kind(words, BN_SAMPLER_WHITE, dimensions, lanes, out);
+        draw_kind(words, BN_SAMPLER_WHITE, pair, dimensions, lanes, out);
     }
 }
 
 /* The last lanes are copied to full vectors. */
-static void draw_many(const uint32_t *words, int32_t kind, uint32_t dimensions,
+static void draw_many(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out) {
     const size_t left = lanes->count % BN_U32_LANES, at = lanes->count - left;
     bn_draw_lanes whole = *lanes;
     whole.count = at;
-    draw_whole(words, kind, dimensions, &whole, out);
+    draw_whole(words, kind, pair, dimensions, &whole, out);
     if (left > 0) {
         int32_t x[BN_U32_LANES] = {0}, y[BN_U32_LANES] = {0};
         uint32_t index[BN_U32_LANES] = {0}, domain[BN_U32_LANES] = {0};
@@ -91,7 +113,7 @@ static void draw_many(const uint32_t *words, int32_t kind, uint32_t dimensions,
         memcpy(y, lanes->y + at, left * sizeof *y);
         memcpy(index, lanes->index + at, left * sizeof *index);
         memcpy(domain, lanes->domain + at, left * sizeof *domain);
-        draw_whole(words, kind, dimensions, &last, u);
+        draw_whole(words, kind, pair, dimensions, &last, u);
         memcpy(out + at * dimensions, u, left * dimensions * sizeof *u);
     }
 }

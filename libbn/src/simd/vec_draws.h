@@ -16,10 +16,14 @@
 #define BN_U32_LANES 16
 #define BN_V(name) _mm512_##name
 typedef __m512i bn_register;
+typedef __m512 bn_floats;
+#define BN_BLOCK(v, block) _mm512_extractf32x4_ps(v, block)
 #else
 #define BN_U32_LANES 8
 #define BN_V(name) _mm256_##name
 typedef __m256i bn_register;
+typedef __m256 bn_floats;
+#define BN_BLOCK(v, block) _mm256_extractf128_ps(v, block)
 #endif
 typedef uint32_t bn_u32v __attribute__((vector_size(4 * BN_U32_LANES)));
 
@@ -113,28 +117,48 @@ static inline void u32_gather_rows(const uint32_t *words, bn_u32v at, bn_u32v ro
     u32_transpose(row);
 }
 
-/* ---- Floats, (v >> 8) * 2^-24 */
+/* Two words of each of two lanes. */
+static inline __m128i load_twos(const uint32_t *first, const uint32_t *second) {
+    const __m128 low = _mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)(const void *)first));
+    return _mm_castps_si128(_mm_loadh_pi(low, (const __m64 *)(const void *)second));
+}
 
+/* row[0] and row[1]: the two words from `at` on, of every lane. */
+static inline void u32_gather_half_rows(const uint32_t *words, bn_u32v at, bn_u32v row[2]) {
+    bn_floats twos[2]; /* of lanes 0, 1 and 2, 3 of each block of four */
+    for (int i = 0; i < 2; ++i) {
+        const int a = 2 * i, b = a + 1;
 #if defined(BN_SIMD_AVX512)
-typedef __m512 bn_floats;
-#define BN_BLOCK(v, block) _mm512_extractf32x4_ps(v, block)
+        bn_register v = _mm512_castsi128_si512(load_twos(words + at[a], words + at[b]));
+        v = _mm512_inserti32x4(v, load_twos(words + at[a + 4], words + at[b + 4]), 1);
+        v = _mm512_inserti32x4(v, load_twos(words + at[a + 8], words + at[b + 8]), 2);
+        v = _mm512_inserti32x4(v, load_twos(words + at[a + 12], words + at[b + 12]), 3);
 #else
-typedef __m256 bn_floats;
-#define BN_BLOCK(v, block) _mm256_extractf128_ps(v, block)
+        const bn_register v =
+            _mm256_inserti128_si256(_mm256_castsi128_si256(load_twos(words + at[a], words + at[b])),
+                                    load_twos(words + at[a + 4], words + at[b + 4]), 1);
 #endif
+        twos[i] = (bn_floats)v;
+    }
+    row[0] = (bn_u32v)BN_V(shuffle_ps)(twos[0], twos[1], 0x88);
+    row[1] = (bn_u32v)BN_V(shuffle_ps)(twos[0], twos[1], 0xdd);
+}
+
+/* ---- Floats, (v >> 8) * 2^-24 */
 
 static inline bn_floats floats_of(bn_u32v v) {
     return BN_V(mul_ps)(BN_V(cvtepi32_ps)((bn_register)(v >> 8u)),
                         BN_V(set1_ps)(1.0f / 16777216.0f));
 }
 
-/* out[lane][dimensions], of one or two dimensions. */
-static inline void u32_store_narrow(bn_u32v x, bn_u32v y, uint32_t dimensions, float *out) {
+/* out[lane] */
+static inline void u32_store_one(bn_u32v x, float *out) {
+    BN_V(storeu_ps)(out, floats_of(x));
+}
+
+/* out[lane][2] */
+static inline void u32_store_two(bn_u32v x, bn_u32v y, float *out) {
     const bn_floats a = floats_of(x), b = floats_of(y);
-    if (dimensions == 1) {
-        BN_V(storeu_ps)(out, a);
-        return;
-    }
     const bn_floats low = BN_V(unpacklo_ps)(a, b), high = BN_V(unpackhi_ps)(a, b);
     _mm_storeu_ps(out, BN_BLOCK(low, 0));
     _mm_storeu_ps(out + 4, BN_BLOCK(high, 0));
