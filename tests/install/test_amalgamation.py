@@ -14,7 +14,7 @@ from test_readme import programs
 from test_symbols import declared, symbols
 
 HERE = ROOT / "tests" / "install"
-STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wno-sign-conversion"]
+STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion"]
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 
