@@ -389,7 +389,9 @@ BN_API float bn_rank_to_float(uint32_t rank, size_t count);
 
 /* ---- Built-in masks */
 
-/* Annealed for minutes, so better than masks made on the spot. CC0-1.0. */
+/* Annealed for minutes, so better than masks made on the spot. CC0-1.0. A program linked with the
+ * static library has them, 175 KB, only if it calls one of these two functions; samplers and
+ * bn_dither() bring the 64 x 64 mask alone, 8 KB. */
 
 /* The built-in mask of size x size texels, with ranks from 0 to size * size - 1, in static storage.
  * The sizes are 16, 32, 64, 128 and, unless the library was built with BN_SMALL_DATA, 256. NULL for

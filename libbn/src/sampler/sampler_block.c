@@ -19,21 +19,21 @@ static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
 }
 
 /* Lanes for bn_sample_many(), as many at a time as the arrays hold. */
-typedef struct lanes {
+typedef struct lane_buffer {
     size_t count;
     int32_t x[256], y[256];
     uint32_t index[256], domain[256];
-} lanes;
+} lane_buffer;
 
-static float *draw_lanes(const bn_sampler *sampler, lanes *l, float *out) {
+static float *draw_lanes(const bn_sampler *sampler, lane_buffer *l, float *out) {
     bn_sample_many(sampler, l->count, l->x, l->y, l->index, l->domain, 4, out, 4 * l->count);
     out += 4 * l->count;
     l->count = 0;
     return out;
 }
 
-static float *add_pixel(const bn_sampler *sampler, lanes *l, int32_t x, int32_t y, uint32_t first,
-                        uint32_t count, uint32_t domain, float *out) {
+static float *add_pixel(const bn_sampler *sampler, lane_buffer *l, int32_t x, int32_t y,
+                        uint32_t first, uint32_t count, uint32_t domain, float *out) {
     const size_t most = sizeof l->x / sizeof *l->x;
     for (uint32_t i = 0; i < count;) {
         const size_t end = count - i < most - l->count ? l->count + (count - i) : most;
@@ -69,7 +69,7 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
     const int32_t kind = sampler->table.kind;
     const int in_lanes =
         sampler->simd->draw_many != NULL && (kind == BN_SAMPLER_SOBOL || kind == BN_SAMPLER_WHITE);
-    lanes l;
+    lane_buffer l;
     l.count = 0;
     for (uint32_t row = 0; row < height; ++row) {
         const int32_t y = (int32_t)((uint32_t)y0 + row);
