@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -36,6 +37,7 @@ void remember(const fs::path &name) {
     for (KnownName &known : known_names)
         if (!known.used && name.native().size() < sizeof known.name) {
             std::strcpy(known.name, name.c_str());
+            std::atomic_signal_fence(std::memory_order_release); // the name before its use
             known.used = 1;
             return;
         }
