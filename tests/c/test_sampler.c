@@ -133,8 +133,8 @@ static void test_forms(void) {
 }
 
 static void test_block(void) {
-    enum { W = 5, H = 4, N = 7, COUNT = W * H * N * 4 };
-    float out[COUNT];
+    enum { W = 37, H = 11, N = 7, COUNT = W * H * N * 4 };
+    static float out[COUNT];
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         bn_sampler *s = make_sampler(kind, 0, 11);
         static const int32_t starts[][2] = {{0, 0}, {-3, 126}, {INT32_MAX - W + 1, INT32_MIN}};
