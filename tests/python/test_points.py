@@ -87,6 +87,48 @@ def test_a_poisson_disk_set_has_no_room_left():
     assert np.mean(nearest > radius) < 0.03
 
 
+def test_the_best_candidate_is_the_farthest_of_all():
+    """By definition, without a grid and a tree."""
+    needs("best-candidate")
+    found = bluenoise.points(150, seed=7, candidates=3)
+    sampler = bluenoise.Sampler("white", seed=7)
+    for k in range(1, 150):
+        trials = sampler.block(k, 0, 1, 1, 0, 3 * k)[0, 0, :, :2].astype(float)
+        apart = np.abs(trials[:, None] - found[:k])
+        nearest = (np.minimum(apart, 1 - apart) ** 2).sum(2).min(1)
+        np.testing.assert_array_equal(found[k], trials[nearest.argmax()])
+
+
+@pytest.mark.parametrize("method, n, calls", [("best-candidate", 1500, 4000), ("poisson-disk", 1500, 4000)])
+def test_the_work_grows_slowly(method, n, calls, monkeypatch):
+    """What is looked at closely: places for which a tree is asked, at most a few for each point."""
+    needs(method)
+    import scipy.spatial
+
+    asked, built = 0, 0
+
+    class Tree(scipy.spatial.cKDTree):
+        def query(self, places, *arguments, **options):
+            nonlocal asked
+            asked += len(places)
+            return super().query(places, *arguments, **options)
+
+    monkeypatch.setattr(scipy.spatial, "cKDTree", Tree)
+    bluenoise.points(n, method=method, seed=1)
+    assert 0 < asked < 100 * n
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_progress(method):
+    needs(method)
+    fractions = []
+    found = bluenoise.points(300, method=method, seed=2, progress=fractions.append)
+    assert len(fractions) > 2 and fractions == sorted(fractions) and fractions[-1] == 1
+    np.testing.assert_array_equal(found, bluenoise.points(300, method=method, seed=2))
+    with pytest.raises(bluenoise.CancelledError):
+        bluenoise.points(300, method=method, progress=lambda fraction: fraction > 0)
+
+
 def test_more_candidates_spread_better():
     needs("best-candidate")
     few, many = (np.mean([closest(bluenoise.points(100, seed=s, candidates=c), True) for s in range(5)]) for c in (1, 10))
