@@ -84,7 +84,7 @@ def points(
         second. Mitchell, "Spectrally optimal sampling for distribution ray tracing", 1991. Needs SciPy.
 
         ``"poisson-disk"``: no two points are closer than a radius, and few more fit in. Random points are thrown, and kept if
-        no other is within a radius, which shrinks slowly until there are n. Not toroidal, and in no order. 4000 points take a
+        no other is within a radius, which shrinks slowly until there are n. Toroidal; in no order. 4000 points take a
         fraction of a second. McCool and Fiume, "Hierarchical Poisson disk sampling distributions", 1992. Needs SciPy.
 
         ``"mask"``: the texels of a mask with the n lowest ranks, in this order, so that the first points of a set are a
@@ -233,15 +233,14 @@ def _poisson_disk(
 
     white = _white(seed, max(n, _LEAST_THROWN))
     found = np.empty((0, 2))
-    # About 0.7 points fit into each square of the radius, and some more at the edges of the unit square.
-    radius = math.sqrt(0.8 / max(n, 1)) * (1 + 2 / math.sqrt(max(n, 1)))
+    radius = math.sqrt(0.8 / max(n, 1))  # about 0.7 points fit into each square of the radius
     throw = 0
     while len(found) < n:
         trials = white(throw, max(n, _LEAST_THROWN)).astype(np.float64)
         if len(found):
-            trials = trials[np.isinf(cKDTree(found).query(trials, distance_upper_bound=radius)[0])]
+            trials = trials[np.isinf(cKDTree(found, boxsize=1).query(trials, distance_upper_bound=radius)[0])]
         kept = np.ones(len(trials), bool)
-        pairs = cKDTree(trials).query_pairs(radius, output_type="ndarray") if len(trials) else np.empty((0, 2), int)
+        pairs = cKDTree(trials, boxsize=1).query_pairs(radius, output_type="ndarray") if len(trials) else np.empty((0, 2), int)
         for first, second in pairs[np.lexsort(pairs.T[::-1])].tolist():  # an earlier point is preferred
             if kept[first]:
                 kept[second] = False
