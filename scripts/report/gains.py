@@ -41,22 +41,22 @@ class Gain:
 
 def mean_of(group):
     """The mean of a list of numbers, or of the means of a list of groups."""
-    return float(np.mean(group if np.ndim(group[0]) == 0 else [mean_of(part) for part in group]))
+    return float(np.mean([mean_of(part) if isinstance(part, (list, np.ndarray)) else part for part in group]))
 
 
-def _resampled(group, draws, rng):
-    """`draws` times the mean of a group, resampled at every level."""
-    count = len(group)
-    if np.ndim(group[0]) == 0:
-        return np.asarray(group)[rng.integers(count, size=(draws, count))].mean(1)
-    total = np.zeros(draws)
-    for _ in group:
-        chosen = rng.integers(count, size=draws)
-        for i, part in enumerate(group):
-            at = np.flatnonzero(chosen == i)
-            if len(at):
-                total[at] += _resampled(part, len(at), rng)
-    return total / count
+def _resampled(groups, draws, rng):
+    """`draws` times the mean of groups of groups ... of numbers, resampled at every level."""
+    level, chosen, used = [groups], np.zeros(draws, int), []
+    while isinstance(level[0], (list, np.ndarray)):
+        counts = np.array([len(part) for part in level])
+        first, own = np.cumsum(counts) - counts, counts[chosen][..., None]
+        used.append(np.arange(counts.max()) < own)
+        chosen = first[chosen][..., None] + (rng.random((*chosen.shape, counts.max())) * own).astype(int)
+        level = [part for parts in level for part in parts]
+    values = np.asarray(level, float)[chosen]
+    for mask in reversed(used):
+        values = (values * mask).sum(-1) / mask.sum(-1)
+    return values
 
 
 def bootstrap(groups, draws=DRAWS, seed=BOOTSTRAP_SEED):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders many views with many samplers and measures each picture against its reference, for `scripts/bench renders` and
+"""Renders many views with many samplers and measures each against its reference, for `scripts/bench renders` and
 `scripts/bench models`.
 
 Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
@@ -318,6 +318,13 @@ class Run:
             pool.shutdown(cancel_futures=True)
             progress.close()
         return results
+
+
+def prepare(work, references, tasks):
+    """Renders and measures everything but blue, so that a change of blue alone leaves only blue to render."""
+    left = [task for task in tasks if task.label != "blue"]
+    work.results(references, left)
+    print(f"{len(left)} runs are in the cache; {len(tasks) - len(left)} of blue are left")
 
 
 class Cells:

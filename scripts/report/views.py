@@ -177,11 +177,14 @@ def crops(name="core", scenes=SCENES, size=None, crop=CROP):
     return tuple(found)
 
 
-def of(options):
+def of(parser, options):
     """The views that the options of add_options() ask for."""
     if options.quick:
         return chosen(options.views, options.scenes, options.size)
-    return crops(options.views, options.scenes, options.size, options.crop)
+    try:
+        return crops(options.views, options.scenes, options.size, options.crop)
+    except ValueError as error:
+        parser.error(str(error))
 
 
 def parse_scenes(text):
@@ -193,7 +196,7 @@ def parse_scenes(text):
 
 
 def add_options(parser):
-    """Adds --views, --scenes, --size, --crop and --quick; of(options) gives the views."""
+    """Adds --views, --scenes, --size, --crop and --quick; of(parser, options) gives the views."""
     parser.add_argument("--views", choices=SETS, default="core", metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, what in SETS.items()) + " (default core)"))
     parser.add_argument("--scenes", type=parse_scenes, default=SCENES, metavar="A,B,...",
