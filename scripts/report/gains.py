@@ -19,6 +19,8 @@ from .peers import PEERS
 DRAWS, BOOTSTRAP_SEED, LEVEL = 2000, 20_231, 0.95
 # A ratio counts only where the smaller error is at least this many times the reference's own error.
 REFERENCE_MARGIN = 3.0
+# Nor does it where white noise at one sample differs from the reference by less, as displayed: in an empty sky, for instance.
+VISIBLE = 1e-3
 BEST_PEER = "best of OpenQMC"
 COMPARED = ("white", "sobol", "zorder")
 HEADLINE_MEASURES = ("displayed_2.1", "rmse_2.1")
@@ -83,13 +85,17 @@ def gain_of(found, left_out=0):
 
 
 class Gains:
-    """Error ratios between samplers. cells: judge.Cells; references: {view: judge.Reference}."""
+    """Error ratios between samplers, in the views that show noise. cells: judge.Cells; references: {view: judge.Reference}."""
 
     def __init__(self, cells, references, labels):
         self.cells, self.references, self.labels = cells, references, labels
-        self.views = tuple(references)
+        self.views = tuple(view for view in references if self._is_noisy(view))
         self.peers = tuple(label for label in labels if label in PEERS)
         self._gains = {}  # shared by tables, plots and CSV rows
+
+    def _is_noisy(self, view):
+        errors = self.cells.get(view, "white", 1, "displayed")
+        return not errors or math.sqrt(np.mean(np.square(errors))) >= VISIBLE
 
     def is_judged(self, view, label, spp, measure):
         """Whether the reference is accurate enough for this cell. FLIP has no such test."""

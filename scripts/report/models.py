@@ -23,9 +23,9 @@ from . import gains, peers, variants, views
 from .bench_options import add_common_options, finish_options, run_or_say_why
 from .convergence import parse_size
 from .files import read_exr, write_text
-from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, Gains
+from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains
 from .image_error import measure_name
-from .judge import COUNTS, REFERENCE_SEED, SEEDS, SHOWN_COUNTS, Cells, Run, plan, render_references
+from .judge import COUNTS, REFERENCE_SEED, SEEDS, SHOWN_COUNTS, Cells, Run, plan, prepare, render_references
 from .plots import finish, plt, save
 from .renderer import RenderError, Request, run_pathtracer
 from .renders_report import gain_table, md_table, samplers_tables
@@ -106,7 +106,11 @@ def run_models(options, paths, seeds):
             own = render_references(options.pathtracer, views.crops_of(view, options.crop, MARGIN), options.reference_spp)
             if not any(reference.picture.any() for reference in own.values()):
                 raise RenderError("the picture is black: nothing is visible")
-            results.update(work.results(own, plan(own, options.labels, seeds)))
+            tasks = plan(own, options.labels, seeds)
+            if options.prepare:
+                prepare(work, own, tasks)
+                continue
+            results.update(work.results(own, tasks))
             references.update(own)
         except RenderError as error:
             failures[path] = str(error).splitlines()[-1]
@@ -164,8 +168,8 @@ def report_text(options, found, names, sources, failures):
     parts = ["# Third-party models", "", f"Printed by `{options.command}`.", "",
              f"{count} model{'s' if count != 1 else ''}"
              + (f" of {len(publishers)} publisher{'s' if len(publishers) != 1 else ''}" if publishers else "")
-             + f", each in four crops of {options.crop[0]}x{options.crop[1]} pixels out of a picture of {options.size[0]}x{options.size[1]}: one in each "
-             f"quarter of its middle, without a margin of {100 * MARGIN:.0f} % on each side, placed by a hash before anything was rendered. "
+             + f", each in four crops of {options.crop[0]}x{options.crop[1]} pixels out of a picture of "
+             f"{options.size[0]}x{options.size[1]}: one in each quarter of its middle, without a margin of {100 * MARGIN:.0f} % on each side, placed by a hash before anything was rendered. "
              f"{options.seeds} seeds, against references with {options.reference_spp} samples per pixel (`sobol`, a different seed). "
              "No choice of the library has seen these models. The camera is the file's own, or one that "
              "frames the model; the light comes from the file, or from the path tracer's sky if the file has none. \"As displayed\" "
@@ -173,7 +177,8 @@ def report_text(options, found, names, sources, failures):
              "## Error reduction", "",
              "Each number says how many times smaller blue's error is: geometric means over models, crops and seeds, with 95 % "
              "intervals of a bootstrap that resamples all three. A crop is excluded at sample counts where blue's error is less than "
-             f"{REFERENCE_MARGIN:g} times the error of the reference itself, and where there is nothing but background.", ""]
+             f"{REFERENCE_MARGIN:g} times the error of the reference itself, and everywhere if the error of white noise as displayed is below "
+             f"{VISIBLE:g} at one sample: an empty sky, for instance.", ""]
     if found.peers:
         parts += [f"OpenQMC's commit is {peers.commit(options.openqmc)}.", ""]
     for measure in HEADLINE_MEASURES:
@@ -226,6 +231,7 @@ def parse_options(arguments):
     parser.add_argument("--size", type=parse_size, default=SIZE, metavar="WxH", help=f"picture size (default {SIZE[0]}x{SIZE[1]})")
     parser.add_argument("--crop", type=parse_size, default=views.CROP, metavar="WxH",
                         help=f"size of the four crops (default {views.CROP[0]}x{views.CROP[1]})")
+    parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     variants.add_option(parser, SAMPLERS)
     add_common_options(parser, REFERENCE_SPP, "out/models")
     arguments, more = list(arguments), ()
@@ -257,6 +263,8 @@ def run(arguments):
     sources = {path: source_of(path, root) for path, root in roots.items()}  # fails before hours of rendering
     names = names_of(list(roots))
     results, references, failures = run_models(options, list(roots), dict.fromkeys(COUNTS, options.seeds))
+    if options.prepare:
+        return
     failures = {names[path]: line.replace(str(path), names[path]) for path, line in failures.items()}
     if not references:
         lines = "; ".join(f"{name}: {line}" for name, line in failures.items())

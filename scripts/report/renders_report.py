@@ -8,7 +8,7 @@ import statistics
 import numpy as np
 
 from . import equal_quality, gains, peers, picture_tests
-from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, Gains
+from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains
 from .image_error import MEASURES, WHAT_FOR, measure_name
 from .judge import FLIP_COUNTS, FLIP_SEEDS
 from .ratios import worse_cells
@@ -214,9 +214,11 @@ class Report:
         cells = self.biases
         if not cells:
             return "This test needs more than one seed."
-        rows = [[scene, *(f"{100 * (cells[scene, label].value - 1):+.2f} ({100 * picture_tests.smallest_bias(cells[scene, label], len(cells)):.2f})"
-                          if (scene, label) in cells else "" for label in self.labels)]
-                for scene in dict.fromkeys(scene for scene, _ in cells)]
+
+        def text(at):
+            return f"{100 * (cells[at].value - 1):+.2f} ({100 * picture_tests.smallest_bias(cells[at], len(cells)):.2f})" if at in cells else ""
+
+        rows = [[scene, *(text((scene, label)) for label in self.labels)] for scene in dict.fromkeys(scene for scene, _ in cells)]
         found = picture_tests.biased(cells)
         return (f"How far the mean luminance of the pictures with {max(self.counts)} samples per pixel is from that of the references, in percent, over "
                 "all crops and seeds of a scene; in parentheses the smallest difference that a two-sided t-test finds with a "
@@ -302,13 +304,13 @@ class Report:
         return md_table(["view", "crop", *names, *(f"share of blue's at {last} spp, {name}" for name in names)], rows)
 
     def left_out_text(self):
+        empty = [view.label for view in self.views if view not in self.gains.views]
         found = [(measure, spp, views) for measure in HEADLINE_MEASURES for spp in self.counts
                  if (views := self.gains.left_out(spp, measure))]
-        if not found:
-            return "No reference is too noisy."
-        return "Excluded from the gains of blue because the reference is too noisy: " + "; ".join(
-            f"{measure_name(measure)} at {spp} spp: {', '.join(view.label for view in views)}"
-            for measure, spp, views in found) + "."
+        noisy = "; ".join(f"{measure_name(measure)} at {spp} spp: {', '.join(view.label for view in views)}"
+                          for measure, spp, views in found)
+        return (f"Excluded from all figures, because there is no noise to see: {', '.join(empty) or 'none'}. Excluded from the gains of "
+                f"blue, because the reference is too noisy: {noisy or 'none'}.")
 
     def peers_text(self):
         if not self.gains.peers:
@@ -344,7 +346,8 @@ class Report:
                  "## Error reduction", "",
                  "Each number says how many times smaller blue's error is: geometric means over scenes, pictures, crops and seeds, "
                  "with 95 % intervals of a bootstrap that resamples all four. A crop is excluded where blue's error is less than "
-                 f"{REFERENCE_MARGIN:g} times the error of the reference itself, or where no sampler has an error.", ""]
+                 f"{REFERENCE_MARGIN:g} times the error of the reference itself, or "
+                 f"where the error of white noise as displayed is below {VISIBLE:g} at one sample.", ""]
         for measure in HEADLINE_MEASURES:
             if "blue" in self.labels:
                 parts += [f"### blue, {measure_name(measure)}", "",

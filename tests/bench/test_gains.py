@@ -81,6 +81,16 @@ def test_ratios_under_the_references_own_error_are_left_out():
     assert found.gain("sobol", 4, "rmse_2.1", "white").value == pytest.approx(2)
 
 
+def test_views_without_noise_are_left_out():
+    made_up = MadeUp()
+    empty = made_up.views[0]
+    real = made_up.get
+    made_up.get = lambda view, label, spp, measure: [gains.VISIBLE / 2] * 3 if (view, spp, measure) == (empty, 1, "displayed") else real(
+        view, label, spp, measure)
+    found = made_up.gains()
+    assert empty not in found.views and found.gain("blue", 4, "rmse_2.1", "white").views == 11
+
+
 def test_rows_are_read_as_they_were_written(tmp_path):
     found = MadeUp().gains()
     rows = found.rows((1, 4), ("rmse_2.1",))

@@ -12,6 +12,7 @@
  *     #define BN_WORD(i) bn_words[i]
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
+ *     vec2 v = bn_draw_blue_pair(uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw, alone
  *
  * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
  * Without storage buffers, as in WebGL 2, the words come from a texture:
@@ -34,6 +35,7 @@ precision highp float;
 precision highp int;
 #endif
 #define BN_UINT uint
+#define BN_FLOAT2 vec2
 #define BN_FLOAT4 vec4
 #define BN_FUNCTION
 #define BN_TABLE
@@ -71,6 +73,9 @@ uint bn_multiply_high(uint a, uint b) {
 struct bn_uint4 {
     BN_UINT x, y, z, w;
 };
+struct bn_uint2 {
+    BN_UINT x, y;
+};
 #endif
 
 /* Four words in a row. An entry of two words is read with the two that follow it, for which nobody
@@ -83,6 +88,17 @@ BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {
     row.y = BN_WORD(at + 1u);
     row.z = BN_WORD(at + 2u);
     row.w = BN_WORD(at + 3u);
+    return row;
+}
+#endif
+
+/* Two words in a row. */
+#ifndef BN_HALF_ROW
+#define BN_HALF_ROW(at) bn_draw_half_row(BN_PASS_TABLE at)
+BN_FUNCTION bn_uint2 bn_draw_half_row(BN_TABLE BN_UINT at) {
+    bn_uint2 row;
+    row.x = BN_WORD(at);
+    row.y = BN_WORD(at + 1u);
     return row;
 }
 #endif
@@ -239,6 +255,41 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
     return v;
 }
 
+/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of
+ * the index add to it. */
+BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UINT digits,
+                                             BN_UINT pair) {
+    BN_UINT second = 0u - pair;
+    BN_UINT high = pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
+    BN_UINT low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
+    high ^= BN_WORD(pixel.place + pair) ^ BN_WORD(pixel.block + pair);
+    bn_uint2 v = BN_HALF_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
+    v.x ^= high << 16u | (low & 0xffffu);
+    v.y ^= (high & 0xffff0000u) | low >> 16u;
+    return v;
+}
+
+BN_FUNCTION bn_uint2 bn_draw_blue_pair_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index,
+                                          BN_UINT pair) {
+    BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
+    bn_uint2 v = bn_draw_blue_pair_first(BN_PASS_TABLE pixel, digits, pair);
+    BN_UINT later = BN_LATER_AT + (pixel.member + pair) * 2u;
+    for (digits <<= 8u; BN_ANY(digits); digits <<= 1u) {
+        BN_UINT picked = 0u - (digits >> 31u);
+        bn_uint2 row = BN_HALF_ROW(later);
+        v.x ^= row.x & picked;
+        v.y ^= row.y & picked;
+        later += 16u;
+    }
+    return v;
+}
+
+BN_FUNCTION bn_uint2 bn_draw_blue_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                            BN_UINT domain, BN_UINT pair) {
+    bn_blue_pixel pixel = bn_draw_blue_pixel(BN_PASS_TABLE x, y, domain);
+    return bn_draw_blue_pair_at(BN_PASS_TABLE pixel, index, pair);
+}
+
 BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
                                        BN_UINT domain) {
     return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE x, y, domain), index);
@@ -246,23 +297,38 @@ BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT in
 
 /* ---- SOBOL and WHITE */
 
+BN_FUNCTION BN_UINT bn_draw_sobol_next(BN_UINT key) {
+    return bn_hash32(key + 0x9e3779b9u);
+}
+
+/* The first key of a pair. Each pair takes three of one chain. */
+BN_FUNCTION BN_UINT bn_draw_sobol_key(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain, BN_UINT pair) {
+    BN_UINT key = bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT)));
+    key = bn_hash32(x ^ bn_hash32(key + BN_WORD(BN_SEED_AT + 1u)));
+    BN_UINT second = bn_draw_sobol_next(bn_draw_sobol_next(bn_draw_sobol_next(key)));
+    return key ^ ((key ^ second) & (0u - pair));
+}
+
+BN_FUNCTION bn_uint2 bn_draw_sobol_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                             BN_UINT domain, BN_UINT pair) {
+    bn_uint2 v;
+    BN_UINT key = bn_draw_sobol_key(BN_PASS_TABLE x, y, domain, pair);
+    BN_UINT digits = bn_owen_reversed(BN_REVERSE_BITS(index), key);
+    key = bn_draw_sobol_next(key);
+    v.x = bn_owen(digits, key);
+    v.y = bn_owen(bn_sobol_second(digits), bn_draw_sobol_next(key));
+    return v;
+}
+
 BN_FUNCTION bn_uint4 bn_draw_sobol_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
                                         BN_UINT domain) {
     bn_uint4 v;
-    BN_UINT key = bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT)));
-    key = bn_hash32(x ^ bn_hash32(key + BN_WORD(BN_SEED_AT + 1u)));
-    BN_UINT reversed = BN_REVERSE_BITS(index);
-    BN_UINT digits = bn_owen_reversed(reversed, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.x = bn_owen(digits, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.y = bn_owen(bn_sobol_second(digits), key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    digits = bn_owen_reversed(reversed, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.z = bn_owen(digits, key);
-    key = bn_hash32(key + 0x9e3779b9u);
-    v.w = bn_owen(bn_sobol_second(digits), key);
+    bn_uint2 first = bn_draw_sobol_pair_bits(BN_PASS_TABLE x, y, index, domain, BN_PAIR(0u));
+    bn_uint2 second = bn_draw_sobol_pair_bits(BN_PASS_TABLE x, y, index, domain, BN_PAIR(1u));
+    v.x = first.x;
+    v.y = first.y;
+    v.z = second.x;
+    v.w = second.y;
     return v;
 }
 
@@ -270,16 +336,27 @@ BN_FUNCTION BN_UINT bn_draw_white_one(BN_UINT a, BN_UINT b, BN_UINT index) {
     return bn_hash32(a ^ bn_hash32(index ^ bn_hash32(b)));
 }
 
-BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
-                                        BN_UINT domain) {
-    bn_uint4 v;
+BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                             BN_UINT domain, BN_UINT pair) {
+    bn_uint2 v;
     /* Two 32-bit hashes: pixels that collide in one differ in the other. */
     BN_UINT a = bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT))));
     BN_UINT b = bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ BN_WORD(BN_SEED_AT + 1u))));
+    b += pair * 0x3c6ef372u;
     v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
     v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
-    v.z = bn_draw_white_one(a, b + 0xdaa66d2bu, index);
-    v.w = bn_draw_white_one(a, b + 0x78dde6e4u, index);
+    return v;
+}
+
+BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                        BN_UINT domain) {
+    bn_uint4 v;
+    bn_uint2 first = bn_draw_white_pair_bits(BN_PASS_TABLE x, y, index, domain, BN_PAIR(0u));
+    bn_uint2 second = bn_draw_white_pair_bits(BN_PASS_TABLE x, y, index, domain, BN_PAIR(1u));
+    v.x = first.x;
+    v.y = first.y;
+    v.z = second.x;
+    v.w = second.y;
     return v;
 }
 
@@ -289,6 +366,11 @@ BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT i
 BN_FUNCTION BN_FLOAT4 bn_draw_floats(bn_uint4 v) {
     float scale = 1.0f / 16777216.0f;
     return BN_FLOAT4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) * scale;
+}
+
+BN_FUNCTION BN_FLOAT2 bn_draw_pair_floats(bn_uint2 v) {
+    float scale = 1.0f / 16777216.0f;
+    return BN_FLOAT2(float(v.x >> 8u), float(v.y >> 8u)) * scale;
 }
 
 BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
@@ -301,6 +383,21 @@ BN_FUNCTION BN_FLOAT4 bn_draw_sobol(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index
 
 BN_FUNCTION BN_FLOAT4 bn_draw_white(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
     return bn_draw_floats(bn_draw_white_bits(BN_PASS_TABLE x, y, index, domain));
+}
+
+BN_FUNCTION BN_FLOAT2 bn_draw_blue_pair(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
+                                    BN_UINT pair) {
+    return bn_draw_pair_floats(bn_draw_blue_pair_bits(BN_PASS_TABLE x, y, index, domain, pair));
+}
+
+BN_FUNCTION BN_FLOAT2 bn_draw_sobol_pair(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
+                                     BN_UINT pair) {
+    return bn_draw_pair_floats(bn_draw_sobol_pair_bits(BN_PASS_TABLE x, y, index, domain, pair));
+}
+
+BN_FUNCTION BN_FLOAT2 bn_draw_white_pair(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
+                                     BN_UINT pair) {
+    return bn_draw_pair_floats(bn_draw_white_pair_bits(BN_PASS_TABLE x, y, index, domain, pair));
 }
 #endif
 
