@@ -169,7 +169,8 @@ def report_text(options, found, names, sources, failures):
              f"{count} model{'s' if count != 1 else ''}"
              + (f" of {len(publishers)} publisher{'s' if len(publishers) != 1 else ''}" if publishers else "")
              + f", each in four crops of {options.crop[0]}x{options.crop[1]} pixels out of a picture of "
-             f"{options.size[0]}x{options.size[1]}: one in each quarter of its middle, without a margin of {100 * MARGIN:.0f} % on each side, placed by a hash before anything was rendered. "
+             f"{options.size[0]}x{options.size[1]}: one in each quarter of its middle, without a margin of "
+             f"{100 * MARGIN:.0f} % on each side, placed by a hash before anything was rendered. "
              f"{options.seeds} seeds, against references with {options.reference_spp} samples per pixel (`sobol`, a different seed). "
              "No choice of the library has seen these models. The camera is the file's own, or one that "
              "frames the model; the light comes from the file, or from the path tracer's sky if the file has none. \"As displayed\" "

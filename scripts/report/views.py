@@ -153,7 +153,7 @@ def crops_of(view, size=CROP, margin=0.0):
 
 ALL = tuple(view for scene in SCENES for view in _views_of(scene))
 SETS = {
-    "core": "to look at every day",
+    "core": "seen during development",
     "tuning": "to choose and tune on",
     "held-out": "never used to choose or tune",
 }

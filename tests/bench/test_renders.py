@@ -17,7 +17,7 @@ pytest.importorskip("flip_evaluator")
 from report import comparison, convergence, embree_scene, gains, judge, renders, renders_plots, renders_report, speed, variants, views
 from report.files import read_exr
 from report.image_error import MEASURES, displayed_rmse
-from report.renderer import Request, run_pathtracer
+from report.renderer import run_pathtracer
 
 
 @pytest.fixture(autouse=True)
