@@ -69,10 +69,11 @@ def bootstrap(groups, draws=DRAWS, seed=BOOTSTRAP_SEED):
 
 
 def nested(found):
-    """{view: numbers} as groups of groups for bootstrap(): scenes, pictures, crops, numbers."""
+    """{view: numbers} as groups of groups for bootstrap(): scenes, pictures, crops, numbers. Views that name no picture are
+    crops of one picture of their scene."""
     scenes = {}
     for view, numbers in found.items():
-        scenes.setdefault(view.scene, {}).setdefault(view.picture, []).append(numbers)
+        scenes.setdefault(view.scene, {}).setdefault(getattr(view, "picture", None), []).append(numbers)
     return [list(pictures.values()) for pictures in scenes.values()]
 
 
@@ -103,9 +104,10 @@ class Gains:
         return math.sqrt(np.mean(np.square(errors))) >= REFERENCE_MARGIN * own
 
     def best_peer(self, spp, measure):
-        """The peer with the smallest geometric-mean error over all views in which every peer has one, or None."""
+        """The peer with the smallest geometric-mean error, of those that were measured in every view; None if there is none."""
         found = {peer: [self.cells.get(view, peer, spp, measure) for view in self.views] for peer in self.peers}
-        whole = [i for i in range(len(self.views)) if all(errors[i] and min(errors[i]) > 0 for errors in found.values())]
+        found = {peer: errors for peer, errors in found.items() if all(errors)}
+        whole = [i for i in range(len(self.views)) if all(min(errors[i]) > 0 for errors in found.values())]
         means = {peer: mean_of([np.log(errors[i]) for i in whole]) for peer, errors in found.items() if whole}
         return min(means, key=means.get) if means else None
 
