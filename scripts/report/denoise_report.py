@@ -6,7 +6,7 @@ import statistics
 
 import numpy as np
 
-from . import equal_quality
+from . import equal_quality, peers
 from .denoiser import FLIP_SEEDS, LAMP_MARGIN, MEASURES, PRIMARY_RAYS, TRIALS, TRIAL_COUNTS, WAYS, WORST_SHARE
 from .gains import BEST_PEER, Gain, Gains, bootstrap, gain_of
 from .renders_report import md_table
@@ -196,7 +196,8 @@ class Report:
             f"{options.reference_spp} samples per pixel. Crops are denoised by themselves. Ratios say how many times smaller the error "
             "is: geometric means over scenes, pictures, crops and seeds, with the 95 % interval of a bootstrap over all four. "
             "Relative RMSE divides the difference by the reference plus a tenth of its mean. FLIP uses "
-            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy.", "",
+            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy."
+            + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
             "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
             "## Where blue noise helps and where it hurts", "", self.verdicts(), "",
             *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []),
