@@ -113,24 +113,30 @@ def picture_sheet(report):
         errors = {label: blurred(luminance_error(report.cells.pictures[view, label, spp], reference), 1.0)
                   for label in labels}
         scale = max(float(np.quantile(np.abs(errors["white"]), 0.95)), 1e-12)
-        rows.append([[fitted(shown(report, scene, label, spp)),
-                      fitted(grey(error_image(errors[label], scale)))] for label in labels])
+        rows.append([[fitted(shown(report, scene, label, spp), box_of(report)),
+                      fitted(grey(error_image(errors[label], scale)), box_of(report))] for label in labels])
     return sheet(rows, report.scenes, labels, f"{spp} samples per pixel, and the error after sigma 1.0 (grey is zero)")
+
+
+def box_of(report):
+    """Width and height of a picture in a contact sheet: twice a crop's, or a square for whole pictures of many sizes."""
+    width, height = report.views[0].size
+    return (2 * width, 2 * height) if report.views[0].crop else (176, 176)
 
 
 def crop_sheet(report):
     """The reference of every view."""
-    rows = [[[fitted(preview(report.references[view].picture, report.references[view].exposure))]
+    rows = [[[fitted(preview(report.references[view].picture, report.references[view].exposure), box_of(report))]
              for view in report.views_of((scene,))] for scene in report.scenes]
     most = max(map(len, rows))
     rows = [row + [[Image.new("RGB", row[0][0].size, "white")]] * (most - len(row)) for row in rows]
     return sheet(rows, report.scenes, [str(i + 1) for i in range(most)], f"References, {report.options.views}")
 
 
-def fitted(image, side=176):
-    """The picture centred in a square, scaled by a whole number and cropped, never resampled."""
-    factor = max(1, side // max(image.size))
+def fitted(image, box):
+    """The picture centred in a box, scaled by a whole number and cropped, never resampled."""
+    factor = max(1, min(box[0] // image.width, box[1] // image.height))
     image = image.resize((image.width * factor, image.height * factor), 0)
-    square = Image.new("RGB", (side, side), "white")
-    square.paste(image, ((side - image.width) // 2, (side - image.height) // 2))
-    return square
+    whole = Image.new("RGB", box, "white")
+    whole.paste(image, ((box[0] - image.width) // 2, (box[1] - image.height) // 2))
+    return whole

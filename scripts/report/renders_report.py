@@ -361,7 +361,7 @@ class Report:
                 parts += [f"### {than} / blue, {measure_name(measure)}", "", self.spread_table(than, measure), ""]
         parts += [*self.plot("Every view", "renders_views.png"),
                   "## Targets", "", md_table(["what", "target", "measured", ""], [list(row) for row in self.aims()]), "",
-                  "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and views.", ""]
+                  "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
         spectra = self.plot("Spectra", "renders_spectra.png")
         parts += [*(["## Spectra of the error", "", *spectra] if spectra else []),
