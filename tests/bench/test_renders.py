@@ -186,6 +186,18 @@ def test_plots_that_lie_elsewhere_are_not_shown():
     assert "![" not in report.text() and "## Spectra" not in report.text()
 
 
+def test_times_are_said_with_those_after_the_denoiser(tmp_path):
+    """blue has a quarter of white's error at every count, made up without convergence: one sample does for white's 16."""
+    report = made_up(0.25)
+    report.costs = {("cornell", "white"): 1.0, ("cornell", "sobol"): 2.0, ("cornell", "blue"): 1.0}
+    report.times = {"machine": "a machine", "big": (8, 8), "shares": {"blue": 0.1}, "threads": [(2.0, 1.0)], "embree": None}
+    report.options.out = tmp_path
+    assert "| blue | 1 | 1 | 16.00 (16.00 to 16.00) |\n" in report.text() and "| sobol | 2 | 2 | 8.00 (8.00 to 8.00) |\n" in report.text()
+    gains.write_rows(tmp_path / "denoise.csv", [gains.row_of(gains.Gain(5.0, 4.0, 6.0), "seconds:plain:displayed_2.1", 16, "blue", "white")])
+    assert "| blue | 1 | 1 | 16.00 (16.00 to 16.00) | 5.00 (4.00 to 6.00) |\n" in report.text() and "| after denoising, at 16 |" in report.text()
+    assert {row["gain"] for row in report.headline_rows() if row["measure"] == "seconds:displayed_2.1"} == {"8.000000", "16.000000"}
+
+
 def test_one_seed_is_no_evidence():
     report = made_up(0.6, seeds=1)
     assert "more than one seed" in report.worse_text() and "more than one seed" in report.bias_text()
