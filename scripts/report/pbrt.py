@@ -37,16 +37,17 @@ SEEDS = 8
 MINUTES = 75  # of the whole comparison on two cores
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
-# References come from a sampler whose errors are independent of all others': other seeds and scrambling.
-REFERENCE_LINE = 'Sampler "paddedsobol" "string randomization" "owen"'
+# References come from a sampler that hashes pixel, dimension and seed: with another seed, its errors are independent of all
+# others', its own with other seeds included.
+REFERENCE_LINE = SAMPLERS["paddedsobol"]
 REFERENCE_SEED = 1_000_003
 PROBES = ("motion", "skin", "room")  # between them they draw all that a path can draw
 MEASURES = tuple(f"{kind}_{sigma}" for kind in ("displayed", "displayed_luminance", "rmse", "luminance") for sigma in SIGMAS)
 
 
-def errors(picture, reference, exposure):
+def errors(picture, reference):
     """{measure: error} for all of MEASURES: as displayed and raw, of RGB and of luminance, after each blur."""
-    pictures = {"rmse": (picture, reference), "displayed": (displayed(picture, exposure), displayed(reference, exposure))}
+    pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference))}
     pictures["luminance"] = [np.asarray(image, np.float64) @ LUMINANCE for image in pictures["rmse"]]
     pictures["displayed_luminance"] = [image @ LUMINANCE for image in pictures["displayed"]]
     return {name: rmse(*pictures[name.rpartition("_")[0]], float(name.rpartition("_")[2])) for name in MEASURES}
@@ -160,7 +161,7 @@ class PbrtRun(Run):
 
     def key(self, task, reference):
         return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,
-                "counts": task.counts, "exposure": SCENES[task.view.scene].exposure, "build": self.builds.key(task.label)}
+                "counts": task.counts, "build": self.builds.key(task.label)}
 
     def measure(self, task, reference):
         path, rows = self.files.path(task.view.scene, task.label, SAMPLERS[task.label]), []
@@ -170,7 +171,7 @@ class PbrtRun(Run):
                 seconds = render(self.program, path, task.view.bounds, spp, task.seed, out)
                 picture = read_exr(out)[0]
                 rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)),
-                             **errors(picture, reference.picture, SCENES[task.view.scene].exposure)})
+                             **errors(picture, reference.picture)})
         return rows, {}
 
     def reference(self, view, spp):
@@ -190,7 +191,7 @@ class PbrtRun(Run):
             self.store.save(key, *found)
         (row,), arrays = found
         first, second = arrays["halves"]
-        own = {name: error / 2 for name, error in errors(first, second, scene.exposure).items()}
+        own = {name: error / 2 for name, error in errors(first, second).items()}
         return Reference((first + second) / 2, own, spp, row["seconds"])
 
     def references(self, views, share=1.0):
@@ -244,7 +245,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     parser.add_argument("--views", choices=("final", "tuning"), default="final",
                         help="final: all scenes, the views of the report (default); tuning: views of half of the scenes to choose by")
     parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(SCENES)}")
-    parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}")
+    parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
     parser.add_argument("--seeds", type=positive, default=SEEDS, metavar="N", help=f"pictures of each sampler (default {SEEDS})")
     parser.add_argument("--quick", action="store_true",
@@ -267,7 +268,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     # Only the whole comparison goes to docs/report.
     options.whole = options.views == "final" and not options.quick and "--scenes" not in " ".join(arguments)
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
-    shown = [word for word in arguments_that_count(arguments)]
+    shown = arguments_that_count(arguments)
     for i, word in enumerate(shown):
         if word == "--pbrt" and i + 1 < len(shown):
             shown[i + 1] = "DIR"
@@ -290,8 +291,8 @@ def sheet(run, scenes, path):
             text = SCENES[name].text(SAMPLERS["zsobol"]).replace("1280", "320").replace("960", "240")
             write_files(folder, SCENES[name], "zsobol", SAMPLERS["zsobol"])
             half.write_text(text, encoding="utf-8")
-            render(run.program, half, (0, 320, 0, 240), 32, 1, out)
-            tiles.append(preview(read_exr(out)[0], SCENES[name].exposure))
+            render(run.program, half, (0, 320, 0, 240), 8, 1, out)
+            tiles.append(preview(read_exr(out)[0]))
     columns = 4
     whole = Image.new("RGB", (columns * 320, -(-len(tiles) // columns) * 240))
     for i, tile in enumerate(tiles):
@@ -313,6 +314,8 @@ def run(arguments):
         cells = PbrtCells(work.results(references, tasks))
     finally:
         work.files.close()
+    if "blue" not in options.samplers:
+        return print(f"Rendered without `blue`, to be compared later: {len(tasks)} runs are in the cache.", file=sys.stderr)
     report = Report(options, cells, references, built.remarks if built else (), [n for n in COUNTS if n <= options.spp])
     write_rows(options.pages / "pbrt.csv", FIELDS + MEASURES, rows_of(cells, set(views)))
     write_text(options.out / "pbrt.md", report.text())

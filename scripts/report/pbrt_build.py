@@ -126,6 +126,11 @@ def put(path, text):
         write_text(path, text)
 
 
+def put_own(source):
+    for name in ("blue.h", "blue.cpp"):
+        put(source / "src" / "pbrt" / name, (OWN / name).read_text(encoding="utf-8"))
+
+
 def prepare(checkout, folder):
     """Copies the checkout's files to folder/src and applies the patch; returns the large files replaced by stand-ins."""
     lacking = missing(checkout)
@@ -143,6 +148,7 @@ def prepare(checkout, folder):
                               env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.resolve())})
         if done.returncode:
             raise RenderError(f"{PATCH} does not apply: {done.stderr.strip()}")
+        put_own(new)
         # What is the same keeps its time and is not compiled again.
         for path in new.rglob("*"):
             old = source / path.relative_to(new)
@@ -151,8 +157,7 @@ def prepare(checkout, folder):
         shutil.rmtree(source, ignore_errors=True)
         new.rename(source)
         stamp_file.write_text(stamp)
-    for name in ("blue.h", "blue.cpp"):
-        put(source / "src" / "pbrt" / name, (OWN / name).read_text(encoding="utf-8"))
+    put_own(source)
     return lacking
 
 
@@ -184,7 +189,7 @@ def build(checkout, jobs):
     folder = cache_folder() / "pbrt"
     folder.mkdir(parents=True, exist_ok=True)
     lacking = prepare(checkout, folder)
-    libbn, prefix, pbrt = folder / "libbn", folder / "installed", folder / "build"
+    libbn, prefix, pbrt = folder / "libbn", folder / "prefix", folder / "build"
     # Configured again only if CMake's files changed, but with these options every time.
     for what, source, target, options, targets in (
             ("libbn", ROOT, libbn, (*BN_OPTIONS, f"-DCMAKE_INSTALL_PREFIX={prefix}"), ("--target", "install")),

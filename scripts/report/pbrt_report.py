@@ -39,9 +39,9 @@ METHOD = """pbrt's film has its neutral sensor (`cie1931`) and a box filter one 
 `--spp 3` and `--spp 6` it takes 2 and 4 samples, and is compared as such. `halton` and `sobol` keep the positions in the pixel for
 all seeds.
 
-References are means of two pictures by `paddedsobol` with true Owen scrambling and seeds of their own, so their errors are
-independent of all others'; half the difference of the two is a reference's own error. A crop counts where the error of `blue` is at
-least three times that."""
+References are means of two pictures by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
+own, so their errors are independent of all others'. Half the difference of the two pictures is a reference's own error. A crop
+counts where the error of `blue` is at least three times that."""
 
 
 def name_of(measure):

@@ -16,7 +16,7 @@ import numpy as np
 from .files import write_exr, write_text
 
 WIDTH, HEIGHT = 1280, 960
-CROP = (64, 64)
+CROP = (48, 48)
 CROPS = 3
 SKY = "sky.exr"
 SKY_SIZE = 256
@@ -113,8 +113,7 @@ class Scene:
     depth: int = 5
     more: str = ""
     before: str = ""
-    exposure: float = 0.0
-    reference_spp: int = 4096
+    reference_spp: int = 2048
 
     def text(self, sampler):
         """The scene for pbrt; `sampler` is a sampler's line."""
@@ -132,30 +131,30 @@ class Scene:
 
 def softbox():
     return Scene("softbox", "soft light on waves, nothing in its way", "\n".join((
-        lamp((-2, -2, 3), (0, 4, 0), (4, 0, 0), (2.2, 2.0, 1.7)),
+        lamp((-2, -2, 3), (0, 4, 0), (4, 0, 0), (3.2, 2.9, 2.5)),
         lamp((-6, -3, 1), (0, 5, 0), (0, 0, 3), (0.7, 0.9, 1.4)),
-        diffuse(0.7, 0.62, 0.5), hills(64, 8, 0.16))), (0, -6.5, 4), (0, 0, 0))
+        diffuse(0.7, 0.62, 0.5), hills(64, 8, 0.16))), (0, -5.5, 4.5), (0, -0.8, 0), reference_spp=4096)
 
 
 def penumbra():
     bars = [block((x, -1.6 + 0.2 * (i % 3), 0.9), (x + 0.09, 1.8, 1.0 + 0.1 * (i % 2)), 7 * i)
             for i, x in enumerate(np.arange(-2.4, 2.5, 0.42))]
     return Scene("penumbra", "soft shadows of bars and balls", "\n".join((
-        lamp((-0.7, -0.7, 4), (0, 1.4, 0), (1.4, 0, 0), (14, 13, 11)),
+        lamp((-0.7, -0.7, 4), (0, 1.4, 0), (1.4, 0, 0), (26, 24, 20)),
         lamp((4, -3, 2), (0, 1, 0), (0, 0, 1), (5, 7, 10)),
         inside(diffuse(0.72, 0.7, 0.66), floor()), inside(diffuse(0.6, 0.25, 0.15), *bars),
         sphere(-1.6, -2, 0.45, 0.45, diffuse(0.2, 0.45, 0.65)), sphere(1.2, -2.3, 0.35, 0.35, diffuse(0.75, 0.6, 0.15)))),
-        (0, -6, 3.6), (0, -0.4, 0.2))
+        (0, -5, 3.6), (0, -0.6, 0.2), reference_spp=4096)
 
 
 def cornell():
-    white, s = diffuse(0.73, 0.73, 0.7), 2.0
+    white, s, w = diffuse(0.73, 0.73, 0.7), 2.0, 2.7
     return Scene("cornell", "Cornell box", "\n".join((
         lamp((-0.5, -0.4, 1.99), (0, 0.8, 0), (1, 0, 0), (16, 12, 6.5)),
-        inside(white, patch((-1, -1, 0), (s, 0, 0), (0, s, 0)), patch((-1, -1, s), (0, s, 0), (s, 0, 0)),
-               patch((-1, 1, 0), (s, 0, 0), (0, 0, s))),
-        inside(diffuse(0.63, 0.06, 0.05), patch((-1, -1, 0), (0, s, 0), (0, 0, s))),
-        inside(diffuse(0.14, 0.45, 0.09), patch((1, -1, 0), (0, 0, s), (0, s, 0))),
+        inside(white, patch((-1.35, -1, 0), (w, 0, 0), (0, s, 0)), patch((-1.35, -1, s), (0, s, 0), (w, 0, 0)),
+               patch((-1.35, 1, 0), (w, 0, 0), (0, 0, s))),
+        inside(diffuse(0.63, 0.06, 0.05), patch((-1.35, -1, 0), (0, s, 0), (0, 0, s))),
+        inside(diffuse(0.14, 0.45, 0.09), patch((1.35, -1, 0), (0, 0, s), (0, s, 0))),
         inside(white, block((-0.65, -0.05, 0), (-0.05, 0.55, 1.2), 18), block((0.05, -0.6, 0), (0.65, 0, 0.6), -17)))),
         (0, -3.9, 1), (0, 0, 1), 38)
 
@@ -167,7 +166,7 @@ def depth():
     return Scene("depth", "depth of field", "\n".join((
         'LightSource "infinite" "rgb L" [ 0.25 0.3 0.4 ]', lamp((-1, -1, 6), (0, 2, 0), (2, 0, 0), (22, 20, 17)),
         inside(checkered("tiles", 60, (0.7, 0.7, 0.65), (0.15, 0.16, 0.2)), floor()), *balls)),
-        (0, -5.5, 1.7), (0, 0, 0.2), 42, more=' "float lensradius" 0.12 "float focaldistance" 5.6')
+        (0, -5.5, 2.2), (0, -0.9, 0), 42, more=' "float lensradius" 0.12 "float focaldistance" 5.6', reference_spp=4096)
 
 
 def metals():
@@ -176,7 +175,7 @@ def metals():
         sphere(-1.5, 0, 0.8, 0.8, metal("Cu", 0.02)), sphere(0.3, 0.5, 0.8, 0.8, metal("Au", 0.15)),
         sphere(1.9, -0.2, 0.7, 0.7, metal("Al", 0.05)),
         inside(metal("Ag", 0.25), translate(0, -1.3, 0.35), "Rotate 90 0 1 0",
-               shape("cylinder", float_radius=[0.35], float_zmin=[-1], float_zmax=[1])))), (0, -6, 2.2), (0.1, 0, 0.6))
+               shape("cylinder", float_radius=[0.35], float_zmin=[-1], float_zmax=[1])))), (0, -5, 3.2), (0.1, -0.1, 0.45), reference_spp=4096)
 
 
 def motion():
@@ -191,7 +190,7 @@ def motion():
     return Scene("motion", "motion blur", "\n".join((
         lamp((-1, -2, 4), (0, 2, 0), (2, 0, 0), (9, 8.4, 7.5)), 'LightSource "infinite" "rgb L" [ 0.2 0.24 0.3 ]',
         inside(checkered("tiles", 50, (0.65, 0.65, 0.6), (0.2, 0.2, 0.24)), floor()), *moves)),
-        (0, -5, 3), (0.2, 0, 0.3), more=' "float shutteropen" 0 "float shutterclose" 1')
+        (0, -5, 3), (0.2, 0, 0.3), more=' "float shutteropen" 0 "float shutterclose" 1', reference_spp=4096)
 
 
 def fog():
@@ -210,14 +209,14 @@ def fog():
 def lights():
     pick = random.Random("lights")
     lamps = [sphere(x, y, 2.4 + 0.3 * math.sin(3 * x + y), 0.06, 'AreaLightSource "diffuse" "rgb L" ' + numbers(
-        20 * pick.choice((0.4, 1, 3)) * value for value in (pick.uniform(0.3, 1), pick.uniform(0.3, 1), pick.uniform(0.3, 1))))
+        60 * pick.choice((0.4, 1, 3)) * value for value in (pick.uniform(0.3, 1), pick.uniform(0.3, 1), pick.uniform(0.3, 1))))
         for x in np.arange(-3.5, 3.6, 1.0) for y in np.arange(-2.5, 5, 1.0)]
     columns = [block((x, y, 0), (x + 0.25, y + 0.25, 1.3), 25 * (i + j))
                for i, x in enumerate(np.arange(-3, 3.1, 1.5)) for j, y in enumerate(np.arange(-2, 4, 1.5))]
     return Scene("lights", "64 lamps", "\n".join((
         *lamps, inside(diffuse(0.65, 0.63, 0.6), floor()), inside(diffuse(0.5, 0.45, 0.4), *columns),
         sphere(0, -1.2, 0.5, 0.5, 'Material "coateddiffuse" "float roughness" 0.1 "rgb reflectance" [ 0.4 0.1 0.08 ]'))),
-        (0, -6, 3), (0, 0, 0.5))
+        (0, -5.5, 3.6), (0, -0.8, 0.2))
 
 
 def glass():
@@ -225,10 +224,10 @@ def glass():
         SKY_LIGHT, lamp((-2, 0, 4), (0, 2, 0), (4, 0, 0), (4, 3.8, 3.4)),
         inside(checkered("tiles", 50, (0.75, 0.72, 0.65), (0.12, 0.2, 0.3)), floor()),
         sphere(-1.3, 0.2, 0.8, 0.8, 'Material "dielectric" "spectrum eta" "glass-BK7"'),
-        sphere(0.6, -0.4, 0.7, 0.7, 'Material "dielectric" "spectrum eta" "glass-SF11"'),
+        sphere(0.6, -0.4, 0.7, 0.7, 'Material "dielectric" "spectrum eta" "glass-LASF9"'),
         inside('Material "dielectric" "float roughness" 0.1 "float eta" 1.5', block((1.5, 0.3, 0.01), (2.3, 1.1, 1.5), 30)),
         inside('Material "thindielectric" "float eta" 1.5', patch((-3, -1.2, 0), (1.6, -0.4, 0), (0, 0, 1.3))))),
-        (0, -5.5, 2.2), (0, 0, 0.6), depth=8)
+        (0, -4.6, 3), (0, -0.2, 0.4), depth=8)
 
 
 def skin():
@@ -241,7 +240,7 @@ def skin():
         sphere(-1.2, 0, 0.8, 0.8, flesh((0.75, 0.5, 0.4), (0.3, 0.12, 0.07))),
         sphere(0.6, 0.3, 0.8, 0.8, flesh((0.8, 0.85, 0.8), (0.06, 0.08, 0.07))),
         inside(flesh((0.4, 0.65, 0.35), (0.1, 0.2, 0.1)), block((0.9, -1.5, 0), (1.7, -0.7, 0.8), 30),
-               block((-1, -1.9, 0), (0.1, -1.3, 0.25), -10)))), (0, -5, 2.3), (0, -0.2, 0.5), depth=6)
+               block((-1, -1.9, 0), (0.1, -1.3, 0.25), -10)))), (0, -4.6, 2.6), (0.1, -0.3, 0.45), depth=6)
 
 
 def hair():
@@ -269,7 +268,7 @@ def room():
         x, z, turn = pick.uniform(-1.3, 1.3), pick.uniform(0.8, 2.5), pick.uniform(-50, 50)
         leaves.append(inside(translate(x, 2.6 + pick.uniform(0, 0.6), z), f"Rotate {turn:.3g} 1 1 0", shape("disk", float_radius=[0.11])))
     return Scene("room", "room behind a window with leaves", "\n".join((
-        lamp((-2, 4.2, 0.4), (4, 0, 0), (0, 0, 3), (13, 14, 15)),
+        lamp((-2, 4.2, 0.4), (4, 0, 0), (0, 0, 3), (30, 32, 34)),
         inside(checkered("tiles", 8, (0.6, 0.5, 0.38), (0.42, 0.3, 0.2)), patch((-3, -4, 0), (6, 0, 0), (0, 6, 0))),
         inside(diffuse(0.7, 0.68, 0.62), patch((-3, -4, 3), (0, 6, 0), (6, 0, 0)), patch((-3, -4, 0), (6, 0, 0), (0, 0, 3)),
                patch((-3, 2, 0), (1.7, 0, 0), (0, 0, 3)), patch((1.3, 2, 0), (1.7, 0, 0), (0, 0, 3)),
