@@ -28,6 +28,7 @@ from .pbrt_report import FIELDS, Report
 from .pbrt_scenes import CROP, SCENES, TUNING, crops, write_files
 from .progress import Progress, duration
 from .renderer import RenderError, cache_folder
+from .tables import update_table
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in
@@ -255,6 +256,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
                         help="processes at a time, one thread each (default: one per core)")
     parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, default=Path("out/pbrt"), metavar="FOLDER", help="folder for the CSV of all figures")
+    parser.add_argument("--guide", type=Path, default=Path("examples/pbrt/README.md"), help=argparse.SUPPRESS)
     parser.add_argument("--program", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     for name, known in (("scenes", TUNING if options.views == "tuning" else SCENES), ("samplers", SAMPLERS)):
@@ -319,6 +321,8 @@ def run(arguments):
     report = Report(options, cells, references, built.remarks if built else (), [n for n in COUNTS if n <= options.spp])
     write_rows(options.pages / "pbrt.csv", FIELDS + MEASURES, rows_of(cells, set(views)))
     write_text(options.out / "pbrt.md", report.text())
+    if options.out.resolve() == Path("docs/report").resolve():
+        update_table(options.guide, "scripts/bench pbrt", report.summary())
     print(report.text())
     print(f"Written: {options.out}/pbrt.md and {options.pages}/pbrt.csv. References took "
           f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)

@@ -81,6 +81,15 @@ class Report:
                 rows.append([str(spp), *(gain.text() if gain else "" for gain in found), f"`{best}`" if best else ""])
         return md_table(["spp", *map(than_name, thans), "which is"], rows)
 
+    def summary(self):
+        """The table of examples/pbrt/README.md: over held-out scenes, as displayed and in brackets raw."""
+        gains, counts = next(iter(self.sets.values())), [n for n in HEADLINE_COUNTS if n in self.counts]
+        rows = []
+        for than in (*self.own, BEST_PEER):
+            found = [[gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in counts]
+            rows.append([than_name(than), *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
+        return md_table(["over `blue`", *map(str, counts)], rows)
+
     def all_samplers(self, gains, measure):
         rows = []
         for than in (*self.own, BEST_PEER):

@@ -159,6 +159,7 @@ def test_ratios_are_over_blue(made):
     assert (gain.value, gain.low, gain.high) == pytest.approx((2, 2, 2))
     text = made.text()
     assert text.index("## Held-out scenes") < text.index("## Tuning scenes") and "A remark." in text
+    assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary()
     assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text
 
 
