@@ -16,10 +16,10 @@ struct bn_draw_table;
 
 namespace pbrt {
 
-// BlueSampler Definition
+// Takes a number and the pair after it from one domain of libbn: u[0] and then (u[2], u[3]). Wavelengths and
+// the position in the pixel share domain 0.
 class BlueSampler {
   public:
-    // BlueSampler Public Methods
     BlueSampler(int samplesPerPixel, const bn_draw_table *table)
         : samplesPerPixel(samplesPerPixel), table(table) {}
 
@@ -38,19 +38,18 @@ class BlueSampler {
     std::string ToString() const;
 
   private:
-    // BlueSampler Private Methods
     void OpenDomain(int newKey);
+    void OpenNextDomain();
 
-    // BlueSampler Private Members
     int samplesPerPixel;
     const bn_draw_table *table;
     Point2i pixel;
     int sampleIndex = 0, dimension = 0;
-    // The open domain: its key, its four numbers, and how many of them are spent.
+    // The open domain: its key, how many of its numbers are spent, and the numbers.
     int key = 0, spent = 4;
     float u[4];
 };
 
-}  // namespace pbrt
+} // namespace pbrt
 
-#endif  // PBRT_BLUE_H
+#endif // PBRT_BLUE_H

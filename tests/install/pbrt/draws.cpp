@@ -48,13 +48,20 @@ void surface(pbrt::BlueSampler &sampler, Numbers &numbers, int dimensions) {
     if (dimensions == 10) one_then_two(sampler, numbers);
 }
 
-// "cpu": of any number of dimensions, with media, without roulette now and then, and two pairs in a row.
-Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const std::string &order, int depths) {
+// "7" and "10": the wavefront integrator's starts. "cpu": with media, two pairs in a row, and roulette now and then. "late":
+// the same, with the position in the pixel after another number.
+Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const std::string &order,
+             int depths) {
     Numbers numbers;
     sampler.StartPixelSample(pixel, index, 0);
-    camera(sampler, numbers);
+    if (order == "late") {
+        for (int k = 0; k < 2; ++k) numbers.push_back(sampler.Get1D());
+        add(numbers, sampler.GetPixel2D());
+    } else {
+        camera(sampler, numbers);
+    }
     for (int depth = 0; depth < depths; ++depth) {
-        if (order != "cpu") {
+        if (order == "7" || order == "10") {
             const int dimensions = std::atoi(order.c_str());
             sampler.StartPixelSample(pixel, index, 6 + dimensions * depth);
             surface(sampler, numbers, dimensions);
@@ -73,7 +80,8 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
 [[maybe_unused]] int print_path(const std::string &order, int depths) {
     std::vector<Numbers> samples;
     pbrt::BlueSampler sampler = make();
-    for (int k = 0; k < 8; ++k) samples.push_back(path(sampler, {11 * k, 5 + 3 * k}, k, order, depths));
+    for (int k = 0; k < 8; ++k)
+        samples.push_back(path(sampler, {11 * k, 5 + 3 * k}, k, order, depths));
     for (size_t i = 0; i < samples[0].size(); ++i) {
         for (const Numbers &numbers : samples) std::printf("%.9g ", double(numbers[i]));
         std::printf("\n");
@@ -105,7 +113,8 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
         float u[4][4];
         const Point2i pixel{index, 900 - index};
         for (uint32_t key = 0; key < 4; ++key)
-            bn_sample_4d(library, pixel.x, pixel.y, uint32_t(index), bn_domain_child(BN_DOMAIN_ROOT, key), u[key]);
+            bn_sample_4d(library, pixel.x, pixel.y, uint32_t(index),
+                         bn_domain_child(BN_DOMAIN_ROOT, key), u[key]);
         const float wavelength = (float(int(4 * u[0][2])) + u[0][3]) / 4;
         const Numbers wanted = {wavelength, u[0][0], u[0][1], u[1][0], u[1][2], u[1][3],
                                 u[2][0],    u[2][2], u[2][3], u[3][0], u[3][2], u[3][3]};
@@ -123,22 +132,27 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     pbrt::BlueSampler sampler = make();
     for (int x = 0; x < 40; ++x) {
         std::vector<Numbers> samples;
-        for (int index = 0; index < 16; ++index) samples.push_back(path(sampler, {x, 2 * x}, index, "7", 2));
+        for (int index = 0; index < 16; ++index)
+            samples.push_back(path(sampler, {x, 2 * x}, index, "7", 2));
         const auto met = [&](auto place) {
             std::set<int> places;
             for (const Numbers &numbers : samples) places.insert(place(numbers));
             return int(places.size());
         };
         wrong += 16 - met([](const Numbers &u) { return int(16 * u[0]); });
-        wrong += 16 - met([](const Numbers &u) { return int(16 * (4 * u[0] - float(int(4 * u[0])))); });
-        for (size_t single : {3u, 6u, 9u}) wrong += 16 - met([=](const Numbers &u) { return int(16 * u[single]); });
+        wrong +=
+            16 - met([](const Numbers &u) { return int(16 * (4 * u[0] - float(int(4 * u[0])))); });
+        for (size_t single : {3u, 6u, 9u})
+            wrong += 16 - met([=](const Numbers &u) { return int(16 * u[single]); });
         for (size_t pair : {1u, 4u, 7u, 10u})
-            wrong += 16 - met([=](const Numbers &u) { return int(4 * u[pair]) * 4 + int(4 * u[pair + 1]); });
+            wrong += 16 - met([=](const Numbers &u) {
+                         return int(4 * u[pair]) * 4 + int(4 * u[pair + 1]);
+                     });
     }
     return wrong;
 }
 
-}  // namespace
+} // namespace
 
 #ifdef CHECK
 // For the program of docs/porting.md: decision 0 is the position in the pixel, DECISION the place of the other one's first
@@ -159,7 +173,9 @@ void draw(int x, int y, unsigned index, int decision, float u[2]) {
 int main(int, char **arguments) {
     const std::string what = arguments[1];
     if (what == "path") return print_path(arguments[2], std::atoi(arguments[3]));
-    std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2])) : what == "domains" ? domains() : strata());
+    std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2]))
+                        : what == "domains" ? domains()
+                                            : strata());
     return 0;
 }
 #endif

@@ -59,6 +59,6 @@ struct Sampler {
     BlueSampler *sampler;
 };
 
-}  // namespace pbrt
+} // namespace pbrt
 
-#endif  // STAND_IN_H
+#endif // STAND_IN_H
