@@ -272,10 +272,12 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
     shown = arguments_that_count(arguments)
     for i, word in enumerate(shown):
-        if word == "--pbrt" and i + 1 < len(shown):
-            shown[i + 1] = "DIR"
+        if word == "--pbrt":
+            shown[i + 1:i + 2] = ["DIR"]
         elif word.startswith("--pbrt="):
             shown[i] = "--pbrt=DIR"
+        elif word == "--program":
+            del shown[i:i + 2]
     options.command = " ".join(["scripts/bench pbrt", *shown])
     return options
 
