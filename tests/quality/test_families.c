@@ -129,7 +129,8 @@ static void test_means(void) {
         if (level < 2) {
             check(levels[level], 2 * PRODUCTS, squares[level], 74.0);
         } else {
-            check(levels[level], 2 * PRODUCTS, sqrt(squares[level] / (2.0 * PRODUCTS * KEYS)), 0.012);
+            check(levels[level], 2 * PRODUCTS, sqrt(squares[level] / (2.0 * PRODUCTS * KEYS)),
+                  0.012);
         }
     }
     bn_sampler_destroy(sampler);
