@@ -2,26 +2,34 @@
 """Blue noise for path tracers and dithering: samples, masks and measures as NumPy arrays.
 
 Arrays are indexed ``[y, x]``. A seed is an integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one
-integer is drawn, or None for fresh entropy. Equal seeds give equal bits on every machine, except for neural masks and
+integer is drawn, a ``numpy.random.SeedSequence``, or None for fresh entropy. Equal seeds give equal bits on every machine, except for neural masks and
 points.
 Functions raise ``ValueError``, ``TypeError``, ``MemoryError``, ``OSError`` and the two exceptions below; messages contain
 the name and the value of the argument. All functions are thread-safe and release the GIL.
 """
 
+from ._interrupt import quiet_imports
+
+_imported = quiet_imports()
+
 from ._arguments import MaskMethod, NeuralProvider, PointsMethod, SamplerKind
 from ._choose import choose, choose_cdf, choose_u32
 from ._core import CancelledError, RuntimeMissingError, __version__
 from ._dither import dither
+from ._files import load, save
 from ._masks import mask, to_float
-from ._measure import MaskMeasures, anisotropy, measure, power_spectrum, radial_power
+from ._measure import MaskMeasures, MeasureName, anisotropy, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
 from ._points import points
 from ._sampler import Sampler
+
+_imported()
 
 __all__ = [
     "CancelledError",
     "MaskMeasures",
     "MaskMethod",
+    "MeasureName",
     "NeuralGenerator",
     "NeuralProvider",
     "PointsMethod",
@@ -34,10 +42,12 @@ __all__ = [
     "choose_cdf",
     "choose_u32",
     "dither",
+    "load",
     "mask",
     "measure",
     "points",
     "power_spectrum",
     "radial_power",
+    "save",
     "to_float",
 ]

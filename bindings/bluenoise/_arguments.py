@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 import reprlib
 import secrets
+import sys
 from typing import Any, Callable, Literal, NoReturn, Optional, Sequence, SupportsIndex, Union
 
 import numpy as np
@@ -16,14 +18,15 @@ MaskMethod = Literal["auto", "void-and-cluster", "relax", "anneal", "neural", "w
 NeuralProvider = Literal["cpu", "cuda"]
 PointsMethod = Literal["best-candidate", "poisson-disk", "mask"]
 SamplerKind = Literal["blue", "sobol", "white", "zorder", "mask"]
-Seed = Union[SupportsIndex, np.random.Generator, None]
-Shape = Union[SupportsIndex, Sequence[SupportsIndex]]
+Seed = Union[SupportsIndex, np.random.Generator, np.random.SeedSequence, None]
+Shape = Sequence[SupportsIndex]
 Progress = Callable[[float], Any]
 Ranks = npt.NDArray[np.uint32]
 
 INT32 = (-(2**31), 2**31 - 1)
 UINT32 = (0, 2**32 - 1)
 UINT64 = (0, 2**64 - 1)
+MAX_TEXELS = 2**31 - 1
 
 
 def _out_of_range(name: str, value: object, low: float, high: float) -> NoReturn:
@@ -58,9 +61,11 @@ def real(name: str, value: object, low: float, high: float, low_included: bool =
 
 
 def seed(value: object) -> int:
-    """A seed as an integer: one draw from a Generator, fresh entropy for None."""
+    """A seed as an integer: one draw from a Generator, the first word of a SeedSequence, fresh entropy for None."""
     if value is None:
         return secrets.randbits(64)
+    if isinstance(value, np.random.SeedSequence):
+        return int(value.generate_state(1, np.uint64)[0])
     if isinstance(value, np.random.Generator):
         return int(value.integers(UINT64[1], dtype=np.uint64, endpoint=True))
     return integer("seed", value, *UINT64)
@@ -72,38 +77,87 @@ def callback(name: str, value: Optional[Progress]) -> Optional[Progress]:
     return value
 
 
+def array(name: str, value: object) -> npt.NDArray[Any]:
+    """An array of anything array-like. Other things, such as tensors on a GPU, raise TypeError with their reason."""
+    try:
+        return np.asarray(value)
+    except (ValueError, TypeError, RuntimeError) as error:
+        hint = "; for a tensor, give .detach().cpu().numpy()" if hasattr(value, "detach") else ""
+        raise TypeError(f"{name} must be an array, not {reprlib.repr(value)}: {error}{hint}") from None
+
+
 def integers(name: str, value: object, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
     """An array of integers in low .. high as dtype; any integer type is accepted if its values fit."""
     if type(value) is int and low <= value <= high:
         return np.array(value, dtype)
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise TypeError(f"{name} must be an array of integers, not {reprlib.repr(value)}") from None
-    if array.size == 0 and not isinstance(value, (np.ndarray, np.generic)):
-        array = array.astype(dtype)
-    if array.dtype.kind == "O" and all(isinstance(v, int) for v in array.flat):
+    given = array(name, value)
+    if given.size == 0 and not isinstance(value, (np.ndarray, np.generic)):
+        given = given.astype(dtype)
+    if given.dtype.kind == "O" and all(isinstance(v, int) for v in given.flat):
         pass  # Python integers beyond 64 bits: the range check below reports one
-    elif array.dtype.kind not in "iu":
-        raise TypeError(f"{name} must hold integers, not {array.dtype} ({reprlib.repr(value)})")
-    if array.size:
-        for extreme in (int(array.min()), int(array.max())):
+    elif given.dtype.kind not in "iu":
+        raise TypeError(f"{name} must hold integers, not {given.dtype} ({reprlib.repr(value)})")
+    if given.size:
+        for extreme in (int(given.min()), int(given.max())):
             if not low <= extreme <= high:
                 _out_of_range(name, extreme, low, high)
-    return np.require(array, dtype, ["ALIGNED"])
+    return np.require(given, dtype, ["ALIGNED"])
+
+
+def output(out: object, extents: Sequence[int], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """The array for a result: ``out`` if it fits, a new one for None."""
+    extents, kind = tuple(extents), np.dtype(dtype)
+    if out is None:
+        if math.prod(extents) * kind.itemsize > sys.maxsize:
+            raise MemoryError(f"an array of {' x '.join(map(str, extents))} is too large for memory")
+        return np.empty(extents, kind)
+    if not isinstance(out, np.ndarray):
+        raise TypeError(f"out must be an array, not {reprlib.repr(out)}")
+    if out.shape != extents or out.dtype != kind:
+        raise ValueError(f"out must have shape {extents} and dtype {kind}, not {out.shape} and {out.dtype}")
+    if not out.flags.carray:
+        raise ValueError(f"out must be writable, aligned and in C order, not with strides {out.strides}"
+                         + ("" if out.flags.writeable else ", read-only"))
+    return out
 
 
 def shape(value: object, max_ndim: int) -> tuple[int, ...]:
-    """The extents of a mask: an integer or a sequence of 1 to max_ndim integers, each at least 1."""
-    if isinstance(value, (str, bytes)):
-        raise TypeError(f"shape must be a tuple of integers, not {value!r}")
+    """The extents of a mask: a sequence of 1 to max_ndim integers, each at least 1."""
     try:
-        extents: tuple[object, ...] = tuple(value)  # type: ignore[arg-type]
-    except TypeError:
-        extents = (value,)
+        extents: tuple[object, ...] = () if isinstance(value, (str, bytes)) else tuple(value)  # type: ignore[arg-type]
+    except (TypeError, NotImplementedError):  # the latter from memoryview
+        extents = ()
+        if hasattr(value, "__index__"):
+            raise TypeError(f"shape must be a tuple, not {value}: ({value}, {value}) is a square, ({value},) a row") from None
+    if not extents and not isinstance(value, (tuple, list)):
+        raise TypeError(f"shape must be a tuple of integers, not {reprlib.repr(value)}")
     if not 1 <= len(extents) <= max_ndim:
         raise ValueError(f"shape must have 1 to {max_ndim} extents, not {reprlib.repr(value)}")
-    return tuple(integer("shape", extent, 1, UINT32[1]) for extent in extents)
+    whole = tuple(integer("shape", extent, -sys.maxsize, sys.maxsize) for extent in extents)
+    if min(whole) < 1:
+        raise ValueError(f"shape must have extents of at least 1, not {whole}")
+    if math.prod(whole) > MAX_TEXELS:
+        raise MemoryError(f"shape must have at most 2**31 - 1 texels, not {whole}")
+    return whole
+
+
+def memory() -> float:
+    """The bytes of memory that the process can have, as far as the system says: of the machine, or of its container."""
+    try:
+        machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+    try:
+        with open("/sys/fs/cgroup/memory.max", encoding="ascii") as file:
+            return min(machine, int(file.read()))
+    except (OSError, ValueError):
+        return machine
+
+
+def enough_memory(what: str, size: int) -> None:
+    """Raises MemoryError at once if work that needs so many bytes would fail late."""
+    if size > memory():
+        raise MemoryError(f"{what} needs about {size / 1e9:.1f} GB of memory, but there are {memory() / 1e9:.1f} GB")
 
 
 def is_permutation(flat: npt.NDArray[Any]) -> bool:
@@ -115,6 +169,13 @@ def is_permutation(flat: npt.NDArray[Any]) -> bool:
     return bool(seen.all())
 
 
+def has_channels(ranks: npt.NDArray[Any]) -> bool:
+    """Whether an array of two or three dimensions consists of masks along its first axis, as from mask(..., channels=2)."""
+    if ranks.ndim not in (2, 3) or len(ranks) < 2 or ranks.dtype.kind not in "iu":
+        return False
+    return all(is_permutation(channel.flatten()) for channel in ranks)
+
+
 def permutation(name: str, flat: npt.NDArray[Any]) -> None:
     """Raises ValueError with the first rank that does not occur exactly once."""
     if is_permutation(flat):
@@ -123,13 +184,16 @@ def permutation(name: str, flat: npt.NDArray[Any]) -> None:
     rank = int(np.flatnonzero(counts != 1)[0])
     raise ValueError(
         f"{name} must contain every rank 0 .. {flat.size - 1} exactly once, but contains {rank} {counts[rank]} times"
+        + ("; load(file, rank=True) ranks the values of a texture" if len(counts) > 1 and (counts > 1).mean() > 0.01 else "")
     )
 
 
 def ranks(name: str, value: object) -> Ranks:
-    """A two-dimensional mask as uint32 in C order."""
-    array = integers(name, value, np.uint32, *UINT32)
-    if array.ndim != 2 or array.size == 0:
-        raise ValueError(f"{name} must have shape (height, width), not {array.shape}")
-    permutation(name, array.reshape(-1))
-    return np.ascontiguousarray(array)
+    """A mask of shape (height, width) or (n,), as (1, n): a checked copy, which no other thread can change."""
+    given = integers(name, value, np.uint32, *UINT32)
+    texels = np.atleast_2d(np.array(given, order="C"))
+    if texels.ndim != 2 or texels.size == 0:
+        hint = f"; choose one channel, as in {name}[0]" if texels.ndim == 3 else ""
+        raise ValueError(f"{name} must have shape (height, width), not {given.shape}{hint}")
+    permutation(name, texels.reshape(-1))
+    return texels

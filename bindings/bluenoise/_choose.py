@@ -15,7 +15,7 @@ _Floats = npt.NDArray[np.float32]
 
 
 def _reals(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    array = np.asarray(value)
+    array = arguments.array(name, value)
     if array.dtype.kind not in "fiu" and array.size:
         raise TypeError(f"{name} must hold numbers, not {array.dtype} ({reprlib.repr(value)})")
     return array.astype(np.float64)

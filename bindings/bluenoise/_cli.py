@@ -3,60 +3,144 @@
 
 from __future__ import annotations
 
+from ._interrupt import quiet_imports
+
+_imported = quiet_imports()
+
 import argparse
 import json
 import math
 import os
 import re
 import sys
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable, Optional, Sequence, get_args
+from typing import Any, Callable, Iterator, NoReturn, Optional, Sequence, get_args
 
 import numpy as np
 
 from . import __version__, _files, dither, power_spectrum, radial_power
 from . import mask as make_mask
 from . import measure as measure_mask
+from . import points as make_points
 from . import _arguments as arguments
 from ._arguments import NeuralProvider
-from ._masks import METHODS
-from ._measure import ranks_of
+from ._masks import METHODS, auto_method
 from ._plot import plot_spectrum
+from ._points import METHODS as POINTS_METHODS
 
-_MASK_SUFFIXES = (".png", ".exr", ".npy")
+_imported()
+
+_POINTS_SUFFIXES = (".csv", ".npy")
 _SPECTRUM_SUFFIXES = (".png", ".svg", ".pdf", ".csv", ".npy")
 _OPTIONS = ("sigma", "initial_fraction", "steps", "sweeps", "channels", "model", "runtime", "threads", "provider")
+_EXAMPLES = """\
+examples:
+  bluenoise mask --size 128 -o mask.png          make a mask of 128x128
+  bluenoise measure mask.png                     measure it
+  bluenoise dither photo.jpg dithered.png        dither a photograph to black and white
+"""
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:
     """Runs a command. Returns the exit status: 0, 1 after an error, 2 for wrong usage, 130 after Ctrl-C."""
-    options = _parser().parse_args(argv)
-    run: Callable[[argparse.Namespace], None] = options.run
+    _prepare()
     try:
-        run(options)
-        sys.stdout.flush()
+        try:
+            options = _parser().parse_args(argv)
+            run: Callable[[argparse.Namespace], None] = options.run
+            run(options)
+        finally:
+            _flush()
     except KeyboardInterrupt:
-        print("bluenoise: interrupted", file=sys.stderr)
+        _say("interrupted")
         return 130
     except BrokenPipeError:
-        # The reader is gone. Python would complain again when it flushes standard output at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()  # the reader is gone
         return 1
     except (ValueError, TypeError, MemoryError, OSError, ImportError, RuntimeError) as error:
-        text = " ".join(str(error).split()) or type(error).__name__
-        print(f"bluenoise: {text}", file=sys.stderr)
+        if isinstance(error, OSError) and error.filename is not None and error.strerror:
+            error = OSError(f"{error.filename}: {error.strerror}")
+        _say(" ".join(str(error).split()) or type(error).__name__)
         return 1
     return 0
 
 
+def _prepare() -> None:
+    """Gives closed standard streams a file that swallows all, so that no other file takes their number."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")
+
+
+def _say(text: str) -> None:
+    """Prints a message. If nobody can read it, the exit status still tells."""
+    _Bar.end_line()
+    try:
+        print(f"bluenoise: {text}", file=sys.stderr, flush=True)
+    except OSError:
+        pass
+
+
+@contextmanager
+def _standard_output() -> Iterator[None]:
+    """Gives errors of standard output its name."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        _drop_output()
+        raise OSError(error.errno, error.strerror, "standard output") from None
+
+
+def _print(text: str) -> None:
+    _files.standard("stdout")
+    with _standard_output():
+        print(text)
+
+
+def _flush() -> None:
+    """Writes what is left of the output, so that a full disk is noticed."""
+    if sys.stdout is not None:
+        with _standard_output():
+            sys.stdout.flush()
+
+
+def _drop_output() -> None:
+    """Python would complain again when it flushes standard output at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Of help and version, whose errors argparse swallows."""
+        if file is not None and file is sys.stdout:
+            with _standard_output():
+                file.write(message)
+        else:
+            super()._print_message(message, file)
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="bluenoise",
-        description="Makes and measures blue-noise masks, and dithers pictures with them.",
-        epilog="The file name - stands for standard input or output.",
+        description="Makes and measures blue-noise masks, dithers pictures with them, and makes points.",
+        epilog=_EXAMPLES + "\nThe file name - stands for standard input or output.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"bluenoise {__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    parser.set_defaults(run=lambda options: parser.exit(2, f"{parser.format_usage()}\n{_EXAMPLES}\nsee bluenoise --help\n"))
+    commands = parser.add_subparsers(metavar="COMMAND")
 
     command = commands.add_parser(
         "mask",
@@ -80,7 +164,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     command.add_argument("--json", action="store_true", help="describe the mask as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
-    _add_output(command, _MASK_SUFFIXES, "npy")
+    _add_output(command, _files.MASK_SUFFIXES, "npy")
     command.set_defaults(run=_mask)
 
     command = commands.add_parser(
@@ -91,6 +175,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_mask_input(command)
     command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.add_argument("--quiet", action="store_true", help="do not show progress")
     command.set_defaults(run=_measure)
 
     command = commands.add_parser(
@@ -101,7 +186,10 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("input", type=Path, help="a picture in any format that Pillow reads, or -")
     command.add_argument("output", type=Path, help="the picture to write, in a lossless format, or - for PNG")
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
-    command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask)")
+    command.add_argument("--mask", type=Path, metavar="FILE", help="the mask (default: the built-in 64x64 mask); of several "
+                         "channels, each is for one of the picture")
+    command.add_argument("--rank", action="store_true", help="take a mask in which values occur more than once, such as an 8-bit "
+                         "texture, and order equal ones at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
     command.set_defaults(run=_dither)
 
@@ -115,12 +203,28 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--json", action="store_true", help="print the radial average as JSON")
     _add_output(command, _SPECTRUM_SUFFIXES, "csv", required=False)
     command.set_defaults(run=_spectrum)
+
+    command = commands.add_parser(
+        "points",
+        help="make points in the unit square",
+        description="Makes blue-noise points in the unit square: .csv with x and y, or .npy; see bluenoise.points. Needs SciPy, "
+        "except for --method mask.",
+    )
+    command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
+    command.add_argument("--method", default="best-candidate", choices=POINTS_METHODS, help="default best-candidate")
+    command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
+    command.add_argument("--candidates", type=_integer, metavar="N", help="best-candidate (default 1), poisson-disk (30): more are slower and better")
+    command.add_argument("--mask", type=Path, metavar="FILE", help="mask: its texels of the lowest ranks are the points")
+    command.add_argument("--json", action="store_true", help="describe the points as JSON on standard output")
+    command.add_argument("--quiet", action="store_true", help="do not show progress")
+    _add_output(command, _POINTS_SUFFIXES, "csv")
+    command.set_defaults(run=_points)
     return parser
 
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
     command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or picture (needs Pillow), or -")
-    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (measure: default all)")
 
 
 def _add_output(
@@ -174,25 +278,34 @@ def _seed(text: str) -> int:
     return arguments.seed(None) if text == "random" else _integer(text)
 
 
-def _progress(quiet: bool) -> Optional[Callable[[float], None]]:
-    """A function that shows percentages on a terminal, else None."""
-    if quiet or not sys.stderr.isatty():
-        return None
-    shown = -1
+class _Bar:
+    """Shows percentages on a terminal."""
 
-    def show(fraction: float) -> None:
-        nonlocal shown
+    shown: Optional[int] = None  # what stands on an unfinished line
+
+    def __call__(self, fraction: float) -> None:
         percent = int(100 * fraction)
-        if percent != shown:
-            shown = percent
-            print(f"\r{percent:3d} %", end="\n" if percent == 100 else "", file=sys.stderr, flush=True)
+        if percent != _Bar.shown:
+            _Bar.shown = percent
+            print(f"\r{percent:3d} %", end="", file=sys.stderr, flush=True)
+        if fraction >= 1:
+            _Bar.end_line()
 
-    return show
+    @staticmethod
+    def end_line() -> None:
+        """Messages get lines of their own."""
+        if _Bar.shown is not None:
+            _Bar.shown = None
+            print(file=sys.stderr, flush=True)
+
+
+def _progress(quiet: bool) -> Optional[_Bar]:
+    return None if quiet or not sys.stderr.isatty() else _Bar()
 
 
 def _mask(options: argparse.Namespace) -> None:
     shape, path, suffix = options.size, options.output, _suffix(options)
-    _files.check_output(path, suffix, _MASK_SUFFIXES)
+    _files.check_output(path, suffix, _files.MASK_SUFFIXES, options.model)
     if options.json and path == _files.STREAM:
         raise ValueError("--json and -o - both need standard output")
     if len(shape) == 3 and suffix != ".npy":
@@ -205,73 +318,116 @@ def _mask(options: argparse.Namespace) -> None:
         if name not in METHODS[options.method]:
             methods = " or ".join(method for method in METHODS if name in METHODS[method])
             raise ValueError(f"--{name.replace('_', '-')} needs --method {methods}, not {options.method}")
-    shown = {name: value for name, value in given.items() if name not in ("threads", "runtime", "provider")}
-    progress = _progress(options.quiet)
-    if progress is not None and "progress" in METHODS[options.method]:
-        given["progress"] = progress
+    method = options.method
+    if method == "auto":
+        method, chosen = auto_method(shape, arguments.integer("channels", given.get("channels", 1), 1, 4))
+        given.update(chosen)
+    shown = {name: given[name] for name in _OPTIONS if name in given and name not in ("threads", "runtime", "provider")}
     make: Callable[..., arguments.Ranks] = make_mask
-    ranks = make(shape, method=options.method, seed=options.seed, **given)
+    ranks = make(shape, method=method, seed=options.seed, progress=_progress(options.quiet), **given)
     channels = ranks.shape[0] if ranks.ndim > len(shape) else 1
     if channels > 4 and suffix != ".npy":
         raise ValueError(f"a mask of {channels} channels does not fit in {suffix}; write .npy")
     text = "".join(f", {name} {value}" for name, value in shown.items())
-    description = f"bluenoise {__version__}: {options.method}, seed {options.seed}{text}"
+    description = f"bluenoise {__version__}: {method}, seed {options.seed}{text}"
     _files.save_mask(path, suffix, ranks, options.bits, description)
     count = math.prod(shape)
     if suffix == ".png" and options.bits == 16 and count > 2**16:
-        print(
-            f"bluenoise: {path} has 65536 levels for {count} ranks; .npy keeps every rank",
-            file=sys.stderr,
-        )
+        _say(f"{path} has 65536 levels for {count} ranks; .npy keeps every rank")
     if options.json:
         facts: dict[str, Any] = {"output": str(path), "format": suffix[1:], "size": list(reversed(shape))}
         if suffix == ".png":
             facts["bits"] = options.bits
-        facts.update(channels=channels, method=options.method, seed=options.seed)
+        facts.update(channels=channels, method=method, seed=options.seed)
         facts["options"] = {
             name: str(value) if isinstance(value, Path) else value for name, value in shown.items()
         }
-        print(json.dumps(facts))
+        _print(json.dumps(facts))
 
 
 def _measure(options: argparse.Namespace) -> None:
-    values = _files.load_mask(options.mask, options.channel)
-    figures = measure_mask(values)
+    values = _files.load_values(options.mask)
+    if options.channel or values.ndim != 3:
+        values = _files.one_channel(options.mask, values, options.channel)[None]
+    elif len(values) > 1 and values.dtype.kind != "f" and arguments.is_permutation(values.reshape(-1)):
+        raise ValueError(f"{options.mask} is a three-dimensional mask, {values.shape}; measure a slice with --channel")
+    progress = _progress(options.quiet)
+
+    def share(channel: int) -> Optional[Callable[[float], None]]:
+        return progress and (lambda fraction: progress((channel + fraction) / len(values)))
+
+    found: list[dict[str, Any]] = [dict(measure_mask(plane, progress=share(channel))) for channel, plane in enumerate(values)]
+    size = [values.shape[2], values.shape[1]]
     if options.json:
-        print(json.dumps(_without_nan({**figures, "size": [values.shape[1], values.shape[0]]})))
+        facts = {**found[0], "size": size} if len(found) == 1 else {"size": size, "channels": found}
+        _print(json.dumps(_without_nan(facts)))
         return
-    _line("size", f"{values.shape[1]} x {values.shape[0]}")
-    _line("each rank once", "yes" if figures["exact"] else "no")
-    _line("E_0.75", _number(figures["e_0.75"], ".5f"))
-    _line("E_1", _number(figures["e_1"], ".5f"))
-    _line("E_1.5", _number(figures["e_1.5"], ".5f"))
-    _line("E_2", _number(figures["e_2"], ".5f"))
-    _line("anisotropy", _number(figures["anisotropy"], ".2f") + " dB")
-    print("low-frequency power, thresholded at a grey level (white noise has 1):")
-    for level, power in figures["low_frequency"].items():
-        _line(f"  grey {level:g}", _number(power, ".3f"))
+    _line("size", [f"{size[0]} x {size[1]}"])
+    if len(found) > 1:
+        _line("channel", [str(number) for number in range(1, len(found) + 1)])
+    _line("each rank once", ["yes" if figures["exact"] else "no" for figures in found])
+    for name in ("e_0.75", "e_1", "e_1.5", "e_2"):
+        _line(name.upper(), [_number(figures[name], ".5f") for figures in found])
+    _line("anisotropy", [_number(figures["anisotropy"], ".2f", " dB") for figures in found])
+    _print("low-frequency power, thresholded at a grey level (white noise has 1):")
+    for level in found[0]["low_frequency"]:
+        _line(f"  grey {level:g}", [_number(figures["low_frequency"][level], ".3f") for figures in found])
 
 
-def _line(name: str, value: str) -> None:
-    print(f"{name:18s}{value}")
+def _line(name: str, values: Sequence[str]) -> None:
+    _print(f"{name:18s}" + "".join(f"{value:12s}" for value in values).rstrip())
 
 
-def _number(value: float, spec: str) -> str:
-    return "none" if math.isnan(value) else format(value, spec)
+def _number(value: float, spec: str, unit: str = "") -> str:
+    return "none" if math.isnan(value) else format(value, spec) + unit
 
 
 def _dither(options: argparse.Namespace) -> None:
     path = options.output
     suffix = ".png" if path == _files.STREAM else path.suffix.lower()
-    _files.check_output(path, suffix, _files.LOSSLESS)
+    _files.check_output(path, suffix, _files.LOSSLESS, options.input, options.mask)
+    if options.rank and options.mask is None:
+        raise ValueError("--rank needs --mask")
     picture = _files.open_picture(options.input)
     ranks = None
     if options.mask is not None:
-        ranks, exact = ranks_of("mask", _files.load_mask(options.mask))
-        if not exact:
-            raise ValueError(f"{options.mask} is not a mask: some values occur more than once")
+        values = _files.load_values(options.mask)
+        if values.ndim not in (2, 3):
+            raise ValueError(f"{options.mask} has shape {values.shape}, but a mask must have two dimensions, or channels of them")
+        planes = values if values.ndim == 3 else values[None]
+        if len(planes) > 2 and (planes[:3] == planes[0]).all():  # a grey texture saved as RGB or RGBA
+            planes = planes[:1]
+        ranks = np.stack([_files.ranked(options.mask, plane, options.rank, "--rank") for plane in planes])
+        ranks = ranks if len(ranks) > 1 else ranks[0]
     result = dither(picture, options.levels, mask=ranks, srgb=options.srgb)
     _files.save_picture(path, suffix, result, picture)
+
+
+def _points(options: argparse.Namespace) -> None:
+    path, suffix = options.output, _suffix(options)
+    _files.check_output(path, suffix, _POINTS_SUFFIXES, options.mask)
+    if options.json and path == _files.STREAM:
+        raise ValueError("--json and -o - both need standard output")
+    given: dict[str, Any] = {}
+    for name in ("candidates", "mask"):
+        if getattr(options, name) is None:
+            continue
+        if name not in POINTS_METHODS[options.method]:
+            methods = " or ".join(method for method in POINTS_METHODS if name in POINTS_METHODS[method])
+            raise ValueError(f"--{name} needs --method {methods}, not {options.method}")
+        given[name] = getattr(options, name)
+    if "mask" in given:
+        given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask), False, "bluenoise.load(..., rank=True)")
+    make: Callable[..., Any] = make_points
+    found = make(options.count, method=options.method, seed=options.seed, progress=_progress(options.quiet), **given)
+    with _files.replacing(path, suffix) as beside:
+        if suffix == ".npy":
+            _files.save_array(beside, found)
+        else:
+            beside.write_text("x,y\n" + "".join(f"{x!r},{y!r}\n" for x, y in found.tolist()), encoding="ascii")
+    if options.json:
+        _print(json.dumps({"output": str(path), "format": suffix[1:], "count": options.count, "method": options.method,
+                           "seed": options.seed}))
 
 
 def _spectrum(options: argparse.Namespace) -> None:
@@ -280,7 +436,7 @@ def _spectrum(options: argparse.Namespace) -> None:
         raise ValueError("give an output with -o, or --json")
     if path is not None:
         suffix = _suffix(options)
-        _files.check_output(path, suffix, _SPECTRUM_SUFFIXES)
+        _files.check_output(path, suffix, _SPECTRUM_SUFFIXES, options.mask)
         if options.json and path == _files.STREAM:
             raise ValueError("--json and -o - both need standard output")
     values = _files.load_mask(options.mask, options.channel)
@@ -288,13 +444,13 @@ def _spectrum(options: argparse.Namespace) -> None:
         _write_spectrum(path, suffix, values)
     if options.json:
         frequency, power = radial_power(values)
-        print(json.dumps({"frequency": frequency.tolist(), "power": power.tolist()}))
+        _print(json.dumps({"frequency": frequency.tolist(), "power": power.tolist()}))
 
 
 def _write_spectrum(path: Path, suffix: str, values: Any) -> None:
     with _files.replacing(path, suffix) as beside:
         if suffix == ".npy":
-            np.save(beside, power_spectrum(values))
+            _files.save_array(beside, power_spectrum(values))
         elif suffix == ".csv":
             frequency, power = radial_power(values)
             rows = "".join(f"{f:.6f},{p:.6f}\n" for f, p in zip(frequency, power))

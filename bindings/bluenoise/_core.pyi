@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-from typing import Any, Optional
+from typing import Any, Optional, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -22,18 +22,9 @@ class Sampler:
         y: npt.NDArray[np.int32],
         index: npt.NDArray[np.uint32],
         domain: npt.NDArray[np.uint32],
-        dims: int,
-    ) -> npt.NDArray[np.float32]: ...
-    def block(
-        self,
-        x0: int,
-        y0: int,
-        width: int,
-        height: int,
-        first_index: int,
-        index_count: int,
-        domain: int,
-    ) -> npt.NDArray[np.float32]: ...
+        out: npt.NDArray[np.float32],
+    ) -> None: ...
+    def block(self, x0: int, y0: int, first_index: int, domain: int, out: npt.NDArray[np.float32]) -> None: ...
     def table_words(self) -> npt.NDArray[np.uint32]: ...
 
 class NeuralGenerator:
@@ -49,26 +40,19 @@ class NeuralGenerator:
     ) -> None: ...
     @property
     def channels(self) -> int: ...
-    def mask(
-        self, height: int, width: int, seed: int, progress: Optional[Progress]
-    ) -> Ranks: ...
-    def window(
-        self, x0: int, y0: int, width: int, height: int, seed: int
-    ) -> npt.NDArray[np.float32]: ...
+    def mask(self, out: Ranks, seed: int, progress: Optional[Progress]) -> None: ...
+    def window(self, x0: int, y0: int, out: npt.NDArray[np.float32], seed: int) -> None: ...
 
 def neural_noise(
     x0: int, y0: int, width: int, height: int, seed: int
 ) -> npt.NDArray[np.float32]: ...
+@overload
 def domain_child(domain: int, key: int) -> int: ...
+@overload
+def domain_child(domain: npt.ArrayLike, key: npt.ArrayLike) -> Any: ...
 def void_and_cluster(
-    depth: int,
-    height: int,
-    width: int,
-    sigma: float,
-    initial_fraction: float,
-    seed: int,
-    progress: Optional[Progress],
-) -> Ranks: ...
+    ranks: Ranks, sigma: float, initial_fraction: float, seed: int, progress: Optional[Progress]
+) -> None: ...
 def anneal(
     ranks: Ranks,
     sigma: float,

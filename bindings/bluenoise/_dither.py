@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 _Pixel = TypeVar("_Pixel", bound=np.generic)
+_Floats = npt.NDArray[np.float32]
+# The shifts of the mask from channel to channel, y and x, as shares of its extents: those of bn_dither.
+_CHANNEL_STEPS = (0.5698402909980532, 0.7548776662466927)
 _PICTURE_MODES = ("1", "L", "LA", "I;16", "F", "P", "PA", "RGB", "RGBA")
 
 
@@ -65,22 +68,26 @@ def dither(
     Parameters
     ----------
     image
-        An array of shape (height, width) or (height, width, channels): uint8 or uint16, whose largest value is full
-        scale, or floats in [0, 1]; all channels are dithered. Or a Pillow picture of mode 1, L, LA, I;16, F, P, PA, RGB
-        or RGBA: its alpha channel is preserved, mode 1 becomes L, and palettes become RGB or RGBA.
+        An array, or what NumPy makes one of, such as a tensor on the processor, of shape (height, width) or (height, width,
+        channels): uint8 or uint16, whose largest value is full scale, or floats in [0, 1]; all channels are dithered. Or a
+        Pillow picture of mode 1, L, LA, I;16, F, P, PA, RGB or RGBA: its alpha channel is preserved, mode 1 becomes L, and
+        palettes become RGB or RGBA.
     levels
         The number of levels, 2 to 256, evenly spaced from 0 to full scale.
     mask
-        Ranks of shape (height, width), each of 0 .. n - 1 exactly once. None: the built-in 64 x 64 mask.
+        Ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once; or the values t themselves, floats
+        in [0, 1), such as a window of ``NeuralGenerator``. With shape (channels, height, width), as from ``mask(...,
+        channels=3)``, each channel of the picture has a mask of its own, the first ones if there are more. None: the built-in 64 x 64 mask.
     srgb
         True if values are sRGB-encoded; local means are then preserved in linear light.
     channel_offset
-        True to shift the mask differently for each channel, so that the errors of channels are uncorrelated.
+        True to shift the mask differently for each channel, so that the errors of channels are uncorrelated. Masks with
+        channels of their own are never shifted.
 
     Raises
     ------
     ValueError
-        There are NaN or values outside [0, 1], a shape is wrong, or a mask is not a permutation.
+        There are NaN or values outside [0, 1], a shape is wrong (channels come last), or a mask is not a permutation.
     TypeError
         An argument has a wrong type.
     MemoryError
@@ -95,17 +102,33 @@ def dither(
     for name, flag in (("srgb", srgb), ("channel_offset", channel_offset)):
         if not isinstance(flag, (bool, np.bool_)):
             raise TypeError(f"{name} must be True or False, not {flag!r}")
-    ranks = None if mask is None else arguments.ranks("mask", mask)
+    thresholds = None if mask is None else _mask_of(mask)
     pillow = sys.modules.get("PIL.Image")  # a caller with a picture has imported Pillow
     if pillow is not None and isinstance(image, pillow.Image):
-        return _dither_picture(image, pillow, levels, bool(srgb), bool(channel_offset), ranks)
-    return _dither_array(image, levels, bool(srgb), bool(channel_offset), ranks)
+        return _dither_picture(image, pillow, levels, bool(srgb), bool(channel_offset), thresholds)
+    return _dither_array(image, levels, bool(srgb), bool(channel_offset), thresholds)
 
 
-def _dither_array(
-    image: Any, levels: int, srgb: bool, channel_offset: bool, ranks: Optional[arguments.Ranks]
-) -> npt.NDArray[Any]:
-    array = np.asarray(image)
+def _mask_of(mask: npt.ArrayLike) -> npt.NDArray[Any]:
+    """A checked copy of a mask: ranks or values, of shape (height, width) or (channels, height, width)."""
+    given = arguments.array("mask", mask)
+    if given.dtype.kind == "f":
+        values = np.atleast_2d(given).astype(np.float64)
+        if values.ndim > 3 or values.size == 0:
+            raise ValueError(f"mask must have shape (height, width) or (channels, height, width), not {given.shape}")
+        inside = (values >= 0) & (values < 1)
+        if not inside.all():
+            raise ValueError(f"mask must have ranks or values in [0, 1), not {values[~inside][0]}")
+        return values
+    if given.ndim == 3 and given.size:
+        if len(given) > 1 and arguments.is_permutation(given.flatten()):
+            raise ValueError(f"mask {given.shape} has three dimensions; for one slice, give to_float(mask)[0]")
+        return np.stack([arguments.ranks("mask", channel) for channel in given])
+    return arguments.ranks("mask", given)
+
+
+def _dither_array(image: Any, levels: int, srgb: bool, channel_offset: bool, mask: Optional[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    array = arguments.array("image", image)
     if array.dtype.kind == "f":
         values = array.astype(np.float32, order="C")
         inside = (values >= 0) & (values <= 1)
@@ -121,13 +144,52 @@ def _dither_array(
         raise ValueError(
             f"image must have shape (height, width) or (height, width, channels), not {array.shape}"
         )
-    if array.ndim == 2:
-        values = values[:, :, None]
-    values = np.ascontiguousarray(values)
-    out = _core.dither(values, levels, srgb, channel_offset, ranks).reshape(array.shape)
+    if array.ndim == 3 and array.shape[0] <= 4 < array.shape[2]:
+        raise ValueError(f"image of shape {array.shape} has its channels first: give np.moveaxis(image, 0, -1)")
+    values = np.ascontiguousarray(values.reshape(array.shape[:2] + (-1,)))
+    out = _dither_channels(values, levels, srgb, channel_offset, mask).reshape(array.shape)
     if array.dtype.kind == "f":
         return out.astype(array.dtype)
     return np.rint(out * np.iinfo(array.dtype).max).astype(array.dtype)
+
+
+def _dither_channels(
+    values: _Floats, levels: int, srgb: bool, channel_offset: bool, mask: Optional[npt.NDArray[Any]]
+) -> _Floats:
+    """Dithers (height, width, channels)."""
+    if mask is None or mask.ndim == 2 and mask.dtype.kind != "f":
+        return _core.dither(values, levels, srgb, channel_offset, mask)
+    channels = values.shape[2]
+    if mask.ndim == 3 and len(mask) < channels:
+        raise ValueError(f"mask has {len(mask)} channels and the image {channels}; for one for all, give mask[0]")
+    planes = []
+    for channel in range(channels):
+        plane, own = values[:, :, channel : channel + 1], mask[channel] if mask.ndim == 3 else mask
+        if mask.dtype.kind != "f":
+            planes.append(_core.dither(np.ascontiguousarray(plane), levels, srgb, False, own))
+            continue
+        if channel_offset and mask.ndim == 2:
+            own = np.roll(own, [-int(channel * step % 1 * n) for step, n in zip(_CHANNEL_STEPS, own.shape)], (0, 1))
+        planes.append(_quantised(plane, levels, srgb, own))
+    return np.concatenate(planes, axis=2)
+
+
+def _quantised(plane: _Floats, levels: int, srgb: bool, thresholds: npt.NDArray[np.float64]) -> _Floats:
+    """What bn_dither does, with thresholds of any value."""
+    height, width, _ = plane.shape
+    rows, columns = (np.arange(size) % n for size, n in zip((height, width), thresholds.shape))
+    steps, values = levels - 1, plane.astype(np.float64)
+    low = np.minimum(np.floor(values * steps), steps - 1)
+    fraction = values * steps - low
+    if srgb:
+        dark, light = _linear(low / steps), _linear((low + 1) / steps)
+        fraction = np.clip((_linear(values) - dark) / (light - dark), 0, 1)
+    above = np.floor(fraction + thresholds[rows[:, None], columns][:, :, None])
+    return np.asarray((low + above) / steps, np.float32)
+
+
+def _linear(encoded: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def _dither_picture(picture: Any, pillow: Any, *options: Any) -> Any:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks and pictures in files, for the command line. ``-`` is standard input or output; files are replaced atomically."""
+"""Masks and pictures in files. For the command line, ``-`` is standard input or output. Files are replaced atomically."""
 
 from __future__ import annotations
 
@@ -14,16 +14,21 @@ import warnings
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Iterator, Sequence
+from typing import Any, BinaryIO, Iterator, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _arguments as arguments
+from ._masks import mask as make_mask
 from ._masks import to_float
+from ._measure import ranks_of
+from ._neural import PathLike
 
 # Lossless formats, which preserve a dithered picture.
 LOSSLESS = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".ppm")
 STREAM = Path("-")
+MASK_SUFFIXES = (".png", ".exr", ".npy")
 
 _PNG_COLOUR_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}  # grey, grey and alpha, RGB, RGBA
 _EXR_CHANNELS = {1: "Y", 2: "RG", 3: "RGB", 4: "RGBA"}
@@ -48,12 +53,21 @@ def openexr() -> Any:
     return OpenEXR
 
 
-def check_output(path: Path, suffix: str, suffixes: Sequence[str]) -> None:
-    """Raises, before any work is done, if the suffix is not one of suffixes or if path cannot be written."""
+def standard(name: str) -> BinaryIO:
+    """Standard input or output, "stdin" or "stdout". Raises OSError if the program was started without it."""
+    stream = getattr(sys, name)
+    if stream is None:
+        raise OSError(f"standard {name[3:]}put is closed")
+    return stream.buffer  # type: ignore[no-any-return]
+
+
+def check_output(path: Path, suffix: str, suffixes: Sequence[str], *inputs: Optional[Path]) -> None:
+    """Raises, before any work is done, if the suffix is not one of suffixes, if path cannot be written, or if it is one of the
+    inputs."""
     if suffix not in suffixes:
         raise ValueError(f"output must end in {' or '.join(suffixes)}, not {path.name!r}")
     if path == STREAM:
-        if sys.stdout.isatty() and suffix != ".csv":
+        if standard("stdout").isatty() and suffix != ".csv":
             raise ValueError("output - is a terminal; redirect it to a file or a pipe")
         return
     if path.is_dir():
@@ -62,29 +76,43 @@ def check_output(path: Path, suffix: str, suffixes: Sequence[str]) -> None:
         raise FileNotFoundError(f"the folder {path.parent} does not exist")
     if not os.access(path.parent, os.W_OK):
         raise PermissionError(f"the folder {path.parent} is not writable")
+    if os.path.lexists(path) and not (path.is_symlink() or path.is_file()):
+        raise ValueError(f"output {path} exists and is not a regular file")
+    for each in inputs:
+        if each is not None and path.exists() and each.exists() and path.samefile(each):
+            raise ValueError(f"output {path} is also an input; give another name")
 
 
 @contextmanager
 def replacing(path: Path, suffix: str) -> Iterator[Path]:
     """Yields a path in a private folder next to path. If the block succeeds, that file replaces path, complete and
-    flushed to disk; if not, path is untouched. The folder has a random name and nobody else can put links into it."""
+    flushed to disk; if not, path is untouched. The folder has a random name and nobody else can put links into it. Errors name
+    path."""
     stream = path == STREAM
-    with tempfile.TemporaryDirectory(prefix=".bluenoise-", dir=None if stream else path.parent) as folder:
-        beside = Path(folder) / f"output{suffix}"
-        yield beside
-        if stream:
-            sys.stdout.buffer.write(beside.read_bytes())
-            sys.stdout.buffer.flush()
-            return
-        with open(beside, "r+b") as file:
-            os.fsync(file.fileno())
-        os.replace(beside, path)
+    name = "standard output" if stream else str(path)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".bluenoise-", dir=None if stream else path.parent) as folder:
+            beside = Path(folder) / f"output{suffix}"
+            yield beside
+            if stream:
+                standard("stdout").write(beside.read_bytes())
+                standard("stdout").flush()
+                return
+            with open(beside, "r+b") as file:
+                os.fsync(file.fileno())
+            os.replace(beside, path)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        if error.errno is None:
+            raise OSError(f"{name} cannot be written: {error}") from None
+        raise OSError(error.errno, error.strerror, name) from None
 
 
 def read_bytes(path: Path) -> bytes:
     """The contents of a regular file, or of standard input."""
     if path == STREAM:
-        return sys.stdin.buffer.read()
+        return standard("stdin").read()
     try:
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -168,22 +196,84 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
     return planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
 
 
-def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
-    """A mask from a .npy or .exr file or a picture. ``channel`` counts from 1; 0: the file has only one."""
+def _decode_png16(path: Path, data: bytes) -> npt.NDArray[Any]:
+    """A PNG of several channels with 16 bits, (height, width, channels); Pillow keeps only 8 of them. Pillow has checked the
+    chunks before. Filters are those of the PNG specification, section 9."""
+    name, width, height, _, colour, _, _, interlaced = struct.unpack(">4sIIBBBBB", data[12:29])
+    channels = {number: count for count, number in _PNG_COLOUR_TYPES.items()}.get(colour, 0)
+    if name != b"IHDR" or channels == 0 or interlaced:
+        raise ValueError(f"{path} cannot be read as a picture: 16-bit channels need RGB, RGBA or grey and alpha, not interlaced")
+    step, stride = 2 * channels, 2 * channels * width
+    at, parts = 8, []
+    while at + 8 <= len(data):
+        size, name = struct.unpack(">I4s", data[at : at + 8])
+        if name == b"IDAT":
+            parts.append(data[at + 8 : at + 8 + size])
+        at += size + 12
+    try:
+        unpacked = zlib.decompressobj().decompress(b"".join(parts), height * (stride + 1))
+    except zlib.error as error:
+        raise ValueError(f"{path} cannot be read as a picture: {error}") from None
+    if len(unpacked) != height * (stride + 1):
+        raise ValueError(f"{path} cannot be read as a picture: it ends early")
+    texels = np.zeros((height + 1, width + 1, step), np.uint8)  # with a row above and a column at the left, of zeros
+    for y, row in enumerate(np.frombuffer(unpacked, np.uint8).reshape(height, -1), 1):
+        line, above = row[1:].reshape(width, step), texels[y - 1]
+        if row[0] == 0:
+            texels[y, 1:] = line
+        elif row[0] == 1:
+            texels[y, 1:] = np.cumsum(line, axis=0, dtype=np.uint8)
+        elif row[0] == 2:
+            texels[y, 1:] = line + above[1:]
+        elif row[0] in (3, 4):
+            texels[y, 1:] = _unfiltered(line.tobytes(), above.tobytes(), step, row[0] == 4)
+        else:
+            raise ValueError(f"{path} cannot be read as a picture: unknown filter")
+    return np.ascontiguousarray(texels[1:, 1:]).view(">u2").astype(np.uint16)
+
+
+def _unfiltered(line: bytes, above: bytes, step: int, paeth: bool) -> npt.NDArray[np.uint8]:
+    """A row of the filters Average and Paeth, byte by byte."""
+    row = bytearray(step) + bytearray(line)
+    for i in range(step, len(row)):
+        left, up, corner = row[i - step], above[i], above[i - step]
+        if paeth:
+            near = left + up - corner
+            from_left, from_up, from_corner = abs(near - left), abs(near - up), abs(near - corner)
+            if from_left <= from_up and from_left <= from_corner:
+                guess = left
+            else:
+                guess = up if from_up <= from_corner else corner
+        else:
+            guess = (left + up) // 2
+        row[i] = (row[i] + guess) & 255
+    return np.frombuffer(row, np.uint8)[step:].reshape(-1, step)
+
+
+def load_values(path: Path) -> npt.NDArray[Any]:
+    """The numbers in a .npy or .exr file or a picture: (height, width), (channels, height, width), or any shape of a .npy."""
     data = read_bytes(path)
     if data.startswith(_NPY_MAGIC) or path.suffix.lower() == ".npy":
-        array = _decode_npy(path, data)
-    elif data.startswith(_EXR_MAGIC):
+        return _decode_npy(path, data)
+    if data.startswith(_EXR_MAGIC):
         array = _decode_exr(path, data)
-        array = np.moveaxis(array, -1, 0) if array.ndim == 3 else array
     else:
         picture = _decode_picture(path, data)
         if picture.mode in ("P", "PA"):
             raise ValueError(f"{path} has a palette; a mask is a grey picture")
         if data.startswith(_PNG_MAGIC) and data[24:25] == b"\x10" and picture.mode in ("RGB", "RGBA", "LA"):
-            raise ValueError(f"{path} has 16-bit channels, which Pillow reads as 8 bits; use .npy or .exr")
-        array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
-        array = np.moveaxis(array, -1, 0) if array.ndim == 3 else array
+            array = _decode_png16(path, data)
+        else:
+            array = np.asarray(picture.convert("L") if picture.mode == "1" else picture)
+    return np.moveaxis(array, -1, 0) if array.ndim == 3 else array
+
+
+def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
+    """A mask of two dimensions from a file. ``channel`` counts from 1; 0: the file has only one."""
+    return one_channel(path, load_values(path), channel)
+
+
+def one_channel(path: Path, array: npt.NDArray[Any], channel: int) -> npt.NDArray[Any]:
     if channel:
         if array.ndim != 3 or channel > len(array):
             raise ValueError(f"{path} has no channel {channel}: its shape is {array.shape}")
@@ -194,12 +284,82 @@ def load_mask(path: Path, channel: int = 0) -> npt.NDArray[Any]:
     return array
 
 
+def ranked(path: Path, values: npt.NDArray[Any], rank: bool, option: str) -> arguments.Ranks:
+    """The ranks of the values (height, width) of a file. Equal values are an error, unless ``rank`` is set, which has the name
+    ``option`` for the user: they are then ordered at random, always in the same way."""
+    ranks, exact = ranks_of("mask", values)
+    if exact:
+        return ranks
+    if not rank:
+        raise ValueError(f"{path} has values that occur more than once, as 8-bit textures do; {option} ranks them")
+    tie = make_mask(ranks.shape, method="white")
+    ranks.reshape(-1)[np.lexsort((tie.reshape(-1), values.reshape(-1)))] = np.arange(ranks.size, dtype=np.uint32)
+    return ranks
+
+
+def load(path: PathLike, *, rank: bool = False) -> arguments.Ranks:
+    """Reads a mask from a PNG or another picture (needs Pillow), an EXR (needs OpenEXR) or an NPY file: uint32 ranks of shape
+    (height, width), (channels, height, width), or any shape that ``save`` has written as NPY.
+
+    Values other than ranks are ranked; the ranks are those that were saved if all texels have different values. Otherwise, as
+    in textures of 8 bits, this is ``ValueError``, unless ``rank`` is True: equal values are then ordered at random, always in the
+    same way. Raises ``ValueError`` for damaged and other files, ``FileNotFoundError`` and ``ImportError``.
+    """
+    given = _path(path)
+    values = load_values(given)
+    if values.dtype.kind not in "iuf" or not 1 <= values.ndim <= 3 or values.size == 0:
+        raise ValueError(f"{given} has shape {values.shape} and dtype {values.dtype}, which is no mask")
+    if values.dtype.kind != "f" and arguments.is_permutation(values.reshape(-1)):
+        return values.astype(np.uint32)
+    if values.ndim < 3:
+        return ranked(given, np.atleast_2d(values), rank, "rank=True")
+    return np.stack([ranked(given, channel, rank, "rank=True") for channel in values])
+
+
+def save(path: PathLike, mask: npt.ArrayLike, *, bits: int = 16) -> None:
+    """Writes a mask, ranks from ``mask``, in the format of the name: ``.npy`` keeps the ranks; ``.png`` has the values (rank +
+    0.5) / n * 2**bits, rounded down, of 8 or 16 ``bits``, and ``.exr`` (needs OpenEXR) float values in [0, 1), both with one to
+    four channels: grey, grey and alpha (EXR: R, G), RGB, RGBA. A row becomes a picture of height 1.
+
+    PNG of 16 bits keeps up to 65536 ranks apart, EXR 2**24. The file is replaced atomically. Raises ``ValueError`` (the name,
+    what does not fit the format, no ranks), ``OSError``, which names the file, and ``ImportError``.
+    """
+    given = _path(path)
+    suffix = given.suffix.lower()
+    check_output(given, suffix, MASK_SUFFIXES)
+    if arguments.integer("bits", bits, 8, 16) not in (8, 16):
+        raise ValueError(f"bits must be 8 or 16, not {bits}")
+    ranks = np.array(arguments.integers("mask", mask, np.uint32, *arguments.UINT32), order="C")
+    channels = arguments.has_channels(ranks)
+    if not channels:
+        if not 1 <= ranks.ndim <= 3:
+            raise ValueError(f"mask must have 1 to 3 dimensions, not {ranks.shape}")
+        arguments.permutation("mask", ranks.reshape(-1))
+    if suffix != ".npy":
+        ranks = ranks.reshape(len(ranks), -1, ranks.shape[-1]) if channels else np.atleast_2d(ranks)
+        if ranks.ndim == 3 and not (channels and len(ranks) <= 4):
+            raise ValueError(f"a mask of shape {ranks.shape} does not fit in {suffix}; write .npy")
+    save_mask(given, suffix, ranks, bits, "bluenoise")
+
+
+def _path(path: PathLike) -> Path:
+    given = Path(path)
+    return given.absolute() if given == STREAM else given
+
+
+def save_array(path: Path, array: npt.NDArray[Any]) -> None:
+    """What numpy.save writes, but with the reason if it fails."""
+    with open(path, "wb") as file:
+        np.lib.format.write_array_header_1_0(file, np.lib.format.header_data_from_array_1_0(array))
+        file.write(np.ascontiguousarray(array).data)
+
+
 def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int, description: str) -> None:
     """Writes ranks of shape (height, width) or (channels, height, width): .npy as they are, .png as values
     (rank + 0.5) / n * 2**bits, rounded down, .exr as float values in [0, 1)."""
     with replacing(path, suffix) as beside:
         if suffix == ".npy":
-            np.save(beside, ranks)
+            save_array(beside, ranks)
             return
         texels = np.moveaxis(ranks, 0, -1) if ranks.ndim == 3 else np.atleast_2d(ranks)[:, :, None]
         count = texels.shape[0] * texels.shape[1]
@@ -212,7 +372,10 @@ def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int,
         exr = openexr()
         header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage, "comments": description}
         with exr.File(header, {name: np.ascontiguousarray(plane) for name, plane in planes.items()}) as file:
-            file.write(str(beside))
+            try:
+                file.write(str(beside))
+            except RuntimeError as error:
+                raise OSError(str(error).replace(str(beside), path.name)) from None
 
 
 def _png(values: npt.NDArray[Any], description: str) -> bytes:

@@ -1,35 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C during long work that has no progress callback."""
+"""Ctrl-C during the imports of the command, of which NumPy's take longest."""
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
 import threading
-from typing import Any, Callable, TypeVar
-
-_T = TypeVar("_T")
-_SECONDS = 0.1  # how often the main thread wakes up for signals
+from typing import Callable
 
 
-def interruptible(work: Callable[..., _T], *arguments: Any) -> _T:
-    """Returns work(*arguments). In the main thread, Ctrl-C interrupts the wait; the work then ends in the background."""
-    if threading.current_thread() is not threading.main_thread():
-        return work(*arguments)  # only the main thread receives signals
-    results: list[_T] = []
-    errors: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            results.append(work(*arguments))
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=run, name="bluenoise", daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(_SECONDS)
-    if errors:
-        try:
-            raise errors[0]
-        finally:
-            errors.clear()  # the traceback refers to this frame
-    return results[0]
+def quiet_imports() -> Callable[[], object]:
+    """If this is the command, lets Ctrl-C end the process without a traceback, until the returned function is called. While
+    ``python -m`` imports a package, the program's name is ``-m``."""
+    program = (getattr(sys, "argv", None) or [""])[0]
+    main = os.path.join(os.path.dirname(__file__), "__main__.py")
+    command = os.path.basename(program) in ("-m", "bluenoise", "bluenoise.exe") or program == main
+    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not (command and usual and threading.current_thread() is threading.main_thread()):
+        return lambda: None
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return lambda: signal.signal(signal.SIGINT, signal.default_int_handler)

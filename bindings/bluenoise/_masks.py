@@ -14,13 +14,15 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core
 from ._arguments import MaskMethod, NeuralProvider, Progress, Ranks, Seed, Shape
-from ._interrupt import interruptible
 from ._neural import NeuralGenerator, PathLike, builtin_generator
+from ._progress import report
 
 _FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
-_MAX_TEXELS = 2**31 - 1
 _WHITE_BLOCK = 2**20
+# Bytes per texel and channel that a method needs at least, measured.
+_MEMORY = {"white": 24}
+_LEAST_MEMORY = 12
 # Method "auto": the most texels for void-and-cluster, and the sweeps of annealing where nothing else will do.
 _AUTO_LARGE, _AUTO_SWEEPS = 512 * 512, 100
 
@@ -33,6 +35,7 @@ def mask(
     *,
     method: Literal["void-and-cluster"] = "void-and-cluster",
     seed: Seed = 0,
+    out: Optional[Ranks] = None,
     sigma: float = 1.5,
     initial_fraction: float = 0.1,
     progress: Optional[Progress] = None,
@@ -43,6 +46,7 @@ def mask(
     *,
     method: Literal["relax"],
     seed: Seed = 0,
+    out: Optional[Ranks] = None,
     sigma: Optional[float] = None,
     start_step: Optional[float] = None,
     end_step: Optional[float] = None,
@@ -59,6 +63,7 @@ def mask(
     *,
     method: Literal["anneal"],
     seed: Seed = 0,
+    out: Optional[Ranks] = None,
     sigma: float = 1.0,
     far_sigma: Optional[float] = None,
     far_weight: float = 1.0,
@@ -77,6 +82,7 @@ def mask(
     *,
     method: Literal["neural"],
     seed: Seed = 0,
+    out: Optional[Ranks] = None,
     model: Union[None, PathLike, bytes] = None,
     runtime: Optional[PathLike] = None,
     threads: int = 0,
@@ -90,15 +96,48 @@ def mask(
     *,
     method: Literal["auto"],
     seed: Seed = 0,
+    out: Optional[Ranks] = None,
     channels: int = 1,
     progress: Optional[Progress] = None,
 ) -> Ranks: ...
 @overload
-def mask(shape: Shape, *, method: MaskMethod, seed: Seed = 0) -> Ranks: ...
+def mask(
+    shape: Shape,
+    *,
+    method: MaskMethod,
+    seed: Seed = 0,
+    out: Optional[Ranks] = None,
+    progress: Optional[Progress] = None,
+) -> Ranks: ...
 
 
 def mask(
-    shape: Any, *, method: str = "void-and-cluster", seed: Any = 0, **options: Any
+    shape: Shape,
+    *,
+    method: MaskMethod = "void-and-cluster",
+    seed: Seed = 0,
+    out: Optional[Ranks] = None,
+    progress: Optional[Progress] = None,
+    channels: Optional[int] = None,
+    sigma: Optional[float] = None,
+    initial_fraction: Optional[float] = None,
+    steps: Optional[int] = None,
+    start_step: Optional[float] = None,
+    end_step: Optional[float] = None,
+    start_softness: Optional[float] = None,
+    end_softness: Optional[float] = None,
+    sweeps: Optional[int] = None,
+    far_sigma: Optional[float] = None,
+    far_weight: Optional[float] = None,
+    value_sigma: Optional[float] = None,
+    start_temperature: Optional[float] = None,
+    end_temperature: Optional[float] = None,
+    order_ends: Optional[bool] = None,
+    start_from_ranks: Optional[npt.ArrayLike] = None,
+    model: Union[None, PathLike, bytes] = None,
+    runtime: Optional[PathLike] = None,
+    threads: Optional[int] = None,
+    provider: Optional[NeuralProvider] = None,
 ) -> Ranks:
     """Makes a mask: uint32 ranks of shape (n,), (h, w) or (d, h, w), in which each of 0 .. n - 1 occurs exactly once.
 
@@ -108,7 +147,7 @@ def mask(
     Parameters
     ----------
     shape
-        One to three extents of at least 1, at most 2**31 - 1 texels in total; or a single integer.
+        One to three extents of at least 1, at most 2**31 - 1 texels in total: ``(64, 64)`` is a square, ``(64,)`` a row.
     method
         ``"auto"``: chooses by shape and channels. One channel: relaxation for two-dimensional masks of more than 512 x 512
         texels in all, otherwise void-and-cluster. Two channels in two dimensions: the network, which needs ONNX Runtime.
@@ -120,11 +159,16 @@ def mask(
         ``"builtin"``: a built-in square mask, the result of a long optimisation. ``"neural"``: the built-in network, in
         two dimensions; needs ONNX Runtime (see ``NeuralGenerator``). ``"white"``: a random permutation.
     seed
-        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, or None for fresh
-        entropy. Must be 0 for ``"builtin"``.
-    options
-        All methods except ``"white"`` and ``"builtin"`` accept ``progress``, a function that is called with the fraction
-        done. If it returns a true value, the work stops with ``CancelledError``; exceptions propagate.
+        An integer from 0 to 2**64 - 1, a ``numpy.random.Generator``, from which one integer is drawn, a
+        ``numpy.random.SeedSequence``, or None for fresh entropy. Must be 0 for ``"builtin"``.
+    out
+        An array for the result, which is returned: uint32, in C order, of the result's shape. Without it, a new one. After an
+        exception its contents are undefined.
+    progress
+        A function that is called with the fraction done, at last with 1. If it returns a true value, the work stops with
+        ``CancelledError``; exceptions propagate.
+    channels, sigma, ...
+        Options of single methods. None stands for the default, in brackets here; for other methods they are errors.
 
         ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of the Gaussian in texels, 0.25 to 16;
         ``initial_fraction`` (0.1), the share of texels in the initial pattern, above 0 and up to 0.5.
@@ -158,7 +202,8 @@ def mask(
     TypeError
         An argument has a wrong type, or the method has no such option.
     MemoryError
-        There is not enough memory, or there are too many texels.
+        There is not enough memory, or there are too many texels. Masks for which the machine has too little memory are
+        refused at once.
     KeyboardInterrupt
         Ctrl-C was pressed.
 
@@ -167,38 +212,43 @@ def mask(
     >>> int(mask((64, 64), seed=1).max())
     4095
     """
+    given = {name: value for name, value in locals().items() if value is not None}
     extents = arguments.shape(shape, 3)
     if not isinstance(method, str):
         raise TypeError(f"method must be a string, not {method!r}")
     if method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
-    if math.prod(extents) > _MAX_TEXELS:
-        raise MemoryError(f"shape {extents} has more than 2**31 - 1 texels")
+    options = {name: value for name, value in given.items() if name not in ("shape", "method", "seed", "out")}
     for name, value in options.items():
         if name not in METHODS[method]:
             raise TypeError(f"method {method!r} has no option {name} (given as {value!r})")
-    return _MAKERS[method](extents, seed, **options)
+    return _MAKERS[method](extents, seed, out, **options)
+
+
+def _result(shape: tuple[int, ...], out: Optional[Ranks], method: str) -> Ranks:
+    size = math.prod(shape) * _MEMORY.get(method, _LEAST_MEMORY)
+    arguments.enough_memory(f"a mask of shape {shape} by method {method!r}", size)
+    return arguments.output(out, shape, np.uint32)
 
 
 def _void_and_cluster(
     shape: tuple[int, ...],
     seed: Seed,
+    out: Optional[Ranks],
     *,
     sigma: float = 1.5,
     initial_fraction: float = 0.1,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    depth, height, width = (1,) * (3 - len(shape)) + shape
-    ranks = _core.void_and_cluster(
-        depth,
-        height,
-        width,
+    ranks = _result(shape, out, "void-and-cluster")
+    _core.void_and_cluster(
+        ranks.reshape((1,) * (3 - len(shape)) + shape),
         arguments.real("sigma", sigma, 0.25, 16),
         arguments.real("initial_fraction", initial_fraction, 0, 0.5, low_included=False),
         arguments.seed(seed),
         arguments.callback("progress", progress),
     )
-    return ranks.reshape(shape)
+    return ranks
 
 
 def _check_flat(shape: tuple[int, ...], method: str) -> None:
@@ -206,18 +256,16 @@ def _check_flat(shape: tuple[int, ...], method: str) -> None:
         raise ValueError(f"shape for method {method!r} must be (n,) or (h, w), not {shape}")
 
 
-def _working_ranks(
-    shape: tuple[int, ...], start_from_ranks: Optional[npt.ArrayLike], channels: int = 1
-) -> Ranks:
-    """An array for the result: a copy of the ranks to start from, or uninitialised."""
-    if start_from_ranks is None:
-        return np.empty(shape, np.uint32)
-    ranks = arguments.integers("start_from_ranks", start_from_ranks, np.uint32, *arguments.UINT32)
-    if ranks.shape != shape:
-        raise ValueError(f"start_from_ranks must have shape {shape}, not {ranks.shape}")
+def _start_from(ranks: Ranks, given: Optional[npt.ArrayLike], channels: int = 1) -> None:
+    """Copies the ranks to start from, if there are any, into the array for the result, and checks the copy."""
+    if given is None:
+        return
+    start = arguments.array("start_from_ranks", given)
+    if start.shape != ranks.shape:
+        raise ValueError(f"start_from_ranks must have shape {ranks.shape}, not {start.shape}")
+    np.copyto(ranks, arguments.integers("start_from_ranks", start, np.uint32, *arguments.UINT32))
     for channel in ranks.reshape(channels, -1):
         arguments.permutation("start_from_ranks", channel)
-    return np.array(ranks, order="C")
 
 
 def _or(value: Any, default: Any) -> Any:
@@ -227,6 +275,7 @@ def _or(value: Any, default: Any) -> Any:
 def _relax(
     shape: tuple[int, ...],
     seed: Seed,
+    out: Optional[Ranks],
     *,
     sigma: Optional[float] = None,
     start_step: Optional[float] = None,
@@ -239,7 +288,8 @@ def _relax(
     progress: Optional[Progress] = None,
 ) -> Ranks:
     _check_flat(shape, "relax")
-    ranks = _working_ranks(shape, start_from_ranks)
+    ranks = _result(shape, out, "relax")
+    _start_from(ranks, start_from_ranks)
     described = (steps, sigma, start_step, end_step, start_softness, end_softness, start_from_ranks)
     learned = all(option is None for option in described)
     step = arguments.real("start_step", _or(start_step, 4.0), 0, 8, low_included=False)
@@ -263,6 +313,7 @@ def _relax(
 def _anneal(
     shape: tuple[int, ...],
     seed: Seed,
+    out: Optional[Ranks],
     *,
     sigma: float = 1.0,
     far_sigma: Optional[float] = None,
@@ -283,7 +334,8 @@ def _anneal(
     if far_sigma is None:
         far_sigma = max(sigma, _FAR_SIGMA)
     start = arguments.real("start_temperature", start_temperature, 0, 1, low_included=False)
-    ranks = _working_ranks(result, start_from_ranks, channels)
+    ranks = _result(result, out, "anneal")
+    _start_from(ranks, start_from_ranks, channels)
     _core.anneal(
         ranks.reshape((channels,) + (1,) * (2 - len(shape)) + shape),
         sigma,
@@ -304,6 +356,7 @@ def _anneal(
 def _neural(
     shape: tuple[int, ...],
     seed: Seed,
+    out: Optional[Ranks],
     *,
     model: Union[None, PathLike, bytes] = None,
     runtime: Optional[PathLike] = None,
@@ -319,51 +372,76 @@ def _neural(
         generator = builtin_generator(channels)
     else:
         generator = NeuralGenerator(model, runtime, threads, provider, channels)
-    return generator.mask(shape, seed, progress=progress)
+    return generator.mask(shape, seed, out=out, progress=progress)
 
 
 def _auto(
     shape: tuple[int, ...],
     seed: Seed,
+    out: Optional[Ranks],
     *,
     channels: int = 1,
     progress: Optional[Progress] = None,
 ) -> Ranks:
-    """The method that docs/report/neural.md recommends. The choice depends on shape and channels alone. The bits do not
-    depend on the machine either, except with two channels, which the network makes."""
     count = arguments.integer("channels", channels, 1, 4)
-    if count == 1:
+    method, options = auto_method(shape, count)
+    return _MAKERS[method](shape, seed, out, progress=progress, **options)
+
+
+def auto_method(shape: tuple[int, ...], channels: int) -> tuple[MaskMethod, dict[str, Any]]:
+    """The method that "auto" takes, and its options, as docs/report/neural.md recommends. The choice depends on shape and
+    channels alone. The bits do not depend on the machine either, except with two channels, which the network makes."""
+    if channels == 1:
         large = len(shape) == 2 and math.prod(shape) > _AUTO_LARGE
-        return (_relax if large else _void_and_cluster)(shape, seed, progress=progress)
-    if count == 2 and len(shape) == 2:
-        return _neural(shape, seed, channels=2, progress=progress)
-    return _anneal(shape, seed, channels=count, sweeps=_AUTO_SWEEPS, progress=progress)
+        return ("relax" if large else "void-and-cluster"), {}
+    if channels == 2 and len(shape) == 2:
+        return "neural", {"channels": 2}
+    return "anneal", {"channels": channels, "sweeps": _AUTO_SWEEPS}
 
 
-def _white(shape: tuple[int, ...], seed: Seed) -> Ranks:
-    """Sorts 48 random bits per texel from the library's white sampler, so the result does not depend on NumPy."""
-    count = math.prod(shape)
+def _white(
+    shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, progress: Optional[Progress] = None
+) -> Ranks:
+    """Sorts 48 random bits per texel from the library's white sampler, so the result does not depend on NumPy. Draws and
+    sorts in blocks, between which Ctrl-C is noticed."""
+    arguments.callback("progress", progress)
+    ranks = _result(shape, out, "white")
+    count = ranks.size
     sampler = _core.Sampler(_core.sampler_kinds["white"], arguments.seed(seed), 0, None)
     keys = np.empty(count, np.uint64)
-    for first in range(0, count, _WHITE_BLOCK):  # in blocks, so that Ctrl-C is noticed between them
-        samples = sampler.block(0, 0, 1, 1, first, min(_WHITE_BLOCK, count - first), 0)[0, 0, :, :2]
-        bits = (samples * 2**24).astype(np.uint64)
+    for first in range(0, count, _WHITE_BLOCK):
+        samples = np.empty((1, 1, min(_WHITE_BLOCK, count - first), 4), np.float32)
+        sampler.block(0, 0, first, 0, samples)
+        bits = (samples[0, 0, :, :2] * 2**24).astype(np.uint64)
         keys[first : first + len(bits)] = (bits[:, 0] << np.uint64(24)) | bits[:, 1]
-    order = interruptible(lambda: np.argsort(keys, kind="stable"))
-    ranks = np.empty(count, np.uint32)
-    ranks[order] = np.arange(count, dtype=np.uint32)
-    return ranks.reshape(shape)
+        report(progress, 0.5 * first / count)
+    blocks = -(-count // _WHITE_BLOCK)
+    block = (keys * np.uint64(blocks) >> np.uint64(48)).astype(np.uint16)
+    flat, first = ranks.reshape(-1), 0
+    for number in range(blocks):
+        texels = np.flatnonzero(block == number)
+        texels = texels[np.argsort(keys[texels], kind="stable")]
+        flat[texels] = np.arange(first, first + texels.size, dtype=np.uint32)
+        first += texels.size
+        report(progress, 0.5 + 0.5 * first / count)
+    return ranks
 
 
-def _builtin(shape: tuple[int, ...], seed: Seed) -> Ranks:
+def _builtin(
+    shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, progress: Optional[Progress] = None
+) -> Ranks:
+    arguments.callback("progress", progress)
     sizes = [size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size)]
     if len(shape) != 2 or shape[0] != shape[1] or shape[0] not in sizes:
         known = ", ".join(f"({size}, {size})" for size in sizes)
         raise ValueError(f"shape of a built-in mask must be one of {known}, not {shape}")
-    if isinstance(seed, np.random.Generator) or seed is None or arguments.seed(seed) != 0:
+    if not hasattr(seed, "__index__") or arguments.seed(seed) != 0:
         raise ValueError(f"seed must be 0 for method 'builtin', not {seed!r}")
-    ranks = _core.builtin_mask(shape[0])
-    assert ranks is not None
+    ranks = _result(shape, out, "builtin")
+    builtin = _core.builtin_mask(shape[0])
+    assert builtin is not None
+    np.copyto(ranks, builtin)
+    report(progress, 1.0)
     return ranks
 
 
@@ -379,22 +457,23 @@ _MAKERS: dict[str, Callable[..., Ranks]] = {
 
 # Method -> the names of its options.
 METHODS = {
-    name: tuple(inspect.signature(maker).parameters)[2:] for name, maker in _MAKERS.items()
+    name: tuple(inspect.signature(maker).parameters)[3:] for name, maker in _MAKERS.items()
 }
 
 
 def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[np.float32]:
     """Converts ranks to values, float32 in [0, 1): (rank + 0.5) / count in double precision, rounded down.
 
-    ``ranks`` is an array of any shape with integers from 0 to count - 1. ``count`` defaults to the number of elements; give
-    it for a part of a mask. Values are at most 1 - 2**-24. Raises ``ValueError`` for ranks out of range and ``TypeError``
-    for other types.
+    ``ranks`` is an array of any shape with integers from 0 to count - 1. ``count`` defaults to the number of texels: that of
+    elements, or of elements per channel if the array consists of channels as from ``mask(..., channels=2)``, each with every
+    rank once. Give it for a part of a mask. Values are at most 1 - 2**-24. Raises ``ValueError`` for ranks out of range and
+    ``TypeError`` for other types.
     """
-    array = np.asarray(ranks)
+    array = arguments.array("ranks", ranks)
     if count is None:
-        count = array.size
+        count = array[0].size if arguments.has_channels(array) else array.size
     count = arguments.integer("count", count, 0, 2**32)
     if array.size == 0:
         return np.zeros(array.shape, np.float32)
-    texels = arguments.integers("ranks", ranks, np.uint32, 0, count - 1)
+    texels = arguments.integers("ranks", array, np.uint32, 0, count - 1)
     return _core.ranks_to_float(np.ascontiguousarray(texels).reshape(-1), count).reshape(array.shape)

@@ -5,21 +5,21 @@ from __future__ import annotations
 
 import math
 import reprlib
-from typing import Any, Callable, Optional, Sequence, TypedDict, TypeVar, Union
+from typing import Any, Literal, Optional, Sequence, TypedDict, Union, get_args, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._interrupt import interruptible
+from ._progress import report
 
-_T = TypeVar("_T")
+MeasureName = Literal["e_0.75", "e_1", "e_1.5", "e_2", "anisotropy", "low_frequency", "exact"]
 
-_SIGMAS = (0.75, 1.0, 1.5, 2.0)
 _GREY_LEVELS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 7 / 8, 15 / 16)
 _MIN_RING_TEXELS = 32
-_QUICK_TEXELS = 2**15  # smaller masks take a fraction of a second
+# Transforms that each measure takes.
+_COST = {name: 32.0 for name in get_args(MeasureName)} | {"anisotropy": 1.0, "low_frequency": 7.0, "exact": 0.0}
 
 MaskMeasures = TypedDict(
     "MaskMeasures",
@@ -37,29 +37,46 @@ MaskMeasures.__doc__ = "The result of ``measure``, which describes the keys."
 
 
 def ranks_of(name: str, value: npt.ArrayLike) -> tuple[arguments.Ranks, bool]:
-    """The ranks of a two-dimensional mask given as ranks or values, and whether there are no ties."""
-    array = np.asarray(value)
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must hold integers or floats, not {array.dtype} ({reprlib.repr(value)})")
-    if array.ndim != 2 or array.size == 0:
-        raise ValueError(f"{name} must have shape (height, width), not {array.shape}")
-    flat = array.reshape(-1)
-    if array.dtype.kind != "f" and arguments.is_permutation(flat):
-        return np.ascontiguousarray(array, np.uint32), True
-    if array.dtype.kind == "f" and np.isnan(flat).any():
+    """The ranks of a mask of shape (height, width) or (n,), given as ranks or values, and whether there are no ties; a copy,
+    which no other thread can change."""
+    given = arguments.array(name, value)
+    if given.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must hold integers or floats, not {given.dtype} ({reprlib.repr(value)})")
+    if given.ndim not in (1, 2) or given.size == 0:
+        hint = f"; take one {name} at a time, as in {name}[0]" if given.ndim == 3 else ""
+        raise ValueError(f"{name} must have shape (height, width) or (n,), not {given.shape}{hint}")
+    shape = np.atleast_2d(given).shape
+    flat = given.flatten()
+    if flat.dtype.kind != "f" and arguments.is_permutation(flat):
+        return flat.astype(np.uint32).reshape(shape), True
+    if flat.dtype.kind == "f" and np.isnan(flat).any():
         raise ValueError(f"{name} must not contain NaN, but element {int(np.isnan(flat).argmax())} is NaN")
     order = np.argsort(flat, kind="stable")
     ordered = flat[order]
     exact = bool((ordered[1:] != ordered[:-1]).all())
     ranks = np.empty(flat.size, np.uint32)
     ranks[order] = np.arange(flat.size, dtype=np.uint32)
-    return ranks.reshape(array.shape), exact
+    return ranks.reshape(shape), exact
 
 
-def measure(mask: npt.ArrayLike) -> MaskMeasures:
-    """Measures a mask of shape (height, width), given as ranks or as values of any integer or float type.
+@overload
+def measure(mask: npt.ArrayLike, measures: None = None, *, progress: Optional[arguments.Progress] = None) -> MaskMeasures: ...
+@overload
+def measure(
+    mask: npt.ArrayLike, measures: Sequence[MeasureName], *, progress: Optional[arguments.Progress] = None
+) -> dict[str, Any]: ...
 
-    Returns a dict with these keys:
+
+def measure(
+    mask: npt.ArrayLike,
+    measures: Optional[Sequence[MeasureName]] = None,
+    *,
+    progress: Optional[arguments.Progress] = None,
+) -> Any:
+    """Measures a mask of shape (height, width), given as ranks or as values of any integer or float type; (n,) is a row. For
+    a mask of several channels: ``[measure(channel) for channel in mask]``.
+
+    Returns a dict with these keys, or those named by ``measures``, as in ``measures=["e_1"]``:
 
     - ``e_0.75``, ``e_1``, ``e_1.5``, ``e_2``: the dithering error E_sigma; lower is better. The mask is thresholded at 64
       grey levels and blurred with a toroidal Gaussian of sigma texels; the error is the root mean square difference from
@@ -73,31 +90,43 @@ def measure(mask: npt.ArrayLike) -> MaskMeasures:
     - ``exact``: True if all texels have different values, so that every rank occurs exactly once. The measures always use
       ranks, with ties ordered by position.
 
-    Raises ``ValueError`` (shape, NaN), ``TypeError`` and ``MemoryError``. Ctrl-C interrupts. Cost: 136 transforms of the
-    mask's size, 0.1 s for 128 x 128.
+    ``progress`` is called with the fraction done, at last with 1; if it returns a true value, the work stops with
+    ``CancelledError``. Raises ``ValueError`` (shape, NaN, unknown measure), ``TypeError`` and ``MemoryError``. Ctrl-C
+    interrupts. Cost: 136 transforms of the mask's size, 32 of them for each error; 0.1 s for 128 x 128, some seconds for
+    1024 x 1024.
     """
-    return _run(mask, _measure, mask)
-
-
-def _measure(mask: npt.ArrayLike) -> MaskMeasures:
+    arguments.callback("progress", progress)
+    names = _names(measures)
     ranks, exact = ranks_of("mask", mask)
-    e_075, e_1, e_15, e_2 = (_core.mask_error(ranks, sigma) for sigma in _SIGMAS)
-    return {
-        "e_0.75": e_075,
-        "e_1": e_1,
-        "e_1.5": e_15,
-        "e_2": e_2,
-        "anisotropy": _anisotropy([ranks]),
-        "low_frequency": {level: _low_frequency(ranks, level) for level in _GREY_LEVELS},
-        "exact": exact,
-    }
+    found: dict[str, Any] = {}
+    total, done = sum(_COST[name] for name in names) or 1.0, 0.0
+    for name in names:
+        if name == "exact":
+            found[name] = exact
+        elif name == "anisotropy":
+            found[name] = _anisotropy([ranks])
+        elif name == "low_frequency":
+            found[name] = {level: _low_frequency(ranks, level) for level in _GREY_LEVELS}
+        else:
+            found[name] = _core.mask_error(ranks, float(name[2:]))
+        done += _COST[name]
+        if done < total:
+            report(progress, done / total)
+    report(progress, 1.0)
+    return found
 
 
-def _run(values: Any, work: Callable[..., _T], *given: Any) -> _T:
-    """Returns work(*given). Ctrl-C can interrupt it, unless there are only a few values."""
-    if getattr(values, "size", _QUICK_TEXELS) < _QUICK_TEXELS:
-        return work(*given)
-    return interruptible(work, *given)
+def _names(measures: Any) -> Sequence[str]:
+    known = get_args(MeasureName)
+    if measures is None:
+        return known
+    if isinstance(measures, str) or not hasattr(measures, "__iter__"):
+        raise TypeError(f"measures must be a list of names, not {measures!r}")
+    names = list(measures)
+    for name in names:
+        if name not in known:
+            raise ValueError(f"measures must be among {', '.join(known)}, not {name!r}")
+    return names
 
 
 def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
@@ -107,7 +136,11 @@ def anisotropy(masks: Union[npt.ArrayLike, Sequence[npt.ArrayLike]]) -> float:
     rings of at least 32 texels; NaN if there are none. An isotropic method gives about -10 log10 k for k masks, so -12 dB
     for 16 (Ulichney, "Dithering with blue noise", 1988). Ctrl-C interrupts.
     """
-    return _run(None, _anisotropy, masks)
+    if isinstance(masks, (np.ndarray, memoryview)):
+        masks = np.asarray(masks)
+        if masks.ndim != 3:
+            raise ValueError(f"masks must have shape (k, height, width), not {masks.shape}; for one mask, give [mask]")
+    return _anisotropy(masks)
 
 
 def _anisotropy(masks: Any) -> float:
@@ -134,32 +167,34 @@ def _anisotropy(masks: Any) -> float:
 
 
 def power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    """The power spectrum of a mask of shape (height, width): float32 of the same shape; white noise has mean 1.
+    """The power spectrum of a mask of shape (height, width): float32 of the same shape; white noise has mean 1. That of a row,
+    (n,), has shape (1, n). Of three dimensions, the first counts channels or slices, each of which gets its own spectrum.
 
     Frequencies are in the order of ``numpy.fft.fftfreq``; the power of frequency 0, at [0, 0], is 0. The mask may be
     given as ranks or as values of any integer or float type; the spectrum is that of the ranks. Raises the same
     exceptions as ``measure``. Ctrl-C interrupts.
     """
-    return _run(mask, _power_spectrum, mask)
-
-
-def _power_spectrum(mask: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    return _core.power_spectrum(ranks_of("mask", mask)[0])
+    given = arguments.array("mask", mask)
+    if given.ndim == 3 and given.size:
+        return np.stack([_core.power_spectrum(ranks_of("mask", channel)[0]) for channel in given])
+    return _core.power_spectrum(ranks_of("mask", given)[0])
 
 
 def radial_power(mask: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """The radially averaged power spectrum: (frequency, power), two float64 arrays of equal length.
+    """The radially averaged power spectrum: (frequency, power), two float64 arrays of equal length; for several channels or
+    slices, power has a row for each.
 
     Rings are 1 / max(height, width) cycles per texel wide; the frequencies are their centres, from one width to at most
     sqrt(1/2). Frequency 0 and empty rings are omitted. Raises the same exceptions as ``measure``. Ctrl-C interrupts.
     """
     power = power_spectrum(mask)
-    ring, width = _rings(power.shape)
+    ring, width = _rings(power.shape[-2:])
     texels = np.bincount(ring)
     texels[0] = 0
     present = np.flatnonzero(texels)
-    total = np.bincount(ring, power.reshape(-1).astype(np.float64))
-    return present.astype(np.float64) * width, total[present] / texels[present]
+    channels = power.reshape(-1, ring.size).astype(np.float64)
+    means = np.stack([np.bincount(ring, channel)[present] / texels[present] for channel in channels])
+    return present.astype(np.float64) * width, means[0] if power.ndim == 2 else means
 
 
 def frequencies(shape: tuple[int, ...]) -> npt.NDArray[np.float64]:

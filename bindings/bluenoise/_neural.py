@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import math
 import os
 from pathlib import Path
 from typing import Any, Optional, Union, get_args
@@ -19,7 +20,7 @@ from ._arguments import NeuralProvider, Progress, Ranks, Seed, Shape
 PathLike = Union[str, "os.PathLike[str]"]
 
 _FARTHEST = 2**40
-_MAX_TEXELS = 2**31 - 1
+_MASK_MEMORY = 30  # bytes per texel and channel, measured
 # Older packages do not contain the library.
 _MISSING = {
     "cpu": "neural masks need ONNX Runtime: pip install 'onnxruntime>=1.19'",
@@ -92,9 +93,14 @@ class NeuralGenerator:
         path = None if model is None or content is not None else _path("model", model)
         if path is not None and not os.path.exists(path):
             raise FileNotFoundError(f"model {path} does not exist")
+        if path is not None and not os.path.isfile(path):  # a pipe could keep the caller waiting for ever
+            raise OSError(f"model {path} is not a regular file")
         if content == b"":
             raise ValueError("model must not be empty, but is b''")
         said = "built in" if model is None else f"{len(content)} bytes" if content is not None else path
+        named = library or os.environ.get("BN_ONNXRUNTIME")
+        if named and os.path.exists(named) and not os.path.isfile(named):
+            raise _core.RuntimeMissingError(f"runtime {named} is not a regular file")
         found = library or _installed_runtime()
         try:
             generator = _core.NeuralGenerator(
@@ -117,27 +123,43 @@ class NeuralGenerator:
         """The number of output channels. With more than one, results have shape (channels, h, w)."""
         return self._core.channels
 
-    def mask(self, shape: Shape, seed: Seed = 0, *, progress: Optional[Progress] = None) -> Ranks:
+    def mask(
+        self, shape: Shape, seed: Seed = 0, *, out: Optional[Ranks] = None, progress: Optional[Progress] = None
+    ) -> Ranks:
         """Makes a toroidal mask: uint32 ranks of shape (h, w), each exactly once. Any size works; quality is guaranteed
-        from 16 x 16 up. ``progress`` is called with the fraction done; returning a true value stops with ``CancelledError``.
-        Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
+        from 16 x 16 up. ``out`` is an array for the result: uint32, in C order. ``progress`` is called with the fraction done,
+        at last with 1; returning a true value stops with ``CancelledError``. Raises ``ValueError``, ``TypeError`` and
+        ``MemoryError``."""
         extents = arguments.shape(shape, 2)
         if len(extents) != 2:
             raise ValueError(f"shape of a neural mask must be (h, w), not {extents}")
-        height, width = extents
-        if height * width > _MAX_TEXELS:
-            raise MemoryError(f"shape {extents} has more than 2**31 - 1 texels")
-        return self._core.mask(
-            height, width, arguments.seed(seed), arguments.callback("progress", progress)
-        )
+        extents = self._shape(*extents)
+        arguments.enough_memory(f"a neural mask of shape {extents}", math.prod(extents) * _MASK_MEMORY)
+        ranks = arguments.output(out, extents, np.uint32)
+        self._core.mask(ranks, arguments.seed(seed), arguments.callback("progress", progress))
+        return ranks
 
     def window(
-        self, x0: int, y0: int, width: int, height: int, seed: Seed = 0
+        self,
+        x0: int,
+        y0: int,
+        width: int,
+        height: int,
+        seed: Seed = 0,
+        *,
+        out: Optional[npt.NDArray[np.float32]] = None,
     ) -> npt.NDArray[np.float32]:
         """A window, with its corner at (x0, y0), into an endless plane of blue noise that never repeats: float32 values in
         [0, 1) of shape (height, width), uniform over the plane. Overlapping windows of a seed agree within 1e-5.
-        Coordinates range from -2**40 to 2**40. Raises ``ValueError``, ``TypeError`` and ``MemoryError``."""
-        return self._core.window(*_window(x0, y0, width, height, _FARTHEST), arguments.seed(seed))
+        Coordinates range from -2**40 to 2**40. ``out`` is an array for the result: float32, in C order. Raises
+        ``ValueError``, ``TypeError`` and ``MemoryError``."""
+        x0, y0, width, height = _window(x0, y0, width, height, _FARTHEST)
+        values = arguments.output(out, self._shape(height, width), np.float32)
+        self._core.window(x0, y0, values, arguments.seed(seed))
+        return values
+
+    def _shape(self, height: int, width: int) -> tuple[int, ...]:
+        return (height, width) if self.channels == 1 else (self.channels, height, width)
 
     @staticmethod
     def noise(
@@ -187,7 +209,7 @@ def _window(x0: int, y0: int, width: int, height: int, farthest: int) -> tuple[i
     height = arguments.integer("height", height, 1, arguments.UINT32[1])
     x0 = arguments.integer("x0", x0, -farthest, farthest - width)
     y0 = arguments.integer("y0", y0, -farthest, farthest - height)
-    if width * height > _MAX_TEXELS:
+    if width * height > arguments.MAX_TEXELS:
         raise MemoryError(f"a window of {width} x {height} has more than 2**31 - 1 texels")
     return x0, y0, width, height
 

@@ -2,8 +2,6 @@
  * Results as Python exceptions, Ctrl-C and progress callbacks. */
 #include "core.hpp"
 
-#include <limits>
-
 namespace bluenoise {
 
 namespace {
@@ -53,30 +51,20 @@ void check(bn_result result, const std::string &arguments) {
     throw py::error_already_set();
 }
 
-size_t checked_count(std::initializer_list<uint64_t> extents, size_t element_size) {
-    uint64_t limit = static_cast<uint64_t>(std::numeric_limits<py::ssize_t>::max()) / element_size;
-    uint64_t count = 1;
-    std::string text;
-    bool too_large = false;
-    for (uint64_t extent : extents) {
-        text += (text.empty() ? "" : " x ") + std::to_string(extent);
-        if (extent != 0 && count > limit / extent) too_large = true;
-        if (!too_large) count *= extent;
-    }
-    if (too_large) {
-        PyErr_SetString(PyExc_MemoryError,
-                        ("an array of " + text + " is too large for memory").c_str());
-        throw py::error_already_set();
-    }
-    return static_cast<size_t>(count);
-}
-
 void Interrupts::poll() {
     auto now = std::chrono::steady_clock::now();
-    if (now - last_ < std::chrono::milliseconds(50)) return;
+    if (now - last_ < interval) return;
     last_ = now;
     py::gil_scoped_acquire lock;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+int32_t Progress::report(double fraction) {
+    reported_ = fraction;
+    py::object stop = callable_(fraction);
+    int truth = PyObject_IsTrue(stop.ptr());
+    if (truth < 0) throw py::error_already_set();
+    return truth;
 }
 
 int32_t Progress::call(void *self, double fraction) noexcept {
@@ -85,10 +73,7 @@ int32_t Progress::call(void *self, double fraction) noexcept {
         progress->interrupts_.poll();
         if (progress->callable_.is_none()) return 0;
         py::gil_scoped_acquire lock;
-        py::object stop = progress->callable_(fraction);
-        int truth = PyObject_IsTrue(stop.ptr());
-        if (truth < 0) throw py::error_already_set();
-        return truth;
+        return progress->report(fraction);
     } catch (...) {
         progress->error_ = std::current_exception();
         return 1;
@@ -98,6 +83,8 @@ int32_t Progress::call(void *self, double fraction) noexcept {
 void Progress::finish(bn_result result, const std::string &arguments) {
     if (error_) std::rethrow_exception(error_);
     check(result, arguments);
+    if (callable_.is_none() || reported_ >= 1) return;
+    if (report(1) != 0) check(BN_ERROR_CANCELLED, arguments);
 }
 
 } // namespace bluenoise

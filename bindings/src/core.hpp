@@ -8,9 +8,14 @@
 #include <pybind11/pybind11.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <exception>
+#include <memory>
+#include <mutex>
 #include <string>
+#include <system_error>
+#include <thread>
 
 namespace bluenoise {
 
@@ -30,18 +35,50 @@ void bind_neural(py::module_ &module);
  * message. Needs the GIL. */
 void check(bn_result result, const std::string &arguments);
 
-/* The product of extents. Raises MemoryError if the array would exceed the address space. */
-size_t checked_count(std::initializer_list<uint64_t> extents, size_t element_size);
-
-/* Lets Ctrl-C interrupt long work that runs without the GIL: poll() takes the GIL at most every 50 ms
- * and throws what a signal handler raised. */
+/* Lets Ctrl-C interrupt long work that runs without the GIL: poll() takes the GIL at most once per
+ * interval and throws what a signal handler raised. */
 class Interrupts {
   public:
+    static constexpr std::chrono::milliseconds interval{50};
+
     void poll();
 
   private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
+
+/* The result of work(), a function without progress callback, which runs on a thread of its own. In
+ * the main thread, Ctrl-C ends the wait; the work then goes on in the background, even while Python
+ * ends, so it must own all that it uses and leave Python alone. Needs the GIL, and releases it. */
+template <typename Work>
+bn_result in_background(Work work) {
+    struct State {
+        std::mutex mutex;
+        std::condition_variable ended;
+        bool has_ended = false;
+        bn_result result = BN_SUCCESS;
+    };
+    auto state = std::make_shared<State>();
+    try {
+        std::thread([state, work] {
+            const bn_result result = work();
+            std::lock_guard<std::mutex> lock(state->mutex);
+            state->result = result;
+            state->has_ended = true;
+            state->ended.notify_one();
+        }).detach();
+    } catch (const std::system_error &) { /* no thread to be had */
+        py::gil_scoped_release unlocked;
+        return work();
+    }
+    py::gil_scoped_release unlocked;
+    Interrupts interrupts;
+    std::unique_lock<std::mutex> lock(state->mutex);
+    while (!state->ended.wait_for(lock, Interrupts::interval, [&] { return state->has_ended; })) {
+        interrupts.poll();
+    }
+    return state->result;
+}
 
 /* A Python callable (or None) as a bn_progress. It receives the fraction done; a true result cancels.
  * Exceptions, including those from signal handlers, cancel too, and finish() raises them again.
@@ -52,11 +89,15 @@ class Progress {
 
     static int32_t call(void *self, double fraction) noexcept;
 
-    /* Raises the exception that stopped the work, else calls check(result, arguments). */
+    /* Raises the exception that stopped the work, else calls check(result, arguments). After a
+     * success, the callable receives 1, if it has not yet. */
     void finish(bn_result result, const std::string &arguments);
 
   private:
+    int32_t report(double fraction);
+
     py::object callable_;
+    double reported_ = 0;
     Interrupts interrupts_;
     std::exception_ptr error_;
 };

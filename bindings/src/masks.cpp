@@ -2,18 +2,26 @@
  * Generating, converting and measuring masks. */
 #include "core.hpp"
 
+#include <vector>
+
 namespace bluenoise {
 
 namespace {
+
+/* Measures of fewer texels take less time than Ctrl-C needs to be noticed. */
+constexpr size_t quick_count = size_t{1} << 14;
 
 py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double sigma,
-                       double initial_fraction, uint64_t seed, const py::object &callback) {
-    const size_t count = checked_count({depth, height, width}, sizeof(uint32_t));
-    Ranks ranks({extent(depth), extent(height), extent(width)});
+std::shared_ptr<const std::vector<uint32_t>> copied(const Ranks &ranks) {
+    return std::make_shared<std::vector<uint32_t>>(ranks.data(), ranks.data() + ranks.size());
+}
+
+/* `ranks` has shape (depth, height, width). */
+void void_and_cluster(Ranks &ranks, double sigma, double initial_fraction, uint64_t seed,
+                      const py::object &callback) {
     Progress progress(callback);
     bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
     options.sigma = sigma;
@@ -22,6 +30,10 @@ Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double s
     options.progress = Progress::call;
     options.progress_user = &progress;
     uint32_t *out = ranks.mutable_data();
+    const auto depth = static_cast<uint32_t>(ranks.shape(0));
+    const auto height = static_cast<uint32_t>(ranks.shape(1));
+    const auto width = static_cast<uint32_t>(ranks.shape(2));
+    const auto count = static_cast<size_t>(ranks.size());
     bn_result result;
     {
         py::gil_scoped_release unlocked;
@@ -30,7 +42,6 @@ Ranks void_and_cluster(uint32_t depth, uint32_t height, uint32_t width, double s
     progress.finish(result, "void-and-cluster, " + std::to_string(count) + " texels, sigma " +
                                 std::to_string(sigma) + ", initial_fraction " +
                                 std::to_string(initial_fraction));
-    return ranks;
 }
 
 /* `ranks` has shape (channels, height, width). It receives the result, and is the initial mask if
@@ -137,43 +148,45 @@ bool builtin_mask_exists(uint32_t size) {
     return bn_builtin_mask(size) != nullptr;
 }
 
+/* Runs a measure of a mask, on a thread of its own if it takes more than some milliseconds. */
+template <typename Work>
+bn_result measured(size_t count, Work work) {
+    if (count >= quick_count) return in_background(std::move(work));
+    py::gil_scoped_release unlocked;
+    return work();
+}
+
 double mask_error(const Ranks &ranks, double sigma) {
-    const uint32_t *from = ranks.data();
     const auto height = static_cast<uint32_t>(ranks.shape(0));
     const auto width = static_cast<uint32_t>(ranks.shape(1));
-    double error = 0;
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_mask_error(from, width, height, size_t{width} * height, sigma, &error);
-    }
+    auto from = copied(ranks);
+    auto error = std::make_shared<double>(0);
+    const bn_result result = measured(from->size(), [=] {
+        return bn_mask_error(from->data(), width, height, from->size(), sigma, error.get());
+    });
     check(result, "error of a " + std::to_string(height) + " x " + std::to_string(width) +
                       " mask, sigma " + std::to_string(sigma));
-    return error;
+    return *error;
 }
 
 Floats power_spectrum(const Ranks &ranks) {
-    Floats power({ranks.shape(0), ranks.shape(1)});
-    const uint32_t *from = ranks.data();
-    float *to = power.mutable_data();
     const auto height = static_cast<uint32_t>(ranks.shape(0));
     const auto width = static_cast<uint32_t>(ranks.shape(1));
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_power_spectrum(from, width, height, size_t{width} * height, to);
-    }
+    auto from = copied(ranks);
+    auto to = std::make_shared<std::vector<float>>(from->size());
+    const bn_result result = measured(from->size(), [=] {
+        return bn_power_spectrum(from->data(), width, height, from->size(), to->data());
+    });
     check(result,
           "spectrum of a " + std::to_string(height) + " x " + std::to_string(width) + " mask");
-    return power;
+    return Floats({ranks.shape(0), ranks.shape(1)}, to->data());
 }
 
 } // namespace
 
 void bind_masks(py::module_ &module) {
-    module.def("void_and_cluster", &void_and_cluster, py::arg("depth"), py::arg("height"),
-               py::arg("width"), py::arg("sigma"), py::arg("initial_fraction"), py::arg("seed"),
-               py::arg("progress"));
+    module.def("void_and_cluster", &void_and_cluster, py::arg("ranks").noconvert(),
+               py::arg("sigma"), py::arg("initial_fraction"), py::arg("seed"), py::arg("progress"));
     module.def("anneal", &anneal, py::arg("ranks").noconvert(), py::arg("sigma"),
                py::arg("far_sigma"), py::arg("far_weight"), py::arg("value_sigma"),
                py::arg("start_temperature"), py::arg("end_temperature"), py::arg("sweeps"),

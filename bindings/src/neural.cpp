@@ -28,9 +28,11 @@ void interruptible(const std::string &arguments, const py::object &callback, Wor
     bn_result result;
     {
         py::gil_scoped_release unlocked;
+        /* The callback of a call may make another one. */
+        Progress *const outer = current_call;
         current_call = &progress;
         result = work();
-        current_call = nullptr;
+        current_call = outer;
     }
     progress.finish(result, arguments);
 }
@@ -68,44 +70,41 @@ class NeuralGenerator {
 
     uint32_t channels() const { return bn_neural_channels(neural_.get()); }
 
-    Ranks mask(uint32_t height, uint32_t width, uint64_t seed, const py::object &callback) const {
-        const size_t count = checked_count({channels(), height, width}, sizeof(uint32_t));
-        Ranks ranks(shape(height, width));
-        uint32_t *out = ranks.mutable_data();
+    /* `out` has shape (height, width), or (channels, height, width) with more than one channel. */
+    void mask(Ranks &out, uint64_t seed, const py::object &callback) const {
+        const uint32_t height = extent(out, 2), width = extent(out, 1);
+        uint32_t *ranks = out.mutable_data();
+        const auto count = static_cast<size_t>(out.size());
         interruptible(
             "neural, " + std::to_string(height) + " x " + std::to_string(width), callback,
-            [&] { return bn_neural_mask(neural_.get(), width, height, seed, out, count); });
-        return ranks;
+            [&] { return bn_neural_mask(neural_.get(), width, height, seed, ranks, count); });
     }
 
-    Floats window(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uint64_t seed) const {
-        const size_t count = checked_count({channels(), height, width}, sizeof(float));
-        Floats values(shape(height, width));
-        float *out = values.mutable_data();
+    void window(int64_t x0, int64_t y0, Floats &out, uint64_t seed) const {
+        const uint32_t height = extent(out, 2), width = extent(out, 1);
+        float *values = out.mutable_data();
+        const auto count = static_cast<size_t>(out.size());
         interruptible("x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
                           std::to_string(width) + ", height " + std::to_string(height),
                       py::none(), [&] {
-                          return bn_neural_window(neural_.get(), x0, y0, width, height, seed, out,
-                                                  count);
+                          return bn_neural_window(neural_.get(), x0, y0, width, height, seed,
+                                                  values, count);
                       });
-        return values;
     }
 
   private:
-    std::vector<py::ssize_t> shape(uint32_t height, uint32_t width) const {
-        std::vector<py::ssize_t> extents = {static_cast<py::ssize_t>(height),
-                                            static_cast<py::ssize_t>(width)};
-        if (channels() > 1) extents.insert(extents.begin(), static_cast<py::ssize_t>(channels()));
-        return extents;
+    /* An extent counted from the last axis. */
+    static uint32_t extent(const py::array &array, py::ssize_t from_end) {
+        return static_cast<uint32_t>(array.shape(array.ndim() - from_end));
     }
 
     std::unique_ptr<bn_neural, decltype(&bn_neural_close)> neural_;
 };
 
 Floats neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uint64_t seed) {
-    const size_t count = checked_count({height, width}, sizeof(float));
     Floats noise({static_cast<py::ssize_t>(height), static_cast<py::ssize_t>(width)});
     float *out = noise.mutable_data();
+    const auto count = static_cast<size_t>(noise.size());
     bn_result result;
     {
         py::gil_scoped_release unlocked;
@@ -126,10 +125,10 @@ void bind_neural(py::module_ &module) {
              py::arg("model_path"), py::arg("model"), py::arg("runtime"), py::arg("threads"),
              py::arg("provider"), py::arg("channels"), py::arg("where"))
         .def_property_readonly("channels", &NeuralGenerator::channels)
-        .def("mask", &NeuralGenerator::mask, py::arg("height"), py::arg("width"), py::arg("seed"),
+        .def("mask", &NeuralGenerator::mask, py::arg("out").noconvert(), py::arg("seed"),
              py::arg("progress"))
-        .def("window", &NeuralGenerator::window, py::arg("x0"), py::arg("y0"), py::arg("width"),
-             py::arg("height"), py::arg("seed"));
+        .def("window", &NeuralGenerator::window, py::arg("x0"), py::arg("y0"),
+             py::arg("out").noconvert(), py::arg("seed"));
     module.def("neural_noise", &neural_noise, py::arg("x0"), py::arg("y0"), py::arg("width"),
                py::arg("height"), py::arg("seed"));
 }

@@ -100,19 +100,18 @@ class Sampler {
         check(result, arguments);
     }
 
-    /* The arrays have equal shapes, with strides of 0 along broadcast axes. */
-    Floats sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
-                  uint32_t dims) const {
-        std::vector<py::ssize_t> shape(x.shape(), x.shape() + x.ndim());
-        shape.push_back(dims);
-        Floats out(shape);
+    /* The arrays have equal shapes, with strides of 0 along broadcast axes; `out` has one more axis,
+     * for 1 to 4 dimensions. */
+    void sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
+                Floats &out) const {
+        std::vector<py::ssize_t> shape(out.shape(), out.shape() + out.ndim());
         const py::array *arrays[4] = {&x, &y, &index, &domain};
         const char *at[4];
         py::ssize_t inner_stride[4];
         for (int i = 0; i < 4; ++i) {
-            if (arrays[i]->ndim() != x.ndim() ||
+            if (arrays[i]->ndim() != out.ndim() - 1 ||
                 !std::equal(shape.begin(), shape.end() - 1, arrays[i]->shape())) {
-                throw py::value_error("x, y, index and domain must have equal shapes");
+                throw py::value_error("x, y, index, domain and out must have equal shapes");
             }
             at[i] = static_cast<const char *>(arrays[i]->data());
             inner_stride[i] = x.ndim() > 0 ? arrays[i]->strides(x.ndim() - 1) : 0;
@@ -125,7 +124,7 @@ class Sampler {
         for (py::ssize_t axis = 0; axis < outer_ndim; ++axis) {
             for (const py::array *array : arrays) strides.push_back(array->strides(axis));
         }
-        Lanes lanes(sampler_.get(), dims, out.mutable_data());
+        Lanes lanes(sampler_.get(), static_cast<uint32_t>(shape.back()), out.mutable_data());
 
         py::gil_scoped_release unlocked;
         for (py::ssize_t row = 0; row < outer_count; ++row) {
@@ -140,34 +139,32 @@ class Sampler {
             }
         }
         lanes.draw();
-        return out;
     }
 
-    Floats block(int32_t x0, int32_t y0, uint32_t width, uint32_t height, uint32_t first_index,
-                 uint32_t index_count, uint32_t domain) const {
-        checked_count({height, width, index_count, 4}, sizeof(float));
-        Floats out({static_cast<py::ssize_t>(height), static_cast<py::ssize_t>(width),
-                    static_cast<py::ssize_t>(index_count), py::ssize_t{4}});
-        float *to = out.mutable_data();
+    /* `out` has shape (height, width, index_count, 4). */
+    void block(int32_t x0, int32_t y0, uint32_t first_index, uint32_t domain, Floats &out) const {
+        const auto height = static_cast<uint32_t>(out.shape(0));
+        const auto width = static_cast<uint32_t>(out.shape(1));
+        const auto index_count = static_cast<uint32_t>(out.shape(2));
         const size_t row_count = size_t{width} * index_count * 4;
         const auto rows = static_cast<uint32_t>(
             std::max(size_t{1}, static_cast<size_t>(poll_interval) * 4 / row_count));
-        bn_result result = BN_SUCCESS;
+        float *to = out.mutable_data();
+        bn_result result = out.shape(3) == 4 ? BN_SUCCESS : BN_ERROR_SIZE_MISMATCH;
         {
             py::gil_scoped_release unlocked;
             Interrupts interrupts;
-            for (uint32_t y = 0; y < height && result == BN_SUCCESS; y += rows) {
-                const uint32_t now = std::min(rows, height - y);
+            uint32_t now = 0;
+            for (uint32_t y = 0; y < height && result == BN_SUCCESS; y += now) {
+                now = std::min(rows, height - y);
                 result = bn_sample_block(sampler_.get(), x0, static_cast<int32_t>(y0 + int64_t{y}),
                                          width, now, first_index, index_count, domain,
                                          to + y * row_count, now * row_count);
                 interrupts.poll();
-                if (now == height - y) break;
             }
         }
         check(result, "width " + std::to_string(width) + ", height " + std::to_string(height) +
                           ", index_count " + std::to_string(index_count));
-        return out;
     }
 
     UInt32s table_words() const {
@@ -198,11 +195,13 @@ void bind_sampler(py::module_ &module) {
         .def(py::init<int32_t, uint64_t, uint32_t, const py::object &>(), py::arg("kind"),
              py::arg("seed"), py::arg("samples_per_pixel"), py::arg("mask"))
         .def("sample", &Sampler::sample, py::arg("x").noconvert(), py::arg("y").noconvert(),
-             py::arg("index").noconvert(), py::arg("domain").noconvert(), py::arg("dims"))
-        .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("width"),
-             py::arg("height"), py::arg("first_index"), py::arg("index_count"), py::arg("domain"))
+             py::arg("index").noconvert(), py::arg("domain").noconvert(),
+             py::arg("out").noconvert())
+        .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("first_index"),
+             py::arg("domain"), py::arg("out").noconvert())
         .def("table_words", &Sampler::table_words);
-    module.def("domain_child", &bn_domain_child, py::arg("domain"), py::arg("key"));
+    /* Of numbers or arrays, which broadcast. */
+    module.def("domain_child", py::vectorize(&bn_domain_child), py::arg("domain"), py::arg("key"));
 }
 
 } // namespace bluenoise

@@ -18,8 +18,10 @@
 #include "film.h"
 #include "frame.h"
 #include "integrator.h"
+#include "interior.h"
 #include "intersect.h"
 #include "merge.h"
+#include "output_file.h"
 #include "outputs.h"
 #include "resume.h"
 #include "sampler.h"
@@ -42,7 +44,11 @@ std::optional<Image> load_reference(const std::string &path, int full_width, int
     if (crop.x0 < image.crop.x0 || crop.y0 < image.crop.y0 || crop.x1 > image.crop.x1 ||
         crop.y1 > image.crop.y1)
         throw Error("the reference " + path + " covers only a part of the picture");
-    return image_crop(image, crop);
+    Image part = image_crop(image, crop);
+    for (const float v : part.rgb)
+        if (!std::isfinite(v))
+            throw Error("the reference " + path + " has a value that is not finite");
+    return part;
 }
 
 void print_error(const Image &image, const Image &reference) {
@@ -56,7 +62,7 @@ void warn(const Film &film, float exposure, const std::string &extent) {
         static_cast<uint64_t>(film.full_width) * static_cast<uint64_t>(film.full_height))
         return;
     const std::string warning = film_warning(film, exposure, extent);
-    if (!warning.empty()) std::fprintf(stderr, "pathtracer: %s\n", warning.c_str());
+    if (!warning.empty()) say(warning);
 }
 
 // ---- Interrupts
@@ -66,12 +72,12 @@ volatile std::sig_atomic_t interrupted = 0;
 
 void interrupt(int signal) {
     interrupted = signal;
-    std::signal(signal, SIG_DFL);
+    std::signal(signal, end_without_temporary_files);
 }
 
 void listen_to_interrupts() {
     // If interrupts were ignored at start, as in a script's background jobs, keep ignoring them.
-    for (const int signal : {SIGINT, SIGTERM})
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
         if (std::signal(signal, interrupt) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
@@ -95,9 +101,11 @@ struct Picture {
 
 Scene load_scene(const Options &options) {
     Scene scene = scene_build(options.scene, scene_options(options));
+    const CameraChoice &camera = options.camera;
+    if (!camera.eye && !camera.target && !camera.fov && camera.listed.empty())
+        frame_from_inside_if_black(scene, options.scene);
     if (!options.quiet)
-        for (const std::string &note : scene.notes)
-            std::fprintf(stderr, "pathtracer: %s\n", note.c_str());
+        for (const std::string &note : scene.notes) say(note);
     if (options.light_samples > 0) scene.light_samples = options.light_samples;
     camera_fit(scene.camera, options.width, options.height);
     return scene;
@@ -232,7 +240,7 @@ Written render(Picture &p, const Outputs &outputs) {
             outputs.write(p.film, attributes(), p.convergence);
         } catch (const Error &error) {
             // Hours of rendering may be at stake, and the disk may have room again by the end.
-            std::fprintf(stderr, "pathtracer: %s; rendering continues\n", error.what());
+            say(std::string(error.what()) + "; rendering continues");
         }
     };
     listen_to_interrupts();
@@ -251,15 +259,15 @@ void report(const Picture &p, const Written &written) {
     const PathCounters &counters = p.totals.counters;
     const SampleCounts counts = film_counts(p.film);
     if (written.end == FrameEnd::INTERRUPTED)
-        std::fprintf(stderr, "pathtracer: interrupted; %s has the picture so far, %u to %u spp\n",
-                     o.output.c_str(), counts.least, counts.most);
+        say("interrupted; " + o.output + " has the picture so far, " +
+            std::to_string(counts.least) + " to " + std::to_string(counts.most) + " spp");
     if (!o.quiet) {
         const double samples = sample_count(p.film) - p.samples_before;
         std::printf("%s: %s, %s, %u spp, %.2f s, %" PRIu64
                     " rays, %.2f M rays/s, %.1f %% sampling, "
                     "%.2f %% cut off at depth %u, %" PRIu64 " fireflies\n",
-                    o.output.c_str(), o.scene.c_str(), o.sampler.name.c_str(), counts.least,
-                    p.totals.seconds, counters.rays,
+                    without_controls(o.output).c_str(), without_controls(o.scene).c_str(),
+                    o.sampler.name.c_str(), counts.least, p.totals.seconds, counters.rays,
                     1e-6 * static_cast<double>(counters.rays) / p.totals.seconds,
                     100 * written.attributes.sampling_share,
                     100 * counters.cut_off / std::max(samples, 1.0), o.max_depth,
@@ -267,8 +275,7 @@ void report(const Picture &p, const Written &written) {
     }
     warn(p.film, written.exposure, scene_extent_text(p.scene));
     if (counters.lost > 0)
-        std::fprintf(stderr, "pathtracer: %" PRIu64 " samples were not finite and count as black\n",
-                     counters.lost);
+        say(std::to_string(counters.lost) + " samples were not finite and count as black");
     if (p.reference) print_error(film_image(p.film), *p.reference);
 }
 
@@ -305,7 +312,7 @@ void run_merge(const Options &options) {
     const SampleCounts counts = film_counts(film);
     if (!options.quiet)
         std::printf("%s: %zu pictures merged, %u to %u spp, %" PRIu64 " fireflies\n",
-                    options.output.c_str(), options.merge.size(), counts.least, counts.most,
-                    merged.attributes.fireflies);
+                    without_controls(options.output).c_str(), options.merge.size(), counts.least,
+                    counts.most, merged.attributes.fireflies);
     if (reference) print_error(film_image(film), *reference);
 }

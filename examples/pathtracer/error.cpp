@@ -26,9 +26,23 @@ namespace {
 std::string printable(std::string text) {
     constexpr size_t LONGEST = 200;
     if (text.size() > LONGEST) text = text.substr(0, LONGEST) + "...";
-    for (char &c : text)
-        if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
+    return without_controls(text);
+}
+
+std::string without_controls(std::string text) {
+    for (size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        // In UTF-8, a second set of controls from U+0080 to U+009F: some terminals obey them.
+        const bool second =
+            c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+        if (c < 32 || c == 127 || second) text[i] = '?';
+        if (second) text[i + 1] = '?';
+    }
     return text;
+}
+
+void say(const std::string &message) {
+    std::fprintf(stderr, "pathtracer: %s\n", without_controls(message).c_str());
 }
 
 void exit_where_it_would_abort() {

@@ -9,9 +9,15 @@ struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// Makes text from a file safe to print in a message: shortens it and removes line breaks and
+// Makes text from a file safe to print in a message: shortens it and replaces line breaks and
 // control characters.
 std::string printable(std::string text);
+
+// The same without shortening it, for names of files and for whole messages.
+std::string without_controls(std::string text);
+
+// Prints one line to the standard error, after the name of the program.
+void say(const std::string &message);
 
 // Makes the program print one line and exit with code 1 instead of aborting: the libraries that
 // read files can run out of memory inside noexcept functions.

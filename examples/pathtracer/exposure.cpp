@@ -86,15 +86,19 @@ std::string film_warning(const Film &film, float exposure, const std::string &ex
                extent + ", with --eye and --target, or leave them out";
     if (!(brightest > 0))
         return "THE PICTURE IS BLACK: no light reaches the visible surfaces; add some with --env "
-               "sky, or "
-               "raise --max-depth";
-    const std::string better = stops(auto_exposure(film));
+               "sky, look from inside with --eye and --target, or raise --max-depth";
+    const float automatic = auto_exposure(film);
+    const bool is_automatic = exposure == automatic;
+    const auto advice = [&](const char *direction) {
+        return is_automatic
+                   ? std::string(", which --exposure auto chooses; set a ") + direction + " one"
+                   : "; --exposure auto would use " + stops(automatic);
+    };
     if (preview_level(gain * brightest) < 1)
         return "the preview is black because the picture is too dark for --exposure " +
-               stops(exposure) + "; --exposure auto would use " + better;
+               stops(exposure) + advice("higher");
     if (2 * white > counted)
         return "most of the preview, " + std::to_string(100 * white / counted) +
-               " % of it, is clipped to white at --exposure " + stops(exposure) +
-               "; --exposure auto would use " + better;
+               " % of it, is clipped to white at --exposure " + stops(exposure) + advice("lower");
     return "";
 }

@@ -180,11 +180,18 @@ ExrHead read_head(const Imf::Header &header) {
     a.single_scatter = whole("singleScatter") != 0;
     a.photometric = whole("photometric") != 0;
     a.seed = count_attribute(header, "seed", UINT64_MAX);
-    a.exposure = attribute<Imf::FloatAttribute>(header, "exposure");
-    a.seconds = static_cast<double>(attribute<Imf::FloatAttribute>(header, "seconds"));
+    const auto real = [&](const char *name) {
+        const float value = attribute<Imf::FloatAttribute>(header, name);
+        if (!std::isfinite(value)) throw Error(std::string("its ") + name + " is not finite");
+        return value;
+    };
+    a.exposure = real("exposure");
+    a.seconds = static_cast<double>(real("seconds"));
     a.ray_count = count_attribute(header, "rays", UINT64_MAX);
     a.threads = whole("threads");
-    a.sampling_share = static_cast<double>(attribute<Imf::FloatAttribute>(header, "samplingShare"));
+    a.sampling_share = static_cast<double>(real("samplingShare"));
+    if (a.seconds < 0 || a.sampling_share < 0)
+        throw Error("its seconds or samplingShare are negative");
     a.fireflies = count_attribute(header, "fireflies", UINT64_MAX);
     return head;
 }

@@ -90,10 +90,7 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
         throw Error(std::string("is not valid glTF 2.0: ") + printable(first_line(problem.what())));
     }
     // Checked first: data that an extension stores elsewhere would be reported as missing.
-    for (const std::string &extension : model.extensionsRequired)
-        if (!is_known(extension))
-            throw Error("requires the extension " + printable(extension) +
-                        ", which cannot be read");
+    gltf_check_required(model.extensionsRequired);
     if (error.find("File read error") == 0) throw Error("buffer " + access.problem);
     if (!good) throw Error("is not valid glTF 2.0: " + printable(first_line(error)));
     if (model.asset.version.compare(0, 2, "2.") != 0)
@@ -378,6 +375,13 @@ void read_nodes(Reader &r) {
 }
 
 } // namespace
+
+void gltf_check_required(const std::vector<std::string> &extensions) {
+    for (const std::string &extension : extensions)
+        if (!is_known(extension))
+            throw Error("requires the extension " + printable(extension) +
+                        ", which cannot be read");
+}
 
 SceneDraft gltf_read(const std::string &path, SceneFolder &folder) {
     const std::vector<unsigned char> bytes = read_file(path);

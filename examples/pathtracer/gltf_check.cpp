@@ -43,6 +43,8 @@ class JsonScan {
 
     // Entries of `buffers` without a URI: their bytes are the binary chunk's.
     size_t buffers_without_file() const { return buffers_without_file_; }
+    // The first entries of `extensionsRequired`.
+    const std::vector<std::string> &required() const { return required_; }
 
   private:
     bool is_in_buffer() const { return in_buffers_ && depth_ == 3; }
@@ -58,7 +60,9 @@ class JsonScan {
             }
         end = std::min(end, size);
         if (is_value_ && is_in_buffer() && key_ == "uri") has_file_ = end > begin;
-        string_.assign(text + begin, std::min<size_t>(end - begin, 16)); // enough to compare
+        string_.assign(text + begin, std::min<size_t>(end - begin, 20)); // enough to compare
+        if (in_required_ && depth_ == 2 && required_.size() < 64)
+            required_.emplace_back(text + begin, std::min<size_t>(end - begin, 200));
         return end;
     }
 
@@ -67,6 +71,7 @@ class JsonScan {
         if (depth_ == 2) {
             in_buffers_ = c == '[' && key_ == "buffers";
             in_materials_ = c == '[' && key_ == "materials";
+            in_required_ = c == '[' && key_ == "extensionsRequired";
         }
         if (is_in_buffer()) has_file_ = false;
         if (c == '{') check_count(++objects_, MAX_OBJECTS, "JSON objects");
@@ -82,7 +87,8 @@ class JsonScan {
     std::string string_, key_; // the most recent ones
     bool is_escaped_ = false;  // the most recent string has an escape
     bool is_value_ = false;    // a string here is a value, not a key
-    bool in_materials_ = false, in_buffers_ = false, has_file_ = false;
+    bool in_materials_ = false, in_buffers_ = false, has_file_ = false, in_required_ = false;
+    std::vector<std::string> required_;
     size_t materials_ = 0, objects_ = 0, values_ = 0, buffers_without_file_ = 0;
 };
 
@@ -110,5 +116,9 @@ void gltf_check_binary(const std::vector<unsigned char> &bytes) {
     }
     JsonScan json;
     json.scan(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
-    if (json.buffers_without_file() > 1) throw Error("has more than one buffer without a URI");
+    // Some extensions keep the data of buffers elsewhere: name them.
+    if (json.buffers_without_file() > 1) {
+        gltf_check_required(json.required());
+        throw Error("has more than one buffer without a URI");
+    }
 }

@@ -14,6 +14,12 @@
 #include "input_file.h"
 #include "scene_file.h"
 
+// ---- gltf.cpp
+
+// Throws Error if the reader neither supports an extension that the file requires, nor reports it
+// itself where a material uses it.
+void gltf_check_required(const std::vector<std::string> &extensions);
+
 // ---- gltf_check.cpp
 
 // Reject the text of a .gltf, or a .glb, that tinygltf would not survive: JSON that is nested too

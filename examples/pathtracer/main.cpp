@@ -8,6 +8,8 @@
 
 #include "commands.h"
 #include "error.h"
+#include "interior.h"
+#include "output_file.h"
 #include "sampler.h"
 #include "scene.h"
 
@@ -26,7 +28,9 @@ void print_list() {
 }
 
 void print_cameras(const Options &options) {
-    std::fputs(camera_list(scene_build(options.scene, scene_options(options))).c_str(), stdout);
+    Scene scene = scene_build(options.scene, scene_options(options));
+    frame_from_inside_if_black(scene, options.scene);
+    std::fputs(camera_list(scene).c_str(), stdout);
 }
 
 } // namespace
@@ -37,6 +41,7 @@ int main(int argc, char **argv) {
     // Treat a file size limit as an error, like a full disk, instead of dying with half a file.
     std::signal(SIGXFSZ, SIG_IGN);
 #endif
+    remove_temporary_files_when_killed();
     try {
         const Options options = parse_options(argc, argv);
         if (options.help) {
@@ -54,10 +59,9 @@ int main(int argc, char **argv) {
         }
         return 0;
     } catch (const std::bad_alloc &) {
-        std::fprintf(stderr,
-                     "pathtracer: out of memory; render the picture in parts with --crop\n");
+        say("out of memory; render the picture in parts with --crop");
     } catch (const std::exception &error) {
-        std::fprintf(stderr, "pathtracer: %s\n", error.what());
+        say(error.what());
     }
     return 1;
 }

@@ -176,7 +176,7 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --light-samples N      light samples at the first surface of each path (default: set by the scene)
   --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
   --photometric          the file's punctual lights are in candela and lux: divide them by 683
-  --allow-outside        let a scene file read files outside its folder
+  --allow-outside        let a scene file, or the picture of --resume, name files outside its folder
   --single-scatter       leave multiple scattering out of rough materials
   --threads N            number of threads (default: number of cores)
   --resume a.exr         continue this picture, with its settings, to --spp N samples in each pixel

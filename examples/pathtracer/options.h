@@ -23,11 +23,11 @@ struct Options {
     uint32_t light_samples = 0; // at a path's first surface; 0: the scene's own number
     bool single_scatter = false;
     bool photometric = false;
-    bool allow_outside = false;    // scene files may read files outside their folder
-    std::string environment;       // an EXR file, or empty: the scene's own
-    unsigned threads;              // default: one per core
-    double time_limit = 0;         // seconds; 0: none
-    double write_interval = 0;     // seconds between partial pictures; 0: none
+    bool allow_outside = false; // scenes and resumed pictures may name files outside their folder
+    std::string environment;    // an EXR file, or empty: the scene's own
+    unsigned threads;           // default: one per core
+    double time_limit = 0;      // seconds; 0: none
+    double write_interval = 0;  // seconds between partial pictures; 0: none
     std::optional<float> exposure; // stops, if given
     bool auto_exposure = false;    // if neither is given: on for files; built-in scenes use 0
     std::string reference;

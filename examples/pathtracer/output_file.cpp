@@ -8,7 +8,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <list>
@@ -24,6 +26,27 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int MAX_LINKS = 40; // followed from one name; Linux has the same limit
+
+// The temporary files that there may be, for signal handlers: two for each of three outputs.
+struct KnownName {
+    volatile std::sig_atomic_t used;
+    char name[4096];
+} known_names[6];
+
+void remember(const fs::path &name) {
+    for (KnownName &known : known_names)
+        if (!known.used && name.native().size() < sizeof known.name) {
+            std::strcpy(known.name, name.c_str());
+            std::atomic_signal_fence(std::memory_order_release); // the name before its use
+            known.used = 1;
+            return;
+        }
+}
+
+void forget(const fs::path &name) {
+    for (KnownName &known : known_names)
+        if (known.used && name.native() == known.name) known.used = 0;
+}
 
 Error cannot_write(const fs::path &path, const std::string &why) {
     return Error("cannot write " + path.string() + ": " + why);
@@ -67,16 +90,23 @@ class TemporaryFile {
     // Creates a file next to `target`. Errors name `path`, as the user wrote it.
     TemporaryFile(const fs::path &path, const fs::path &target)
         : path_(path), target_(target), name_(beside(target)) {
+        remember(name_);
         descriptor_ =
             open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-        if (descriptor_ < 0) throw cannot_write(path_, std::strerror(errno));
+        if (descriptor_ < 0) {
+            const int error = errno;
+            forget(name_);
+            throw cannot_write(path_, std::strerror(error));
+        }
     }
     TemporaryFile(const TemporaryFile &) = delete;
     TemporaryFile &operator=(const TemporaryFile &) = delete;
     ~TemporaryFile() {
         if (descriptor_ >= 0) close(descriptor_);
         if (!renamed_) unlink(name_.c_str());
+        forget(name_);
         if (!old_.empty()) unlink(old_.c_str());
+        forget(old_);
     }
 
     // Writes the file, flushes it to disk and closes it.
@@ -98,8 +128,10 @@ class TemporaryFile {
     // name for undo().
     void rename() {
         const fs::path old = beside(target_);
+        remember(old);
         if (link(target_.c_str(), old.c_str()) == 0) old_ = old;
         had_old_ = !old_.empty() || errno != ENOENT;
+        if (old_.empty()) forget(old);
         if (std::rename(name_.c_str(), target_.c_str()) != 0)
             throw cannot_write(path_, std::strerror(errno));
         renamed_ = true;
@@ -153,6 +185,19 @@ void write_files(const std::vector<std::pair<fs::path, std::vector<char>>> &file
     std::set<fs::path> folders;
     for (const TemporaryFile &part : parts) folders.insert(folder_of(part.target()));
     for (const fs::path &folder : folders) sync_folder(folder);
+}
+
+void end_without_temporary_files(int signal) {
+    for (const KnownName &known : known_names)
+        if (known.used) unlink(known.name);
+    std::signal(signal, SIG_DFL);
+    std::raise(signal); // once this handler returns
+}
+
+void remove_temporary_files_when_killed() {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        if (std::signal(signal, end_without_temporary_files) == SIG_IGN)
+            std::signal(signal, SIG_IGN);
 }
 
 bool is_same_file(const fs::path &a, const fs::path &b) {

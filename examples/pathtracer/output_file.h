@@ -16,6 +16,12 @@ void check_writable(const std::filesystem::path &path);
 // files (without hard links, only those whose renaming failed).
 void write_files(const std::vector<std::pair<std::filesystem::path, std::vector<char>>> &files);
 
+// Ends the program by a signal, without leaving temporary files behind: a signal handler.
+void end_without_temporary_files(int signal);
+
+// Does so for SIGINT, SIGTERM and SIGHUP, except those that are ignored.
+void remove_temporary_files_when_killed();
+
 // Whether two names lead to the same file, through symbolic or hard links too. Files that do not
 // exist yet are the same if creating both would create one.
 bool is_same_file(const std::filesystem::path &a, const std::filesystem::path &b);

@@ -11,11 +11,6 @@
 
 namespace {
 
-struct NamedFile {
-    std::string role; // as named on the command line
-    std::filesystem::path path;
-};
-
 std::filesystem::path preview_path(const std::filesystem::path &exr) {
     return std::filesystem::path(exr).replace_extension(".png");
 }
@@ -33,6 +28,14 @@ std::vector<NamedFile> input_files(const Options &options) {
     if (!options.reference.empty()) files.push_back({"--reference", options.reference});
     if (!options.resume.empty()) files.push_back({"--resume", options.resume});
     if (!options.merge.empty()) return files;
+    for (const NamedFile &file : setting_files(options)) files.push_back(file);
+    return files;
+}
+
+} // namespace
+
+std::vector<NamedFile> setting_files(const Options &options) {
+    std::vector<NamedFile> files;
     if (is_scene_file(options.scene)) files.push_back({"--scene", options.scene});
     const std::string &environment = options.environment, &mask = options.sampler.mask;
     if (!environment.empty() && environment != "sky" && environment != "none")
@@ -40,8 +43,6 @@ std::vector<NamedFile> input_files(const Options &options) {
     if (!mask.empty() && mask != "builtin" && mask != "neural") files.push_back({"--mask", mask});
     return files;
 }
-
-} // namespace
 
 void check_file_names(const Options &options) {
     const std::vector<NamedFile> outputs = output_files(options);

@@ -11,6 +11,16 @@
 #include "exr.h"
 #include "options.h"
 
+// A file, and the option that names it.
+struct NamedFile {
+    std::string role;
+    std::filesystem::path path;
+};
+
+// The files that the settings of a picture name: scene, environment and mask, as far as they are
+// files.
+std::vector<NamedFile> setting_files(const Options &options);
+
 // Throws Error if an output is also another output or an input, under any name. Only the --resume
 // picture may be replaced by -o. With --resume, call this once the picture's settings are known.
 void check_file_names(const Options &options);

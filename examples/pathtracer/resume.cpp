@@ -3,8 +3,35 @@
 // others. The counts alone say which samples are missing, so no other state is kept.
 #include "resume.h"
 
+#include <filesystem>
+
 #include "error.h"
+#include "input_file.h"
 #include "merge.h"
+#include "outputs.h"
+
+namespace {
+
+// A picture may come from anybody: the files it names are read below its own folder only, unless
+// the user names them too.
+void check_inside(const Options &options, const std::string &option,
+                  const std::filesystem::path &file) {
+    if (options.given.count(option) > 0) return;
+    const auto refuse = [&](const std::string &why) {
+        throw Error(options.resume + " names the file " + printable(file.string()) + ", which " +
+                    why + "; name it with " + option + ", or use --allow-outside");
+    };
+    try {
+        SceneFolder(options.resume, options.allow_outside)
+            .resolve(std::filesystem::absolute(file).string());
+    } catch (const Error &) {
+        refuse("is outside the picture's folder");
+    } catch (const std::filesystem::filesystem_error &) {
+        refuse("is no path");
+    }
+}
+
+} // namespace
 
 ExrHead resume_settings(Options &options) {
     const ExrHead head = exr_read_head(options.resume);
@@ -35,6 +62,8 @@ ExrHead resume_settings(Options &options) {
     options.single_scatter = options.single_scatter || a.single_scatter;
     options.photometric = options.photometric || a.photometric;
     if (!(options.time_limit > 0)) unless_given("--spp", options.spp, std::max(a.spp, 1u));
+    for (const NamedFile &file : setting_files(options))
+        check_inside(options, file.role, file.path);
     return head;
 }
 

@@ -184,7 +184,8 @@ static void centre(error_matrix *m, int first) {
     for (int j = first; j < m->used; ++j) {
         double mean = 0;
         for (int i = 0; i < PIXELS; ++i) mean += m->rows[(size_t)i * m->stride + j];
-        for (int i = 0; i < PIXELS; ++i) m->rows[(size_t)i * m->stride + j] -= (float)(mean / PIXELS);
+        for (int i = 0; i < PIXELS; ++i)
+            m->rows[(size_t)i * m->stride + j] -= (float)(mean / PIXELS);
     }
 }
 
@@ -237,16 +238,16 @@ static int fewer(const bake_options *options, int full, int least) {
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what) {
     /* At 1, 2, 4 ... 256 samples, then at the counts between. */
-    static const double plane_weight[LEVELS + PARTIALS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3,
-                                                           1.3, .6,  .5,  .8,  .7,  .7,
-                                                           .5,  .6,  .5,  .6,  .4,  .5},
-                        product_weight[LEVELS + PARTIALS] = {1.1, 1.1, 1.1, 1.2, 1,  1,
-                                                             1,   .5,  .4,  .5,  .4, .4,
-                                                             .3,  .4,  .3,  .4,  .3, .3},
-                        bump_weight[LEVELS + PARTIALS] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
-                                                          .3, .3, .3, .2, .2, .2, .2, .1, .1},
-                        step_weight[LEVELS] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3},
-                        axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
+    static const double
+        plane_weight[LEVELS + PARTIALS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
+                                           .8,  .7,  .7,  .5,  .6,  .5,  .6,  .4, .5},
+                              product_weight[LEVELS + PARTIALS] = {1.1, 1.1, 1.1, 1.2, 1,  1,
+                                                                   1,   .5,  .4,  .5,  .4, .4,
+                                                                   .3,  .4,  .3,  .4,  .3, .3},
+                              bump_weight[LEVELS + PARTIALS] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
+                                                                .3, .3, .3, .2, .2, .2, .2, .1, .1},
+                              step_weight[LEVELS] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3},
+                              axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     enum { MOST = 160 };
     static label_integrand list[MOST];
     static bake_pair pairs[2];
@@ -312,8 +313,7 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
     /* Of the counts between powers of two, the first few. */
     enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40, PLACES = BLOCKS * 16 * 16 };
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
-    static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1,  1,  1,
-                                           .5,  .4,  .4,  .3,  .3, .3, .3};
+    static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
     static bake_plane plane[2][MOST];
     static bake_pair pairs[2];
     int n = fewer(options, MOST, 5) / 5 * 5;

@@ -146,8 +146,8 @@ static void products_of_member(products *s, const pole_vectors *v, const uint16_
     for (int p = 0; p < PIXEL_COUNT; ++p) {
         for (int k = 0; k < 2; ++k) {
             float x[64], y[64];
-            bake_key key = bake_key_of_pixel(s->key[member][k],
-                                             (uint64_t)((p * MEMBERS + member) * 2 + k));
+            bake_key key =
+                bake_key_of_pixel(s->key[member][k], (uint64_t)((p * MEMBERS + member) * 2 + k));
             bake_pair_points(&s->pair[k], label[p / CORNER * SIDE + p % CORNER], key, 64, x, y);
             for (int pairing = 0; pairing < 4; ++pairing) {
                 if ((side == 0 ? pairing & 1 : pairing >> 1) != k) continue;

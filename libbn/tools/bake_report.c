@@ -40,8 +40,7 @@ static void plane_of(judge *j, int member, int pair, const bake_plane *plane, pl
         } else {
             bake_key key = bake_key_of_pixel(j->key[member][pair],
                                              (uint64_t)(p * 8 + member * 2 + pair) + 1000003);
-            bake_pair_points(&j->pair[member][pair], j->table->label[member][p], key, POINTS, x,
-                             y);
+            bake_pair_points(&j->pair[member][pair], j->table->label[member][p], key, POINTS, x, y);
         }
         bake_plane_bits(plane, x, y, POINTS, out[p]);
     }

@@ -136,7 +136,8 @@ void bake_scramble(bake_table *table, const bake_options *options, int member, i
         double e = judge(blurred, raw, FEW_LEVELS, 0);
         if (e < least) {
             /* 128 and 256 samples cost more than the rest and are seldom looked at. */
-            bake_planes_measure(s, &v, pair, table->label[member], planes / 2, LEVELS, blurred, raw);
+            bake_planes_measure(s, &v, pair, table->label[member], planes / 2, LEVELS, blurred,
+                                raw);
             e += judge(blurred, raw, LEVELS, FEW_LEVELS);
         }
         if (e < least) {

@@ -14,8 +14,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DIGITS = 12, CELLS = 1 << DIGITS, SHIFTS = 64, SINGLES = 5, MIXED = 40,
-       FACTORS = SINGLES + MIXED, SUMS = 104, PLANES = 96 };
+enum {
+    DIGITS = 12,
+    CELLS = 1 << DIGITS,
+    SHIFTS = 64,
+    SINGLES = 5,
+    MIXED = 40,
+    FACTORS = SINGLES + MIXED,
+    SUMS = 104,
+    PLANES = 96
+};
 enum { GROUPS = 12, FEW_LEVELS = 7 };
 
 static const double TURN = 6.283185307179586;
@@ -232,15 +240,16 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
     pole_vectors now = table->member[member], best;
     double penalty[2] = {0, 0};
     for (int pair = 0; pair < 2; ++pair) {
-        bake_planes_measure(planes, &now, pair, label, PLANES, FEW_LEVELS,
-                            j->planes_limit[pair][0], j->planes_limit[pair][1]);
+        bake_planes_measure(planes, &now, pair, label, PLANES, FEW_LEVELS, j->planes_limit[pair][0],
+                            j->planes_limit[pair][1]);
     }
     double smooth = smooth_energy(j, &now), least = smooth;
     best = now;
     int trials = bake_count(options, 12000, 4);
     for (int trial = 0; trial < trials; ++trial) {
         double temperature = 1.2 * pow(0.02, (double)trial / trials);
-        double limit = smooth + penalty[0] + penalty[1] - temperature * log(1 - bake_random_double(&r));
+        double limit =
+            smooth + penalty[0] + penalty[1] - temperature * log(1 - bake_random_double(&r));
         pole_vectors v = now;
         int d = (int)bake_random_below(&r, 4), pair = d / 2;
         for (uint32_t n = 1 + bake_random_below(&r, 3); n > 0; --n) {

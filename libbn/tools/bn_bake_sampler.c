@@ -5,7 +5,7 @@
  * choose: maps of digits (bake_film.c), a scrambling of each pair (bake_scramble.c) and then of all
  * four coordinates (bake_smooth.c), the orders of the members of a family (bake_orders.c), which labels blocks of 4 x 4 pixels have (bake_blocks.c)
  * and which pixel in them has which (bake_labels.c), so that errors of neighbouring pixels cancel.
- * All moves keep the nets. Some ten minutes on one core.
+ * All moves keep the nets. Some twenty minutes on one core.
  *
  * The table depends on the seed and the effort alone, not on interruptions; cosines, logarithms and
  * exponentials come from the C library, so another one may give another table of the same quality.
@@ -25,7 +25,7 @@ static const char usage[] =
     "       bn_bake_sampler --report FILE\n"
     "  -o FILE             makes a table of the sampler blue\n"
     "  --seed N            (1)\n"
-    "  --effort SCALE      of the search, from 0 to 100 (1: some ten minutes)\n"
+    "  --effort SCALE      of the search, from 0 to 100 (1: some twenty minutes)\n"
     "  --stop-after PARTS  ends after this many of the parts of the work\n"
     "  --report FILE       prints what a table is worth on integrands it was not made for\n"
     "Progress is kept in FILE.progress after every part; the same command goes on from there.\n";
@@ -115,7 +115,7 @@ static void make_plan(void) {
     for (int a = 0; a < MEMBERS; ++a) {
         for (int pair = 0; pair < 2; ++pair) plan[n++] = (part){"scrambling", a, pair, 12};
     }
-    for (int a = 0; a < MEMBERS; ++a) plan[n++] = (part){"smooth integrands", a, 0, 60};
+    for (int a = 0; a < MEMBERS; ++a) plan[n++] = (part){"smooth integrands", a, 0, 90};
     for (int a = 1; a < MEMBERS; ++a) plan[n++] = (part){"order", a, 0, 20.0 * a};
     for (int a = 0; a < MEMBERS; ++a) {
         if (a == 0) plan[n++] = (part){"blocks", 0, 0, 40};

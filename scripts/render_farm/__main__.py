@@ -136,12 +136,16 @@ def render_parts(options, program, shared, inputs, folder, parts, found):
         try:
             progress("", done / 1e6, True)
             for part, data in cluster.render(client, program, found, inputs, tasks):
-                if part is not None:
+                if isinstance(part, str):
+                    if not options.quiet:
+                        progress.close()
+                        print(f"farm: worker {part} is gone; what it had is rendered elsewhere", file=sys.stderr, flush=True)
+                elif part is not None:
                     folder.add(part, data)
                     left.remove(part)
                     done += part.samples
                     progress(f"{len(parts) - len(left)} of {len(parts)} parts", done / 1e6, False)
-                elif not cluster.worker_count(client):
+                elif not cluster.workers(client):
                     progress("waiting for workers", done / 1e6)
         finally:
             progress.close()
@@ -155,6 +159,8 @@ def run(arguments):
     shared += ["--size", "{}x{}".format(*options.size)]
     # Compared with the inputs, because the program that merges does not know them.
     for file in (output, output.with_suffix(".png")):
+        if file.is_dir():
+            raise FarmError(f"{file} is a folder; choose another output")
         if any(file.exists() and os.path.samefile(file, other) for other in inputs):
             raise FarmError(f"{file} is also an input; choose another output")
     parts = split(options.crop, options.first_sample, options.spp, options.tile, options.samples_per_task)
@@ -167,7 +173,10 @@ def run(arguments):
                                  "--crop", f"{x0},{y0},{x0 + 1},{y0 + 1}", "-o", os.path.join(folder, "probe.exr")])
     found = worker.fingerprint(program, inputs)
     output.parent.mkdir(parents=True, exist_ok=True)
-    folder = PartsFolder(output, {"arguments": shared, "files": found})
+    folder = PartsFolder(output, {"arguments": shared, "files": found, "crop": options.crop, "tile": options.tile,
+                                  "samples": [options.first_sample, options.spp, options.samples_per_task]})
+    for file, wrong in folder.remove_damaged(parts):
+        print(f"farm: {file} {wrong}; it is rendered again", file=sys.stderr)
     kept = folder.count(parts)
     if kept and not options.quiet:
         print(f"farm: {kept} of {len(parts)} parts are in {folder.path}", flush=True)
@@ -181,8 +190,8 @@ def run(arguments):
         raise
     finally:
         if not folder.count(parts):
-            folder.remove()
-    folder.remove()
+            folder.remove(parts)
+    folder.remove(parts)
     sys.stderr.write(done.stderr)
     sys.stdout.write(done.stdout)
     if progress and progress.busy and not options.quiet:

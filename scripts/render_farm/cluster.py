@@ -7,6 +7,7 @@ import logging
 import platform
 import queue
 import signal
+import time
 import uuid
 
 from . import worker
@@ -52,6 +53,9 @@ def connect(address, workers):
     _quiet()
     with contextlib.ExitStack() as stack:
         if not address:
+            # Web pages that nobody asked for, on ports of their own.
+            for server in ("scheduler", "worker"):
+                dask.config.set({f"distributed.{server}.preload": [f"{__package__}.no_web_pages"]})
             # Processes started now ignore Ctrl-C, which is for this one: it ends them.
             before = signal.signal(signal.SIGINT, signal.SIG_IGN)
             try:
@@ -72,8 +76,9 @@ def connect(address, workers):
         yield client
 
 
-def worker_count(client):
-    return len(client.scheduler_info(n_workers=-1)["workers"])
+def workers(client):
+    """Their addresses."""
+    return set(client.scheduler_info(n_workers=-1)["workers"])
 
 
 def check_workers(client, program, wanted, inputs):
@@ -93,8 +98,8 @@ def check_workers(client, program, wanted, inputs):
 
 
 def render(client, program, wanted, inputs, tasks):
-    """Yields (part, bytes of its EXR) for tasks = {part: arguments}, in the order in which they are done, and (None, None) each
-    second in which none is. A task whose worker dies runs elsewhere."""
+    """Yields (part, bytes of its EXR) for tasks = {part: arguments}, in the order in which they are done, (None, None) each
+    second in which none is, and (address, None) of each worker that is gone. Its tasks run elsewhere."""
     from distributed.scheduler import KilledWorker
 
     results, run = queue.SimpleQueue(), uuid.uuid4().hex
@@ -104,7 +109,12 @@ def render(client, program, wanted, inputs, tasks):
                                retries=ATTEMPTS - 1)
         futures[future.key] = part, future
         future.add_done_callback(results.put)
+    known, looked = workers(client), time.monotonic()
     while futures:
+        if time.monotonic() - looked > 1:
+            now = workers(client)
+            yield from ((address, None) for address in sorted(known - now))
+            known, looked = now, time.monotonic()
         try:
             future = results.get(timeout=1)
         except queue.Empty:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Splitting a picture into parts, and keeping the finished ones in a folder until all are there."""
 
+import contextlib
 import json
+import os
 from pathlib import Path
 from typing import NamedTuple
 
-from report.files import written_beside, write_text
+from report.whole_files import write_text, written_beside
 
 
 class FarmError(Exception):
@@ -46,11 +48,45 @@ def split(crop, first, count, tile, samples_per_task=None):
             for y in range(y0, y1, tile[1]) for x in range(x0, x1, tile[0]) for s in range(first, first + count, step)]
 
 
+@contextlib.contextmanager
+def silent():
+    """Libraries in C print nothing to the standard error."""
+    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nothing, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nothing)
+
+
+def complaint(path, part):
+    """What keeps the EXR from being the part, or None."""
+    import OpenEXR  # scripts/farm --help works without it
+
+    try:
+        with silent(), OpenEXR.File(str(path), separate_channels=True) as file:
+            header, channels = file.header(), file.channels()
+            (x0, y0), (x1, y1) = (corner.tolist() for corner in header["dataWindow"])
+            samples = channels["count"].pixels
+            first, last = int(header["firstSample"]), int(header["endSample"])
+    except Exception as error:  # of a library that raises many kinds
+        return f"is damaged ({type(error).__name__})"
+    if (x0, y0, x1 + 1, y1 + 1) != part[:4]:
+        return f"shows the pixels {x0},{y0},{x1 + 1},{y1 + 1}"
+    if (first, last) != (part.first, part.first + part.count) or (samples != part.count).any():
+        return "has other samples"
+    return None
+
+
 class PartsFolder:
-    """The finished parts of one picture, in a folder beside it. A file is there when it is complete."""
+    """The finished parts of one picture, in a folder beside it."""
 
     def __init__(self, output, settings):
         self.path = Path(f"{output}.parts")
+        if self.path.is_symlink():
+            raise FarmError(f"{self.path}, where parts are kept, is a symbolic link; remove it, or choose another output")
         record, text = self.path / "picture.json", json.dumps(settings, indent=1, sort_keys=True) + "\n"
         try:
             same = record.read_text(encoding="utf-8") == text
@@ -68,14 +104,27 @@ class PartsFolder:
     def has(self, part):
         return (self.path / part.file_name).is_file()
 
+    def remove_damaged(self, parts):
+        """Removes the files of `parts` that are not whole, and returns (file, what is wrong with it) of each."""
+        found = []
+        for part in parts:
+            path = self.path / part.file_name
+            if path.is_file() and (wrong := complaint(path, part)):
+                path.unlink()
+                found.append((path, wrong))
+        return found
+
     def add(self, part, data):
+        """Raises FarmError unless `data` is that part."""
         with written_beside(self.path / part.file_name) as beside:
             beside.write_bytes(data)
+            if wrong := complaint(beside, part):
+                raise FarmError(f"a worker's part {part.file_name} {wrong}; is its disk full?")
 
-    def remove(self):
-        """Removes what this class wrote, and the folder if nothing else is in it."""
-        for file in [*self.path.glob("*,*,*,*,*,*.exr"), self.path / "picture.json"]:
-            file.unlink(missing_ok=True)
+    def remove(self, parts):
+        """Removes the parts and their record, and the folder if nothing else is in it."""
+        for name in [*(part.file_name for part in parts), "picture.json"]:
+            (self.path / name).unlink(missing_ok=True)
         try:
             self.path.rmdir()
         except OSError:

@@ -9,10 +9,11 @@ of `scripts/bench renders`. Results are cached in ~/.cache/libbn, so an interrup
 import argparse
 import dataclasses
 import sys
+from pathlib import Path
 
-from . import denoise_report, denoiser, gains, views
+from . import denoise_report, denoiser, equal_quality, gains, speed, variants, views
 from .bench_options import add_common_options, finish_options, run_or_say_why
-from .convergence import parse_size, positive
+from .convergence import positive
 from .denoiser import DenoisedRun, DenoiserMissing
 from .files import read_first_half, write_text
 from .judge import Cells, plan, render_references
@@ -30,11 +31,14 @@ def parse_options(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench denoise", description=__doc__.splitlines()[0])
     views.add_options(parser)
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count, at most 16 (default 16)")
-    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all views, for a quick trial")
+    parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
+    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
     parser.add_argument("--no-trials", action="store_true", help=f"skip the experiments on {TRIAL_SCENE} that look for the cause of losses")
     add_common_options(parser, REFERENCE_SPP, "out/denoise")
+    parser.set_defaults(out=None)
     options = parser.parse_args(arguments)
-    options.samplers = LABELS
+    options.out = options.out or (options.pages if options.quick else Path("docs/report"))
+    options.samplers, options.chosen = LABELS, views.of(parser, options)
     finish_options(parser, options, "denoise", arguments)
     options.seeds = options.seeds or SEEDS
     options.counts = tuple(spp for spp in COUNTS if spp <= options.spp)
@@ -47,13 +51,14 @@ def with_own_errors(reference):
     return dataclasses.replace(reference, own={f"{way}:{name}": error for way in denoiser.WAYS for name, error in own.items()})
 
 
-def run_trials(work, references, options):
+def run_trials(work, options):
     """{view: {(trial, count): {measure: errors}}} for the scene's views and its own camera."""
     if TRIAL_SCENE not in options.scenes:
         return {}
-    own = dataclasses.replace(OWN_CAMERA, **dict(zip(("width", "height"), options.size or OWN_CAMERA.size)))
-    chosen = {**render_references(options.pathtracer, (own,), options.reference_spp),
-              **{view: reference for view, reference in references.items() if view.scene == TRIAL_SCENE}}
+    size = options.size if options.quick else None
+    own = dataclasses.replace(OWN_CAMERA, **dict(zip(("width", "height"), size or OWN_CAMERA.size)))
+    # Small whole pictures: most crops of large ones show no lamp.
+    chosen = render_references(options.pathtracer, (own, *views.chosen("core", (TRIAL_SCENE,), size)), options.reference_spp)
     seeds = max(2, min(denoiser.TRIAL_SEEDS, 2 * options.seeds))
     progress, found = Progress(len(chosen), "views"), {}
     try:
@@ -68,7 +73,7 @@ def run_trials(work, references, options):
 def run(arguments):
     options = parse_options(arguments)
     work = DenoisedRun(options.pathtracer, max(options.counts), options.jobs, not options.no_flip, denoiser.load())
-    chosen = views.chosen(options.views, options.scenes, options.size)
+    chosen = options.chosen
     first_views = [next(view for view in chosen if view.scene == scene) for scene in options.scenes]
     references = render_references(options.pathtracer, chosen, options.reference_spp)
     tasks = plan(chosen, options.labels, {spp: options.seeds for spp in options.counts}, first_views)
@@ -76,9 +81,12 @@ def run(arguments):
     cells = Cells({task: (rows, {}) for task, (rows, _) in results.items()})
     pictures = {(task.view, task.label, name): array.astype("float32")
                 for task, (_, kept) in results.items() for name, array in kept.items()}
-    trials = {} if options.no_trials else run_trials(work, references, options)
+    trials = {} if options.no_trials else run_trials(work, options)
+    cost = None if options.no_times else equal_quality.costs(
+        options.pathtracer, work.store, first_views, {label: variants.VARIANTS[label] for label in options.labels}, speed.machine(),
+        work.builds, options.retime)
     report = denoise_report.Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, pictures,
-                                   trials, work.version)
+                                   trials, work.version, cost)
     report.draw(options.out)
     gains.write_rows(options.out / "denoise.csv", report.rows())
     text = report.text()

@@ -6,22 +6,24 @@ import statistics
 
 import numpy as np
 
+from . import equal_quality, peers
 from .denoiser import FLIP_SEEDS, LAMP_MARGIN, MEASURES, PRIMARY_RAYS, TRIALS, TRIAL_COUNTS, WAYS, WORST_SHARE
-from .gains import BEST_PEER, Gain, Gains, bootstrap
+from .gains import BEST_PEER, Gain, Gains, bootstrap, gain_of
 from .renders_report import md_table
 from .views import EXPOSURES, SETS
 
 MEASURE_NAMES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed",
                  "displayed_2.1": "RMSE as displayed, after sigma 2.1", "flip": "mean FLIP"}
+TIME_MEASURE = f"plain:{equal_quality.MEASURE}"
 SHEET_SCENES, SHEET_SIDE = ("cornell", "lens", "glossy"), 120  # pixels
 
 
 class Report:
     """cells: judge.Cells with measures WAY:MEASURE; trials: {view: {(trial, count): {measure: errors}}}."""
 
-    def __init__(self, options, cells, references, pictures, trials, version):
+    def __init__(self, options, cells, references, pictures, trials, version, costs=None):
         self.options, self.cells, self.references, self.pictures = options, cells, references, pictures
-        self.trials, self.version = trials, version
+        self.trials, self.version, self.costs = trials, version, costs
         self.counts, self.labels = options.counts, options.labels
         self.scenes = tuple(dict.fromkeys(view.scene for view in references))
         self.gains = Gains(cells, references, options.labels)
@@ -39,19 +41,20 @@ class Report:
 
     def of_way(self, way, spp, measure, label="blue"):
         """How many times smaller the error is than with `plain`, for the same sampler."""
-        scenes = {}
+        found = {}
         for view in self.references:
             plain, own = (self.cells.get(view, label, spp, f"{name}:{measure}") for name in ("plain", way))
             if plain and own and min(*plain, *own) > 0:
-                scenes.setdefault(view.scene, []).append(np.log(plain) - np.log(own))
-        return Gain(*map(math.exp, bootstrap(list(scenes.values())))) if scenes else None
+                found[view] = np.log(plain) - np.log(own)
+        return gain_of(found)
 
     def measures(self, way):
         """The measures that have results."""
         return [name for name in (*MEASURES, "flip") if self.gain(way, self.counts[0], name)]
 
     def rows(self):
-        return self.gains.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in (*MEASURES, "flip")], ("blue",))
+        times = equal_quality.rows(self.gains, self.costs, self.counts, TIME_MEASURE) if self.costs else []
+        return [*self.gains.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in (*MEASURES, "flip")]), *times]
 
     # ---- Tables
 
@@ -188,11 +191,13 @@ class Report:
         cost = ", ".join(f"{scene} {PRIMARY_RAYS / rays:.1f}" for scene, rays in per_path.items())
         parts = [
             "# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
-            f"{len(self.references)} views of {len(self.scenes)} built-in scenes ({SETS[options.views]}), {seeds} of each "
-            f"picture, against references with {options.reference_spp} samples per pixel. Ratios say how many times smaller the "
-            "error is: geometric means over scenes, views and seeds, with the 95 % interval of a bootstrap over all three. "
+            f"{len(self.references)} {'crops' if next(iter(self.references)).crop else 'whole pictures'} of {len(self.scenes)} built-in "
+            f"scenes (the set *{options.views}*, {SETS[options.views]}), {seeds} of each, against references with "
+            f"{options.reference_spp} samples per pixel. Crops are denoised by themselves. Ratios say how many times smaller the error "
+            "is: geometric means over scenes, pictures, crops and seeds, with the 95 % interval of a bootstrap over all four. "
             "Relative RMSE divides the difference by the reference plus a tenth of its mean. FLIP uses "
-            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy.", "",
+            f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy."
+            + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
             "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
             "## Where blue noise helps and where it hurts", "", self.verdicts(), "",
             *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []),
@@ -226,6 +231,10 @@ class Report:
         for measure in ("relative", "displayed", "flip"):
             if measure in self.measures("plain"):
                 parts += [self.ways_table(measure), ""]
+        if self.costs:
+            parts += ["## Time to reach an error", "", "As in [renders.md](renders.md), for pictures from the denoiser (`plain`), without "
+                      "its own time, which is the same for all.", "",
+                      md_table(*equal_quality.table_rows(self.gains, self.costs, self.counts, TIME_MEASURE)), ""]
         parts += ["## Every scene", ""]
         for way in WAYS:
             for measure in ("relative", "displayed", "flip"):

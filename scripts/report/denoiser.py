@@ -180,7 +180,7 @@ class DenoisedRun(Run):
 
     def trials(self, view, reference, seeds):
         """{(trial, count): {measure: [error for each seed]}}; cached like all results."""
-        key = {"trials": list(TRIALS), "view": [view.scene, view.size, view.camera], "seeds": seeds,
+        key = {"trials": list(TRIALS), "view": view.key, "seeds": seeds,
                "reference": reference.key(), "exposure": reference.exposure, "denoiser": self.version,
                "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "builds": [self.builds.key(view, name) for name in ("sobol", "blue")]}
         found = self.store.load(key)

@@ -1,35 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic file writes, and EXR pictures."""
+"""EXR pictures, and atomic writes of them and of tables."""
 
-import contextlib
 import csv
 import hashlib
 import io
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 
-
-@contextlib.contextmanager
-def written_beside(path):
-    """Yields a path in a private folder next to `path`. If the block succeeds, that file replaces `path`, complete and
-    flushed to disk; if not, `path` is untouched. The folder has a random name and nobody else can put links into it."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".libbn-", dir=path.parent) as folder:
-        beside = Path(folder) / path.name
-        yield beside
-        with open(beside, "r+b") as file:
-            os.fsync(file.fileno())
-        os.replace(beside, path)
-
-
-def write_text(path, text):
-    with written_beside(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+from .whole_files import write_text, written_beside
 
 
 def write_image(path, image):

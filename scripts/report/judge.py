@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders many views with many samplers and measures each picture against its reference, for `scripts/bench renders` and
+"""Renders many views with many samplers and measures each against its reference, for `scripts/bench renders` and
 `scripts/bench models`.
 
 Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
@@ -34,8 +34,7 @@ from .variants import VARIANTS
 from .views import View
 
 REFERENCE_SEED = 1_000_003
-# Seeds for each count: pictures with few samples vary more and cost less.
-SEEDS = {1: 16, 2: 16, 4: 16, 8: 8, 16: 6, 32: 4, 64: 3, 128: 2, 256: 2}
+COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
 FLIP_SEEDS, FLIP_COUNTS = 2, (1, 4, 16, 64)
 SHOWN_COUNTS = (1, 4, 16, 64)  # whose pictures and spectra are kept
 KEPT_DAYS = 60
@@ -155,7 +154,7 @@ class Builds:
 
     def _probe(self, view, variant):
         samples, seconds = 0, 0.0
-        counts = [n for n in SEEDS if n <= self.most_spp and variant.has(n)]
+        counts = [n for n in COUNTS if n <= self.most_spp]
         declared = counts if variant.declare else [0]
         requests = [Request(variant.sampler, spp, 1, view.scene, *size, declared=n, mask=variant.mask)
                     for n in declared for spp, size in ((1, (160, 144)), (n or counts[-1], (20, 18)))]
@@ -175,9 +174,9 @@ class Builds:
         return sum(count / self._rates[scene] for scene, count in samples.items() if scene in self._rates)
 
 
-def seeds_up_to(most_spp, limit=None):
+def seeds_up_to(most_spp, seeds=SEEDS):
     """{count: seeds}."""
-    return {spp: min(seeds, limit or seeds) for spp, seeds in SEEDS.items() if spp <= most_spp}
+    return {spp: seeds for spp in COUNTS if spp <= most_spp}
 
 
 def plan(views, labels, seeds, kept=()):
@@ -187,7 +186,7 @@ def plan(views, labels, seeds, kept=()):
         for label in labels:
             variant = VARIANTS[label]
             for seed in range(min(max(seeds.values()), variant.most_seeds or max(seeds.values()))):
-                own = tuple(n for n, count in seeds.items() if variant.has(n) and seed < count)
+                own = tuple(n for n, count in seeds.items() if seed < count)
                 if own:
                     tasks.append(Task(view, label, seed, own, view in kept and seed == 0))
     return tasks
@@ -268,7 +267,7 @@ class Run:
 
     def key(self, task, reference):
         view, variant = task.view, task.variant
-        return {"view": [view.scene, view.size, view.camera], "sampler": [variant.sampler, variant.declare, variant.mask],
+        return {"view": view.key, "sampler": [variant.sampler, variant.declare, variant.mask],
                 "build": self.builds.key(view, task.label), "seed": task.seed, "counts": task.counts,
                 "exposure": reference.exposure, "pictures": task.keep_pictures,
                 "flip": any(wants_flip(task, spp, self.flip) for spp in task.counts)}
@@ -319,6 +318,13 @@ class Run:
             pool.shutdown(cancel_futures=True)
             progress.close()
         return results
+
+
+def prepare(work, references, tasks):
+    """Renders and measures everything but blue, so that a change of blue alone leaves only blue to render."""
+    left = [task for task in tasks if task.label != "blue"]
+    work.results(references, left)
+    print(f"{len(left)} runs are in the cache; {len(tasks) - len(left)} of blue are left")
 
 
 class Cells:

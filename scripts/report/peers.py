@@ -32,6 +32,15 @@ def add_option(parser):
                         help="build with the checkout of OpenQMC in DIR and include its samplers")
 
 
+def commit(openqmc):
+    """Commit and date of a checkout, for a report; "unknown" if git does not know it."""
+    try:
+        return subprocess.run(["git", "-C", openqmc, "log", "-1", "--format=%h of %cs"], check=True, capture_output=True,
+                              text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
 def chosen(openqmc, program):
     """The peers to compare with: all with --openqmc, else none. Exits with one line if the build lacks them."""
     if not openqmc:

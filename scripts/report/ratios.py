@@ -48,6 +48,15 @@ class Ratio:
         return float(stats.t.cdf(self.log_mean / self.standard_error, self.freedom))
 
 
+    def chance_of_one(self):
+        """Two-sided p-value of a ratio this far from 1 if the true ratio is 1."""
+        return 2 * min(self.chance_below_one(), Ratio(-self.log_mean, self.standard_error, self.freedom).chance_below_one())
+
+    def smallest(self, level, power):
+        """The smallest |log| of a true ratio that a one-sided test at `level` tells from 1 with the probability `power`."""
+        return float(stats.t.ppf(1 - level, self.freedom) + stats.t.ppf(power, self.freedom)) * self.standard_error
+
+
 def ratio(above, below):
     """The Ratio of two lists of errors, paired by seed."""
     if len(above) != len(below) or not above:

@@ -26,7 +26,7 @@ def slider(report, counts):
 def headlines(report, counts):
     """Blue's gains as displayed, where there are enough seeds."""
     found = []
-    for than in report.gains.thans()[:3]:
+    for than in report.gains.thans():
         for spp in counts:
             gain = report.gains.gain("blue", spp, "displayed_2.1", than) if "blue" in report.labels else None
             if gain and report.options.seeds[spp] >= comparison.SEEDS_FOR_RATIO:
@@ -37,7 +37,7 @@ def headlines(report, counts):
 
 
 def overall(report, measure):
-    """Gains over white noise, over all scenes and views, with the interval of blue."""
+    """Gains over white noise, over all scenes and crops, with the interval of blue."""
     found = {label: {spp: (gain.value, gain.low, gain.high) for spp in report.counts
                      if (gain := report.gains.gain(label, spp, measure, "white"))} for label in report.labels}
     return curves.gain_lines(found, report.labels, measure_name(measure), "white", banded=("blue",))
@@ -70,11 +70,11 @@ def html_page(report):
     if facts:
         side += [page.facts(facts, len(counts)), page.paragraph(
             f"The sampler blue, {measure_name('displayed_2.1')}: geometric means over {len(report.scenes)} scenes and "
-            f"{len(report.views)} views, with 95 % intervals.")]
-    plots = [page.paragraph("Error reduction over white noise, over all scenes and views; the band is the interval of "
+            f"{len(report.views)} crops, with 95 % intervals.")]
+    plots = [page.paragraph("Error reduction over white noise, over all scenes and crops; the band is the interval of "
                             "blue:"),
              page.grid(page.chart(overall(report, measure)) for measure in HEADLINE_MEASURES),
-             page.paragraph(f"Each scene, {measure_name(first)}, mean over its views:"),
+             page.paragraph(f"Each scene, {measure_name(first)}, mean over its crops:"),
              page.grid(page.chart(of_scene(report, scene, first)) for scene in report.scenes)]
     figures = []
     for measure in HEADLINE_MEASURES if "blue" in report.labels else ():
@@ -84,7 +84,7 @@ def html_page(report):
     figures += [page.paragraph("Targets; missed ones are highlighted:"),
                 page.table(("what", "target", "measured", ""), aims, [i for i, row in enumerate(aims) if row[3] != "met"])]
     lead = ("The built-in scenes of libbn's example path tracer. Drag the divider, or move it with the arrow keys; the blur "
-            "shows what remains visible from a distance. The pictures show each scene's first view, the figures cover all.")
+            "shows what remains visible from a distance. The pictures show each scene's first crop, the figures cover all.")
     return page.page("Samplers in rendered scenes", [("Side by side", side), ("Plots", plots), ("Tables", figures)], lead,
                      f"Measured by {report.options.command}. All figures are in docs/report/renders.md and in renders.csv "
                      "beside this page.")

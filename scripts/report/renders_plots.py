@@ -9,7 +9,7 @@ from .files import write_image
 from .gains import BEST_PEER, HEADLINE_MEASURES
 from .image_error import blurred, error_image, luminance_error, measure_name, radial_spectrum
 from .judge import SHOWN_COUNTS
-from .palette import plain_numbers, style
+from .palette import style
 from .plots import finish, plt, save
 from .views import EXPOSURES
 
@@ -21,10 +21,9 @@ def draw_all(report, folder, large):
     plot_gains(report.gains, report.counts, folder / "renders_gain.png")
     plot_views(report, folder / "renders_views.png")
     plot_spectra(report, folder / "renders_spectra.png")
-    if report.times and report.times["runs"]:
-        plot_times(report, folder / "renders_time.png")
     # 256 colours suffice for a contact sheet, at a third of the size.
     write_image(large / "renders_pictures.png", picture_sheet(report).quantize(256, dither=0))
+    write_image(large / "renders_crops.png", crop_sheet(report))
 
 
 def plot_gains(gains, counts, path):
@@ -48,7 +47,7 @@ def plot_gains(gains, counts, path):
 
 def plot_views(report, path):
     """Error reduction of blue over the other samplers in every view, as displayed."""
-    measure, thans = "displayed_2.1", report.gains.thans()[:3]
+    measure, thans = "displayed_2.1", report.gains.thans()
     figure, axes = plt.subplots(len(thans), len(report.scenes), figsize=(2.3 * len(report.scenes) + 1, 2.4 * len(thans)),
                                 sharex=True, sharey="row", squeeze=False)
     for row, than in zip(axes, thans):
@@ -59,7 +58,7 @@ def plot_views(report, path):
                     curves.setdefault(view, {})[spp] = value
             for view, curve in curves.items():
                 axis.plot(list(curve), list(curve.values()), marker="o", markersize=2.5, linewidth=.8,
-                          color="0.55" if view.held_out else "#0050b0")
+                          color="#0050b0")
             axis.axhline(1, color="0.3", linewidth=.8)
         row[0].set_ylabel(f"{'OpenQMC' if than == BEST_PEER else than} / blue")
     for axis, scene in zip(axes[0], report.scenes):
@@ -68,24 +67,7 @@ def plot_views(report, path):
         finish(axis, axis.get_title(), "")
     for axis in axes[-1]:
         axis.set_xlabel("samples per pixel")
-    figure.suptitle(f"{measure_name(measure)}: one line per view" + (
-        ", grey: held out" if any(view.held_out for view in report.views) else ""), fontsize=10)
-    save(figure, path)
-
-
-def plot_times(report, path):
-    runs = report.times["runs"]
-    figure, axes = plt.subplots(1, len(runs), figsize=(3.75 * len(runs), 3.8), squeeze=False)
-    for axis, (scene, samplers) in zip(axes[0], runs.items()):
-        for label, rows in samplers.items():
-            axis.loglog([row["seconds"] for row in rows], [row["rmse_2.1"] for row in rows], **style(label, report.labels))
-        last = samplers["white"][-1]
-        axis.axhline(last["rmse_2.1"], color="0.4", linewidth=.8, linestyle=":")
-        axis.set(title=scene, xlabel="seconds, one thread")
-        axis.grid(True, which="both", alpha=.25)
-        plain_numbers(axis.xaxis, axis.yaxis)
-    axes[0][0].set_ylabel(measure_name("rmse_2.1"))
-    axes[0][0].legend(fontsize="small")
+    figure.suptitle(f"{measure_name(measure)}: one line per crop", fontsize=10)
     save(figure, path)
 
 
@@ -131,15 +113,30 @@ def picture_sheet(report):
         errors = {label: blurred(luminance_error(report.cells.pictures[view, label, spp], reference), 1.0)
                   for label in labels}
         scale = max(float(np.quantile(np.abs(errors["white"]), 0.95)), 1e-12)
-        rows.append([[fitted(shown(report, scene, label, spp)),
-                      fitted(grey(error_image(errors[label], scale)))] for label in labels])
+        rows.append([[fitted(shown(report, scene, label, spp), box_of(report)),
+                      fitted(grey(error_image(errors[label], scale)), box_of(report))] for label in labels])
     return sheet(rows, report.scenes, labels, f"{spp} samples per pixel, and the error after sigma 1.0 (grey is zero)")
 
 
-def fitted(image, side=176):
-    """The picture centred in a square, scaled by a whole number and cropped, never resampled."""
-    factor = max(1, side // max(image.size))
+def box_of(report):
+    """Width and height of a picture in a contact sheet: twice a crop's, or a square for whole pictures of many sizes."""
+    width, height = report.views[0].size
+    return (2 * width, 2 * height) if report.views[0].crop else (176, 176)
+
+
+def crop_sheet(report):
+    """The reference of every view."""
+    rows = [[[fitted(preview(report.references[view].picture, report.references[view].exposure), box_of(report))]
+             for view in report.views_of((scene,))] for scene in report.scenes]
+    most = max(map(len, rows))
+    rows = [row + [[Image.new("RGB", row[0][0].size, "white")]] * (most - len(row)) for row in rows]
+    return sheet(rows, report.scenes, [str(i + 1) for i in range(most)], f"References, {report.options.views}")
+
+
+def fitted(image, box):
+    """The picture centred in a box, scaled by a whole number and cropped, never resampled."""
+    factor = max(1, min(box[0] // image.width, box[1] // image.height))
     image = image.resize((image.width * factor, image.height * factor), 0)
-    square = Image.new("RGB", (side, side), "white")
-    square.paste(image, ((side - image.width) // 2, (side - image.height) // 2))
-    return square
+    whole = Image.new("RGB", box, "white")
+    whole.paste(image, ((box[0] - image.width) // 2, (box[1] - image.height) // 2))
+    return whole

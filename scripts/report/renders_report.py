@@ -1,23 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text of renders.md: gains, spread over views, targets, statistical tests and times."""
 
+import functools
 import math
 import statistics
 
 import numpy as np
-from scipy import stats
 
-from .gains import BEST_PEER, BEST_PEER_EACH, HEADLINE_MEASURES, REFERENCE_MARGIN, Gains
-from .image_error import LUMINANCE, MEASURES, WHAT_FOR, measure_name
+from . import equal_quality, gains, peers, picture_tests
+from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains
+from .image_error import MEASURES, WHAT_FOR, measure_name
 from .judge import FLIP_COUNTS, FLIP_SEEDS
-from .ratios import ratio, seconds_to_error, worse_cells
+from .ratios import worse_cells
 from .variants import SIDE_SEEDS
 from .views import DIRECT, SETS
 
 # Targets for blue after sigma 2.1, as displayed and raw: geometric means over the directly lit scenes.
 AIMS = {"sobol": {n: 1.25 for n in (1, 2, 4, 8, 16, 32, 64)}}
 SECONDS_AIM = 1 / 8
-Z_SPP, Z_SEEDS, FALSE_ALARMS = 16, 16, 0.01
+LOSS_MEASURES = tuple(name for name in MEASURES if name.startswith("rmse"))
 FURNACE_AIM = 1e-3
 SHARE_AIM, THREADS_AIM, RAYS_AIM = 0.20, 1.9, 0.80
 ALL_MEASURES = (*MEASURES, "flip")
@@ -68,11 +69,12 @@ def verdict(gain, aim):
 
 
 class Report:
-    """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}."""
+    """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}; times: of
+    speed.measure_all(), with costs of equal_quality.costs(), or None for both."""
 
-    def __init__(self, options, cells, references, furnaces, times):
+    def __init__(self, options, cells, references, furnaces, times, costs=None):
         self.options, self.cells, self.references = options, cells, references
-        self.furnaces, self.times = furnaces, times
+        self.furnaces, self.times, self.costs = furnaces, times, costs
         self.views, self.labels, self.counts = tuple(references), options.labels, tuple(options.seeds)
         self.scenes = tuple(dict.fromkeys(view.scene for view in self.views))
         self.gains = Gains(cells, references, self.labels)
@@ -88,7 +90,8 @@ class Report:
         return self.views_of((scene,))[0]
 
     def headline_rows(self):
-        return self.gains.rows(self.counts, ALL_MEASURES)
+        times = equal_quality.rows(self.gains, self.costs, self.counts) if self.costs else []
+        return [*self.gains.rows(self.counts, ALL_MEASURES), *times]
 
     # ---- Spread over views
 
@@ -134,29 +137,27 @@ class Report:
                         gain, spp = min(found, key=lambda item: item[0].value)
                         rows.append((f"{than} / blue, {measure_name(measure)}, all scenes, smallest over sample counts",
                                      "at least 1.0", f"{gain.text()} at {spp} spp", verdict(gain, 1.0)))
-            certain, _ = worse_cells(self.against_sobol(), FALSE_ALARMS)
             if max(self.options.seeds.values()) > 1:
+                certain, _ = worse_cells(self.losses, picture_tests.FALSE_ALARMS)
                 rows.append(("cells where blue is worse than sobol", "none", str(len(certain)),
                              "missed" if certain else "met"))
         furnace = max((abs(row["mean"]) for row in self.furnaces), default=0)
         rows.append(("furnace, mean of the picture", f"within {100 * FURNACE_AIM:g} %", f"{100 * furnace:.4f} %",
                      "met" if furnace <= FURNACE_AIM else "missed"))
-        z_rows, limit = self.z_rows()
-        if z_rows:
-            worst = max(abs(z) for _, _, z in z_rows)
-            rows.append(("greatest |z| of a mean", f"at most {limit:.2f}", f"{worst:.2f}",
-                         "met" if worst <= limit else "missed"))
+        if self.biases:
+            found = picture_tests.biased(self.biases)
+            rows.append(("samplers with a bias in a scene", "none", str(len(found)), "missed" if found else "met"))
         if self.times:
             rows += self.time_aims()
         return rows
 
     def time_aims(self):
         rows = []
-        shares = self.seconds_shares("blue")
-        if shares:
-            mean = math.exp(statistics.mean(math.log(share) for share in shares))
-            rows.append((f"blue's time to white's error at {self.times['spp']} spp", f"at most {SECONDS_AIM:.3f}",
-                         f"{mean:.3f}", "met" if mean <= SECONDS_AIM else "missed"))
+        at = equal_quality.TARGETS[-1]
+        gain = equal_quality.time_gain(self.gains, self.costs, self.counts, "blue", equal_quality.MEASURE, at) if at in self.counts else None
+        if gain:
+            rows.append((f"blue's time to white's error at {at} spp", f"at most {SECONDS_AIM:.3f}", f"{1 / gain.value:.3f}",
+                         "met" if 1 / gain.value <= SECONDS_AIM else "missed"))
         share = self.times["shares"].get("blue")
         if share is not None:
             rows.append(("share of cornell's render time spent sampling, blue", f"at most {100 * SHARE_AIM:.0f} %",
@@ -171,72 +172,60 @@ class Report:
                          "met" if relative >= RAYS_AIM else "missed"))
         return rows
 
-    # ---- Never worse than sobol
+    # ---- Tests
 
-    def against_sobol(self):
-        """{(view, spp, measure): Ratio} of sobol to blue for every RMSE cell."""
-        cells = {}
-        for view in self.views:
-            for spp in self.counts:
-                for measure in (name for name in MEASURES if name.startswith("rmse")):
-                    own, other = (self.cells.get(view, name, spp, measure) for name in ("blue", "sobol"))
-                    if own and other and min(*own, *other) > 0:
-                        count = min(len(own), len(other))
-                        cells[view, spp, measure] = ratio(other[:count], own[:count])
-        return cells
+    @functools.cached_property
+    def losses(self):
+        """{(scene, spp, measure): Ratio} of sobol's error to blue's."""
+        return picture_tests.against_sobol(self.cells, self.views, self.counts, LOSS_MEASURES)
+
+    @functools.cached_property
+    def biases(self):
+        """{(scene, label): Ratio} of means to those of the references, at the largest count, where they vary least."""
+        return picture_tests.biases(self.cells, self.references, self.labels, max(self.counts))
 
     def worse_text(self):
         if max(self.options.seeds.values()) == 1:
             return "This test needs more than one seed."
-        cells = self.against_sobol()
-        certain, suspected = worse_cells(cells, FALSE_ALARMS)
-        lines = [f"Each combination of view, sample count and blur is a cell: {len(cells)} cells of `blue` against `sobol`, RMSE. A "
-                 "cell counts as *worse* if a one-sided t-test over seeds with Holm's correction finds its ratio below 1; the "
-                 f"probability of any false alarm is {100 * FALSE_ALARMS:g} %. It is *suspected* if only its own 95 % interval "
-                 f"lies below 1; about {len(cells) * 0.025:.0f} of {len(cells)} cells would be by chance.", ""]
-        lines.append(f"{len(certain) or 'No'} cell{'s are' if len(certain) > 1 else ' is'} worse, {len(suspected)} suspected"
-                     + (f"; the first {MOST_LISTED} are listed." if len(certain) + len(suspected) > MOST_LISTED else "."))
-        listed = ([(name, "worse") for name in certain] + [(name, "suspected") for name in suspected])[:MOST_LISTED]
+        cells, false_alarms = self.losses, picture_tests.FALSE_ALARMS
+        certain, suspected = worse_cells(cells, false_alarms)
+        smallest = {at: picture_tests.smallest_loss(cell, len(cells)) for at, cell in cells.items()}
+        parts = [f"A cell is the RMSE of `blue` against `sobol` in all crops and seeds of one scene, or of all scenes, at one sample count and blur: "
+                 f"{len(cells)} cells. A cell is *worse* if a one-sided t-test with Holm's correction finds its ratio below 1; the "
+                 f"probability of any false alarm is {100 * false_alarms:g} %. It is *suspected* if only its own 95 % interval lies "
+                 f"below 1; about {len(cells) * 0.025:.0f} would be by chance.", "",
+                 f"{len(certain) or 'No'} cell{'s are' if len(certain) > 1 else ' is'} worse, {len(suspected)} suspected"
+                 + (f"; the first {MOST_LISTED} are listed." if len(certain) + len(suspected) > MOST_LISTED else "."), ""]
+        listed = ([(at, "worse") for at in certain] + [(at, "suspected") for at in suspected])[:MOST_LISTED]
         if listed:
-            lines += ["", md_table(["view", "spp", "measure", "sobol / blue", "95 % interval", ""], [
-                [view.label, str(spp), measure_name(measure), f"{cells[view, spp, measure].value:.3f}",
-                 f"{cells[view, spp, measure].low:.3f} to {cells[view, spp, measure].high:.3f}", what]
-                for (view, spp, measure), what in listed])]
-        return "\n".join(lines)
+            parts += [md_table(["scene", "spp", "measure", "sobol / blue", "95 % interval", ""], [
+                [scene, str(spp), measure_name(measure), f"{cells[scene, spp, measure].value:.3f}",
+                 f"{cells[scene, spp, measure].low:.3f} to {cells[scene, spp, measure].high:.3f}", what]
+                for (scene, spp, measure), what in listed]), ""]
+        rows = []
+        for scene in dict.fromkeys(scene for scene, *_ in cells):
+            rows.append([scene, *(" to ".join(f"{100 * end(smallest[at] for at in smallest if at[:2] == (scene, spp)):.1f}"
+                                              for end in (min, max)) if (scene, spp, "rmse") in cells else "" for spp in self.counts)])
+        return "\n".join([*parts, "The smallest loss, in percent of the error, that the test finds with a probability of "
+                          f"{100 * picture_tests.POWER:g} % (smallest and largest over the blurs):", "",
+                          md_table(["loss, %", *map(str, self.counts)], rows)])
 
-    # ---- Unbiasedness
-
-    def z_rows(self):
-        """([(view, label, z)], limit of |z|), at the largest sample count up to Z_SPP with the most seeds, at most Z_SEEDS."""
-        spp = max((n for n in self.counts if n <= Z_SPP), key=lambda n: (min(self.options.seeds[n], Z_SEEDS), n))
-        rows, chances = [], []
-        for view in self.views:
-            reference = self.references[view]
-            wanted = float(np.mean(reference.picture.astype(np.float64) @ LUMINANCE))
-            for label in self.labels:
-                means = (self.cells.get(view, label, spp, "mean") or [])[:Z_SEEDS]
-                if len(means) > 1:
-                    error = math.hypot(np.std(means, ddof=1) / math.sqrt(len(means)), reference.mean_error)
-                    rows.append((view, label, (np.mean(means) - wanted) / error if error else 0.0))
-                    chances.append(len(means) - 1)
-        self.z_spp = spp
-        limit = float(stats.t.ppf(1 - FALSE_ALARMS / (2 * len(rows)), min(chances))) if rows else math.inf
-        return rows, limit
-
-    def z_text(self):
-        rows, limit = self.z_rows()
-        if not rows:
+    def bias_text(self):
+        cells = self.biases
+        if not cells:
             return "This test needs more than one seed."
-        worst = {}
-        for view, label, z in rows:
-            at = view.scene, label
-            worst[at] = max(worst.get(at, 0.0), z, key=abs)
-        table = md_table(["z", *self.labels], [[scene, *(f"{worst[scene, label]:+.2f}" if (scene, label) in worst else ""
-                                                         for label in self.labels)] for scene in self.scenes])
-        return (f"z is the difference between the mean luminance of pictures with {self.z_spp} samples per pixel and that of the "
-                "reference, divided by their combined standard error; the table shows the view with the largest |z| of each "
-                f"scene. If all were unbiased, the probability that any of the {len(rows)} values exceeds {limit:.2f} would be at "
-                f"most {100 * FALSE_ALARMS:g} %.\n\n{table}")
+
+        def text(at):
+            return f"{100 * (cells[at].value - 1):+.2f} ({100 * picture_tests.smallest_bias(cells[at], len(cells)):.2f})" if at in cells else ""
+
+        rows = [[scene, *(text((scene, label)) for label in self.labels)] for scene in dict.fromkeys(scene for scene, _ in cells)]
+        found = picture_tests.biased(cells)
+        return (f"How far the mean luminance of the pictures with {max(self.counts)} samples per pixel is from that of the references, in percent, over "
+                "all crops and seeds of a scene; in parentheses the smallest difference that a two-sided t-test finds with a "
+                f"probability of {100 * picture_tests.POWER:g} %. If all samplers are unbiased, the probability that any of the "
+                f"{len(cells)} cells is called biased is at most {100 * picture_tests.FALSE_ALARMS:g} %. "
+                + ("Biased: " + ", ".join(f"{label} in {scene}" for scene, label in found) if found else "No cell is biased")
+                + ".\n\n" + md_table(["difference, %", *self.labels], rows))
 
     def furnace_text(self):
         rows = [[row["sampler"], f"{100 * row['mean']:+.4f} %", f"{100 * row['worst']:.2f} %"] for row in self.furnaces]
@@ -245,43 +234,33 @@ class Report:
 
     # ---- Times
 
-    def seconds_to_white(self, label):
-        """{scene: (seconds of label, seconds of white)} to reach white's blurred error at its last sample count."""
-        result = {}
-        for scene, runs in self.times["runs"].items():
-            last = runs["white"][-1]
-            rows = runs[label]
-            result[scene] = (seconds_to_error([row["seconds"] for row in rows], [row["rmse_2.1"] for row in rows],
-                                              last["rmse_2.1"]), last["seconds"])
-        return result
+    def denoised_times(self):
+        """{label: Gain in time after the denoiser}, from the last run of `scripts/bench denoise` with this set of views."""
+        path = self.options.out / "denoise.csv"
+        rows = gains.read_rows(path) if path.is_file() else {}
+        return {label: rows[key] for label in self.labels
+                if (key := (f"seconds:plain:{equal_quality.MEASURE}", equal_quality.TARGETS[0], label, "white")) in rows}
 
-    def seconds_shares(self, label):
-        found = [own / white for own, white in self.seconds_to_white(label).values()]
-        return found if found and not any(math.isnan(share) for share in found) else []
+    def quality_text(self):
+        denoised = self.denoised_times()
+
+        def more(label):
+            if label is None:
+                return [f"after denoising, at {equal_quality.TARGETS[0]}"] if denoised else []
+            return [denoised[label].text() if label in denoised else ""] if denoised else []
+
+        table = md_table(*equal_quality.table_rows(self.gains, self.costs, self.counts, more=more))
+        return (f"Processor seconds for a million pixels until the error, {measure_name(equal_quality.MEASURE)}, is that of white noise at "
+                f"{' and at '.join(map(str, equal_quality.TARGETS))} samples per pixel: geometric means over crops, with the 95 % interval of "
+                "the bootstrap. The cost of a sample is measured in a crop of every scene, as a median of interleaved runs of one "
+                "thread. " + ("The last column is the same for pictures from Open Image Denoise (denoise.md), without its own time. "
+                              if denoised else "") + f"\n\n{table}")
 
     def times_text(self):
         if self.times is None:
             return "This run did not measure times (`--no-times`)."
         times, parts = self.times, []
-        parts += [f"On {times['machine']}.", "", "### Time to reach an error", "",
-                  f"Seconds, on one thread, until the error after sigma 2.1 equals that of white noise at {times['spp']} samples per "
-                  f"pixel: interleaved progressive runs of {times['rounds']} seeds (`pathtracer --convergence`), medians of seconds and "
-                  "errors at each sample count, log-log interpolation between them.", ""]
-        if times["runs"]:
-            labels = list(next(iter(times["runs"].values())))
-            rows = []
-            for scene, runs in times["runs"].items():
-                cells = []
-                for label in labels:
-                    own, white = self.seconds_to_white(label)[scene]
-                    cells.append("not reached" if math.isnan(own) else f"{own:.3f} s, {own / white:.3f}")
-                rows.append([scene, f"{runs['white'][-1]['rmse_2.1']:.5f}", *cells])
-            means = []
-            for label in labels:
-                shares = self.seconds_shares(label)
-                means.append(f"**{math.exp(statistics.mean(map(math.log, shares))):.3f}**" if shares else "")
-            rows.append(["**geometric mean of the ratios to white**", "", *means])
-            parts += [md_table(["scene", "error", *labels], rows), "", *self.plot("Error against seconds", "renders_time.png")]
+        parts += [f"On {times['machine']}.", "", "### Time to reach an error", "", self.quality_text(), ""]
         parts += ["### Time spent sampling", "",
                   f"The share of `cornell`'s render time that is spent drawing samples, {TIMED_NOTE}.", "",
                   md_table(["sampler", "share"], [[label, f"{100 * share:.1f} %"] for label, share in times["shares"].items()])
@@ -318,19 +297,20 @@ class Report:
             for measure in HEADLINE_MEASURES:
                 errors = self.cells.get(view, "blue", last, measure)
                 shares.append(f"{100 * own[measure] / statistics.mean(errors):.0f} %" if errors and min(errors) > 0 else "")
-            rows.append([view.label, f"{view.width}x{view.height}", *(f"{own[measure]:.5f}" for measure in HEADLINE_MEASURES),
+            place = "+".join(map(str, view.crop[:2])) if view.crop else f"{view.width}x{view.height}"
+            rows.append([view.label, place, *(f"{own[measure]:.5f}" for measure in HEADLINE_MEASURES),
                          *shares])
         names = [measure_name(measure) for measure in HEADLINE_MEASURES]
-        return md_table(["view", "pixels", *names, *(f"share of blue's at {last} spp, {name}" for name in names)], rows)
+        return md_table(["view", "crop", *names, *(f"share of blue's at {last} spp, {name}" for name in names)], rows)
 
     def left_out_text(self):
+        empty = [view.label for view in self.views if view not in self.gains.views]
         found = [(measure, spp, views) for measure in HEADLINE_MEASURES for spp in self.counts
                  if (views := self.gains.left_out(spp, measure))]
-        if not found:
-            return "No view is excluded."
-        return "Excluded from the gains of blue: " + "; ".join(
-            f"{measure_name(measure)} at {spp} spp: {', '.join(view.label for view in views)}"
-            for measure, spp, views in found) + "."
+        noisy = "; ".join(f"{measure_name(measure)} at {spp} spp: {', '.join(view.label for view in views)}"
+                          for measure, spp, views in found)
+        return (f"Excluded from all figures, because there is no noise to see: {', '.join(empty) or 'none'}. Excluded from the gains of "
+                f"blue, because the reference is too noisy: {noisy or 'none'}.")
 
     def peers_text(self):
         if not self.gains.peers:
@@ -338,8 +318,8 @@ class Report:
         best = {measure: ", ".join(f"{self.gains.best_peer(spp, measure)} at {spp}" for spp in self.counts)
                 for measure in HEADLINE_MEASURES}
         return (f"*{BEST_PEER}* is the one of its three samplers with the smallest geometric-mean error over all views at that sample "
-                f"count: as displayed, {best['displayed_2.1']} samples per pixel; by RMSE, {best['rmse_2.1']}. *{BEST_PEER_EACH}* picks "
-                "the best of the three for each view with hindsight, which favours OpenQMC.")
+                f"count: as displayed, {best['displayed_2.1']} samples per pixel; by RMSE, {best['rmse_2.1']}. OpenQMC's commit is "
+                f"{peers.commit(self.options.openqmc)}.")
 
     def plot(self, title, name):
         """Lines that show a plot, where the plots lie beside the text."""
@@ -347,24 +327,27 @@ class Report:
 
     def text(self):
         options = self.options
-        seeds = ", ".join(f"{count} at {spp}" for spp, count in options.seeds.items())
-        sizes = sorted({view.size for view in self.views}, key=lambda size: size[0] * size[1])
-        small, large = ("x".join(map(str, size)) for size in (sizes[0], sizes[-1]))
+        sizes = " and ".join(f"{width}x{height}" for width, height in sorted({(view.width, view.height) for view in self.views}))
         title = "# Rendered scenes" + ("" if options.views == "core" else f": {options.views} views")
+        if self.views[0].crop:
+            what = (f"in {len(self.views)} crops of {'x'.join(map(str, self.views[0].size))} pixels, out of pictures of {sizes} pixels: one in "
+                    "each quarter, placed by a hash before anything was rendered")
+        else:
+            what = f"in {len(self.views)} small whole pictures of {sizes} pixels"
+        seeds = max(options.seeds.values())
         parts = [title, "", f"Printed by `{options.command}`.", "",
-                 f"{len(self.scenes)} built-in scenes of the example path tracer from {len(self.views)} views ({options.views}: "
-                 f"{SETS[options.views]}), {small} to {large} pixels, against references with {options.reference_spp} samples per "
-                 "pixel (`sobol`, a different seed). Picture sizes have no common factor, and every view rotates, moves and zooms "
-                 "the camera slightly: the gain of blue noise along an edge depends on how the edge is aligned with the pixel "
-                 "grid.", "",
-                 f"Number of seeds: {seeds} samples per pixel (at most {SIDE_SEEDS} for `zorder` and `mask`; FLIP uses {FLIP_SEEDS}, at "
+                 f"{len(self.scenes)} built-in scenes of the example path tracer, {what}. The set of views is *{options.views}*, "
+                 f"{SETS[options.views]}; no two sets share a camera or a crop. References have {options.reference_spp} samples per pixel "
+                 "(`sobol`, a different seed).", "",
+                 f"Each figure comes from {seeds} seed{'s' if seeds > 1 else ''} (`mask`: at most {SIDE_SEEDS}; FLIP: {FLIP_SEEDS}, at "
                  f"{', '.join(map(str, FLIP_COUNTS))} samples). `blue`, `sobol`, `white`, `mask` and OpenQMC's samplers render one "
                  "progressive run, measured at each sample count; `zorder` renders each count separately, because it must know the "
                  "count.", "",
                  "## Error reduction", "",
-                 "Each number says how many times smaller blue's error is: geometric means over scenes, views and seeds, with 95 % "
-                 "intervals of a bootstrap that resamples all three. A view is excluded where blue's error is less than "
-                 f"{REFERENCE_MARGIN:g} times the error of the reference itself.", ""]
+                 "Each number says how many times smaller blue's error is: geometric means over scenes, pictures, crops and seeds, "
+                 "with 95 % intervals of a bootstrap that resamples all four. A crop is excluded where blue's error is less than "
+                 f"{REFERENCE_MARGIN:g} times the error of the reference itself, or "
+                 f"where the error of white noise as displayed is below {VISIBLE:g} at one sample.", ""]
         for measure in HEADLINE_MEASURES:
             if "blue" in self.labels:
                 parts += [f"### blue, {measure_name(measure)}", "",
@@ -372,18 +355,18 @@ class Report:
         parts += [self.peers_text(), "", *self.plot("Error reduction over white noise", "renders_gain.png"),
                   "## The error measures", "", *(f"- {text}" for text in WHAT_FOR.values()), "",
                   "## Spread over views", "",
-                  "The geometric mean over a scene's views, followed by the smallest and the largest.", ""]
+                  "The geometric mean over a scene's crops, followed by the smallest and the largest.", ""]
         for measure in HEADLINE_MEASURES:
-            for than in self.gains.thans()[:3]:
+            for than in self.gains.thans():
                 parts += [f"### {than} / blue, {measure_name(measure)}", "", self.spread_table(than, measure), ""]
         parts += [*self.plot("Every view", "renders_views.png"),
                   "## Targets", "", md_table(["what", "target", "measured", ""], [list(row) for row in self.aims()]), "",
-                  "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and views.", ""]
+                  "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
         spectra = self.plot("Spectra", "renders_spectra.png")
         parts += [*(["## Spectra of the error", "", *spectra] if spectra else []),
                   "## Never worse than sobol", "", self.worse_text(), "",
-                  "## Unbiased", "", self.z_text(), "", self.furnace_text(), "",
+                  "## Unbiased", "", self.bias_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",
                   "## The error of the references", "",
                   "Half the difference between the two halves of each reference, also as a share of blue's error at the largest "

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Timings of the path tracer: time to reach an error, share of time spent sampling, thread scaling, and rays per second
-compared with the path tracer of embree-tools.
+"""Timings of the path tracer: share of time spent sampling, thread scaling, and rays per second compared with the path tracer
+of embree-tools.
 
 Compared runs are interleaved and medians taken, so that other load on the machine affects all alike. Timed runs use one
 thread, except to measure thread scaling, and run one at a time.
@@ -16,17 +16,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-from .convergence import over_seeds, run_convergence
 from .embree_scene import CORNELL_VIEW, cornell_xml
 from .files import read_exr
 from .progress import Progress
 from .renderer import Request, run_pathtracer
 from .variants import VARIANTS
 
-TIMED_SAMPLERS = ("white", "sobol", "blue")
 TIMED_SPP = 64
-ROUNDS = 5
-FIRST_SEED = 1000  # not used in the tables
 PAIRS = 5
 THREADS = 2
 
@@ -36,17 +32,6 @@ def timed(program, arguments, threads, folder):
     path = Path(folder) / "timed.exr"
     run_pathtracer(program, [*arguments, "--threads", threads, "--quiet", "-o", path])
     return read_exr(path)
-
-
-def progressive_runs(program, view, reference, spp, rounds, folder, step):
-    """{sampler: rows of spp, seconds and errors, medians over `rounds` seeds} for one view."""
-    found = {}
-    for seed in range(FIRST_SEED, FIRST_SEED + rounds):
-        for sampler in TIMED_SAMPLERS:
-            step(f"timing {view.label}, {sampler}")
-            rows = run_convergence(program, view.request(sampler, spp, seed), reference, folder / "run.exr", 1)
-            found.setdefault(sampler, []).append(rows)
-    return {sampler: over_seeds(runs) for sampler, runs in found.items()}
 
 
 def sampling_shares(program, variants, size, folder):
@@ -121,36 +106,28 @@ def machine():
     return f"{model}, {os.cpu_count()} processors"
 
 
-def measure_all(options, store, views):
-    """All timings as one dict; cached like pictures, until --retime or a new build of blue.
-
-    views: (view, its judge.Reference, build of blue) for each timed scene.
-    """
+def measure_all(options, store, build):
+    """All timings as one dict; cached like pictures, until --retime or a new build of blue."""
     trial = options.size is not None
-    spp, rounds = min(TIMED_SPP, max(options.seeds)), 2 if trial else ROUNDS
     embree = find_embree(options.embree)
     if options.embree and not embree:
         print(f"bench: {options.embree} is not the path tracer of embree-tools; its row is omitted", file=sys.stderr)
     size, big = (192, 192), (128, 128) if trial else (256, 256)
-    key = {"timed": [[view.scene, view.size, view.camera, reference.key(), build] for view, reference, build in views],
-           "labels": list(options.labels), "settings": [size, big, spp, rounds, embree], "machine": machine()}
+    key = {"timed": build, "labels": list(options.labels), "settings": [size, big, embree], "machine": machine()}
     found = None if options.retime else store.load(key)
     if found:
         return found[0]
-    progress = Progress(len(views) * rounds * len(TIMED_SAMPLERS) + 2 * PAIRS + 1, "runs")
+    progress = Progress(2 * PAIRS + 1, "runs")
     done = [0]
 
     def step(what):
         progress(what, done[0], found=done[0] == 0)
         done[0] += 1
 
-    result = {"machine": machine(), "spp": spp, "rounds": rounds, "big": big, "runs": {}}
+    result = {"machine": machine(), "big": big}
     try:
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             folder = Path(folder)
-            for view, reference, _ in views:
-                result["runs"][view.scene] = progressive_runs(options.pathtracer, view, reference.path, spp, rounds, folder,
-                                                              step)
             step("timing the sampling")
             result["shares"] = sampling_shares(options.pathtracer, {label: VARIANTS[label] for label in options.labels},
                                                size, folder)

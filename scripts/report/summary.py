@@ -1,84 +1,80 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's table of error reductions: `scripts/bench summary` writes it into README.md
+"""The first table of docs/report and the README's: `scripts/bench summary` writes both
 
-It reads what `scripts/bench renders` and `scripts/bench models` wrote to docs/report: how many times smaller blue's error
-is than that of white noise, Sobol' and the best of OpenQMC, over scenes and views and over third-party models.
+It reads what `scripts/bench renders --views held-out`, `scripts/bench pbrt` and `scripts/bench models` wrote to docs/report:
+how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on.
 """
 
 import argparse
 import sys
 from pathlib import Path
 
-from .files import write_text
 from .gains import BEST_PEER, read_rows
 from .renders_report import md_table
+from .tables import TableError, update_table
 
-COUNTS = (1, 4, 16, 64)
+COMMAND = "scripts/bench summary"
+COUNTS = (1, 3, 4, 6, 16, 64)
 MEASURES = {"displayed_2.1": "as displayed", "rmse_2.1": "raw"}
-THANS = {"white": "white", "sobol": "Sobol'", BEST_PEER: "best of OpenQMC"}
-BEGIN, END = "<!-- table: scripts/bench summary -->\n", "<!-- end of the summary -->\n"
-
-
-class SummaryError(Exception):
-    """The message tells the user what to do."""
+OURS = {"white": "white", "sobol": "Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
+# Where, the file, the command that writes it, and what blue is compared with there.
+PARTS = (
+    ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", OURS),
+    ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
+        "independent": "white (`independent`)", "paddedsobol": "Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
+        "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
+    ("third-party models", "models_headline.csv", "scripts/bench models FOLDER", OURS),
+)
+# What the README shows of it.
+SHORT = ("displayed_2.1",), ("white", "independent", "sobol", "zsobol", BEST_PEER, "best of pbrt"), ("our path tracer", "pbrt-v4")
 
 
 def over(gains):
-    """What the gains cover: '6 scenes, 12 views' or '27 models'; a range if some sample counts exclude some."""
+    """What the gains cover, such as '6 scenes, 24 crops'; a range if some sample counts exclude some."""
     def spread(numbers, what):
         low, high = min(numbers), max(numbers)
         return f"{high if low == high else f'{low} to {high}'} {what}{'' if high == 1 else 's'}"
 
-    if all(gain.views == gain.scenes for gain in gains):
-        return spread([gain.views for gain in gains], "model")
-    return f"{spread([gain.scenes for gain in gains], 'scene')}, {spread([gain.views for gain in gains], 'view')}"
+    return f"{spread([gain.scenes for gain in gains], 'scene')}, {spread([gain.views for gain in gains], 'crop')}"
 
 
-def table(parts):
-    """One Markdown table from a list of tables of gains.read_rows()."""
-    thans = [than for than in THANS if any(key[3] == than for gains in parts for key in gains)]
+def table(parts, measures=tuple(MEASURES), only=None):
+    """One Markdown table from {where: table of gains.read_rows()}; only: the samplers to compare with, else all."""
     rows = []
-    for gains in parts:
-        own = [gain for (measure, spp, label, _), gain in gains.items()
-               if label == "blue" and spp in COUNTS and measure in MEASURES]
-        for measure, name in MEASURES.items():
-            for than in thans:
+    for where, _, _, names in PARTS:
+        gains = parts.get(where, {})
+        for measure in measures:
+            for than, name in names.items():
                 found = [gains.get((measure, spp, "blue", than)) for spp in COUNTS]
-                if any(found):
-                    rows.append([over(own), name, THANS[than], *(gain.text() if gain else "" for gain in found)])
-    return md_table(["over", "error", "times less than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
+                if any(found) and (only is None or than in only):
+                    rows.append([f"{where}, {over([gain for gain in found if gain])}", MEASURES[measure], name,
+                                 *(gain.text() if gain else "" for gain in found)])
+    return md_table(["where", "error", "times less than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
 
 
 def read_parts(folder):
-    parts = [(folder / f"{name}_headline.csv", f"scripts/bench {name}") for name in ("renders", "models")]
-    found = [read_rows(path) for path, _ in parts if path.is_file()]
-    missing = [f"{path} is missing; run {command}" for path, command in parts if not path.is_file()]
-    if not found:
-        raise SummaryError("; ".join(missing))
-    return found, missing
-
-
-def update_readme(readme, text):
-    old = readme.read_text(encoding="utf-8")
-    if old.count(BEGIN) != 1 or old.count(END) != 1 or old.index(BEGIN) > old.index(END):
-        raise SummaryError(f"{readme} must contain the table markers {BEGIN.strip()} and {END.strip()}, once each")
-    before, after = old.split(BEGIN)[0], old.split(END)[1]
-    write_text(readme, f"{before}{BEGIN}\n{text}\n\n{END}{after}")
+    parts = {where: read_rows(folder / name) for where, name, _, _ in PARTS if (folder / name).is_file()}
+    missing = [f"{folder / name} is missing; run {command}" for where, name, command, _ in PARTS if where not in parts]
+    if not parts:
+        raise TableError("; ".join(missing))
+    return parts, missing
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="scripts/bench summary", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--report", type=Path, default=Path("docs/report"), metavar="FOLDER",
-                        help="folder with the results of both commands (default docs/report)")
+                        help="folder with the results of the commands (default docs/report)")
     parser.add_argument("--readme", type=Path, default=Path("README.md"), help=argparse.SUPPRESS)
-    parser.add_argument("--print", action="store_true", help="print the table without changing README.md")
+    parser.add_argument("--print", action="store_true", help="print the table without changing files")
     options = parser.parse_args(arguments)
     try:
         parts, missing = read_parts(options.report)
         text = table(parts)
         if not options.print:
-            update_readme(options.readme, text)
-    except (SummaryError, OSError) as error:
+            update_table(options.report / "README.md", COMMAND, text)
+            measures, only, wheres = SHORT
+            update_table(options.readme, COMMAND, table({where: parts[where] for where in wheres if where in parts}, measures, only))
+    except (TableError, OSError) as error:
         sys.exit(f"bench: {error}")
     for line in missing:
         print(f"bench: {line}", file=sys.stderr)

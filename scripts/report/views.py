@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The views used to compare samplers: eight of every built-in scene.
+"""The views used to compare samplers: crops of large pictures, and small whole pictures for a quick check.
 
-The gain of blue noise along an edge depends on how the edge is aligned with the pixel grid, and so on the picture size:
-a single size of a single scene proves nothing. The sizes here have no common factor within a view or across the views of
-a scene, and each view rotates, moves and zooms the camera slightly, so that no edge stays in place.
+A small picture mostly shows silhouettes, and a pixel of it sees what many pixels of a real one see. So samplers are judged
+on crops of pictures of 1280x960 pixels or more: one crop in each quarter, placed by a hash of the picture's name, before
+anything is rendered. Each set (core, tuning, held-out) has a picture of every scene, with a camera and crops of its own.
+
+The small whole pictures have eight sizes without a common factor, within a view and across the views of a scene: the gain
+along an edge depends on how the edge is aligned with the pixel grid. All cameras are rotated, moved and zoomed a little,
+so that no edge stays in place.
 """
 
 import argparse
 import dataclasses
+import hashlib
 import math
 from pathlib import Path
 
+from .convergence import parse_size
 from .renderer import Request
 
 DIRECT = ("cornell", "penumbra", "glossy", "lens")  # mostly direct lighting
@@ -28,11 +34,15 @@ CAMERAS = {
 # Exposure of a scene's displayed picture, in stops.
 EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 
-# Pairwise coprime. Small, because cost grows with pixels; each scene also gets one large picture.
+# Of large pictures. The box of cornell is square.
+LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
+CROP = (96, 72)
+CAMERA_SCALE, FIRST_CAMERA = 2.0, 1000  # how far cameras move, as a multiple of the small pictures'; none is shared with them
+
+# Of small pictures: pairwise coprime, and one larger picture of each scene.
 SIZES = (121, 125, 127, 128, 131, 137, 139, 149, 151, 157, 163, 167, 169, 173)
 LARGE = ((397, 269), (389, 271), (383, 277), (379, 281), (373, 283), (367, 293))
 NAMES = "abcdefgh"
-CORE, HELD_OUT = "ab", "fgh"
 TURN, SHIFT, ZOOM = 3.0, 0.02, 0.06  # degrees, share of the distance to the target, share of the angle of view
 
 
@@ -46,23 +56,39 @@ class View:
     height: int
     camera: tuple = ()  # options of the path tracer
     exposure: float | None = None  # of the displayed picture, in stops; None: chosen by the path tracer for the reference
-    core: bool = False
-    held_out: bool = False  # never used to choose or tune anything
+    crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
 
     @property
     def size(self):
+        """(width, height) of what is rendered, in pixels: the crop or the whole picture."""
+        if self.crop:
+            return self.crop[2] - self.crop[0], self.crop[3] - self.crop[1]
         return self.width, self.height
 
     @property
     def pixels(self):
-        return self.width * self.height
+        return self.size[0] * self.size[1]
 
     @property
     def label(self):
         return f"{Path(self.scene).stem} {self.name}".strip()
 
+    @property
+    def picture(self):
+        """Identifies the picture: equal for its crops."""
+        return self.scene, self.width, self.height, self.camera
+
+    @property
+    def options(self):
+        return (*self.camera, "--crop", ",".join(map(str, self.crop))) if self.crop else self.camera
+
+    @property
+    def key(self):
+        """What the pixels depend on, for a cache."""
+        return [self.scene, (self.width, self.height), self.options]
+
     def request(self, sampler, spp, seed=0, **more):
-        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.camera, **more)
+        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options, **more)
 
 
 def _matching(round_number):
@@ -82,10 +108,10 @@ def _spread(index, count):
     return [2 * ((0.5 + (index + 1) * root ** -(i + 1)) % 1) - 1 for i in range(count)]
 
 
-def _camera(scene, index):
+def _camera(scene, index, scale=1.0):
     """Options for the scene's camera, rotated, shifted and zoomed."""
     (eye, target, fov) = CAMERAS[scene]
-    yaw, pitch, side, up, zoom = _spread(index, 5)
+    yaw, pitch, side, up, zoom = (scale * part for part in _spread(index, 5))
     forward = [b - a for a, b in zip(eye, target)]
     distance = math.hypot(*forward)
     level = math.hypot(forward[0], forward[2])
@@ -105,25 +131,60 @@ def _camera(scene, index):
 def _views_of(scene):
     number = SCENES.index(scene)
     sizes = [*_matching(2 * number), LARGE[number]]
-    return [View(scene, name, *size, _camera(scene, len(NAMES) * number + i), EXPOSURES.get(scene, 0.0),
-                 name in CORE, name in HELD_OUT) for i, (name, size) in enumerate(zip(NAMES, sizes))]
+    return [View(scene, name, *size, _camera(scene, len(NAMES) * number + i), EXPOSURES.get(scene, 0.0))
+            for i, (name, size) in enumerate(zip(NAMES, sizes))]
+
+
+def crops_of(view, size=CROP, margin=0.0):
+    """The four crops of a picture, one in each quarter of what remains without a margin (a share of its sides)."""
+    left, top = round(margin * view.width), round(margin * view.height)
+    wide, high = (view.width - 2 * left) // 2, (view.height - 2 * top) // 2
+    if size[0] > wide or size[1] > high:
+        raise ValueError(f"crops of {size[0]}x{size[1]} pixels do not fit into the quarters of a picture of "
+                         f"{view.width}x{view.height}")
+    found = []
+    for i in range(4):
+        digest = hashlib.sha256(f"{Path(view.scene).name} {view.name} {i}".encode()).digest()
+        x = left + i % 2 * wide + int.from_bytes(digest[:8], "big") % (wide - size[0] + 1)
+        y = top + i // 2 * high + int.from_bytes(digest[8:16], "big") % (high - size[1] + 1)
+        found.append(dataclasses.replace(view, name=f"{view.name}-{i + 1}".strip("-"), crop=(x, y, x + size[0], y + size[1])))
+    return found
 
 
 ALL = tuple(view for scene in SCENES for view in _views_of(scene))
 SETS = {
-    "core": "two views of each scene",
-    "tuning": "views that may be used to choose and tune",
-    "held-out": "views that are never used to choose or tune",
-    "all": "all views",
+    "core": "seen during development",
+    "tuning": "to choose and tune on",
+    "held-out": "never used to choose or tune",
 }
+# The small pictures of each set.
+SMALL = {"core": "ab", "tuning": "cde", "held-out": "fgh"}
 
 
 def chosen(name="core", scenes=SCENES, size=None):
-    """The views of a set and of some scenes; size: (width, height) to use instead of their own."""
-    wanted = {"core": lambda view: view.core, "tuning": lambda view: not view.held_out,
-              "held-out": lambda view: view.held_out, "all": lambda view: True}[name]
-    found = tuple(view for view in ALL if wanted(view) and view.scene in scenes)
+    """The small pictures of a set and of some scenes; size: (width, height) to use instead of their own."""
+    found = tuple(view for view in ALL if view.name in SMALL[name] and view.scene in scenes)
     return tuple(dataclasses.replace(view, width=size[0], height=size[1]) for view in found) if size else found
+
+
+def crops(name="core", scenes=SCENES, size=None, crop=CROP):
+    """The crops of a set's large pictures; size: (width, height) of the pictures, instead of their own."""
+    found = []
+    for scene in scenes:
+        index = FIRST_CAMERA + len(SETS) * SCENES.index(scene) + list(SETS).index(name)
+        found += crops_of(View(scene, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), _camera(scene, index, CAMERA_SCALE),
+                               EXPOSURES.get(scene, 0.0)), crop)
+    return tuple(found)
+
+
+def of(parser, options):
+    """The views that the options of add_options() ask for."""
+    if options.quick:
+        return chosen(options.views, options.scenes, options.size)
+    try:
+        return crops(options.views, options.scenes, options.size, options.crop)
+    except ValueError as error:
+        parser.error(str(error))
 
 
 def parse_scenes(text):
@@ -135,9 +196,14 @@ def parse_scenes(text):
 
 
 def add_options(parser):
-    """Adds --views, --all-views and --scenes; chosen(options.views, options.scenes) gives the views."""
+    """Adds --views, --scenes, --size, --crop and --quick; of(parser, options) gives the views."""
     parser.add_argument("--views", choices=SETS, default="core", metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, what in SETS.items()) + " (default core)"))
-    parser.add_argument("--all-views", dest="views", action="store_const", const="all", help="the same as --views all")
     parser.add_argument("--scenes", type=parse_scenes, default=SCENES, metavar="A,B,...",
                         help=f"scenes out of {', '.join(SCENES)} (default all)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "
+                        f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
+    parser.add_argument("--crop", type=parse_size, default=CROP, metavar="WxH",
+                        help=f"size of the crops, four of each picture (default {CROP[0]}x{CROP[1]})")
+    parser.add_argument("--quick", action="store_true", help="small whole pictures instead of crops of large ones: a check of "
+                        "half an hour, whose figures go to out/ alone")

@@ -34,7 +34,7 @@ def fake(monkeypatch):
 
 
 def arguments(pathtracer, out, *more):
-    return ["--size", "x".join(map(str, SIZE)), "--scenes", "cornell", "--spp", "2", "--seeds", "2",
+    return ["--quick", "--size", "x".join(map(str, SIZE)), "--scenes", "cornell", "--spp", "2", "--seeds", "2",
             "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pathtracer", str(pathtracer), *more]
 
 
@@ -60,7 +60,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
     assert not set(first) & set(made) and len(first) + len(made) == 12
     text = (out / "denoise.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
-    assert "`scripts/bench denoise --size 17x16" in text and str(tmp_path) not in text and "a blur" in text
+    assert "`scripts/bench denoise --quick --size 17x16" in text and str(tmp_path) not in text and "a blur" in text
     for name in re.findall(r"\((denoise[^)]*)\)", text):
         assert (out / name).is_file(), name
     for trial in denoiser.TRIALS:

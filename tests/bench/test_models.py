@@ -10,7 +10,7 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
-from report import gains, judge, models, summary
+from report import convergence, gains, judge, models, summary, tables
 
 TENT = """v -1 0 -1
 v 1 0 -1
@@ -32,6 +32,7 @@ b/tent.obj,Another,https://example.org/other,CC-BY-4.0
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(convergence, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
 
 
 @pytest.fixture
@@ -47,43 +48,47 @@ def folder(tmp_path):
 
 
 def arguments(pathtracer, folder, out, *more):
-    return [str(folder), "--size", "19x17", "--samplers", "blue", "--seeds", "2", "--reference-spp", "2048", "--jobs", "2",
+    return [str(folder), "--size", "72x64", "--crop", "17x15", "--samplers", "blue", "--seeds", "2", "--reference-spp", "256", "--jobs", "2",
             "--out", str(out), "--pages", str(out / "pages"), "--pathtracer", str(pathtracer), "--no-flip", *more]
 
 
 def test_every_model_has_a_row_and_what_fails_is_listed(pathtracer, folder, tmp_path, monkeypatch, capsys):
     out, made, real = tmp_path / "report", [], judge.measure
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
+    monkeypatch.setattr(models, "COUNTS", (1, 4))
     models.main(arguments(pathtracer, folder, out))
     text = (out / "models.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out and str(tmp_path) not in text
-    assert "scripts/bench models FOLDER --size 19x17" in text and "2 models of 2 publishers" in text
+    assert "scripts/bench models FOLDER --size 72x64" in text and "2 models of 2 publishers" in text
     assert "| [a/tent.obj](https://example.org/tent) | Someone | CC0-1.0 |" in text
     for measure in ("RMSE as displayed after sigma 2.1", "RMSE after sigma 2.1"):
         part = text[text.index("## Every model"):].split(f"### {measure}\n")[1].split("\n### ")[0]
         assert len(re.findall(r"^\| [ab]/tent.obj \|( (\d+\.\d\d|-) / (\d+\.\d\d|-) \|){4}$", part, re.M)) == 2
+    assert "in four crops of 17x15 pixels out of a picture of 72x64" in text
     assert re.search(r"^- broken: .*broken", text, re.M)
     Image.open(out / "models.png").verify()
     with open(out / "pages/models.csv", newline="", encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == 2 * 3 * 4
-    # Two models, three samplers, two seeds; found again the next time, but for the model that changes.
-    assert len(made) == 12
+        assert len(list(csv.DictReader(file))) == 8 * 3 * 2
+    # Four crops of two models, three samplers, two seeds; found again the next time, but for the model that changes.
+    assert len(made) == 48
     models.main(arguments(pathtracer, folder, out))
-    assert len(made) == 12 and (out / "models.md").read_text(encoding="utf-8") == text
+    assert len(made) == 48 and (out / "models.md").read_text(encoding="utf-8") == text
     (folder / "b/tent.obj").write_text(TENT.format(height=2))
     models.main(arguments(pathtracer, folder, out))
-    assert len(made) == 18
+    assert len(made) == 72
 
-    readme = tmp_path / "README.md"
-    readme.write_text(f"before\n{summary.BEGIN}old\n{summary.END}after\n", encoding="utf-8")
-    summary.main(["--report", str(out), "--readme", str(readme)])
+    pages = [tmp_path / "README.md", out / "README.md"]
+    for page in pages:
+        page.write_text(f"before\n{tables.begin(summary.COMMAND)}old\n{tables.END}after\n", encoding="utf-8")
+    summary.main(["--report", str(out), "--readme", str(pages[0])])
     captured = capsys.readouterr()
-    assert "renders_headline.csv is missing; run scripts/bench renders" in captured.err
-    lines = readme.read_text(encoding="utf-8").splitlines()
-    assert lines[0] == "before" and lines[-1] == "after" and "old" not in lines
-    found = gains.read_rows(out / "models_headline.csv")
-    first = found["displayed_2.1", 1, "blue", "white"]
-    assert any(line.startswith("| 2 models | as displayed | white | " + first.text()) for line in lines)
+    assert "renders_headline.csv is missing; run scripts/bench renders --views held-out" in captured.err
+    for page in pages:
+        lines = page.read_text(encoding="utf-8").splitlines()
+        assert lines[0] == "before" and lines[-1] == "after" and "old" not in lines
+    first = gains.read_rows(out / "models_headline.csv")["displayed_2.1", 1, "blue", "white"]
+    start = "| third-party models, 2 scenes, "
+    assert any(line.startswith(start) and f" crops | as displayed | white | {first.text()} |" in line for line in lines)
 
 
 def test_models_are_displayed_at_the_exposure_of_the_path_tracer(pathtracer, folder):
@@ -99,26 +104,41 @@ def gain(value, scenes, views):
     return gains.Gain(value, value - 0.1, value + 0.1, scenes, views)
 
 
-def test_summary_of_both_with_peers():
-    renders = {(measure, spp, "blue", than): gain(2.0, 6, 12 if spp < 64 else 10) for measure in summary.MEASURES
-               for spp in (1, 2, 4, 16, 64) for than in ("white", "sobol", gains.BEST_PEER, gains.BEST_PEER_EACH)}
-    models_found = {("rmse_2.1", 4, "blue", "white"): gain(1.2, 27, 27)}
-    lines = summary.table([renders, models_found]).splitlines()
-    assert lines[0] == "| over | error | times less than | 1 spp | 4 | 16 | 64 |" and len(lines) == 2 + 6 + 1
-    assert lines[2] == "| 6 scenes, 10 to 12 views | as displayed | white |" + " 2.00 (1.90 to 2.10) |" * 4
-    assert lines[-1] == "| 27 models | raw | white |  | 1.20 (1.10 to 1.30) |  |  |"
+def summary_files(folder):
+    """Results of both path tracers and of models, as their commands write them."""
+    def write(name, thans, counts, what):
+        gains.write_rows(folder / name, [gains.row_of(gain(what, 6, 24 if spp < 64 else 22), measure, spp, "blue", than)
+                                         for measure in (*summary.MEASURES, "rmse") for spp in counts for than in thans])
+
+    write("held-out/renders_headline.csv", ("white", "sobol", "zorder", gains.BEST_PEER), judge.COUNTS, 2.0)
+    write("pbrt_headline.csv", ("independent", "zsobol", "sobol", "halton", "best of pbrt"), judge.COUNTS, 1.5)
+    write("models_headline.csv", ("white",), (4,), 1.2)
 
 
-def test_a_readme_without_marks_is_left_alone(tmp_path):
-    gains.write_rows(tmp_path / "renders_headline.csv", [
-        {"measure": "rmse_2.1", "spp": 1, "sampler": "blue", "than": "white", "gain": 2, "low": 1, "high": 3, "scenes": 1,
-         "views": 2, "left_out": 0}])
-    readme = tmp_path / "README.md"
-    readme.write_text("no marks", encoding="utf-8")
-    with pytest.raises(SystemExit, match="must contain the table markers"):
-        summary.main(["--report", str(tmp_path), "--readme", str(readme)])
-    assert readme.read_text(encoding="utf-8") == "no marks"
-    with pytest.raises(SystemExit, match="run scripts/bench models"):
+def test_summary_of_both_path_tracers_and_models(tmp_path, capsys):
+    summary_files(tmp_path)
+    summary.main(["--report", str(tmp_path), "--print"])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "| where | error | times less than | 1 spp | 3 | 4 | 6 | 16 | 64 |"
+    assert len(lines) == 2 + 2 * (4 + 5 + 1) and not (tmp_path / "README.md").exists()
+    assert lines[2] == "| our path tracer, 6 scenes, 22 to 24 crops | as displayed | white |" + " 2.00 (1.90 to 2.10) |" * 6
+    assert sum("| best of pbrt's own | 1.50 (1.40 to 1.60) |" in line for line in lines) == 2
+    assert lines[-1] == "| third-party models, 6 scenes, 24 crops | raw | white |  |  | 1.20 (1.10 to 1.30) |  |  |  |"
+    # The README has the figures as displayed of both path tracers alone.
+    for page in ("README.md", "front.md"):
+        (tmp_path / page).write_text(f"{tables.begin(summary.COMMAND)}{tables.END}", encoding="utf-8")
+    summary.main(["--report", str(tmp_path), "--readme", str(tmp_path / "front.md")])
+    text = (tmp_path / "front.md").read_text(encoding="utf-8")
+    assert text.count("as displayed") == 3 + 4 and "raw" not in text and "models" not in text
+
+
+def test_pages_without_marks_are_left_alone(tmp_path):
+    summary_files(tmp_path)
+    (tmp_path / "README.md").write_text("no marks", encoding="utf-8")
+    with pytest.raises(SystemExit, match="must contain the markers"):
+        summary.main(["--report", str(tmp_path), "--readme", str(tmp_path / "README.md")])
+    assert (tmp_path / "README.md").read_text(encoding="utf-8") == "no marks"
+    with pytest.raises(SystemExit, match="run scripts/bench pbrt; .*run scripts/bench models"):
         summary.main(["--report", str(tmp_path / "none")])
 
 

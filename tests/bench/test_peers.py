@@ -2,6 +2,7 @@
 """Samplers of other libraries: listed by the path tracer, requested with --openqmc."""
 
 import argparse
+import re
 import subprocess
 import sys
 
@@ -46,3 +47,11 @@ def test_bench_refuses_what_is_no_checkout(tmp_path, words, said):
                           capture_output=True, text=True)
     assert done.returncode == 1 and done.stdout == ""
     assert said in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_report_names_the_commit_of_a_checkout(tmp_path):
+    assert peers.commit(tmp_path / "nowhere") == "unknown"
+    git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@example.org"]
+    subprocess.run([*git, "init", "-q"], check=True)
+    subprocess.run([*git, "commit", "-q", "--allow-empty", "--no-verify", "-m", "a"], check=True)
+    assert re.fullmatch(r"[0-9a-f]{7,} of \d{4}-\d\d-\d\d", peers.commit(tmp_path))

@@ -14,19 +14,20 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
-from report import comparison, embree_scene, gains, judge, renders, renders_plots, renders_report, speed, views
+from report import comparison, convergence, embree_scene, gains, judge, renders, renders_plots, renders_report, speed, variants, views
 from report.files import read_exr
 from report.image_error import MEASURES, displayed_rmse
-from report.renderer import Request, run_pathtracer
+from report.renderer import run_pathtracer
 
 
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(convergence, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
 
 
 def arguments(pathtracer, out, *more):
-    return ["--size", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
+    return ["--size", "36x34", "--crop", "17x16", "--scenes", "penumbra", "--samplers", "zorder,blue", "--spp", "4",
             "--seeds", "2", "--reference-spp", "64", "--jobs", "2", "--out", str(out), "--pages", str(out / "pages"),
             "--pathtracer", str(pathtracer), "--no-times", *more]
 
@@ -44,27 +45,27 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
     monkeypatch.setattr(judge, "measure", counted)
     with pytest.raises(SystemExit, match="run the command again"):
         renders.main(arguments(pathtracer, out))
-    assert not out.exists() and 0 < len(made) < 16
+    assert not out.exists() and 0 < len(made) < 32
 
-    # Two views, four samplers, two seeds.
+    # Four crops, four samplers, two seeds.
     first, made[:] = list(made), []
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
     renders.main(arguments(pathtracer, out))
-    assert not set(first) & set(made) and len(first) + len(made) == 16
+    assert not set(first) & set(made) and len(first) + len(made) == 32
     text = (out / "renders.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
-    assert "scripts/bench renders --size 17x16" in text and str(tmp_path) not in text
+    assert "scripts/bench renders --size 36x34 --crop 17x16" in text and "4 crops of 17x16 pixels, out of pictures of 36x34" in text and str(tmp_path) not in text
 
     with open(out / "pages/renders.csv", newline="", encoding="utf-8") as file:
         rows = {(row["scene"], row["view"], row["sampler"], row["spp"]): row for row in csv.DictReader(file)}
-    # At 1, 2 and 4.
-    assert len(rows) == 2 * 4 * 3
+    # At 1, 2, 3 and 4.
+    assert len(rows) == 4 * 4 * 4
     for (*_, spp), row in rows.items():
         assert row["seeds"] == "2" and all(float(row[name]) > 0 for name in MEASURES)
-        assert float(row["rmse_2.1"]) < float(row["rmse"]) and (row["flip"] == "") == (spp == "2")
+        assert float(row["rmse_2.1"]) < float(row["rmse"]) and (row["flip"] == "") == (spp in "23")
     headline = gains.read_rows(out / "renders_headline.csv")
     gain = headline["displayed_2.1", 4, "blue", "white"]
-    assert gain.low < gain.value < gain.high and gain.views + gain.left_out == 2
+    assert gain.low < gain.value < gain.high and gain.views + gain.left_out == 4
     assert gain.text() in text
     for name in re.findall(r"\((renders[^)]*)\)", text):
         assert (out / name).is_file(), name
@@ -132,28 +133,30 @@ def test_seeds_and_counts_of_the_plan():
     view = views.chosen("core", ("cornell",), (10, 10))[0]
     tasks = judge.plan((view,), ("white", "zorder", "mask, neural"), {1: 6, 2: 6, 4: 1})
     counts = {(t.label, t.seed): t.counts for t in tasks}
-    assert [counts["white", seed] for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 5]
-    assert counts["mask, neural", 0] == (1, 2, 4) and ("mask, neural", 3) not in counts
-    assert [counts.get(("zorder", seed)) for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 2, None, None, None]
+    assert [counts["white", seed] for seed in range(6)] == [counts["zorder", seed] for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 5]
+    assert counts["mask, neural", 0] == (1, 2, 4) and ("mask, neural", variants.SIDE_SEEDS) not in counts
+    assert judge.seeds_up_to(6) == dict.fromkeys((1, 2, 3, 4, 6), judge.SEEDS) and judge.SEEDS >= 12
     assert [t.cost for t in tasks if t.seed == 0] == [400, 700, 400]
 
 
-def made_up(blue, seeds=8, own=0.0):
-    """A report on one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
-    rng, (view, _) = np.random.default_rng(11), views.chosen("core", ("cornell",), (16, 16))
+def made_up(blue, seeds=8):
+    """A report on four crops of one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
+    rng, chosen = np.random.default_rng(11), views.crops("core", ("cornell",), (64, 64), (16, 16))
     labels = ("white", "sobol", "blue")
-    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(16, 16), views="core", out="o", plots="o", reference_spp=64,
-                                    command="scripts/bench renders")
-    reference = judge.Reference(Path(), np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 1e-5, 0.0, 64, 1.0)
+    options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(64, 64), views="core", out=Path("o"), plots=Path("o"),
+                                    reference_spp=64, command="scripts/bench renders")
+    references = {view: judge.Reference(Path(), np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 1e-5, 0.0, 64, 1.0)
+                  for view in chosen}
     results = {}
-    for label, error in zip(labels, (1.0, 0.5, blue)):
-        for seed in range(seeds):
-            noise = np.exp(0.01 * rng.standard_normal())
-            mean = 1 + 0.001 * rng.standard_normal() + (own if label == "blue" else 0)
-            results[judge.Task(view, label, seed, (1, 16))] = [
-                {"spp": spp, **dict.fromkeys(MEASURES, error * noise), "flip": error * noise / 2, "mean": mean}
-                for spp in (1, 16)], {}
-    return renders_report.Report(options, judge.Cells(results), {view: reference}, [], None)
+    for view in chosen:
+        for label, error in zip(labels, (1.0, 0.5, blue)):
+            for seed in range(seeds):
+                noise = np.exp(0.01 * rng.standard_normal())
+                mean = 1 + 0.001 * rng.standard_normal()
+                results[judge.Task(view, label, seed, (1, 16))] = [
+                    {"spp": spp, **dict.fromkeys(MEASURES, error * noise), "flip": error * noise / 2, "mean": mean}
+                    for spp in (1, 16)], {}
+    return renders_report.Report(options, judge.Cells(results), references, [], None)
 
 
 def test_gains_and_aims_of_figures_made_up():
@@ -161,17 +164,19 @@ def test_gains_and_aims_of_figures_made_up():
     aims = {row[0]: row[3] for row in report.aims()}
     assert aims["sobol / blue, 1 spp, RMSE after sigma 2.1, directly lit scenes"] == "met"
     assert aims["sobol / blue, 16 spp, RMSE as displayed after sigma 2.1, directly lit scenes"] == "met"
-    assert aims["cells where blue is worse than sobol"] == aims["greatest |z| of a mean"] == "met"
-    assert "No cell is worse" in report.worse_text()
+    assert aims["cells where blue is worse than sobol"] == aims["samplers with a bias in a scene"] == "met"
+    assert "No cell is worse" in report.worse_text() and "No cell is biased" in report.bias_text()
     assert "| 4.0" in report.text() and "| 2.0" in report.text()
 
 
 def test_what_misses_its_aim_is_said():
-    report = made_up(0.6, own=0.01)
+    report = made_up(0.6)
+    for cell in [cell for at, cell in report.cells.values.items() if at[1] == "sobol"]:
+        cell["mean"] = [mean + 0.01 for mean in cell["mean"]]
     aims = {row[0]: row[3] for row in report.aims()}
     assert aims["sobol / blue, 16 spp, RMSE after sigma 2.1, directly lit scenes"] == "missed"
-    assert aims["greatest |z| of a mean"] == aims["cells where blue is worse than sobol"] == "missed"
-    assert report.worse_text().count("| worse |") == 2 * 3
+    assert aims["samplers with a bias in a scene"] == aims["cells where blue is worse than sobol"] == "missed"
+    assert report.worse_text().count("| worse |") == 2 * 3 and "Biased: sobol in cornell." in report.bias_text()
 
 
 def test_plots_that_lie_elsewhere_are_not_shown():
@@ -181,17 +186,30 @@ def test_plots_that_lie_elsewhere_are_not_shown():
     assert "![" not in report.text() and "## Spectra" not in report.text()
 
 
+def test_times_are_said_with_those_after_the_denoiser(tmp_path):
+    """blue has a quarter of white's error at every count, made up without convergence: one sample does for white's 16."""
+    report = made_up(0.25)
+    report.costs = {("cornell", "white"): 1.0, ("cornell", "sobol"): 2.0, ("cornell", "blue"): 1.0}
+    report.times = {"machine": "a machine", "big": (8, 8), "shares": {"blue": 0.1}, "threads": [(2.0, 1.0)], "embree": None}
+    report.options.out = tmp_path
+    assert "| blue | 1 | 1 | 16.00 (16.00 to 16.00) |\n" in report.text() and "| sobol | 2 | 2 | 8.00 (8.00 to 8.00) |\n" in report.text()
+    gains.write_rows(tmp_path / "denoise.csv", [gains.row_of(gains.Gain(5.0, 4.0, 6.0), "seconds:plain:displayed_2.1", 16, "blue", "white")])
+    assert "| blue | 1 | 1 | 16.00 (16.00 to 16.00) | 5.00 (4.00 to 6.00) |\n" in report.text() and "| after denoising, at 16 |" in report.text()
+    assert {row["gain"] for row in report.headline_rows() if row["measure"] == "seconds:displayed_2.1"} == {"8.000000", "16.000000"}
+
+
 def test_one_seed_is_no_evidence():
     report = made_up(0.6, seeds=1)
-    assert "more than one seed" in report.worse_text() and "more than one seed" in report.z_text()
-    assert not any("worse" in row[0] or "|z|" in row[0] for row in report.aims())
+    assert "more than one seed" in report.worse_text() and "more than one seed" in report.bias_text()
+    assert not any("worse" in row[0] or "bias" in row[0] for row in report.aims())
 
 
 @pytest.mark.parametrize("words, said", [(["--scenes", "cornell,attic"], "unknown scene 'attic'"),
                                          (["--samplers", "red"], "unknown sampler 'red'"),
                                          (["--reference-spp", "100"], "a multiple of 32"),
                                          (["--views", "none"], "invalid choice"),
-                                         (["--seeds", "0"], "a positive integer")])
+                                         (["--seeds", "0"], "a positive integer"),
+                                         (["--size", "100x100"], "crops of 96x72 pixels do not fit")])
 def test_bad_options(words, said, capsys):
     with pytest.raises(SystemExit) as stopped:
         renders.main(words)
@@ -206,6 +224,8 @@ def test_sets_of_views_have_folders_of_their_own():
     assert places() == ["docs/report", "docs/report", "out/renders"]
     assert places("--views", "held-out") == ["docs/report/held-out", "out/renders/held-out", "out/renders/held-out"]
     assert places("--views", "held-out", "--out", "a", "--pages", "b") == ["a", "b", "b"]
+    assert places("--quick") == ["out/renders/quick"] * 3
+    assert places("--quick", "--views", "tuning") == ["out/renders/quick/tuning"] * 3
 
 
 def test_missing_program(tmp_path):
@@ -235,13 +255,20 @@ def test_what_nothing_asks_for_goes(tmp_path):
     assert store.load(1) is None and store.load(2) is not None
 
 
+def test_everything_but_blue_is_prepared(pathtracer, tmp_path, monkeypatch, capsys):
+    made, real = [], judge.measure
+    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1].label), real(*a))[1])
+    few = "--spp", "1", "--seeds", "1", "--no-flip"
+    renders.main(arguments(pathtracer, tmp_path / "out", *few, "--prepare"))
+    assert sorted(made) == ["sobol"] * 4 + ["white"] * 4 + ["zorder"] * 4 and not (tmp_path / "out").exists()
+    assert "12 runs are in the cache; 4 of blue are left" in capsys.readouterr().out
+    made.clear()
+    monkeypatch.setattr(renders_plots, "draw_all", lambda *_: None)
+    renders.main(arguments(pathtracer, tmp_path / "out", *few))
+    assert made == ["blue"] * 4
+
+
 def test_times_of_a_small_run(pathtracer, tmp_path):
-    view = views.chosen("core", ("cornell",), (16, 17))[0]
-    reference = judge.render_reference(pathtracer, view, 32).path
-    runs = speed.progressive_runs(pathtracer, view, reference, 4, 2, tmp_path, lambda what: None)
-    assert {label: [row["spp"] for row in rows] for label, rows in runs.items()} == {
-        "white": [1, 2, 3, 4], "sobol": [1, 2, 3, 4], "blue": [1, 2, 3, 4]}
-    assert all(row["seconds"] > 0 and row["rmse_2.1"] > 0 for rows in runs.values() for row in rows)
     shares = speed.sampling_shares(pathtracer, {"blue": judge.VARIANTS["blue"]}, (16, 16), tmp_path)
     assert 0 < shares["blue"] < 1
 

@@ -165,10 +165,58 @@ static void test_struct_sizes(void) {
     }
 }
 
+static void fill(void *options, size_t size) {
+    memset(options, 0x33, size);
+    memcpy(options, &(size_t){sizeof(size_t)}, sizeof(size_t));
+}
+
+/* An older structure has the defaults for what it lacks: the shortest one is like NULL, whatever
+ * lies behind it. */
+static void test_the_shortest_structs(void) {
+    static uint32_t wanted[MOST], found[MOST];
+    static float dithered[MOST];
+    bn_void_and_cluster_options v;
+    bn_relax_options r;
+    bn_anneal_options a;
+    bn_dither_options d;
+    bn_sampler_options o;
+    fill(&v, sizeof v);
+    CHECK(bn_void_and_cluster(NULL, 8, 8, 1, wanted, MOST) == BN_SUCCESS);
+    CHECK(bn_void_and_cluster(&v, 8, 8, 1, found, MOST) == BN_SUCCESS);
+    CHECK(memcmp(wanted, found, sizeof wanted) == 0);
+    fill(&r, sizeof r);
+    CHECK(bn_relax(NULL, 8, 8, wanted, MOST) == BN_SUCCESS);
+    CHECK(bn_relax(&r, 8, 8, found, MOST) == BN_SUCCESS);
+    CHECK(memcmp(wanted, found, sizeof wanted) == 0);
+    for (uint32_t channels = 1; channels <= 2; ++channels) {
+        fill(&a, sizeof a);
+        CHECK(bn_anneal(NULL, 8, 8 / channels, channels, wanted, MOST) == BN_SUCCESS);
+        CHECK(bn_anneal(&a, 8, 8 / channels, channels, found, MOST) == BN_SUCCESS);
+        CHECK(memcmp(wanted, found, sizeof wanted) == 0);
+    }
+    fill(&d, sizeof d);
+    for (int i = 0; i < MOST; ++i) values[i] = (float)i / MOST;
+    CHECK(bn_dither(NULL, values, 8, 4, 2, outputs, MOST) == BN_SUCCESS);
+    CHECK(bn_dither(&d, values, 8, 4, 2, dithered, MOST) == BN_SUCCESS);
+    CHECK(memcmp(outputs, dithered, sizeof outputs) == 0);
+    memset(values, 0, sizeof values);
+    bn_sampler *samplers[2];
+    fill(&o, sizeof o);
+    CHECK(bn_sampler_create(NULL, &samplers[0]) == BN_SUCCESS);
+    CHECK(bn_sampler_create(&o, &samplers[1]) == BN_SUCCESS);
+    for (uint32_t i = 0; i < 16; ++i) {
+        uint32_t u[2][4];
+        for (int s = 0; s < 2; ++s) bn_sample_4d_u32(samplers[s], (int32_t)i, 3, i, i, u[s]);
+        CHECK(memcmp(u[0], u[1], sizeof u[0]) == 0);
+    }
+    for (int s = 0; s < 2; ++s) bn_sampler_destroy(samplers[s]);
+}
+
 int main(void) {
     test_extents();
     test_masks();
     test_numbers();
     test_struct_sizes();
+    test_the_shortest_structs();
     return check_result();
 }

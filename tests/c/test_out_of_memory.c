@@ -81,18 +81,28 @@ static bn_result create_sampler(const uint32_t *mask_ranks) {
     return result;
 }
 
+/* The first call of a callback that `cancel_at` counts to cancels. */
+static int cancel_at;
+
+static int32_t progress(void *user, double fraction) {
+    (void)user, (void)fraction;
+    return cancel_at > 0 && --cancel_at == 0;
+}
+
 static bn_result call(int function) {
+    bn_void_and_cluster_options cluster = bn_void_and_cluster_options_default();
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_relax_options relax = bn_relax_options_default();
     bn_dither_options dither = bn_dither_options_default();
     anneal.sweeps = 1;
     relax.steps = function == 3 ? 1 : 0;
     relax.threads = 1;
+    cluster.progress = anneal.progress = relax.progress = progress;
     dither.mask_ranks = mask;
     dither.mask_width = dither.mask_height = SIZE;
     switch (function) {
     case 0:
-        return bn_void_and_cluster(NULL, SIZE, SIZE, 1, ranks, TEXELS);
+        return bn_void_and_cluster(&cluster, SIZE, SIZE, 1, ranks, TEXELS);
     case 1:
         return bn_anneal(&anneal, SIZE, SIZE, 1, ranks, TEXELS);
     case 2:
@@ -127,8 +137,29 @@ static bn_result call(int function) {
     }
 }
 
+/* A computation that is cancelled, whenever it asks, frees what it had. */
+static void test_cancelling(void) {
+    static const int functions[] = {0, 1, 2, 3, 10};
+    for (int f = 0; f < 5; ++f) {
+        int at = 0;
+        bn_result result;
+        fail_at = 0;
+        do {
+            cancel_at = ++at;
+            living = 0;
+            counting = 1;
+            result = call(functions[f]);
+            counting = 0;
+            CHECK(living == 0);
+        } while (result == BN_ERROR_CANCELLED);
+        CHECK(result == BN_SUCCESS && at > 1);
+        cancel_at = 0;
+    }
+}
+
 int main(void) {
     fill_white(mask, TEXELS, 1);
+    test_cancelling();
     for (uint32_t i = 0; i < MANY; ++i) many_values[i] = (float)(i * 2654435761u >> 8);
     for (int function = 0; call(function) != NO_MORE; ++function) {
         int failures = 0;

@@ -35,8 +35,9 @@ static void test_extents(void) {
     }
 }
 
+/* The height is prime, so that no number of threads gets equal shares of rows. */
 static void test_threads(void) {
-    enum { width = 200, height = 300, count = width * height };
+    enum { width = 200, height = 307, count = width * height };
     uint32_t *ranks = malloc(count * sizeof *ranks);
     for (uint32_t steps = 0; steps <= 10; steps += 10) {
         uint64_t expected = 0;
@@ -50,6 +51,37 @@ static void test_threads(void) {
         }
     }
     free(ranks);
+}
+
+/* From the same mask, the seed decides the first and the last ranks alone, which are ordered
+ * afresh. */
+static void test_ends_have_the_seed(void) {
+    enum { size = 64, count = size * size };
+    static uint32_t start[count], first[count], ranks[count];
+    CHECK(bn_builtin_mask_copy(size, start, count) == BN_SUCCESS);
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+        bn_relax_options options = bn_relax_options_default();
+        options.start_from_ranks = 1;
+        options.start_step = options.end_step = 0.05;
+        options.start_softness = options.end_softness = 0.01;
+        options.steps = 2;
+        options.seed = seed;
+        memcpy(ranks, start, sizeof ranks);
+        CHECK(bn_relax(&options, size, size, ranks, count) == BN_SUCCESS);
+        if (seed == 0) memcpy(first, ranks, sizeof first);
+        int low = 0, middle = 0, high = 0;
+        for (int i = 0; i < count; ++i) {
+            if (ranks[i] == first[i]) continue;
+            if (first[i] < count / 4)
+                ++low;
+            else if (first[i] >= count - count / 4)
+                ++high;
+            else
+                ++middle;
+        }
+        CHECK(middle == 0);
+        CHECK(seed == 0 || (low > 0 && high > 0));
+    }
 }
 
 /* Over seeds, the ranks of a texel are as uniform as independent ones. Of a chi-squared statistic
@@ -148,6 +180,7 @@ static void test_bad_input(void) {
 int main(void) {
     test_extents();
     test_threads();
+    test_ends_have_the_seed();
     test_quality();
     test_no_fixed_pattern();
     test_bad_input();

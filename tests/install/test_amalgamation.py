@@ -11,10 +11,10 @@ import shutil
 import pytest
 from conftest import ROOT, run
 from test_readme import programs
-from test_symbols import declared, symbols
+from test_symbols import DRAWS, declared, symbols
 
 HERE = ROOT / "tests" / "install"
-STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wno-sign-conversion"]
+STRICT = ["-std=c11", "-pedantic", "-Werror", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion"]
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 
@@ -120,6 +120,14 @@ def test_small_data(folder, tmp_path):
                                      " return bn_builtin_mask(128) == NULL || bn_builtin_mask(256) != NULL; }\n")
     run("cc", "-DBN_SMALL_DATA", "-I", folder, folder / "bn.c", tmp_path / "main.c", "-o", tmp_path / "main", "-lm")
     run(tmp_path / "main")
+
+
+def test_the_linker_leaves_out_what_a_program_does_not_use(folder, compiled, tmp_path):
+    (tmp_path / "draws.c").write_text(DRAWS)
+    run(compiled[0], "-O1", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-I", folder, folder / "bn.c",
+        tmp_path / "draws.c", "-o", tmp_path / "draws", "-lm")
+    run(tmp_path / "draws")
+    assert {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_")} == {"bn_data_blue", "bn_data_mask_64"}
 
 
 def test_says_what_fast_math_costs(folder, compiled):

@@ -72,6 +72,22 @@ def test_built_as_a_part(way, expected, tmp_path):
     assert run(tmp_path / "consumer") == expected
 
 
+@pytest.mark.parametrize("way", ["add_subdirectory", "fetch_content", "find_package"])
+def test_a_project_of_cpp_alone(way, static_library, expected, tmp_path):
+    """It knows no standard of C."""
+    cmake_build(HERE / "cpp_alone", tmp_path, f"-DWAY={way}", f"-DBN_SOURCE_DIR={ROOT}",
+                f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
+    assert run(tmp_path / "consumer_hpp").splitlines() == [*expected.splitlines()[:4], "0"]
+
+
+@pytest.mark.parametrize("options, shared", [((), False), (("-DBUILD_SHARED_LIBS=ON",), True),
+                                             (("-DBUILD_SHARED_LIBS=ON", "-DBN_BUILD_SHARED=OFF"), False),
+                                             (("-DBUILD_SHARED_LIBS=OFF", "-DBN_BUILD_SHARED=ON"), True)])
+def test_shared_libraries_as_the_user_says(options, shared, tmp_path):
+    run("cmake", "-S", HERE / "add_subdirectory", "-B", tmp_path, "-G", "Unix Makefiles", f"-DBN_SOURCE_DIR={ROOT}", *options)
+    assert ("-DBN_SHARED" in (tmp_path / "CMakeFiles/consumer.dir/flags.make").read_text()) == shared
+
+
 def test_library_without_the_network(expected, tmp_path):
     cmake_build(ROOT, tmp_path / "build", "-DBN_NEURAL=OFF", "-DBN_SMALL_DATA=ON", "-DBN_BUILD_TESTS=OFF",
                 "-DBN_BUILD_TOOLS=OFF", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'prefix'}")

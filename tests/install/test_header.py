@@ -3,13 +3,14 @@
 
 import re
 import shutil
+import subprocess
 
 import pytest
 from conftest import ROOT, run
 
 INCLUDE = ROOT / "libbn" / "include"
 HEADERS = sorted(path.name for path in (INCLUDE / "bn").glob("*.h"))
-STRICT = ["-pedantic", "-Werror", "-Wall", "-Wextra", "-Wconversion", "-Wundef", "-fsyntax-only"]
+STRICT = ["-pedantic", "-Werror", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wundef", "-fsyntax-only"]
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 
 
@@ -31,6 +32,16 @@ def test_the_cpp_header_compiles_alone(standard, compiler, tmp_path):
     source = tmp_path / "alone.cpp"
     source.write_text("#include <bn/bn.hpp>\n#include <bn/bn.hpp>\nusing used = bn::Sampler;\n")
     run(compiler, "-x", "c++", f"-std={standard}", *STRICT, "-Wold-style-cast", "-Wshadow", "-I", INCLUDE, source)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_the_cpp_header_says_which_standard_it_needs(compiler, tmp_path):
+    source = tmp_path / "old.cpp"
+    source.write_text("#include <bn/bn.hpp>\n")
+    done = subprocess.run([compiler, "-x", "c++", "-std=c++11", "-fsyntax-only", "-I", INCLUDE, source],
+                          capture_output=True, text=True, check=False)
+    errors = [line for line in done.stderr.splitlines() if "error" in line.partition("#")[0]]
+    assert len(errors) == 1 and "needs C++17" in errors[0]
 
 
 @pytest.mark.parametrize("header", HEADERS)

@@ -44,3 +44,24 @@ def test_library_neither_prints_nor_ends_the_program(shared_library):
 def test_shared_library_needs_only_the_c_library(shared_library):
     needed = re.findall(r"\(NEEDED\).*\[(.+?)\]", run("readelf", "-d", shared_library.library))
     assert [name for name in needed if not re.match(r"(libc|libm|ld-linux[\w-]*)\.so", name)] == []
+
+
+DRAWS = """#include <bn/bn.h>
+int main(void) {
+    bn_sampler *sampler;
+    float u[4] = {2, 2, 2, 2};
+    if (bn_sampler_create(NULL, &sampler) != BN_SUCCESS) return 1;
+    bn_sample_4d(sampler, 1, 2, 3, BN_DOMAIN_ROOT, u);
+    bn_sampler_destroy(sampler);
+    return !(u[0] < 1);
+}
+"""
+
+
+def test_a_program_that_draws_has_no_other_data_in_it(static_library, tmp_path):
+    """The tables of the draws, and the mask of 64 x 64 texels, which the kind MASK takes by default."""
+    (tmp_path / "draws.c").write_text(DRAWS)
+    static_library.compile(tmp_path / "draws.c", tmp_path / "draws")
+    run(tmp_path / "draws")
+    inside = {name for name in symbols(tmp_path / "draws") if name.startswith("bn_data_") and not name.endswith("_count")}
+    assert inside == {"bn_data_blue", "bn_data_mask_64"}

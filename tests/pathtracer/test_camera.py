@@ -178,3 +178,45 @@ def test_matrices_project_points_into_the_picture(pathtracer):
     middle = np.append(target, 1) @ to_ndc
     np.testing.assert_allclose(middle[:2] / middle[3], 0.5, atol=1e-3)
     assert abs(np.linalg.det(to_ndc)) > 0
+
+
+def room(lamp_inside=True):
+    """A closed room of four by three by five without a camera, a lamp under its ceiling, and a block in its middle."""
+    g = Gltf()
+    g.use("KHR_materials_emissive_strength")
+    box = lambda x, y, z: [[[a * x, b * y, c * z] for a, b, c in face] for face in (
+        [(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], [(1, -1, -1), (-1, -1, -1), (-1, 1, -1), (1, 1, -1)],
+        [(-1, -1, -1), (-1, -1, 1), (-1, 1, 1), (-1, 1, -1)], [(1, -1, 1), (1, -1, -1), (1, 1, -1), (1, 1, 1)],
+        [(-1, 1, 1), (1, 1, 1), (1, 1, -1), (-1, 1, -1)], [(-1, -1, -1), (1, -1, -1), (1, -1, 1), (-1, -1, 1)])]
+    g.quads(box(2, 1.5, 2.5), g.material((0.7, 0.7, 0.7), doubleSided=True))
+    g.quads(box(0.3, 0.3, 0.3), g.material((0.7, 0.2, 0.2), doubleSided=True))
+    glow = {"KHR_materials_emissive_strength": {"emissiveStrength": 20}}
+    lamp = g.material((0.5, 0.5, 0.5), emissiveFactor=[1, 1, 1], extensions=glow, doubleSided=True)
+    g.quads([QUAD * 0.4], lamp, translation=[0.8, 1.4 if lamp_inside else 3, 0.8])
+    return g
+
+
+def test_a_room_without_a_camera_is_shown_from_inside(pathtracer):
+    path = room().save(pathtracer.folder / "room.glb")
+    done = pathtracer.run("--scene", path, "--size", "48x32", "--spp", 4, "-o", "out.exr")
+    assert done.returncode == 0 and done.stderr.count("\n") == 1 and "from inside" in done.stderr and "--eye" in done.stderr
+    picture, header = read_exr(pathtracer.folder / "out.exr")
+    assert (picture.max(axis=2) > 0).mean() > 0.95
+    eye = [float(v) for v in header["camera"].split()[1].split(",")]
+    assert all(abs(v) < half for v, half in zip(eye, (2, 1.5, 2.5)))
+    # The list says the same, every size and sampler chooses it, and a resumed picture has it too.
+    assert header["camera"] in pathtracer.run("--scene", path, "--list-cameras").stdout
+    other = pathtracer.render("--scene", path, *SMALL, "--sampler", "white", "--seed", 4)
+    assert read_exr(other)[1]["camera"] == header["camera"]
+    more = pathtracer.render("--resume", pathtracer.folder / "out.exr", "--spp", 5)
+    assert read_exr(more)[1]["camera"] == header["camera"]
+    # Whoever names a view gets it.
+    outside = read_exr(pathtracer.render("--scene", path, *SMALL, "--eye", "0,0,20"))
+    assert "--eye 0,0,20" in outside[1]["camera"] and outside[0].max() == 0
+
+
+def test_what_shows_from_outside_is_shown_from_there(pathtracer, even_sky):
+    for name, scene, more in (("open", room(lamp_inside=False), []), ("sky", room(), ["--env", even_sky])):
+        path = scene.save(pathtracer.folder / f"{name}.glb")
+        picture, header = read_exr(pathtracer.render("--scene", path, *SMALL, *more))
+        assert float(header["camera"].split()[1].split(",")[2]) > 2.5 and picture.max() > 0

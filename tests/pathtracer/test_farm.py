@@ -8,6 +8,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -69,19 +70,51 @@ def test_parts_cover_each_sample_once(crop, tile, samples):
     assert len({part.file_name for part in parts}) == len(parts)
 
 
-def test_parts_folder(tmp_path):
-    first, second = split((0, 0, 8, 4), 0, 2, (4, 4))
+def test_parts_folder(pathtracer, tmp_path):
+    first, second = parts = split((0, 0, 8, 4), 0, 2, (4, 4))
     folder = PartsFolder(tmp_path / "a.exr", {"seed": "1"})
-    folder.add(first, b"data")
+    data = pathtracer.render("--size", "8x4", *first.arguments()).read_bytes()
+    folder.add(first, data)
     again = PartsFolder(tmp_path / "a.exr", {"seed": "1"})
-    assert again.has(first) and not again.has(second) and (again.path / first.file_name).read_bytes() == b"data"
+    assert again.has(first) and not again.has(second) and (again.path / first.file_name).read_bytes() == data
     with pytest.raises(FarmError, match="other settings"):
         PartsFolder(tmp_path / "a.exr", {"seed": "2"})
     (folder.path / "mine.txt").write_text("x")
-    folder.remove()
-    assert [path.name for path in folder.path.iterdir()] == ["mine.txt"]
+    (folder.path / "1,2,3,4,5,6.exr").write_text("another picture's")
+    folder.remove(parts)
+    assert sorted(path.name for path in folder.path.iterdir()) == ["1,2,3,4,5,6.exr", "mine.txt"]
     with pytest.raises(FarmError, match="remove it"):
         PartsFolder(tmp_path / "a.exr", {"seed": "1"})
+
+
+def test_parts_that_are_not_what_was_asked_for_are_noticed(pathtracer, tmp_path):
+    part, = split((0, 0, 8, 4), 3, 2, (8, 4))
+    folder = PartsFolder(tmp_path / "a.exr", {})
+    whole = pathtracer.render("--size", "8x8", *part.arguments()).read_bytes()
+    folder.add(part, whole)
+    assert folder.remove_damaged([part]) == [] and folder.has(part)
+    for wrong, message in [
+        (pathtracer.render("--size", "8x8", *part._replace(y1=3).arguments()).read_bytes(), "shows the pixels 0,0,8,3"),
+        (pathtracer.render("--size", "8x8", *part._replace(count=1).arguments()).read_bytes(), "has other samples"),
+        (pathtracer.render("--size", "8x8", *part._replace(first=2).arguments()).read_bytes(), "has other samples"),
+        (whole[:-100], "is damaged"), (b"", "is damaged"),
+    ]:
+        with pytest.raises(FarmError, match=message):
+            folder.add(part, wrong)
+        assert (folder.path / part.file_name).read_bytes() == whole
+        (folder.path / part.file_name).write_bytes(wrong)
+        (path, said), = folder.remove_damaged([part])
+        assert path.name == part.file_name and message in said and not folder.has(part)
+        folder.add(part, whole)
+
+
+def test_a_folder_of_parts_that_is_a_link_is_refused(tmp_path):
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "1,2,3,4,5,6.exr").write_text("x")
+    (tmp_path / "a.exr.parts").symlink_to("theirs")
+    with pytest.raises(FarmError, match="symbolic link"):
+        PartsFolder(tmp_path / "a.exr", {})
+    assert len(list((tmp_path / "theirs").iterdir())) == 1
 
 
 def test_files_of_scenes(tmp_path):
@@ -137,11 +170,30 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer):
         assert message in refused(pathtracer, *arguments)
 
 
-def test_an_output_that_is_an_input_is_refused(pathtracer, even_sky):
+def test_an_output_that_is_an_input_or_a_folder_is_refused(pathtracer, even_sky):
     assert "input" in refused(pathtracer, "--env", even_sky.name, "-o", even_sky.name)
+    (pathtracer.folder / "a.exr").mkdir()
+    assert "a.exr is a folder" in refused(pathtracer, "-o", "a.exr")
 
 
 # ---- With a cluster on this machine
+
+
+def test_no_web_pages_are_served(monkeypatch):
+    psutil = pytest.importorskip("psutil", reason="scripts/farm has not installed Dask")
+    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
+    monkeypatch.setenv("PYTHONPATH", str(SCRIPTS))
+    listening, web = [], []
+    with cluster.connect(None, 1):
+        for process in [psutil.Process(), *psutil.Process().children(recursive=True)]:
+            listening += [found.laddr for found in process.net_connections(kind="tcp") if found.status == "LISTEN"]
+        for address in listening:
+            with socket.create_connection(address, timeout=10) as client, contextlib.suppress(OSError):
+                client.settimeout(2)
+                client.sendall(b"GET / HTTP/1.0\r\n\r\n")
+                if client.recv(16).startswith(b"HTTP/"):
+                    web.append(address)
+    assert len(listening) >= 2 and web == []
 
 
 def test_the_picture_is_one_machines(pathtracer):
@@ -165,6 +217,10 @@ def test_the_picture_is_one_machines(pathtracer):
     farm = start(pathtracer, *command)
     victim = wait_for(lambda: len(list(parts.glob("*.exr"))) >= 1 and at_work(farm)).pop()
     victim.kill()
+    os.set_blocking(farm.stderr.fileno(), False)
+    died = wait_for(lambda: farm.stderr.readline())
+    assert died.startswith("farm: worker ") and died.endswith("rendered elsewhere\n")
+    os.set_blocking(farm.stderr.fileno(), True)
     wait_for(lambda: farm.poll() is not None or len(list(parts.glob("*.exr"))) >= 5)
     farm.send_signal(signal.SIGINT)
     out, message = farm.communicate(timeout=120)
@@ -172,13 +228,17 @@ def test_the_picture_is_one_machines(pathtracer):
     assert not (pathtracer.folder / "out.exr").exists()
     kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")}
     assert 5 <= len(kept) < 20 and not list(parts.glob(".libbn-*"))
-    other = start(pathtracer, *command, "--seed", 6)
-    assert "other settings" in other.communicate(timeout=120)[1] and other.returncode == 1
+    for change in (["--seed", 6], ["--spp", 10], ["--crop", "0,0,60,50"], ["--tile", "8x16"], ["--first-sample", 1]):
+        other = start(pathtracer, *command, *change)
+        assert "other settings" in other.communicate(timeout=120)[1] and other.returncode == 1
+    assert {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")} == kept
 
+    damaged = sorted(kept)[0]
+    damaged.write_bytes(damaged.read_bytes()[:-100])
     farm = start(pathtracer, *command)
     out, message = farm.communicate(timeout=120)
-    assert farm.returncode == 0 and message == "", message
-    assert f"{len(kept)} of 20 parts are in" in out and "20 pictures merged" in out
+    assert farm.returncode == 0 and message.count("\n") == 1 and f"{damaged} is damaged" in message, message
+    assert f"{len(kept) - 1} of 20 parts are in" in out and "20 pictures merged" in out
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
     merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
     for name, values in whole.items():

@@ -9,6 +9,7 @@ import subprocess
 import zlib
 
 import numpy as np
+import OpenEXR
 import pytest
 from scene_files import FOUR, QUAD, SIX, SMALL, Gltf, ball, cornell, encoded, floor, textured_floor
 
@@ -426,3 +427,49 @@ def test_lights_beyond_all_bounds_are_left_out(pathtracer):
         done = pathtracer.run("--scene", path, *SMALL, "--spp", 1, "--env", "sky", "-o", "out.exr")
         assert done.returncode == 0, done.stderr
         assert ("a light beyond 1e15" in done.stderr) == (distance > 1e15)
+
+
+# ---- Values and names
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_reference_that_is_not_finite_is_refused(pathtracer, value):
+    """Its error would be no number, or seem perfect."""
+    picture = np.ones((24, 24, 3), np.float32)
+    picture[7, 9, 1] = value
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": picture}) as file:
+        file.write(str(pathtracer.folder / "reference.exr"))
+    one_line(pathtracer, "--reference", "reference.exr", "--convergence", "out.csv", words=["reference.exr", "not finite"])
+    # Elsewhere than in the crop it does no harm.
+    done = pathtracer.run("--reference", "reference.exr", *SMALL, "--crop", "0,8,24,24", "--spp", 1, "-o", "out.exr")
+    assert done.returncode == 0 and "nan" not in done.stdout
+
+
+def test_no_control_characters_reach_the_terminal(pathtracer):
+    """A window's title, and both sets of controls, in names of files and in attributes."""
+    evil = "a\x1b]0;b\x07\x7f\u009b31m\n.exr"
+    controls = [chr(c) for c in [*range(10), *range(11, 32), *range(127, 160)]]
+
+    def said(*arguments, code):
+        done = pathtracer.run(*arguments)
+        assert done.returncode == code, done.stderr
+        text = done.stdout + done.stderr
+        assert text and not any(c in text for c in controls) and text.count("\n") <= 2, repr(text)
+        return text
+
+    size = [*SMALL, "--spp", 1]
+    said(*size, "-o", evil, code=0)
+    said(*size, "--scene", evil, "-o", "out.exr", code=1)
+    said(*size, "--scene", evil.replace("exr", "obj"), "-o", "out.exr", code=1)
+    said(*size, "--env", "no" + evil, "-o", "out.exr", code=1)
+    said(*size, "--resume", "no" + evil, "-o", "out.exr", code=1)
+    said(*size, "-" + evil, "-o", "out.exr", code=1)
+    said("--merge", evil, "-o", "b" + evil, code=0)
+    # Attributes of the same length: those of a picture of a file of ten letters.
+    (pathtracer.folder / "scene1.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
+    begun = pathtracer.render(*size, "--scene", "scene1.obj")
+    begun.write_bytes(begun.read_bytes().replace(b"scene1.obj", b"\x1b]0;1m.obj"))
+    assert "]0;1m.obj" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)
+    other = pathtracer.render(*size)
+    assert "]0;1m.obj" in said("--merge", begun, other, "-o", "out.exr", code=1)

@@ -2,7 +2,11 @@
 """Outputs never destroy an input or each other, and appear together or not at all."""
 
 import os
+import shutil
+import signal
 import stat
+import subprocess
+from pathlib import Path
 
 import pytest
 from scene_files import floor
@@ -109,3 +113,26 @@ def test_temporary_files_have_names_that_nobody_knows(pathtracer):
 def test_outputs_obey_the_umask(pathtracer):
     assert pathtracer.run(*SIZE, "-o", "out.exr", preexec_fn=lambda: os.umask(0o027)).returncode == 0
     assert stat.S_IMODE((pathtracer.folder / "out.exr").stat().st_mode) == 0o640
+
+
+KILLED = """#include <signal.h>
+#include <unistd.h>
+int fsync(int file) { raise(%s); return 0; }
+"""
+
+
+@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
+@pytest.mark.parametrize("way", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_killed_merge_leaves_no_temporary_file(pathtracer, way):
+    """The signal comes while the first file is written."""
+    if b"__asan_init" in Path(pathtracer.binary).read_bytes():
+        pytest.skip("the address sanitizer must be the first library that is loaded")
+    part = pathtracer.render(*SIZE)
+    before = sorted(os.listdir(pathtracer.folder))
+    source, library = pathtracer.folder / "killed.c", pathtracer.folder / "killed.so"
+    source.write_text(KILLED % way)
+    subprocess.run(["cc", "-shared", "-fPIC", source, "-o", library], check=True)
+    done = pathtracer.run("--merge", part, "-o", "out.exr", env={**os.environ, "LD_PRELOAD": str(library)},
+                          preexec_fn=lambda: signal.signal(getattr(signal, way), signal.SIG_DFL))
+    assert done.returncode == -getattr(signal, way)
+    assert sorted(os.listdir(pathtracer.folder)) == sorted([*before, "killed.c", "killed.so"])

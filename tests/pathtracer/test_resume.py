@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from PIL import Image
 from pathtracer_driver import read_exr, read_layers
 from scene_files import DOWN, SMALL, floor
 from test_command_line import failure
@@ -160,3 +161,52 @@ def test_a_damaged_picture_is_refused_or_gone_on_with(pathtracer):
             assert not (pathtracer.folder / "out.exr").exists()
         (pathtracer.folder / "out.exr").unlink(missing_ok=True)
     assert refused > 20
+
+
+def test_files_that_a_picture_names_are_read_below_its_folder_only(pathtracer, even_sky):
+    """The picture may be a stranger's."""
+    folder = pathtracer.folder
+    floor().save(folder / "scene.glb")
+    Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(folder / "mask.png")
+    (folder / "theirs").mkdir()
+    (folder / "theirs" / "sky.exr").symlink_to("../even.exr")
+    for option, file in [("--scene", "scene.glb"), ("--env", even_sky.name), ("--mask", "mask.png"),
+                         ("--env", "theirs/sky.exr"), ("--env", even_sky), ("--env", "theirs/../even.exr")]:
+        settings = [*SMALL, "--sampler", "mask", option, file]
+        begun = folder / "theirs" / "begun.exr"
+        assert pathtracer.run(*settings, "--spp", 1, "-o", begun).returncode == 0
+        again = ["--resume", "theirs/begun.exr", "--spp", 2, "-o", "out.exr"]
+        message = failure(pathtracer, *again)
+        assert str(file) in message and "outside the picture's folder" in message
+        assert f"name it with {option}" in message and "--allow-outside" in message
+        for more in (["--allow-outside"], [option, file]):
+            assert pathtracer.run(*again, *more).returncode == 0
+        begun.rename(folder / "begun.exr")
+        assert pathtracer.run("--resume", "begun.exr", "--spp", 2, "-o", "out.exr").returncode == 0
+        for name in ("out.exr", "out.png"):
+            (folder / name).unlink()
+
+
+@pytest.mark.parametrize("name", ["seconds", "samplingShare", "exposure"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1])
+def test_attributes_that_no_picture_has_are_refused(pathtracer, name, value):
+    begun = pathtracer.render("--size", "8x8", "--spp", 1)
+    data = begun.read_bytes()
+    at = data.index(f"{name}\0float\0".encode()) + len(name) + 11
+    begun.write_bytes(data[:at] + np.float32(value).tobytes() + data[at + 4:])
+    if name == "exposure" and value == -1:
+        return
+    message = failure(pathtracer, "--resume", begun, "--spp", 2, "-o", "out.exr")
+    assert name in message and begun.name in message
+    assert name in failure(pathtracer, "--merge", begun, "-o", "out.exr")
+
+
+def test_a_terminal_that_closes_leaves_the_picture_so_far(pathtracer):
+    program = subprocess.Popen([pathtracer.binary, "--size", "64x64", "--spp", "1000000", "--quiet", "-o", "out.exr"],
+                               cwd=pathtracer.folder, stderr=subprocess.PIPE, text=True,
+                               preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+    time.sleep(1)
+    program.send_signal(signal.SIGHUP)
+    message = program.communicate(timeout=60)[1]
+    assert program.returncode == 128 + signal.SIGHUP and "picture so far" in message
+    assert read_layers(pathtracer.folder / "out.exr")["count"].min() > 0

@@ -207,3 +207,15 @@ def test_an_obj_without_its_materials_is_grey(pathtracer, even_sky):
     done = pathtracer.run("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "-o", "out.exr")
     assert done.returncode == 0
     assert done.stderr == f"pathtracer: {path}: ignores the missing material file lost.mtl\n"
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.gltf"])
+def test_an_extension_that_keeps_buffers_elsewhere_is_named(pathtracer, name):
+    """Its fallback buffers have no bytes and no URI."""
+    g = floor()
+    document = g.document()
+    document["buffers"] += [{"byteLength": 96, "extensions": {"EXT_meshopt_compression": {"fallback": True}}}] * 2
+    document["extensionsUsed"] = document["extensionsRequired"] = ["KHR_mesh_quantization", "EXT_meshopt_compression"]
+    g.document = lambda **buffer: document
+    g.save(pathtracer.folder / name)
+    refused(pathtracer, pathtracer.folder / name, "requires the extension EXT_meshopt_compression")

@@ -11,6 +11,7 @@ import pytest
 from onnx_file import convolution
 
 import bluenoise
+from bluenoise import _files
 from bluenoise._cli import main
 
 Image = pytest.importorskip("PIL.Image")
@@ -166,7 +167,18 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "8", "--channels", "2", "-o", "m.png"], ["--channels needs --method auto or anneal or neural,"]),
         (["mask", "--size", "8", "--json", "-o", "-"], ["--json"]),
         (["spectrum", "flat.npy"], ["-o", "--json"]),
-        (["measure", "deep.npy"], ["deep.npy", "(2, 4, 4)", "--channel"]),
+        (["measure", "volume.npy"], ["volume.npy", "(2, 4, 4)", "--channel"]),
+        (["spectrum", "deep.npy", "-o", "s.csv"], ["deep.npy", "(2, 4, 4)", "--channel"]),
+        (["dither", "colour.png", "colour.png"], ["colour.png", "input"]),
+        (["dither", "colour.png", "./link.png"], ["link.png", "input"]),
+        (["dither", "colour.png", "grey.png", "--mask", "grey.png"], ["grey.png", "input"]),
+        (["spectrum", "flat.npy", "-o", "flat.npy"], ["flat.npy", "input"]),
+        (["mask", "--size", "8", "-o", "pipe.npy"], ["pipe.npy", "regular"]),
+        (["dither", "colour.png", "out.png", "--mask", "grey.png"], ["grey.png", "8-bit", "--rank"]),
+        (["dither", "colour.png", "out.png", "--rank"], ["--rank", "--mask"]),
+        (["points", "--count", "9", "--method", "mask", "--candidates", "2", "-o", "p.csv"], ["--candidates needs --method best"]),
+        (["points", "--count", "-9", "-o", "p.csv"], ["n", "-9"]),
+        (["points", "--count", "9", "-o", "p.png"], ["p.png", ".csv"]),
         (["measure", "deep.npy", "--channel", "3"], ["channel 3", "(2, 4, 4)"]),
         (["measure", "cut.npy"], ["cut.npy", "128 bytes", "127"]),
         (["measure", "huge.npy"], ["huge.npy", "800000000000 bytes"]),
@@ -179,7 +191,6 @@ def test_spectrum_as_a_plot(tmp_path):
         (["measure", "missing.npy"], ["missing.npy", "does not exist"]),
         (["measure", "broken.png"], ["broken.png"]),
         (["measure", "broken.npy"], ["broken.npy"]),
-        (["measure", "colour.png"], ["colour.png", "two dimensions"]),
         (["measure", "line.npy"], ["line.npy", "(3,)"]),
         (["measure", "folder.png"], ["folder.png"]),
         (["dither", "missing.png", "out.png"], ["missing.png"]),
@@ -207,7 +218,10 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
     (tmp_path / "zip.npy").write_bytes(b"PK\x03\x04 no more")
     os.mkfifo(tmp_path / "pipe.npy")
     (tmp_path / "loop.npy").symlink_to("loop.npy")
+    np.save(tmp_path / "volume.npy", bluenoise.mask((2, 4, 4)))
     Image.new("RGB", (4, 4)).save(tmp_path / "colour.png")
+    (tmp_path / "link.png").symlink_to("colour.png")
+    Image.new("L", (4, 4)).save(tmp_path / "grey.png")
     before = sorted(tmp_path.iterdir())
     assert main(arguments) == 1
     out, err = lines(capsys)
@@ -220,6 +234,7 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
     ("arguments", "word"),
     [
         ([], "COMMAND"),
+        ([], "bluenoise dither photo.jpg"),
         (["mask"], "--size"),
         (["mask", "--size", "8y8", "-o", "m.png"], "8y8"),
         (["mask", "--size", "0", "-o", "m.png"], "--size: '0'"),
@@ -234,18 +249,20 @@ def test_errors_are_one_line_and_leave_nothing(arguments, words, tmp_path, capsy
 def test_wrong_usage(arguments, word, capsys):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
-    assert caught.value.code == 2 and word in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert caught.value.code == 2 and word in error
+    assert error.count("\n") == 1 or not arguments
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, capsys, monkeypatch):
     out = tmp_path / "mask.npy"
     out.write_bytes(b"precious")
 
-    def fail(path, array):
-        path.write_bytes(b"half")
+    def fail(file, array):
+        file.write(b"half")
         raise OSError("the disk is full")
 
-    monkeypatch.setattr(np, "save", fail)
+    monkeypatch.setattr(np.lib.format, "write_array_header_1_0", fail)
     assert main(["mask", "--size", "8x8", "-o", str(out)]) == 1
     assert "the disk is full" in capsys.readouterr().err
     assert out.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [out]
@@ -333,11 +350,79 @@ def test_streams(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_sixteen_bit_colour_is_not_read_as_eight(tmp_path, capsys):
+@pytest.mark.parametrize("channels", [2, 3, 4])
+def test_every_channel_of_a_sixteen_bit_picture_is_measured(channels, tmp_path, capsys):
     out = tmp_path / "mask.png"
-    assert main(["mask", "--size", "8", "--method", "anneal", "--channels", "3", "--sweeps", "1", "-o", str(out)]) == 0
-    assert main(["measure", "--channel", "1", str(out)]) == 1
-    assert "16-bit" in lines(capsys)[1][0]
+    arguments = ["mask", "--size", "24x20", "--method", "anneal", "--channels", str(channels), "--sweeps", "1"]
+    assert main([*arguments, "-o", str(out)]) == 0
+    masks = bluenoise.mask((20, 24), method="anneal", channels=channels, sweeps=1)
+    assert main(["measure", "--json", str(out)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["size"] == [24, 20]
+    assert [own["e_1"] for own in found["channels"]] == [bluenoise.measure(own)["e_1"] for own in masks]
+    assert main(["measure", str(out)]) == 0
+    rows = {line[:18].strip(): line[18:].split() for line in lines(capsys)[0]}
+    assert rows["E_1.5"] == [f"{bluenoise.measure(own)['e_1.5']:.5f}" for own in masks]
+    assert main(["measure", "--json", "--channel", str(channels), str(out)]) == 0
+    assert json.loads(capsys.readouterr().out)["e_1"] == found["channels"][-1]["e_1"]
+
+
+def test_a_row_has_no_anisotropy_and_no_unit(tmp_path, capsys):
+    bluenoise.save(tmp_path / "row.npy", bluenoise.mask((1, 512)))
+    assert main(["measure", str(tmp_path / "row.npy")]) == 0
+    assert "anisotropy        none" in lines(capsys)[0]
+
+
+def test_json_names_the_method_that_auto_takes(tmp_path, capsys):
+    out = tmp_path / "mask.png"
+    assert main(["mask", "--size", "8", "--method", "auto", "--channels", "3", "--json", "-o", str(out)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["method"], found["channels"]) == ("anneal", 3)
+    again = ["--method", found["method"], "--sweeps", str(found["options"]["sweeps"]), "--channels", "3"]
+    assert main(["mask", "--size", "8", *again, "-o", str(tmp_path / "again.png")]) == 0
+    assert (tmp_path / "again.png").read_bytes() == out.read_bytes()
+    assert main(["mask", "--size", "8", "--method", "auto", "--json", "-o", str(out)]) == 0
+    assert json.loads(capsys.readouterr().out)["method"] == "void-and-cluster"
+
+
+def test_a_texture_of_eight_bits_is_ranked_on_request(tmp_path, capsys):
+    ranks = bluenoise.mask((64, 64), seed=3)
+    Image.fromarray((ranks // 16).astype(np.uint8)).save(tmp_path / "texture.png")
+    Image.fromarray(np.full((128, 128), 100, np.uint8)).save(tmp_path / "in.png")
+    dither = ["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png"), "--mask", str(tmp_path / "texture.png")]
+    assert main([*dither, "--rank"]) == 0
+    found = np.asarray(Image.open(tmp_path / "out.png"))
+    assert found.mean() == pytest.approx(100, abs=0.1)
+    exact = bluenoise.dither(np.full((128, 128), 100, np.uint8), mask=ranks)
+    assert (found != exact).mean() <= 1 / 256  # only among the texels of one level
+    Image.merge("RGBA", [Image.open(tmp_path / "texture.png")] * 3 + [Image.new("L", (64, 64), 255)]).save(tmp_path / "rgba.png")
+    assert main([*dither[:-1], str(tmp_path / "rgba.png"), "--rank"]) == 0
+    assert (np.asarray(Image.open(tmp_path / "out.png")) == found).all()
+    assert lines(capsys) == ([], [])
+
+
+def test_a_picture_is_dithered_with_a_mask_for_each_channel(tmp_path):
+    masks = bluenoise.mask((16, 16), method="anneal", channels=3, sweeps=1)
+    bluenoise.save(tmp_path / "masks.png", masks)
+    pixels = np.random.default_rng(1).integers(0, 256, (20, 30, 3)).astype(np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "in.png")
+    assert main(["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png"), "--mask", str(tmp_path / "masks.png")]) == 0
+    assert (np.asarray(Image.open(tmp_path / "out.png")) == bluenoise.dither(pixels, mask=masks)).all()
+
+
+def test_points(tmp_path, capsys):
+    pytest.importorskip("scipy")
+    out = tmp_path / "points.csv"
+    assert main(["points", "--count", "50", "--seed", "3", "--candidates", "2", "--json", "-o", str(out)]) == 0
+    assert json.loads(capsys.readouterr().out)["count"] == 50
+    expected = bluenoise.points(50, seed=3, candidates=2)
+    assert out.read_text().startswith("x,y\n")
+    np.testing.assert_array_equal(np.loadtxt(out, delimiter=",", skiprows=1), expected)
+    bluenoise.save(tmp_path / "mask.png", bluenoise.mask((20, 30)))
+    arguments = ["points", "--count", "40", "--method", "mask", "--mask", str(tmp_path / "mask.png")]
+    assert main([*arguments, "-o", str(tmp_path / "points.npy")]) == 0
+    expected = bluenoise.points(40, method="mask", mask=bluenoise.mask((20, 30)))
+    np.testing.assert_array_equal(np.load(tmp_path / "points.npy"), expected)
 
 
 def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(tmp_path, monkeypatch):
@@ -346,14 +431,14 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
         monkeypatch.setattr(
             os, call, lambda *given, call=call, real=getattr(os, call): (steps.append(call), real(*given))
         )
-    save = np.save
+    save = _files.save_array
 
     def record(path, array):
         folders.append(path.parent)
         assert path.parent.stat().st_mode & 0o077 == 0, "others could put a link there"
         save(path, array)
 
-    monkeypatch.setattr(np, "save", record)
+    monkeypatch.setattr(_files, "save_array", record)
     for _ in range(2):
         assert main(["mask", "--size", "8x8", "-o", str(out)]) == 0
     assert folders[0] != folders[1] and steps == ["fsync", "replace"] * 2
@@ -391,3 +476,81 @@ def test_run_as_a_module(tmp_path):
     assert made.returncode == 0 and not made.stderr and (tmp_path / "m.png").exists()
     bad = run("measure", "none.png")
     assert bad.returncode == 1 and bad.stderr.count("\n") == 1
+
+
+def run_in_shell(command, cwd):
+    """Runs a command, in which {} is the program."""
+    program = f"'{sys.executable}' -m bluenoise"
+    return subprocess.run(["sh", "-c", command.replace("{}", program)], capture_output=True, text=True, cwd=cwd)
+
+
+def test_closed_streams(tmp_path):
+    """The work is done, or one line says why not."""
+    bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
+    for close in ("2>&-", ">&-", "<&-", "<&- >&- 2>&-"):
+        done = run_in_shell("{} mask --size 8 -o out.npy " + close, tmp_path)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "") and load_and_remove(tmp_path / "out.npy").shape == (8, 8)
+    for command in ("{} measure in.npy >&-", "{} measure --json in.npy >&-", "{} mask --size 8 -o - >&-"):
+        done = run_in_shell(command, tmp_path)
+        assert (done.returncode, done.stderr) == (1, "bluenoise: standard output is closed\n")
+    done = run_in_shell("{} measure - <&-", tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "bluenoise: standard input is closed\n")
+    done = run_in_shell("{} measure none.npy 2>&-", tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    done = run_in_shell("{} paint 2>&-", tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+def load_and_remove(path):
+    array = bluenoise.load(path)
+    path.unlink()
+    return array
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")
+@pytest.mark.parametrize("command", ["--help", "--version", "measure in.npy", "mask --size 64 -o -", "mask --size 8 --json -o m.npy"])
+def test_an_output_that_takes_nothing_is_an_error(command, tmp_path):
+    bluenoise.save(tmp_path / "in.npy", bluenoise.mask((8, 8)))
+    done = run_in_shell("{} " + command + " > /dev/full", tmp_path)
+    assert (done.returncode, done.stderr) == (1, "bluenoise: standard output: No space left on device\n")
+    assert run_in_shell("{} measure none.npy 2> /dev/full", tmp_path).returncode == 1
+
+
+@pytest.mark.parametrize("name", ["mask.npy", "mask.png", "mask.exr", "points.npy", "points.csv", "spectrum.npy", "spectrum.png"])
+def test_a_full_disk_is_named_with_the_file(name, tmp_path):
+    """A limit on the size of files fails in the same way, with other words."""
+    needed = {"mask.exr": "OpenEXR", "spectrum.png": "matplotlib"}.get(name)
+    if needed:
+        pytest.importorskip(needed)
+    bluenoise.save(tmp_path / "in.npy", bluenoise.mask((128, 128), method="white"))
+    (tmp_path / name).write_bytes(b"precious")
+    command = {"mask": "mask --size 256 --method white", "points": "points --count 9999 --method mask",
+               "spectrum": "spectrum in.npy"}[name.split(".")[0]]
+    done = run_in_shell(f"ulimit -f 8; {{}} {command} -o {name}", tmp_path)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert done.stderr.startswith(f"bluenoise: {name}") and ("File too large" in done.stderr or name == "mask.exr"), done.stderr
+    assert (tmp_path / name).read_bytes() == b"precious" and len(list(tmp_path.iterdir())) == 2
+
+
+def test_the_line_of_the_bar_ends_before_a_message(tmp_path, monkeypatch, capsys):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    def screen(*arguments):
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        status = main([*arguments])
+        return status, sys.stderr.getvalue()
+
+    status, text = screen("mask", "--size", "300", "-o", str(tmp_path / "mask.png"))
+    assert status == 0 and text.split("\r")[-1].splitlines()[0] == "100 %"
+    assert text.splitlines()[-1].startswith("bluenoise: ") and "\r" not in text.splitlines()[-1]
+    assert screen("measure", str(tmp_path / "mask.png"))[1].endswith("\r100 %\n")
+
+    def fail(*arguments, progress=None, **options):
+        progress(0.5)
+        raise ValueError("enough")
+
+    monkeypatch.setattr("bluenoise._cli.make_mask", fail)
+    assert screen("mask", "--size", "8", "-o", str(tmp_path / "m.png")) == (1, "\r 50 %\nbluenoise: enough\n")
+    assert screen("mask", "--size", "8", "--quiet", "-o", str(tmp_path / "m.png"))[1].startswith("bluenoise: ")

@@ -136,8 +136,13 @@ def test_any_layout():
         ([[0.5]], {"levels": 257}, ValueError, ["levels", "257"]),
         ([[0.5]], {"levels": 2.5}, TypeError, ["levels", "2.5"]),
         ([[0.5]], {"mask": [[0, 0]]}, ValueError, ["mask", "0 2 times"]),
-        ([[0.5]], {"mask": [[0.5]]}, TypeError, ["mask", "float64"]),
-        ([[0.5]], {"mask": [0, 1]}, ValueError, ["mask", "(2,)"]),
+        ([[0.5]], {"mask": [[1.0]]}, ValueError, ["mask", "1.0"]),
+        ([[0.5]], {"mask": [[float("nan")]]}, ValueError, ["mask", "nan"]),
+        ([[0.5]], {"mask": [["a"]]}, TypeError, ["mask"]),
+        ([[0.5]], {"mask": np.zeros((1, 1, 1, 1))}, ValueError, ["mask", "(1, 1, 1, 1)"]),
+        (np.zeros((4, 4, 3)), {"mask": np.zeros((2, 3, 3))}, ValueError, ["mask has 2 channels and the image 3", "mask[0]"]),
+        ([[0.5]], {"mask": mask((2, 4, 4))}, ValueError, ["mask (2, 4, 4)", "to_float(mask)[0]"]),
+        (np.zeros((3, 40, 50)), {}, ValueError, ["(3, 40, 50)", "moveaxis"]),
         ([[0.5]], {"channel_offset": 1}, TypeError, ["channel_offset", "1"]),
         ([[0.5]], {"srgb": "yes"}, TypeError, ["srgb", "'yes'"]),
     ],
@@ -146,6 +151,64 @@ def test_bad_arguments(image, options, error, words):
     with pytest.raises(error) as caught:
         dither(image, **options)
     assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+@pytest.mark.parametrize("srgb", [False, True])
+@pytest.mark.parametrize("levels", [2, 5])
+@pytest.mark.parametrize("shape", [(50, 70), (50, 70, 3)])
+def test_values_as_a_mask_are_the_thresholds(shape, levels, srgb):
+    ranks = mask((16, 24), seed=1)
+    image = np.random.default_rng(0).random(shape, np.float32)
+    expected = dither(image, levels, mask=ranks, srgb=srgb)
+    for values in (to_float(ranks), to_float(ranks).astype(np.float64)):
+        found = dither(image, levels, mask=values, srgb=srgb)
+        assert found.dtype == np.float32 and (found != expected).mean() < 1e-3  # within rounding of a threshold
+    for value in (0, 1):
+        assert (dither(np.full(shape, value, np.float32), levels, mask=np.zeros((3, 3)), srgb=srgb) == value).all()
+
+
+def test_windows_of_a_plane_dither_alike_where_they_overlap():
+    plane = to_float(mask((40, 40), seed=2))
+    image = np.random.default_rng(1).random((40, 40))
+    whole = dither(image, mask=plane)
+    assert (dither(image[5:25, 8:30], mask=plane[5:25, 8:30]) == whole[5:25, 8:30]).all()
+
+
+@pytest.mark.parametrize("kind", [np.uint32, np.float32])
+def test_each_channel_with_a_mask_of_its_own(kind):
+    ranks = mask((16, 16), method="anneal", channels=3, sweeps=2)
+    masks = ranks if kind is np.uint32 else to_float(ranks)
+    image = np.random.default_rng(1).random((20, 30, 3))
+    found = dither(image, 3, mask=masks)
+    for channel in range(3):
+        assert (found[..., channel] == dither(image[..., channel], 3, mask=masks[channel])).all()
+    assert (dither(image[..., :2], 3, mask=masks) == found[..., :2]).all()
+
+
+def test_a_row_is_a_mask():
+    row = mask((64,), seed=1)
+    image = np.full((3, 100), 0.3)
+    assert (dither(image, mask=row) == dither(image, mask=row[None])).all()
+    assert (dither(image, mask=to_float(row)) == dither(image, mask=to_float(row)[None])).all()
+
+
+def test_what_numpy_cannot_convert_is_refused_with_a_hint():
+    class Tensor:
+        def __array__(self, dtype=None, copy=None):
+            raise RuntimeError("this tensor requires grad")
+
+        def detach(self):
+            return self
+
+    for call in (lambda: dither(Tensor()), lambda: dither(np.zeros((4, 4)), mask=Tensor()), lambda: to_float(Tensor()),
+                 lambda: bluenoise.measure(Tensor()), lambda: bluenoise.Sampler().sample(Tensor(), 0, 0)):
+        with pytest.raises(TypeError, match=r"requires grad.*\.detach\(\)\.cpu\(\)\.numpy\(\)"):
+            call()
+
+
+def test_a_texture_is_no_mask_of_ranks_and_the_error_says_what_to_do():
+    with pytest.raises(ValueError, match=r"0 16 times; .*rank=True"):
+        dither(np.zeros((8, 8)), mask=np.repeat(np.arange(4), 16).reshape(8, 8))
 
 
 class TestPictures:

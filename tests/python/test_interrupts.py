@@ -1,56 +1,105 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C during work without a progress callback: the caller does not wait for the end of the work."""
+"""Ctrl-C: the caller does not wait for the end of the work, and the process ends as it should, whatever goes on in it."""
 
+import os
 import signal
-import threading
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bluenoise
-from bluenoise._interrupt import interruptible
-
-RANKS = np.arange(700 * 701, dtype=np.uint32).reshape(700, 701)
+from bluenoise import _core
 
 
-@pytest.fixture
-def interrupts():
-    # A process started in the background of a script ignores interrupts until it is told not to.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+@pytest.mark.parametrize("work", [_core.power_spectrum, lambda ranks: _core.mask_error(ranks, 1.0)])
+def test_a_measure_is_left_at_once(work):
+    """Signal handlers run while the library works: those of one call run one by one. Otherwise they would run together, after
+    the call. Without an exception the result comes through."""
+    ranks = bluenoise.mask((2048, 2048), method="white")
+    handled = []
+
+    def handle(*_):
+        handled.append(1)
+        if len(handled) == 2:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, handle)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.06, 0.06)
+        with pytest.raises(KeyboardInterrupt):
+            work(ranks)
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    small = ranks[:200, :200].argsort(axis=None).reshape(200, 200).astype(np.uint32)
+    assert np.isfinite(work(small)).all()
 
 
-@pytest.mark.parametrize("work", [bluenoise.power_spectrum, bluenoise.measure, bluenoise.radial_power,
-                                  lambda ranks: bluenoise.anisotropy([ranks] * 4)])
-def test_measures_are_left_at_once(work, interrupts, monkeypatch):
-    """Replacements for the C functions return only after the interrupt, so the test does not depend on timing."""
-    arrived = threading.Event()
-
-    def slow(ranks, *sigma):
-        assert threading.current_thread() is not threading.main_thread(), "a C function would keep Ctrl-C waiting here"
-        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-        assert arrived.wait(60), "the caller waited for the end of the work"
-        raise ValueError("the work ends in the background")
-
-    monkeypatch.setattr(bluenoise._core, "power_spectrum", slow)
-    monkeypatch.setattr(bluenoise._core, "mask_error", slow)
-    with pytest.raises(KeyboardInterrupt):
-        work(RANKS)
-    arrived.set()
+PROGRAM = """
+import signal, sys, threading, time
+import numpy as np
+import bluenoise
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def test_results_and_errors_come_through():
-    before = set(threading.enumerate())
-    assert interruptible(lambda a, b: a + b, 1, 2) == 3
-    with pytest.raises(ZeroDivisionError):
-        interruptible(lambda: 1 // 0)
-    assert set(threading.enumerate()) <= before
+class Late:
+    def __del__(self, sleep=time.sleep):  # when Python ends, and takes its lock from every thread that asks for it
+        sleep(1.5)
 
 
-def test_other_threads_work_in_place():
-    names = []
-    thread = threading.Thread(target=lambda: interruptible(lambda: names.append(threading.current_thread().name)))
-    thread.start()
-    thread.join()
-    assert names == [thread.name]
+late = Late()
+ranks = bluenoise.mask((300, 300), method="white")
+threading.Thread(target=lambda: (time.sleep({delay}), signal.raise_signal(signal.SIGINT)), daemon=True).start()
+while True:
+    bluenoise.measure(ranks)
+"""
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.2, 0.3])
+def test_a_program_that_measures_ends_with_a_traceback(delay):
+    """No thread of Python is left inside the library when Python ends; one could abort the process."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM.format(delay=delay)], capture_output=True, text=True)
+    assert done.stderr.splitlines()[-1] == "KeyboardInterrupt" and "terminate" not in done.stderr
+    assert done.returncode == -signal.SIGINT, done.stderr
+
+
+def test_no_thread_of_python_is_started():
+    program = ("import threading, bluenoise\n"
+               "threading.Thread.start = None\n"
+               "bluenoise.measure(bluenoise.mask((256, 256), method='white'))")
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def environment(folder):
+    return {**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+
+
+@pytest.mark.parametrize("as_module", [False, True])
+@pytest.mark.parametrize("module", ["numpy", "argparse"])
+def test_an_interrupt_during_the_imports_of_the_command_leaves_no_traceback(as_module, module, tmp_path):
+    script = Path(sysconfig.get_path("scripts"), "bluenoise")
+    if not as_module and not script.exists():
+        pytest.skip("the command is not installed")
+    hook = "import os, signal, sys, time\n"
+    if module == "argparse":  # once more, when bluenoise itself is there
+        hook += "if 'bluenoise._points' not in sys.modules: raise ImportError('too early')\n"
+    (tmp_path / f"{module}.py").write_text(hook + "os.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60)\n")
+    command = [sys.executable, "-m", "bluenoise"] if as_module else [sys.executable, str(script)]
+    reset = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    (tmp_path / "sitecustomize.py").write_text(reset)
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, env=environment(tmp_path))
+    assert done.returncode == -signal.SIGINT and done.stderr == ""
+
+
+def test_a_program_that_imports_the_package_keeps_its_handler(tmp_path):
+    (tmp_path / "program").mkdir()
+    (tmp_path / "program" / "__init__.py").write_text("import bluenoise\n")
+    (tmp_path / "program" / "__main__.py").write_text(
+        "import signal\nassert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n")
+    (tmp_path / "sitecustomize.py").write_text("import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n")
+    subprocess.run([sys.executable, "-m", "program"], cwd=tmp_path, check=True, env=environment(tmp_path))

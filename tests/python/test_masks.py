@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bluenoise
-from bluenoise import mask, to_float
+from bluenoise import _arguments, mask, to_float
 
 
 def is_permutation(ranks):
@@ -32,8 +32,11 @@ def test_seeds(method):
     assert (one == two).all()
 
 
-def test_an_integer_is_a_shape():
-    assert (mask(20, seed=1) == mask((20,), seed=1)).all()
+@pytest.mark.parametrize("number", [64, np.int64(64)])
+def test_an_integer_is_no_shape(number):
+    """The command takes 64 for a square, NumPy for a row."""
+    with pytest.raises(TypeError, match=r"\(64, 64\) is a square, \(64,\) a row"):
+        mask(number)
 
 
 def test_void_and_cluster_is_blue():
@@ -231,7 +234,9 @@ def test_auto_is_the_method_that_the_docs_recommend():
         ("88", {}, TypeError, ["shape", "'88'"]),
         (None, {}, TypeError, ["shape", "None"]),
         ((2**16, 2**16), {}, MemoryError, ["shape", "65536"]),
-        ((2**32, 1), {}, ValueError, ["shape", str(2**32)]),
+        ((2**32, 1), {}, MemoryError, ["shape", str(2**32), "2**31 - 1"]),
+        ((0, 64), {}, ValueError, ["extents of at least 1", "(0, 64)"]),
+        (memoryview(np.zeros((2, 2), int)), {}, TypeError, ["shape", "memory"]),
         ((2**32 - 1,) * 3, {}, MemoryError, ["shape"]),
         ((8, 8), {"sigma": 0}, ValueError, ["sigma", "0"]),
         ((8, 8), {"sigma": -1.5}, ValueError, ["sigma", "-1.5"]),
@@ -242,7 +247,7 @@ def test_auto_is_the_method_that_the_docs_recommend():
         ((8, 8), {"initial_fraction": 0}, ValueError, ["initial_fraction", "0"]),
         ((8, 8), {"initial_fraction": 0.51}, ValueError, ["initial_fraction", "0.51"]),
         ((8, 8), {"progress": 1}, TypeError, ["progress", "1"]),
-        ((8, 8), {"sigmas": 2}, TypeError, ["sigmas", "2"]),
+        ((8, 8), {"sigmas": 2}, TypeError, ["sigmas"]),
         ((8, 8), {"method": "white", "sigma": 2}, TypeError, ["'white'", "sigma", "2"]),
         ((8, 8), {"seed": -1}, ValueError, ["seed", "-1"]),
         ((8, 8), {"seed": 2**64}, ValueError, ["seed", str(2**64)]),
@@ -267,6 +272,134 @@ def test_progress_rises():
     assert (ranks == mask((128, 128))).all()
     assert fractions and fractions == sorted(fractions)
     assert 0 <= fractions[0] and fractions[-1] <= 1
+
+
+METHODS = {
+    "void-and-cluster": {}, "relax": {}, "anneal": {"sweeps": 3}, "white": {}, "builtin": {}, "auto": {},
+    **({"neural": {}} if importlib.util.find_spec("onnxruntime") and hasattr(bluenoise._core, "NeuralGenerator") else {}),
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("size", [16, 128])
+def test_progress_ends_at_one(method, size):
+    fractions = []
+    ranks = mask((size, size), method=method, progress=fractions.append, **METHODS[method])
+    assert fractions == sorted(fractions) and fractions[-1] == 1 and fractions.count(1) == 1
+    assert (ranks == mask((size, size), method=method, **METHODS[method])).all()
+    with pytest.raises(bluenoise.CancelledError):
+        mask((size, size), method=method, progress=lambda fraction: fraction == 1, **METHODS[method])
+
+
+def test_progress_of_white_noise_advances():
+    fractions = []
+    mask((2048, 2048), method="white", progress=fractions.append)
+    assert len(fractions) > 4 and fractions == sorted(fractions)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_out(method):
+    out = np.full((64, 64), 7, np.uint32)
+    assert mask((64, 64), method=method, out=out, **METHODS[method]) is out
+    assert (out == mask((64, 64), method=method, **METHODS[method])).all()
+    stack = np.zeros((3, 64, 64), np.uint32)
+    mask((64, 64), method=method, out=stack[1], **METHODS[method])
+    assert (stack[1] == out).all() and not stack[::2].any()
+
+
+def test_out_of_channels_and_of_a_start():
+    out = np.zeros((2, 8, 8), np.uint32)
+    assert (mask((8, 8), out=out, channels=2, **QUICK) is out) and (out == mask((8, 8), channels=2, **QUICK)).all()
+    start = mask((16, 16), seed=1)
+    expected = mask((16, 16), start_from_ranks=start, **QUICK)
+    assert (mask((16, 16), start_from_ranks=start, out=start, **QUICK) == expected).all()
+
+
+def read_only(array):
+    array.setflags(write=False)
+    return array
+
+
+@pytest.mark.parametrize(
+    ("out", "error", "words"),
+    [
+        (np.zeros((8, 9), np.uint32), ValueError, ["out", "(8, 8)", "(8, 9)"]),
+        (np.zeros((8, 8), np.int32), ValueError, ["out", "uint32", "int32"]),
+        (np.zeros((8, 8), ">u4"), ValueError, ["out", "uint32", ">u4"]),
+        (np.zeros((8, 8), np.uint32, order="F"), ValueError, ["out", "C order"]),
+        (read_only(np.zeros((8, 8), np.uint32)), ValueError, ["out", "read-only"]),
+        ([[0] * 8] * 8, TypeError, ["out"]),
+    ],
+)
+def test_bad_out(out, error, words):
+    for method in ("void-and-cluster", "white", "anneal"):
+        with pytest.raises(error) as caught:
+            mask((8, 8), method=method, out=out)
+        assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_seed_sequences():
+    children = np.random.SeedSequence(5).spawn(2)
+    one, two = (mask((8, 8), method="white", seed=child) for child in children)
+    assert (one != two).any()
+    assert (mask((8, 8), method="white", seed=children[0]) == one).all()
+    assert (mask((8, 8), method="white", seed=np.random.SeedSequence(5).spawn(1)[0]) == one).all()
+    with pytest.raises(ValueError, match="seed must be 0"):
+        mask((64, 64), method="builtin", seed=children[0])
+
+
+@pytest.mark.parametrize("method", ["void-and-cluster", "relax", "anneal", "white", "neural"])
+def test_a_mask_that_does_not_fit_in_memory_is_refused_at_once(method, monkeypatch):
+    if method not in METHODS:
+        pytest.skip("no ONNX Runtime")
+    monkeypatch.setattr(_arguments, "memory", lambda: 1e6)
+    monkeypatch.setattr(np, "empty", None)
+    with pytest.raises(MemoryError, match=r"\(1000, 1000\).* GB"):
+        mask((1000, 1000), method=method)
+
+
+def test_memory_is_that_of_the_machine():
+    assert 2**26 < _arguments.memory()
+
+
+@pytest.mark.parametrize("method", ["relax", "anneal"])
+def test_a_start_of_another_shape_is_refused_before_it_is_read(method, monkeypatch):
+    monkeypatch.setattr(_arguments, "integers", None)
+    with pytest.raises(ValueError, match=r"start_from_ranks .*\(16, 16\)"):
+        mask((8, 8), method=method, start_from_ranks=np.zeros((16, 16), int))
+
+
+@pytest.fixture
+def changing(monkeypatch):
+    """Ranks that another thread changes while they are checked."""
+    ranks = mask((16, 16), seed=1)
+    check = _arguments.is_permutation
+
+    def check_while_changing(flat):
+        ranks[:] = 2**32 - 1
+        return check(flat)
+
+    monkeypatch.setattr(_arguments, "is_permutation", check_while_changing)
+    return ranks
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda ranks: bluenoise.Sampler("mask", mask=ranks).sample(3, 4, 0),
+        lambda ranks: bluenoise.dither(np.full((16, 16), 0.3), mask=ranks),
+        lambda ranks: mask((16, 16), method="relax", start_from_ranks=ranks, start_step=0.1, start_softness=0.02),
+        lambda ranks: mask((16, 16), method="anneal", sweeps=2, start_from_ranks=ranks),
+        lambda ranks: bluenoise.points(20, method="mask", mask=ranks),
+        lambda ranks: bluenoise.measure(ranks)["e_1"],
+        bluenoise.power_spectrum,
+    ],
+)
+def test_arrays_that_another_thread_changes_are_copied_before_they_are_checked(call, changing):
+    expected_ranks = changing.copy()
+    found = call(changing)
+    assert (changing == 2**32 - 1).all()
+    np.testing.assert_array_equal(found, call(expected_ranks))
 
 
 def test_progress_cancels():
@@ -320,6 +453,19 @@ def test_to_float():
     assert to_float(ranks[3], count=256).tolist() == values[3].tolist()
     assert (to_float(np.asfortranarray(ranks)) == values).all()
     assert to_float(ranks.T[::-1]).tolist() == values.T[::-1].tolist()
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (40,)])
+@pytest.mark.parametrize("channels", [2, 4])
+def test_to_float_of_channels_is_that_of_each(shape, channels):
+    ranks = mask(shape, channels=channels, **QUICK)
+    values = to_float(ranks)
+    for own, found in zip(ranks, values):
+        assert (found == to_float(own)).all()
+    assert values.max() > 0.98
+    deep = mask((4, 8, 8))
+    assert (to_float(deep) == to_float(deep.reshape(-1)).reshape(4, 8, 8)).all()
+    assert (to_float(ranks.reshape(-1), count=ranks.size) == to_float(ranks, count=ranks.size).reshape(-1)).all()
 
 
 def test_to_float_is_below_one_and_rounds_down():

@@ -120,8 +120,8 @@ def test_published_masks(reference_masks):
 @pytest.mark.parametrize(
     ("value", "error", "words"),
     [
-        ([1, 2, 3], ValueError, ["mask", "(3,)"]),
-        (np.zeros((2, 2, 2), int), ValueError, ["mask", "(2, 2, 2)"]),
+        (np.int64(3), ValueError, ["mask", "()"]),
+        (np.zeros((2, 2, 2, 2), int), ValueError, ["mask", "(2, 2, 2, 2)"]),
         (np.zeros((0, 3), int), ValueError, ["mask", "(0, 3)"]),
         ([[1.0, float("nan")]], ValueError, ["mask", "NaN", "1"]),
         ([["a", "b"]], TypeError, ["mask"]),
@@ -135,10 +135,52 @@ def test_bad_masks(function, value, error, words):
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+def test_a_choice_of_measures(monkeypatch):
+    ranks = mask((48, 40), seed=1)
+    whole = measure(ranks)
+    assert list(whole) == ["e_0.75", "e_1", "e_1.5", "e_2", "anisotropy", "low_frequency", "exact"]
+    assert measure(ranks, ["exact", "e_1"]) == {"exact": True, "e_1": whole["e_1"]}
+    assert measure(ranks, measures=("low_frequency",)) == {"low_frequency": whole["low_frequency"]}
+    monkeypatch.setattr(bluenoise._core, "mask_error", None)
+    assert measure(ranks, ["anisotropy"]) == {"anisotropy": whole["anisotropy"]}
+    with pytest.raises(ValueError, match="measures .*e_1.5.*'e_3'"):
+        measure(ranks, ["e_3"])
+    for wrong in ("e_1", 1):
+        with pytest.raises(TypeError, match="measures"):
+            measure(ranks, wrong)
+
+
+def test_progress():
+    fractions = []
+    measure(mask((32, 32)), progress=fractions.append)
+    assert len(fractions) >= 5 and fractions == sorted(fractions) and fractions[-1] == 1 and fractions.count(1) == 1
+    with pytest.raises(bluenoise.CancelledError):
+        measure(mask((32, 32)), progress=lambda fraction: fraction > 0.3)
+    with pytest.raises(TypeError, match="progress"):
+        measure(mask((32, 32)), progress=1)
+
+
+def test_masks_of_every_shape():
+    row = mask((64,), seed=1)
+    assert measure(row, ["e_1", "low_frequency"]) == measure(row[None], ["e_1", "low_frequency"])
+    np.testing.assert_array_equal(power_spectrum(row), power_spectrum(row[None]))
+    for several in (mask((24, 20), method="anneal", channels=3, sweeps=2), mask((3, 24, 20))):
+        power = power_spectrum(several)
+        assert power.shape == (3, 24, 20)
+        frequency, radial = radial_power(several)
+        for own, spectrum, mean in zip(several, power, radial):
+            np.testing.assert_array_equal(spectrum, power_spectrum(own))
+            np.testing.assert_array_equal((frequency, mean), radial_power(own))
+    assert anisotropy(memoryview(np.stack([mask((16, 16))] * 2))) == anisotropy([mask((16, 16))] * 2)
+
+
 def test_bad_sets_of_masks():
     with pytest.raises(ValueError, match="masks"):
         anisotropy([])
     with pytest.raises(ValueError, match="masks .*equal shapes"):
         anisotropy([mask((8, 8)), mask((8, 9))])
-    with pytest.raises(ValueError, match="masks"):
-        anisotropy(mask((8, 8)))
+    for one in (mask((8, 8)), memoryview(mask((8, 8)))):
+        with pytest.raises(ValueError, match=r"masks .*give \[mask\]"):
+            anisotropy(one)
+    with pytest.raises(ValueError, match=r"mask .*mask\[0\]"):
+        measure(mask((8, 8), method="anneal", channels=2, sweeps=1))

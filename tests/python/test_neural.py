@@ -166,7 +166,7 @@ def test_noise_is_the_same_everywhere():
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda g: g.mask(16), ValueError, ["shape", "(16,)"]),
+        (lambda g: g.mask((16,)), ValueError, ["shape", "(16,)"]),
         (lambda g: g.mask((2, 3, 4)), ValueError, ["shape", "(2, 3, 4)"]),
         (lambda g: g.mask((0, 4)), ValueError, ["shape", "0"]),
         (lambda g: g.mask((2**20, 2**20)), MemoryError, ["1048576"]),
@@ -231,6 +231,57 @@ def test_signals_stop_a_large_mask():
     finally:
         signal.signal(signal.SIGALRM, before)
     assert large.mask((16, 16)).shape == (16, 16)
+
+
+def test_a_call_inside_the_progress_of_another_leaves_it_its_own():
+    """The outer call still reports, to its end, and can be cancelled."""
+    outer, inner = NeuralGenerator(ONE, threads=1), NeuralGenerator(TWO, threads=1)
+    fractions, calls = [], []
+
+    def progress(fraction):
+        fractions.append(fraction)
+        if len(fractions) <= 2:
+            inner.window(0, 0, 64, 64)
+            inner.mask((32, 32), progress=calls.append)
+
+    outer.mask((1500, 1500), progress=progress)
+    assert len(fractions) > 3 and fractions == sorted(fractions) and fractions[-1] == 1
+    assert calls.count(1) == 2
+
+    def stop(fraction):
+        inner.window(0, 0, 16, 16)
+        fractions.append(fraction)
+        return len(fractions) == 2
+
+    fractions.clear()
+    with pytest.raises(bluenoise.CancelledError):
+        outer.mask((1500, 1500), progress=stop)
+    assert len(fractions) == 2
+
+
+def test_out(one):
+    two = NeuralGenerator(TWO)
+    for generator, shape in ((one, (30, 40)), (two, (2, 30, 40))):
+        ranks, values = np.zeros(shape, np.uint32), np.zeros(shape, np.float32)
+        assert generator.mask((30, 40), seed=3, out=ranks) is ranks
+        assert (ranks == generator.mask((30, 40), seed=3)).all()
+        assert generator.window(5, 6, 40, 30, out=values) is values
+        assert (values == generator.window(5, 6, 40, 30)).all()
+    for out in (np.zeros((30, 40)), np.zeros((40, 30), np.float32), np.zeros((2, 30, 40), np.float32)):
+        with pytest.raises(ValueError, match="^out must"):
+            one.window(0, 0, 40, 30, out=out)
+
+
+@pytest.mark.parametrize("name", ["model", "runtime", "BN_ONNXRUNTIME"])
+def test_a_pipe_is_refused_at_once(name, tmp_path):
+    """Opened, it would wait for a writer for ever, and Ctrl-C could not end that."""
+    os.mkfifo(tmp_path / "pipe")
+    program = f"import bluenoise; bluenoise.NeuralGenerator({name}={str(tmp_path / 'pipe')!r})"
+    environment = dict(os.environ)
+    if name == "BN_ONNXRUNTIME":
+        program, environment[name] = "import bluenoise; bluenoise.NeuralGenerator()", str(tmp_path / "pipe")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, env=environment)
+    assert "regular file" in done.stderr.splitlines()[-1] and str(tmp_path / "pipe") in done.stderr.splitlines()[-1]
 
 
 def test_a_build_without_the_network_says_so(monkeypatch):

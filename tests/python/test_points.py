@@ -44,7 +44,7 @@ def test_points_have_shape_and_range(method, n):
 @pytest.mark.parametrize("seed", range(3))
 def test_no_two_points_are_close(method, least, seed):
     needs(method)
-    assert closest(bluenoise.points(256, method=method, seed=seed), method != "poisson-disk") > least
+    assert closest(bluenoise.points(256, method=method, seed=seed), True) > least
 
 
 @pytest.mark.parametrize("method, below", [("best-candidate", 0.3), ("poisson-disk", 0.3), ("mask", 0.3)])
@@ -80,11 +80,53 @@ def test_points_of_a_mask_lie_in_its_lowest_texels():
 def test_a_poisson_disk_set_has_no_room_left():
     needs("poisson-disk")
     found = bluenoise.points(150, method="poisson-disk", seed=0)
-    radius = closest(found, False) / np.sqrt(150)
+    radius = closest(found, True) / np.sqrt(150)
     places = np.random.default_rng(0).random((5000, 2))
-    nearest = np.hypot(*(places[:, None] - found).transpose(2, 0, 1)).min(1)
-    # At most two points of a hundred were removed.
+    apart = np.abs(places[:, None] - found)
+    nearest = np.hypot(*np.minimum(apart, 1 - apart).transpose(2, 0, 1)).min(1)
     assert np.mean(nearest > radius) < 0.03
+
+
+def test_the_best_candidate_is_the_farthest_of_all():
+    """By definition, without a grid and a tree."""
+    needs("best-candidate")
+    found = bluenoise.points(150, seed=7, candidates=3)
+    sampler = bluenoise.Sampler("white", seed=7)
+    for k in range(1, 150):
+        trials = sampler.block(k, 0, 1, 1, 0, 3 * k)[0, 0, :, :2].astype(float)
+        apart = np.abs(trials[:, None] - found[:k])
+        nearest = (np.minimum(apart, 1 - apart) ** 2).sum(2).min(1)
+        np.testing.assert_array_equal(found[k], trials[nearest.argmax()])
+
+
+@pytest.mark.parametrize("method, n, calls", [("best-candidate", 1500, 4000), ("poisson-disk", 1500, 4000)])
+def test_the_work_grows_slowly(method, n, calls, monkeypatch):
+    """What is looked at closely: places for which a tree is asked, at most a few for each point."""
+    needs(method)
+    import scipy.spatial
+
+    asked, built = 0, 0
+
+    class Tree(scipy.spatial.cKDTree):
+        def query(self, places, *arguments, **options):
+            nonlocal asked
+            asked += len(places)
+            return super().query(places, *arguments, **options)
+
+    monkeypatch.setattr(scipy.spatial, "cKDTree", Tree)
+    bluenoise.points(n, method=method, seed=1)
+    assert 0 < asked < 100 * n
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_progress(method):
+    needs(method)
+    fractions = []
+    found = bluenoise.points(300, method=method, seed=2, progress=fractions.append)
+    assert len(fractions) > 2 and fractions == sorted(fractions) and fractions[-1] == 1
+    np.testing.assert_array_equal(found, bluenoise.points(300, method=method, seed=2))
+    with pytest.raises(bluenoise.CancelledError):
+        bluenoise.points(300, method=method, progress=lambda fraction: fraction > 0)
 
 
 def test_more_candidates_spread_better():

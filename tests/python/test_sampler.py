@@ -246,7 +246,7 @@ def test_repr_says_what_it_is():
         ({"kind": "mask", "mask": [[0, 2]]}, ValueError, ["mask", "1 0 times"]),
         ({"kind": "mask", "mask": [[0, -1]]}, ValueError, ["mask", "-1"]),
         ({"kind": "mask", "mask": [[0.0, 1.0]]}, TypeError, ["mask", "float64"]),
-        ({"kind": "mask", "mask": [0, 1]}, ValueError, ["mask", "(2,)"]),
+        ({"kind": "mask", "mask": bluenoise.mask((2, 4, 4))}, ValueError, ["mask", "(2, 4, 4)", "mask[0]"]),
         ({"kind": "mask", "mask": np.zeros((0, 4), int)}, ValueError, ["mask", "(0, 4)"]),
         ({"kind": "mask", "mask": "blue"}, TypeError, ["mask", "blue"]),
         ({"kind": "mask", "mask": [[0], [1, 2]]}, TypeError, ["mask"]),
@@ -320,10 +320,63 @@ def test_table_words():
     assert differ.tolist() == [0, 1]  # the hashed seed
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("index_count", [1, 3])
+@pytest.mark.parametrize("dims", [1, 2, 3, 4])
+def test_blocks_of_fewer_dimensions(kind, index_count, dims):
+    sampler = Sampler(kind, seed=3)
+    whole = sampler.block(-3, 5, 6, 7, 2**32 - 3, index_count, 9)
+    found = sampler.block(-3, 5, 6, 7, 2**32 - 3, index_count, 9, dims)
+    assert found.shape == (7, 6, index_count, dims) and found.dtype == np.float32
+    np.testing.assert_array_equal(found, whole[..., :dims])
+    corner = sampler.block(2**31 - 2, 2**31 - 2, 2, 2, 0, index_count, dims=dims)
+    np.testing.assert_array_equal(corner, sampler.block(2**31 - 2, 2**31 - 2, 2, 2, 0, index_count)[..., :dims])
+
+
+@pytest.mark.parametrize("dims", [2, 4])
+def test_out(dims):
+    sampler = Sampler(seed=1)
+    out = np.full((7, 6, 3, dims), np.nan, np.float32)
+    assert sampler.block(0, 0, 6, 7, 0, 3, dims=dims, out=out) is out
+    np.testing.assert_array_equal(out, sampler.block(0, 0, 6, 7, 0, 3, dims=dims))
+    out = np.full((7, 6, dims), np.nan, np.float32)
+    y, x = np.mgrid[:7, :6]
+    assert sampler.sample(x, y, 5, dims=dims, out=out) is out
+    np.testing.assert_array_equal(out, sampler.sample(x, y, 5, dims=dims))
+    one = np.empty(dims, np.float32)
+    np.testing.assert_array_equal(sampler.sample(1, 2, 3, 0, dims, out=one), sampler.sample(1, 2, 3)[:dims])
+
+
+def test_bad_out_and_dims():
+    sampler = Sampler()
+    for call in (lambda out: sampler.block(0, 0, 4, 4, 0, 4, out=out), lambda out: sampler.sample([[0] * 4] * 4, 0, [[[0]]] * 4, out=out)):
+        for out in (np.empty((4, 4, 4, 3), np.float32), np.empty((4, 4, 4, 4)), np.empty((4, 4, 4, 8), np.float32)[..., ::2]):
+            with pytest.raises(ValueError, match="^out must"):
+                call(out)
+    for dims in (0, 5):
+        with pytest.raises(ValueError, match=f"dims .* {dims}"):
+            sampler.block(0, 0, 4, 4, 0, 4, dims=dims)
+
+
+def test_domains_of_arrays():
+    sampler = Sampler()
+    keys = np.array([[0, 1, 2**32 - 1], [7, 8, 9]])
+    found = sampler.domain(3, keys, [4, 5, 6])
+    assert found.dtype == np.uint32 and found.shape == (2, 3)
+    for at, domain in np.ndenumerate(found):
+        assert domain == sampler.domain(3, int(keys[at]), 4 + at[1])
+    assert type(sampler.domain(np.array(7), np.uint8(3))) is int
+    assert sampler.sample(0, 0, 0, found).shape == (2, 3, 4)
+    with pytest.raises(ValueError, match="key .* -1"):
+        sampler.domain([0, -1])
+    with pytest.raises(TypeError, match="key .* float64"):
+        sampler.domain([0.5])
+
+
 def test_bad_keys():
     with pytest.raises(ValueError, match="key .* -1"):
         Sampler().domain(-1)
     with pytest.raises(ValueError, match="key .* 4294967296"):
         Sampler().domain(0, 2**32)
-    with pytest.raises(TypeError, match="key .* 'light'"):
+    with pytest.raises(TypeError, match="key .*'light'"):
         Sampler().domain("light")

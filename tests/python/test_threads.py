@@ -28,13 +28,14 @@ def no_forced_switches():
 RANKS = bluenoise.mask((256, 256), method="white")
 X = np.arange(2**18, dtype=np.int32)
 INDEX = np.zeros(2**18, np.uint32)
+DRAWS = np.empty((256, 256, 4, 4), np.float32)
 IMAGE = np.full((512, 512, 1), 0.5, np.float32)
 SAMPLER = core.Sampler(0, 0, 0, None)
 WORK = {
     "create": lambda: core.Sampler(core.sampler_kinds["mask"], 0, 0, RANKS),
-    "sample": lambda: SAMPLER.sample(X, X, INDEX, INDEX, 4),
-    "block": lambda: SAMPLER.block(0, 0, 512, 512, 0, 4, 0),
-    "void_and_cluster": lambda: core.void_and_cluster(1, 256, 256, 1.5, 0.1, 0, None),
+    "sample": lambda: SAMPLER.sample(X, X, INDEX, INDEX, DRAWS.reshape(-1, 4)),
+    "block": lambda: SAMPLER.block(0, 0, 0, 0, DRAWS),
+    "void_and_cluster": lambda: core.void_and_cluster(RANKS[None].copy(), 1.5, 0.1, 0, None),
     "relax": lambda: core.relax(RANKS[:128, :128].copy(), 1, 4, 0.1, 0.4, 0.1, 9, 2, False, 0, None),
     "anneal": lambda: core.anneal(RANKS[None].copy(), 1, 2, 0, 1, 1e-3, 1e-3, 1, True, False, 0, None),
     "ranks_to_float": lambda: core.ranks_to_float(RANKS.reshape(-1), RANKS.size),
@@ -46,8 +47,8 @@ WORK = {
 }
 if importlib.util.find_spec("onnxruntime") is not None:
     NETWORK = bluenoise.NeuralGenerator(convolution(np.full((1, 3, 3), 0.1)))
-    WORK["neural_mask"] = lambda: NETWORK._core.mask(256, 256, 0, None)
-    WORK["neural_window"] = lambda: NETWORK._core.window(0, 0, 256, 256, 0)
+    WORK["neural_mask"] = lambda: NETWORK._core.mask(RANKS.copy(), 0, None)
+    WORK["neural_window"] = lambda: NETWORK._core.window(0, 0, IMAGE[:, :, 0], 0)
 
 
 @pytest.mark.parametrize("name", sorted(WORK))

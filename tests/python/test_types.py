@@ -20,7 +20,7 @@ import bluenoise
 from typing_extensions import assert_type
 
 bluenoise.mask((8, 8), sigma=1.9, initial_fraction=0.2, seed=None)
-bluenoise.mask(8, method="relax", steps=3, threads=1, seed=np.random.default_rng())
+bluenoise.mask((8,), method="relax", steps=3, threads=1, seed=np.random.default_rng())
 bluenoise.mask((8, 8), method="anneal", channels=3, sweeps=1)
 assert_type(bluenoise.points(8, method="mask", jitter=False), npt.NDArray[np.float64])
 bluenoise.points(8, candidates=2)
@@ -31,6 +31,10 @@ found = bluenoise.measure(np.zeros((8, 8)))
 assert_type(found["e_1"], float)
 assert_type(found["exact"], bool)
 assert_type(found["low_frequency"], dict[float, float])
+bluenoise.measure(np.zeros((8, 8)), ["e_1"], progress=print)
+keys = bluenoise.Sampler().domain(np.arange(3))
+assert_type(bluenoise.Sampler().domain(1, 2), int)
+bluenoise.mask((8, 8), method="builtin", out=np.zeros((8, 8), np.uint32))
 assert_type(bluenoise.dither(np.zeros((8, 8), np.uint16)), npt.NDArray[np.uint16])
 kind: bluenoise.SamplerKind = bluenoise.Sampler("zorder", seed=None).kind
 '''
@@ -68,15 +72,44 @@ def test_each_method_has_the_signature_of_its_function(module, function):
         name = eval(method, vars(module)).__args__[0]
         seen.add(name)
         maker = inspect.signature(module._MAKERS[name]).parameters
-        options = {key: value for key, value in parameters.items() if key not in ("shape", "n", "method", "seed")}
-        assert list(options) == list(module.METHODS[name])
+        options = {key: value for key, value in parameters.items() if key not in ("shape", "n", "method", "seed", "out")}
+        assert set(options) == set(module.METHODS[name])
         for key, value in options.items():
             assert (value.default, value.annotation) == (maker[key].default, maker[key].annotation), (name, key)
-    assert seen == {name for name, options in module.METHODS.items() if options}
+    assert seen == {name for name, options in module.METHODS.items() if set(options) != {"progress"}}
+
+
+@pytest.mark.parametrize("module, function", [(_masks, bluenoise.mask), (_points, bluenoise.points)])
+def test_the_signature_names_every_option(module, function):
+    """Editors and IPython complete what inspect.signature tells."""
+    parameters = inspect.signature(function).parameters
+    assert all(value.kind is not value.VAR_KEYWORD and value.annotation != "Any" for value in parameters.values())
+    for options in module.METHODS.values():
+        assert set(options) <= set(parameters)
+
+
+@pytest.mark.parametrize("kind", [bluenoise.Sampler, bluenoise.NeuralGenerator])
+def test_no_property_returns_a_literal(kind):
+    """jedi fails on those, and with it every completion on an object in IPython."""
+    properties = [value.fget for value in vars(kind).values() if isinstance(value, property)]
+    assert properties
+    for function in properties:
+        hint = typing.get_type_hints(function, vars(sys.modules[kind.__module__]))["return"]
+        assert typing.get_origin(hint) is not typing.Literal, function
+
+
+def test_editors_complete_a_sampler():
+    """As IPython does, with the objects of a session."""
+    jedi = pytest.importorskip("jedi")
+    for code in ("sampler.", "bluenoise.Sampler().", "sampler.kind."):
+        found = jedi.Interpreter(code, [{"sampler": bluenoise.Sampler(), "bluenoise": bluenoise}]).complete()
+        assert "block" in {each.name for each in found} or "upper" in {each.name for each in found}, code
+    found = jedi.Interpreter("bluenoise.mask((8, 8), initial_", [{"bluenoise": bluenoise}]).complete()
+    assert "initial_fraction=" in {each.name for each in found}
 
 
 def test_literals_are_what_there_is():
     assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
     assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)
     assert set(typing.get_args(bluenoise.SamplerKind)) == set(_core.sampler_kinds)
-    assert set(typing.get_type_hints(bluenoise.MaskMeasures)) == set(bluenoise.measure(bluenoise.mask((8, 8))))
+    assert set(typing.get_args(bluenoise.MeasureName)) == set(typing.get_type_hints(bluenoise.MaskMeasures)) == set(bluenoise.measure(bluenoise.mask((8, 8))))

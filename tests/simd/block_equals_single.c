@@ -1,10 +1,42 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Blocks of samples are bit-equal to single draws, for every kind and every alignment of a range of
- * indices to the runs of vector code. */
+ * indices to the runs of vector code. Where there are vector draws, SOBOL and WHITE use them. */
 #include "../c/check.h"
 #include <bn/bn.h>
 #include <stdlib.h>
 #include <string.h>
+
+#ifdef BN_COUNT_VECTOR_DRAWS
+/* The linker leads calls of bn_sample_many() here. */
+static size_t vector_draws;
+bn_result __real_bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
+                                const int32_t *y, const uint32_t *index, const uint32_t *domain,
+                                uint32_t dimensions, float *out, size_t out_count);
+bn_result __wrap_bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
+                                const int32_t *y, const uint32_t *index, const uint32_t *domain,
+                                uint32_t dimensions, float *out, size_t out_count);
+bn_result __wrap_bn_sample_many(const bn_sampler *sampler, size_t count, const int32_t *x,
+                                const int32_t *y, const uint32_t *index, const uint32_t *domain,
+                                uint32_t dimensions, float *out, size_t out_count) {
+    vector_draws += count;
+    return __real_bn_sample_many(sampler, count, x, y, index, domain, dimensions, out, out_count);
+}
+
+static void test_vector_draws_are_used(void) {
+    enum { W = 5, H = 3, N = 41 };
+    static float out[W * H * N * 4];
+    for (int32_t kind = BN_SAMPLER_SOBOL; kind <= BN_SAMPLER_WHITE; ++kind) {
+        bn_sampler_options options = bn_sampler_options_default();
+        bn_sampler *s = NULL;
+        options.kind = kind;
+        CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+        vector_draws = 0;
+        CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 1, out, W * H * N * 4) == BN_SUCCESS);
+        CHECK(vector_draws == (__builtin_cpu_supports("avx2") ? W * H * N : 0));
+        bn_sampler_destroy(s);
+    }
+}
+#endif
 
 int main(void) {
     enum { W = 3, H = 2, MOST = 41 };
@@ -41,5 +73,8 @@ int main(void) {
         }
     }
     free(out);
+#ifdef BN_COUNT_VECTOR_DRAWS
+    test_vector_draws_are_used();
+#endif
     return check_result();
 }

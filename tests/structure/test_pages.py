@@ -67,6 +67,16 @@ def test_the_python_page_has_every_name():
     assert set(names) - {"__version__"} == set(page) - {"mitsuba"}
 
 
+def test_the_python_page_says_what_each_name_is_without_the_site():
+    """On a code host, the directives for docstrings are bare lines."""
+    tree = ast.parse((ROOT / "bindings/bluenoise/__init__.py").read_text(encoding="utf-8"))
+    names = next(ast.literal_eval(node.value) for node in tree.body
+                 if isinstance(node, ast.Assign) and node.targets[0].id == "__all__")
+    rows = [line for line in (ROOT / "bindings/api.md").read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
+    described = {name for row in rows for name in re.findall(r"`(\w+)", row.split(" | ")[0]) if len(row.split(" | ")[1]) > 12}
+    assert set(names) - {"__version__"} <= described
+
+
 @pytest.mark.parametrize("path", sorted(path for path in INCLUDE.iterdir() if path.suffix in (".h", ".hpp")), ids=lambda path: path.name)
 def test_pages_of_headers_have_every_function(path):
     text = path.read_text(encoding="utf-8")

@@ -13,6 +13,10 @@
 #ifndef BN_BN_HPP
 #define BN_BN_HPP
 
+#if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
+#error "bn.hpp needs C++17 (-std=c++17 or /std:c++17); C++11 can use bn.h"
+#else
+
 #include <bn/bn.h>
 
 #include <array>
@@ -175,4 +179,5 @@ class Sampler {
 
 } // namespace bn
 
+#endif // C++17
 #endif

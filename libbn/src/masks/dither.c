@@ -8,6 +8,10 @@
 #include "base/options.h"
 #include <math.h>
 
+/* Named here, and not asked of bn_builtin_mask(), so that a program that dithers with it has no other
+ * mask in it. */
+extern const uint16_t bn_data_mask_64[];
+
 /* The offset of a channel in the mask, along one axis. The offsets are a low-discrepancy sequence
  * (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), so they are far apart
  * on the torus, where the values of a blue-noise mask do not correlate. */
@@ -63,11 +67,10 @@ static BN_NOINLINE bn_result dither(const bn_dither_options *given, const float 
     for (size_t i = 0; i < count; ++i) {
         if (bn_is_nan(image[i])) return BN_ERROR_BAD_DATA;
     }
-    const uint16_t *builtin = bn_builtin_mask(64);
     double *thresholds = bn_allocate(texels, sizeof *thresholds);
     if (thresholds == NULL) return BN_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < texels; ++i) {
-        uint32_t rank = o.mask_ranks != NULL ? o.mask_ranks[i] : builtin[i];
+        uint32_t rank = o.mask_ranks != NULL ? o.mask_ranks[i] : bn_data_mask_64[i];
         thresholds[i] = (rank + 0.5) / (double)texels;
     }
 

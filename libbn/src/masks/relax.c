@@ -204,7 +204,7 @@ static int fill_pairs(relaxation *r) {
                     sum += w;
                     continue;
                 }
-                for (int lane = 0; lane < BN_WINDOW_LANES; ++lane) {
+                for (uint32_t lane = 0; lane < BN_WINDOW_LANES; ++lane) {
                     r->weights[r->pairs * BN_WINDOW_LANES + lane] =
                         (int16_t)(w / sum * 32000 + 0.5);
                 }

@@ -156,7 +156,7 @@ static void fill_pairs(learned *l) {
                 const int8_t *by = sign[y == 0 ? k & 1 : k & 3];
                 l->offsets[pair] =
                     swap ? by[0] * x * stride + by[1] * y : by[1] * y * stride + by[0] * x;
-                for (int lane = 0; lane < BN_WINDOW_LANES; ++lane)
+                for (uint32_t lane = 0; lane < BN_WINDOW_LANES; ++lane)
                     l->weights[pair * BN_WINDOW_LANES + lane] = s->groups[g].weight;
             }
         }

@@ -135,7 +135,7 @@ static int bluestein(bn_fft *fft) {
         const double c = fft->filter_re[k], s = fft->filter_im[k];
         const double *r = fft->scratch[at] + k * BN_FFT_LANES;
         const double *i = fft->scratch[at + 1] + k * BN_FFT_LANES;
-        for (int lane = 0; lane < BN_FFT_LANES; ++lane) {
+        for (size_t lane = 0; lane < BN_FFT_LANES; ++lane) {
             double t = r[lane] * c - i[lane] * s;
             im[k * BN_FFT_LANES + lane] = -(r[lane] * s + i[lane] * c);
             re[k * BN_FFT_LANES + lane] = t;

@@ -104,6 +104,10 @@ float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t ind
 
 /* ---- Creating and destroying */
 
+/* Named here, and not asked of bn_builtin_mask(), so that a program that draws has no other mask in
+ * it. */
+extern const uint16_t bn_data_mask_64[];
+
 /* The digits that bn_owen() scrambles to `value`, found one by one from the first: whether a digit
  * is flipped does not depend on later ones. */
 static uint32_t owen_inverse(uint32_t value, uint32_t seed) {
@@ -132,7 +136,7 @@ static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sample
     const uint32_t *ranks = options->mask_ranks;
     if (ranks == NULL) {
         w = h = builtin_size;
-        bn_builtin_mask_copy(builtin_size, builtin, builtin_count);
+        for (uint32_t i = 0; i < builtin_count; ++i) builtin[i] = bn_data_mask_64[i];
         ranks = builtin;
     }
     const size_t count = (size_t)w * h;

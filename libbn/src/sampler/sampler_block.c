@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Blocks of draws. Work that depends only on the pixel is shared by all of its indices. */
+ * Blocks of draws. BLUE shares the work that depends on the pixel alone among its indices. SOBOL and
+ * WHITE have little to share, and are drawn as lanes of a wavefront where that is faster. */
 #include "sampler/sampler_object.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
@@ -15,6 +16,36 @@ static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t
     for (uint32_t i = 0; i < count; ++i) {
         bn_draw_blue_floats(table, &pixel, first + i, out + 4 * (size_t)i);
     }
+}
+
+/* Lanes for bn_sample_many(), as many at a time as the arrays hold. */
+typedef struct lane_buffer {
+    size_t count;
+    int32_t x[256], y[256];
+    uint32_t index[256], domain[256];
+} lane_buffer;
+
+static float *draw_lanes(const bn_sampler *sampler, lane_buffer *l, float *out) {
+    bn_sample_many(sampler, l->count, l->x, l->y, l->index, l->domain, 4, out, 4 * l->count);
+    out += 4 * l->count;
+    l->count = 0;
+    return out;
+}
+
+static float *add_pixel(const bn_sampler *sampler, lane_buffer *l, int32_t x, int32_t y,
+                        uint32_t first, uint32_t count, uint32_t domain, float *out) {
+    const size_t most = sizeof l->x / sizeof *l->x;
+    for (uint32_t i = 0; i < count;) {
+        const size_t end = count - i < most - l->count ? l->count + (count - i) : most;
+        for (; l->count < end; ++l->count, ++i) {
+            l->x[l->count] = x;
+            l->y[l->count] = y;
+            l->index[l->count] = first + i;
+            l->domain[l->count] = domain;
+        }
+        if (end == most) out = draw_lanes(sampler, l, out);
+    }
+    return out;
 }
 
 bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uint32_t width,
@@ -35,12 +66,23 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
         return BN_ERROR_SIZE_MISMATCH;
     }
 
+    const int32_t kind = sampler->table.kind;
+    const int in_lanes =
+        sampler->simd->draw_many != NULL && (kind == BN_SAMPLER_SOBOL || kind == BN_SAMPLER_WHITE);
+    lane_buffer l;
+    l.count = 0;
     for (uint32_t row = 0; row < height; ++row) {
+        const int32_t y = (int32_t)((uint32_t)y0 + row);
         for (uint32_t column = 0; column < width; ++column) {
-            draw_pixel(sampler, (int32_t)((uint32_t)x0 + column), (int32_t)((uint32_t)y0 + row),
-                       first_index, index_count, domain, out);
-            out += 4 * (size_t)index_count;
+            const int32_t x = (int32_t)((uint32_t)x0 + column);
+            if (in_lanes) {
+                out = add_pixel(sampler, &l, x, y, first_index, index_count, domain, out);
+            } else {
+                draw_pixel(sampler, x, y, first_index, index_count, domain, out);
+                out += 4 * (size_t)index_count;
+            }
         }
     }
+    if (l.count > 0) draw_lanes(sampler, &l, out);
     return BN_SUCCESS;
 }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include <pbrt/blue.h>
+
+#include <pbrt/options.h>
+#include <pbrt/paramdict.h>
+#include <pbrt/util/error.h>
+#include <pbrt/util/print.h>
+
+#include <bn/bn.h>
+#include <bn/bn_draw.h>
+
+#include <algorithm>
+
+namespace pbrt {
+
+BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const FileLoc *loc,
+                                 Allocator alloc) {
+    const int asked = parameters.GetOneInt("pixelsamples", 16);
+    const int count = Options->quickRender    ? 1
+                      : Options->pixelSamples ? *Options->pixelSamples
+                                              : asked;
+    const int seed = parameters.GetOneInt("seed", Options->seed);
+
+    // All clones share this sampler. It lives until pbrt ends, as pbrt never destroys a Sampler.
+    bn_sampler_options options = bn_sampler_options_default();
+    options.seed = uint32_t(seed);
+    bn_sampler *sampler = nullptr;
+    if (bn_result result = bn_sampler_create(&options, &sampler); result != BN_SUCCESS)
+        ErrorExit(loc, "blue: %s", bn_result_string(result));
+    return alloc.new_object<BlueSampler>(count, bn_sampler_table(sampler));
+}
+
+void BlueSampler::OpenDomain(int newKey) {
+    key = newKey;
+    spent = 0;
+    bn_draw_4d(table, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, key), u);
+}
+
+// Three dimensions a domain: keys of a whole path and of one that is started anew agree.
+void BlueSampler::OpenNextDomain() {
+    OpenDomain(std::max(key + 1, (dimension + 1) / 3));
+}
+
+void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
+    pixel = p;
+    sampleIndex = index;
+    dimension = dim;
+    key = -1;
+    spent = 4;
+    // The wavefront integrator starts each surface here. Roulette at the surface before has spent a number.
+    if (dim > 0) {
+        OpenDomain(dim / 3);
+        spent = dim > 6;
+    }
+}
+
+Float BlueSampler::Get1D() {
+    if (dimension == 0) {
+        // Of the wavelengths w, w + 1/4, w + 1/2, w + 3/4, only w modulo 1/4 decides which are taken.
+        OpenDomain(0);
+        spent = 4;
+        dimension = 1;
+        return std::min<Float>((int(4 * u[2]) + u[3]) / 4, OneMinusEpsilon);
+    }
+    if (spent >= 2) OpenNextDomain();
+    ++dimension;
+    return u[spent++];
+}
+
+Point2f BlueSampler::Get2D() {
+    if (spent > 2) OpenNextDomain();
+    dimension += 2;
+    spent = 4;
+    return Point2f(u[2], u[3]);
+}
+
+Point2f BlueSampler::GetPixel2D() {
+    dimension += 2;
+    if (key == 0) return Point2f(u[0], u[1]);
+    float film[4];
+    bn_draw_4d(table, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, 0), film);
+    return Point2f(film[0], film[1]);
+}
+
+Sampler BlueSampler::Clone(Allocator alloc) {
+    return alloc.new_object<BlueSampler>(*this);
+}
+
+std::string BlueSampler::ToString() const {
+    return StringPrintf("[ BlueSampler pixel: %s sampleIndex: %d dimension: %d "
+                        "samplesPerPixel: %d ]",
+                        pixel, sampleIndex, dimension, samplesPerPixel);
+}
+
+} // namespace pbrt

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sampler "blue" of libbn for pbrt-v4's CPU integrators; README.md says how to add it.
+
+#ifndef PBRT_BLUE_H
+#define PBRT_BLUE_H
+
+#include <pbrt/pbrt.h>
+
+#include <pbrt/base/sampler.h>
+#include <pbrt/util/vecmath.h>
+
+#include <cstdint>
+#include <string>
+
+struct bn_draw_table;
+
+namespace pbrt {
+
+// Takes a number and the pair after it from one domain of libbn: u[0] and then (u[2], u[3]). Wavelengths and
+// the position in the pixel share domain 0.
+class BlueSampler {
+  public:
+    BlueSampler(int samplesPerPixel, const bn_draw_table *table)
+        : samplesPerPixel(samplesPerPixel), table(table) {}
+
+    static constexpr const char *Name() { return "BlueSampler"; }
+    static BlueSampler *Create(const ParameterDictionary &parameters, const FileLoc *loc,
+                               Allocator alloc);
+
+    int SamplesPerPixel() const { return samplesPerPixel; }
+
+    void StartPixelSample(Point2i p, int sampleIndex, int dimension);
+    Float Get1D();
+    Point2f Get2D();
+    Point2f GetPixel2D();
+
+    Sampler Clone(Allocator alloc);
+    std::string ToString() const;
+
+  private:
+    void OpenDomain(int newKey);
+    void OpenNextDomain();
+
+    int samplesPerPixel;
+    const bn_draw_table *table;
+    Point2i pixel;
+    int sampleIndex = 0, dimension = 0;
+    // The open domain: its key, how many of its numbers are spent, and the numbers.
+    int key = 0, spent = 4;
+    float u[4];
+};
+
+} // namespace pbrt
+
+#endif // PBRT_BLUE_H

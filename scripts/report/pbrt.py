@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR` writes docs/report/pbrt.md
+
+DIR is a checkout of pbrt-v4 with submodules at the commit that pbrt_build.py names; it stays as it is. The first run
+builds pbrt for a quarter of an hour. Crops of the scenes in pbrt_scenes.py are rendered with every sampler at 1 to 64
+samples per pixel and several seeds, and measured against references. Pictures, references and the build are cached in
+~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change of libbn renders only `blue` again.
+"""
+
+import argparse
+import dataclasses
+import hashlib
+import os
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+import numpy as np
+
+from .bench_options import arguments_that_count, run_or_say_why
+from .convergence import positive
+from .files import read_exr, write_image, write_rows, write_text
+from .image_error import LUMINANCE, SIGMAS, displayed, rmse
+from .judge import Cells, Run, Store
+from .pbrt_build import COMMIT, build
+from .pbrt_report import FIELDS, Report
+from .pbrt_scenes import CROP, SCENES, TUNING, crops, write_files
+from .progress import Progress, duration
+from .renderer import RenderError, cache_folder
+from .tables import update_table
+
+# pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
+SAMPLERS = {name: f'Sampler "{name}"' for name in
+            ("independent", "stratified", "halton", "paddedsobol", "sobol", "zsobol", "pmj02bn", "blue")}
+COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
+SEEDS = 8
+MINUTES = 75  # of the whole comparison on two cores
+# zsobol rounds sample counts down to powers of two.
+ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
+# References come from a sampler that hashes pixel, dimension and seed: with another seed, its errors are independent of all
+# others', its own with other seeds included.
+REFERENCE_LINE = SAMPLERS["paddedsobol"]
+REFERENCE_SEED = 1_000_003
+PROBES = ("motion", "skin", "room")  # between them they draw all that a path can draw
+MEASURES = tuple(f"{kind}_{sigma}" for kind in ("displayed", "displayed_luminance", "rmse", "luminance") for sigma in SIGMAS)
+
+
+def errors(picture, reference):
+    """{measure: error} for all of MEASURES: as displayed and raw, of RGB and of luminance, after each blur."""
+    pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference))}
+    pictures["luminance"] = [np.asarray(image, np.float64) @ LUMINANCE for image in pictures["rmse"]]
+    pictures["displayed_luminance"] = [image @ LUMINANCE for image in pictures["displayed"]]
+    return {name: rmse(*pictures[name.rpartition("_")[0]], float(name.rpartition("_")[2])) for name in MEASURES}
+
+
+# ---- Running pbrt
+
+def render(program, scene_file, bounds, spp, seed, out):
+    """Renders into `out`; returns the processor seconds."""
+    command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
+               "--pixelbounds", ",".join(map(str, bounds)), "--outfile", str(out), str(scene_file)]
+    with tempfile.TemporaryFile() as log:
+        try:
+            process = os.posix_spawn(command[0], command, os.environ, file_actions=[
+                (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0), (os.POSIX_SPAWN_DUP2, log.fileno(), 1),
+                (os.POSIX_SPAWN_DUP2, log.fileno(), 2)])
+        except OSError as error:
+            raise RenderError(f"cannot run {program} ({error.strerror})") from None
+        _, status, used = os.wait4(process, 0)
+        if status:
+            log.seek(0)
+            said = log.read().decode(errors="replace").strip().splitlines()
+            raise RenderError(f"pbrt failed on {scene_file}: {said[-1] if said else f'status {status}'}")
+    return used.ru_utime + used.ru_stime
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """All pictures of one view, sampler and seed."""
+
+    view: object
+    label: str
+    seed: int
+    counts: tuple
+
+    @property
+    def cost(self):
+        # Starting pbrt takes as long as about eight samples.
+        return CROP[0] * CROP[1] * sum(count + 8 for count in self.counts)
+
+
+class Files:
+    """The scenes as files, one per sampler, in a folder that is removed at the end."""
+
+    def __init__(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="libbn-pbrt-")
+        self._lock, self._paths = threading.Lock(), {}
+
+    def path(self, scene, name, line):
+        with self._lock:
+            if (scene, name) not in self._paths:
+                self._paths[scene, name] = write_files(self._folder.name, SCENES[scene], name, line)
+            return self._paths[scene, name]
+
+    def close(self):
+        self._folder.cleanup()
+
+
+class Builds:
+    """Identifies a sampler by the pixels of small pictures that it renders."""
+
+    def __init__(self, program, files, store):
+        self.program, self.files, self.store = program, files, store
+        self._sha256 = hashlib.sha256(Path(program).read_bytes()).hexdigest()
+        self._found = {}
+
+    def key(self, label):
+        if label not in self._found:
+            key = {"probe": [label, SAMPLERS[label], [SCENES[name].text("") for name in PROBES]], "program": self._sha256}
+            found = self.store.load(key)
+            if not found:
+                found = self._probe(label), {}
+                self.store.save(key, *found)
+            self._found[label] = found[0]
+        return self._found[label]
+
+    def _probe(self, label):
+        digest = hashlib.sha256()
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            out = Path(folder) / "probe.exr"
+            for name in PROBES:
+                for spp, bounds in ((1, (560, 720, 440, 584)), (3, (600, 640, 500, 540)), (64, (620, 640, 500, 518))):
+                    render(self.program, self.files.path(name, label, SAMPLERS[label]), bounds, spp, 1, out)
+                    digest.update(read_exr(out)[0].tobytes())
+        return digest.hexdigest()
+
+    def estimate(self, samples):
+        # About 300,000 samples a second and core.
+        return sum(samples.values()) / 3e5 / (os.cpu_count() or 1)
+
+
+@dataclasses.dataclass(frozen=True)
+class Reference:
+    picture: np.ndarray
+    own: dict  # {measure: its own error}
+    spp: int
+    seconds: float
+
+    def key(self):
+        return hashlib.sha256(self.picture.tobytes()).hexdigest()
+
+
+class PbrtRun(Run):
+    """Renders tasks, or finds their results in the cache."""
+
+    def __init__(self, program, jobs):
+        self.program, self.jobs = program, jobs
+        self.store = Store(cache_folder() / "pbrt" / "results")
+        self.files = Files()
+        self.builds = Builds(program, self.files, self.store)
+
+    def key(self, task, reference):
+        return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,
+                "counts": task.counts, "build": self.builds.key(task.label)}
+
+    def measure(self, task, reference):
+        path, rows = self.files.path(task.view.scene, task.label, SAMPLERS[task.label]), []
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            out = Path(folder) / "out.exr"
+            for spp in task.counts:
+                seconds = render(self.program, path, task.view.bounds, spp, task.seed, out)
+                picture = read_exr(out)[0]
+                rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)),
+                             **errors(picture, reference.picture)})
+        return rows, {}
+
+    def reference(self, view, spp):
+        """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
+        scene = SCENES[view.scene]
+        key = {"reference": scene.text(REFERENCE_LINE), "bounds": view.bounds, "spp": spp, "build": self.builds.key("paddedsobol")}
+        found = self.store.load(key)
+        if not found:
+            halves, seconds = [], 0.0
+            with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+                for half in range(2):
+                    out = Path(folder) / "out.exr"
+                    seconds += render(self.program, self.files.path(view.scene, "reference", REFERENCE_LINE), view.bounds,
+                                      spp // 2, REFERENCE_SEED + half, out)
+                    halves.append(read_exr(out)[0])
+            found = [{"seconds": seconds}], {"halves": np.array(halves)}
+            self.store.save(key, *found)
+        (row,), arrays = found
+        first, second = arrays["halves"]
+        own = {name: error / 2 for name, error in errors(first, second).items()}
+        return Reference((first + second) / 2, own, spp, row["seconds"])
+
+    def references(self, views, share=1.0):
+        """{view: Reference}, `jobs` at a time."""
+        from concurrent.futures import ThreadPoolExecutor
+
+        spp = {view: max(64, int(SCENES[view.scene].reference_spp * share) // 2 * 2) for view in views}
+        progress, done, found = Progress(sum(spp.values()) * CROP[0] * CROP[1], "samples"), 0, {}
+        pool = ThreadPoolExecutor(self.jobs)
+        try:
+            for view, reference in zip(views, pool.map(lambda view: self.reference(view, spp[view]), views)):
+                found[view] = reference
+                done += spp[view]
+                progress(f"reference of {view.label}", done * CROP[0] * CROP[1])
+        finally:
+            pool.shutdown(cancel_futures=True)
+            progress.close()
+        return found
+
+
+class PbrtCells(Cells):
+    """Results by view, sampler and the count that was asked for."""
+
+    def get(self, view, label, spp, measure):
+        return super().get(view, label, ROUNDED.get((label, spp), spp), measure)
+
+
+def rows_of(cells, views):
+    """One row per view, sampler and count: root mean squares over seeds, for a CSV."""
+    rows = []
+    for (view, label, spp), cell in cells.values.items():
+        if view in views:
+            rows.append({"scene": view.scene, "view": view.name, "sampler": label, "spp": spp, "seeds": len(cell["seconds"]),
+                         "seconds": f"{np.median(cell['seconds']):.4g}",
+                         **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in MEASURES}})
+    return rows
+
+
+# ---- The command
+
+def parse_options(arguments):
+    parser = argparse.ArgumentParser(
+        prog="scripts/bench pbrt", description=__doc__.splitlines()[0], formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
+Get the checkout with:
+  git clone --recursive https://github.com/mmp/pbrt-v4 DIR && git -C DIR checkout {COMMIT} &&
+  git -C DIR submodule update --init --recursive
+It stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The whole
+comparison then takes about {MINUTES} minutes on two cores the first time. Builds, references and results are cached there: a run
+that was interrupted resumes, and a change of libbn renders only `blue` again.""")
+    parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
+    parser.add_argument("--views", choices=("final", "tuning"), default="final",
+                        help="final: all scenes, the views of the report (default); tuning: views of half of the scenes to choose by")
+    parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(SCENES)}")
+    parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
+    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
+    parser.add_argument("--seeds", type=positive, default=SEEDS, metavar="N", help=f"pictures of each sampler (default {SEEDS})")
+    parser.add_argument("--quick", action="store_true",
+                        help="a trial of minutes: one crop of a scene, 2 seeds, to 16 samples, poorer references; writes to out/pbrt")
+    parser.add_argument("--sheet", metavar="FILE", help="only render every scene once, small, and write a picture of them")
+    parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
+                        help="processes at a time, one thread each (default: one per core)")
+    parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
+    parser.add_argument("--pages", type=Path, default=Path("out/pbrt"), metavar="FOLDER", help="folder for the CSV of all figures")
+    parser.add_argument("--guide", type=Path, default=Path("examples/pbrt/README.md"), help=argparse.SUPPRESS)
+    parser.add_argument("--program", type=Path, help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    for name, known in (("scenes", TUNING if options.views == "tuning" else SCENES), ("samplers", SAMPLERS)):
+        chosen = getattr(options, name).split(",") if getattr(options, name) else list(known)
+        for one in chosen:
+            if one not in known:
+                parser.error(f"--{name}: {one!r} is none of {', '.join(known)}")
+        setattr(options, name, chosen)
+    if options.quick:
+        options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
+    # Only the whole comparison goes to docs/report.
+    options.whole = options.views == "final" and not options.quick and "--scenes" not in " ".join(arguments)
+    options.out = options.out or (Path("docs/report") if options.whole else options.pages)
+    shown = arguments_that_count(arguments)
+    for i, word in enumerate(shown):
+        if word == "--pbrt":
+            shown[i + 1:i + 2] = ["DIR"]
+        elif word.startswith("--pbrt="):
+            shown[i] = "--pbrt=DIR"
+        elif word == "--program":
+            del shown[i:i + 2]
+    options.command = " ".join(["scripts/bench pbrt", *shown])
+    return options
+
+
+def sheet(run, scenes, path):
+    """A contact sheet of all scenes, whole and small."""
+    from PIL import Image
+
+    from .contact_sheet import preview
+
+    tiles = []
+    for name in scenes:
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            out, half = Path(folder) / "out.exr", Path(folder) / f"{name}.pbrt"
+            text = SCENES[name].text(SAMPLERS["zsobol"]).replace("1280", "320").replace("960", "240")
+            write_files(folder, SCENES[name], "zsobol", SAMPLERS["zsobol"])
+            half.write_text(text, encoding="utf-8")
+            render(run.program, half, (0, 320, 0, 240), 8, 1, out)
+            tiles.append(preview(read_exr(out)[0]))
+    columns = 4
+    whole = Image.new("RGB", (columns * 320, -(-len(tiles) // columns) * 240))
+    for i, tile in enumerate(tiles):
+        whole.paste(tile, (i % columns * 320, i // columns * 240))
+    write_image(path, whole)
+
+
+def run(arguments):
+    options = parse_options(arguments)
+    built = build(options.pbrt, options.jobs) if not options.program else None
+    work = PbrtRun(options.program or built.program, options.jobs)
+    try:
+        if options.sheet:
+            return sheet(work, options.scenes, options.sheet)
+        views = [view for name in options.scenes for view in crops(name, options.views)[:1 if options.quick else None]]
+        references = work.references(views, 0.125 if options.quick else 1.0)
+        tasks = [Task(view, label, seed, tuple(n for n in COUNTS if n <= options.spp and (label, n) not in ROUNDED))
+                 for view in views for label in options.samplers for seed in range(1, options.seeds + 1)]
+        cells = PbrtCells(work.results(references, tasks))
+    finally:
+        work.files.close()
+    if "blue" not in options.samplers:
+        return print(f"Rendered without `blue`, to be compared later: {len(tasks)} runs are in the cache.", file=sys.stderr)
+    report = Report(options, cells, references, built.remarks if built else (), [n for n in COUNTS if n <= options.spp])
+    write_rows(options.pages / "pbrt.csv", FIELDS + MEASURES, rows_of(cells, set(views)))
+    write_text(options.out / "pbrt.md", report.text())
+    if options.out.resolve() == Path("docs/report").resolve():
+        update_table(options.guide, "scripts/bench pbrt", report.summary())
+    print(report.text())
+    print(f"Written: {options.out}/pbrt.md and {options.pages}/pbrt.csv. References took "
+          f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)
+
+
+def main(arguments=None):
+    run_or_say_why(run, arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tests of rendered pictures find a planted effect of the size that they state, and rarely one that is not there.
+
+Every rate is over 200 trials with fixed seeds. A true rate of 90 % gives fewer than 160 or all 200 once in 10,000 times; a true
+rate of at most 1 % gives more than 9 about as rarely.
+"""
+
+import statistics
+import types
+
+import numpy as np
+import pytest
+from report import picture_tests, views
+from report.ratios import worse_cells
+
+TRIALS, SEEDS, COUNTS, MEASURES = 200, 12, (1, 4, 16), ("rmse", "rmse_2.1")
+LABELS = ("white", "sobol", "blue")
+VIEWS = [view for scene in ("lens", "glossy") for view in views.crops("core", (scene,), (64, 48), (8, 8))]
+REFERENCES = {view: types.SimpleNamespace(picture=np.ones((8, 8, 3), np.float32), mean_error=0.0005) for view in VIEWS}
+
+
+class MadeUp:
+    """Errors and means of every view, sampler and seed, with noise; `planted` is a factor for one sampler in one scene, at one
+    count or all."""
+
+    def __init__(self, seed, planted=1.0, label="blue", scene="lens", spp=None):
+        self.rng, self.planted, self.at = np.random.default_rng(seed), planted, (label, scene, spp)
+
+    def get(self, view, label, spp, measure):
+        planted = self.planted if (label, view.scene) == self.at[:2] and self.at[2] in (None, spp) else 1.0
+        if measure == "mean":
+            return list(planted * (1 + 0.004 * self.rng.standard_normal(SEEDS)) + 0.0005 * self.rng.standard_normal())
+        return list(planted * np.exp(0.08 * self.rng.standard_normal(SEEDS)) / spp)
+
+
+def biases(**planted):
+    return [picture_tests.biases(MadeUp(seed, **planted), REFERENCES, LABELS, 16) for seed in range(TRIALS)]
+
+
+def losses(**planted):
+    return [picture_tests.against_sobol(MadeUp(seed, **planted), VIEWS, COUNTS, MEASURES) for seed in range(TRIALS)]
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_bias_of_the_stated_size_is_found(direction):
+    cell, before = ("lens", "sobol"), biases()
+    assert set(before[0]) == {(scene, label) for scene in ("lens", "glossy", picture_tests.ALL) for label in LABELS}
+    assert sum(bool(picture_tests.biased(found)) for found in before) <= 9
+    smallest = statistics.median(picture_tests.smallest_bias(found[cell], len(found)) for found in before)
+    assert 0.002 < smallest < 0.006
+    after = biases(planted=1 + direction * smallest, label=cell[1], scene=cell[0])
+    assert 160 <= sum(cell in picture_tests.biased(found) for found in after) < TRIALS
+    assert not any(("glossy", "sobol") in picture_tests.biased(found) for found in after[:20])
+
+
+def test_a_loss_of_the_stated_size_is_found():
+    cell, before = ("lens", 4, "rmse_2.1"), losses()
+    assert len(before[0]) == 3 * len(COUNTS) * len(MEASURES)
+    assert sum(bool(worse_cells(found, picture_tests.FALSE_ALARMS)[0]) for found in before) <= 9
+    smallest = statistics.median(picture_tests.smallest_loss(found[cell], len(found)) for found in before)
+    assert 0.03 < smallest < 0.12
+    after = losses(planted=1 + smallest, spp=4)
+    assert 160 <= sum(cell in worse_cells(found, picture_tests.FALSE_ALARMS)[0] for found in after) < TRIALS
+    # Where blue is better by as much, nothing is worse.
+    assert sum(bool(worse_cells(found, picture_tests.FALSE_ALARMS)[0]) for found in losses(planted=1 / (1 + smallest))) <= 9
+
+
+def test_all_scenes_together_find_less():
+    found = biases()[0]
+    scene, whole = (picture_tests.smallest_bias(found[name, "blue"], len(found)) for name in ("lens", picture_tests.ALL))
+    assert whole < 0.85 * scene
+
+
+def test_what_has_no_light_or_one_seed_is_no_evidence():
+    dark = {view: types.SimpleNamespace(picture=np.zeros((8, 8, 3)), mean_error=0.0) for view in VIEWS}
+    cells = types.SimpleNamespace(get=lambda *_: [0.0, 0.0])
+    assert picture_tests.biases(cells, dark, LABELS, 16) == {}
+    assert picture_tests.against_sobol(cells, VIEWS, COUNTS, MEASURES) == {}
+    one = types.SimpleNamespace(get=lambda *_: [1.0])
+    assert picture_tests.bias_of(one, REFERENCES, VIEWS, "blue", 16) is None

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws like pbrt's integrators, and prints the numbers of a path or the outcome of a comparison:
+//     draws path DIMENSIONS DEPTHS     one line per number: its values in eight samples
+//     draws wavefront DEPTHS           how many numbers differ from those of a path without a break
+//     draws domains                    how many numbers are not those of the domain they should be of
+//     draws strata                     how many strata of the numbers of 16 samples are not met once
+#include <pbrt/blue.h>
+
+#include <bn/bn.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <set>
+#include <string>
+#include <vector>
+
+using pbrt::Point2f, pbrt::Point2i;
+using Numbers = std::vector<float>;
+
+namespace {
+
+pbrt::BlueSampler make() {
+    return *pbrt::BlueSampler::Create({}, nullptr, {});
+}
+
+void add(Numbers &numbers, const Point2f &p) {
+    numbers.push_back(p.x);
+    numbers.push_back(p.y);
+}
+
+void one_then_two(pbrt::BlueSampler &sampler, Numbers &numbers) {
+    numbers.push_back(sampler.Get1D());
+    add(numbers, sampler.Get2D());
+}
+
+void camera(pbrt::BlueSampler &sampler, Numbers &numbers) {
+    numbers.push_back(sampler.Get1D());
+    add(numbers, sampler.GetPixel2D());
+    one_then_two(sampler, numbers);
+}
+
+// Light, direction, roulette, and with ten dimensions the probe below the surface, as in the wavefront integrator.
+void surface(pbrt::BlueSampler &sampler, Numbers &numbers, int dimensions) {
+    one_then_two(sampler, numbers);
+    one_then_two(sampler, numbers);
+    numbers.push_back(sampler.Get1D());
+    if (dimensions == 10) one_then_two(sampler, numbers);
+}
+
+// "7" and "10": the wavefront integrator's starts. "cpu": with media, two pairs in a row, and roulette now and then. "late":
+// the same, with the position in the pixel after another number.
+Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const std::string &order,
+             int depths) {
+    Numbers numbers;
+    sampler.StartPixelSample(pixel, index, 0);
+    if (order == "late") {
+        for (int k = 0; k < 2; ++k) numbers.push_back(sampler.Get1D());
+        add(numbers, sampler.GetPixel2D());
+    } else {
+        camera(sampler, numbers);
+    }
+    for (int depth = 0; depth < depths; ++depth) {
+        if (order == "7" || order == "10") {
+            const int dimensions = std::atoi(order.c_str());
+            sampler.StartPixelSample(pixel, index, 6 + dimensions * depth);
+            surface(sampler, numbers, dimensions);
+            continue;
+        }
+        for (int k = 0; k < 3 * (depth % 3 == 1); ++k) numbers.push_back(sampler.Get1D());
+        one_then_two(sampler, numbers);
+        if (depth % 3 == 1) add(numbers, sampler.Get2D());
+        one_then_two(sampler, numbers);
+        if (depth % 4 == 2) one_then_two(sampler, numbers);
+        if (depth > 1) numbers.push_back(sampler.Get1D());
+    }
+    return numbers;
+}
+
+[[maybe_unused]] int print_path(const std::string &order, int depths) {
+    std::vector<Numbers> samples;
+    pbrt::BlueSampler sampler = make();
+    for (int k = 0; k < 8; ++k)
+        samples.push_back(path(sampler, {11 * k, 5 + 3 * k}, k, order, depths));
+    for (size_t i = 0; i < samples[0].size(); ++i) {
+        for (const Numbers &numbers : samples) std::printf("%.9g ", double(numbers[i]));
+        std::printf("\n");
+    }
+    return 0;
+}
+
+[[maybe_unused]] int wavefront(int depths) {
+    int wrong = 0;
+    pbrt::BlueSampler sampler = make(), other = make();
+    for (int index = 0; index < 20; ++index) {
+        const Point2i pixel{7 * index, 3};
+        const Numbers broken = path(sampler, pixel, index, "7", depths);
+        Numbers whole;
+        other.StartPixelSample(pixel, index, 0);
+        camera(other, whole);
+        for (int depth = 0; depth < depths; ++depth) surface(other, whole, 7);
+        for (size_t i = 0; i < whole.size(); ++i) wrong += whole[i] != broken[i];
+    }
+    return wrong;
+}
+
+[[maybe_unused]] int domains() {
+    int wrong = 0;
+    bn_sampler *library;
+    if (bn_sampler_create(nullptr, &library) != BN_SUCCESS) return -1;
+    pbrt::BlueSampler sampler = make();
+    for (int index = 0; index < 300; index += 7) {
+        float u[4][4];
+        const Point2i pixel{index, 900 - index};
+        for (uint32_t key = 0; key < 4; ++key)
+            bn_sample_4d(library, pixel.x, pixel.y, uint32_t(index),
+                         bn_domain_child(BN_DOMAIN_ROOT, key), u[key]);
+        const float wavelength = (float(int(4 * u[0][2])) + u[0][3]) / 4;
+        const Numbers wanted = {wavelength, u[0][0], u[0][1], u[1][0], u[1][2], u[1][3],
+                                u[2][0],    u[2][2], u[2][3], u[3][0], u[3][2], u[3][3]};
+        const Numbers numbers = path(sampler, pixel, index, "7", 1);
+        for (size_t i = 0; i < wanted.size(); ++i) wrong += numbers[i] != wanted[i];
+    }
+    bn_sampler_destroy(library);
+    return wrong;
+}
+
+// Sixteen samples of a pixel meet each of 16 strata once: of single numbers, of pairs (4x4) and of wavelengths, of which
+// pbrt takes w, w + 1/4, w + 1/2 and w + 3/4 (4 places of the first by 4 within a quarter).
+[[maybe_unused]] int strata() {
+    int wrong = 0;
+    pbrt::BlueSampler sampler = make();
+    for (int x = 0; x < 40; ++x) {
+        std::vector<Numbers> samples;
+        for (int index = 0; index < 16; ++index)
+            samples.push_back(path(sampler, {x, 2 * x}, index, "7", 2));
+        const auto met = [&](auto place) {
+            std::set<int> places;
+            for (const Numbers &numbers : samples) places.insert(place(numbers));
+            return int(places.size());
+        };
+        wrong += 16 - met([](const Numbers &u) { return int(16 * u[0]); });
+        wrong +=
+            16 - met([](const Numbers &u) { return int(16 * (4 * u[0] - float(int(4 * u[0])))); });
+        for (size_t single : {3u, 6u, 9u})
+            wrong += 16 - met([=](const Numbers &u) { return int(16 * u[single]); });
+        for (size_t pair : {1u, 4u, 7u, 10u})
+            wrong += 16 - met([=](const Numbers &u) {
+                         return int(4 * u[pair]) * 4 + int(4 * u[pair + 1]);
+                     });
+    }
+    return wrong;
+}
+
+} // namespace
+
+#ifdef CHECK
+// For the program of docs/porting.md: decision 0 is the position in the pixel, DECISION the place of the other one's first
+// number in a path.
+extern "C" void draw(int x, int y, unsigned index, int decision, float u[2]);
+void draw(int x, int y, unsigned index, int decision, float u[2]) {
+    static pbrt::BlueSampler *sampler = nullptr;
+    if (!sampler) {
+        pbrt::given.seed = std::atoi(std::getenv("SEED"));
+        sampler = new pbrt::BlueSampler(make());
+    }
+    const Numbers numbers = path(*sampler, {x, y}, int(index), "7", 3);
+    const size_t place = decision ? size_t(std::atoi(std::getenv("DECISION"))) : 1;
+    u[0] = numbers[place];
+    u[1] = numbers[place + 1];
+}
+#else
+int main(int, char **arguments) {
+    const std::string what = arguments[1];
+    if (what == "path") return print_path(arguments[2], std::atoi(arguments[3]));
+    std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2]))
+                        : what == "domains" ? domains()
+                                            : strata());
+    return 0;
+}
+#endif

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scripts in a fresh clone: help needs nothing and makes nothing, and a folder that cannot work is refused at once."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and os.access(path, os.X_OK))
+HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"], ["convergence", "cornell", "--help"],
+        ["demo", "--picture", "--help"], ["farm", "--spp", "4", "-h"]]
+
+
+def clone(folder):
+    """The scripts alone; only `setup --help` is left of set-up. Python has no packages."""
+    shutil.copytree(ROOT / "scripts", folder / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    setup = folder / "scripts" / "setup"
+    setup.rename(folder / "scripts" / "real_setup")
+    setup.write_text('#!/bin/sh\n[ "$*" = --help ] && exec "$(dirname "$0")/real_setup" --help\ntouch set-up-was-run\nexit 1\n')
+    python = folder / "bin" / "python3"
+    python.parent.mkdir()
+    python.write_text(f'#!/bin/sh\nexec "{os.path.realpath(sys.executable)}" -S "$@"\n')
+    for script in (setup, python):
+        script.chmod(0o755)
+    return folder
+
+
+def run(folder, name, *arguments):
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    environment |= {"PATH": f"{folder / 'bin'}:{environment['PATH']}", "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run([folder / "scripts" / name, *arguments], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize("command", HELP, ids=" ".join)
+def test_help_makes_nothing(command, tmp_path):
+    folder = clone(tmp_path / "a clone")
+    before = sorted(folder.rglob("*"))
+    done = run(folder, *command)
+    assert done.returncode == 0 and done.stderr == "" and "usage" in done.stdout.lower(), done
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]"])
+def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
+    folder = clone(tmp_path / name)
+    for script in ("demo", "real_setup", "farm"):
+        done = run(folder, script)
+        assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1, done
+        assert "cannot work in the folder" in done.stderr
