@@ -15,9 +15,11 @@
  *     steps                            x < c, blurred along columns only, and y < c, blurred along
  *                                      rows, in (0,1) of domains with keys 4 k: edges of a picture
  *                                      that are parallel to its sides
+ *     discs, smooth                    discs and Gaussian bumps in (0,1)
  *
  * Steps are at irrational places: nets are exact at multiples of 1/16. One run of a sampler is
  * stopped at every count; zorder, which is made for one count, gets a run of its own for each.
+ * --every measures every count from 1 to 64, at sigma 2.1 alone.
  * OpenQMC's samplers are measured too in builds with -DBN_OPENQMC=DIR. --samples writes what a
  * sampler draws in second members of 16 families instead, as float32 [16][128][128][SPP][4]
  * without a header. The protocol is that of Heitz and Belcour, "Distributing Monte Carlo Errors as
@@ -31,14 +33,22 @@
 #include "bench_openqmc.h"
 
 enum { SIZE = 128, PIXELS = SIZE * SIZE, MARGIN = 8, INTEGRANDS = 48, DOMAINS = 16, MEMBERS = 4 };
-enum { KINDS = 5, SIGMAS = 3, MOST = 256 };
-static const double sigmas[SIGMAS] = {0.0, 1.0, 2.1};
-static const uint32_t counts[] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
-enum { COUNTS = sizeof counts / sizeof *counts };
+enum { KINDS = 5, SIGMAS = 3, MOST = 256, EVERY = 64, COUNTS = EVERY };
+static const double sigmas[SIGMAS] = {2.1, 1.0, 0.0};
+static uint32_t counts[COUNTS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
 
-typedef enum figure { HALF_PLANES_01, HALF_PLANES_23, PRODUCTS, SIBLINGS, STEPS, FIGURES } figure;
-static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
-                                                  "siblings", "steps"};
+typedef enum figure {
+    HALF_PLANES_01,
+    HALF_PLANES_23,
+    PRODUCTS,
+    SIBLINGS,
+    STEPS,
+    DISCS,
+    SMOOTH,
+    FIGURES
+} figure;
+static const char *const figure_names[FIGURES] = {
+    "half-planes-01", "half-planes-23", "products", "siblings", "steps", "discs", "smooth"};
 
 /* ---- Integrands */
 
@@ -77,10 +87,33 @@ static half_plane step_make(int domain, int k) {
     return (half_plane){k % 2 == 0, k % 2 != 0, (float)c, c};
 }
 
+/* The integral of exp(-(x - centre)^2 / (2 sigma^2)) over [0, 1]. */
+static double bump_mean(double centre, double sigma) {
+    const double scale = sigma * sqrt(2.0);
+    return sigma * sqrt(1.5707963267948966) * (erf((1.0 - centre) / scale) + erf(centre / scale));
+}
+
+/* (x - a)^2 + (y - b)^2 < c in discs, which lie within the square, and exp(-c ((x - a)^2 +
+ * (y - b)^2)) in bumps. */
+static half_plane round_make(figure what, int domain, int k) {
+    const double point = k + INTEGRANDS * domain, u = fraction(0.5 + 0.7548776662466927 * point),
+                 v = fraction(0.5 + 0.5698402909980532 * point);
+    if (what == SMOOTH) {
+        const double sigma = 0.1 + 0.3 * (k + 0.5) / INTEGRANDS;
+        return (half_plane){(float)u, (float)v, (float)(0.5 / (sigma * sigma)),
+                            bump_mean(u, sigma) * bump_mean(v, sigma)};
+    }
+    const double r = 0.1 + 0.35 * (k + 0.5) / INTEGRANDS;
+    return (half_plane){(float)(r + (1.0 - 2.0 * r) * u), (float)(r + (1.0 - 2.0 * r) * v),
+                        (float)(r * r), 3.141592653589793 * r * r};
+}
+
 enum { ALONG_ROWS = 1, ALONG_COLUMNS = 2 };
 
-/* One half-plane, or two multiplied; `at` is 4 times the member plus the first dimension. */
+/* One half-plane or what round_make() makes, or two half-planes multiplied; `at` is 4 times the
+ * member plus the first dimension. */
 typedef struct integrand {
+    figure what;
     half_plane first, second;
     int at[2];
     int product;
@@ -91,10 +124,16 @@ typedef struct integrand {
 static integrand integrand_make(figure what, int domain, int k) {
     static const int siblings[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
     const int own = 4 * (domain % MEMBERS);
-    integrand f = {
-        half_plane_make(domain, k, 0),        half_plane_make(domain, k, 1), {own, own + 2},
-        what == PRODUCTS || what == SIBLINGS, ALONG_ROWS | ALONG_COLUMNS,    0.0};
-    if (what == STEPS) {
+    integrand f = {what,
+                   half_plane_make(domain, k, 0),
+                   half_plane_make(domain, k, 1),
+                   {own, own + 2},
+                   what == PRODUCTS || what == SIBLINGS,
+                   ALONG_ROWS | ALONG_COLUMNS,
+                   0.0};
+    if (what == DISCS || what == SMOOTH) {
+        f.first = round_make(what, domain, k);
+    } else if (what == STEPS) {
         f.first = step_make(domain, k);
         f.directions = k % 2 == 0 ? ALONG_COLUMNS : ALONG_ROWS;
         f.at[0] = 0;
@@ -167,12 +206,23 @@ static int write_samples(const source *s, uint32_t count) {
 
 static float images[INTEGRANDS][COUNTS][PIXELS];
 
-/* How many of the samples from `i` to `end` are inside; u and v are [dimension][MOST]. */
-static uint32_t count_inside(const integrand *f, float u[][MOST], uint32_t i, uint32_t end) {
+static float squared_distance(float x, float y, const half_plane *g) {
+    return (x - g->a) * (x - g->a) + (y - g->b) * (y - g->b);
+}
+
+/* The sum over the samples from `i` to `end`; u is [dimension][MOST]. */
+static double sum_values(const integrand *f, float u[][MOST], uint32_t i, uint32_t end) {
     const float *x = u[f->at[0]], *y = u[f->at[0] + 1], *z = u[f->at[1]], *w = u[f->at[1] + 1];
     const half_plane g = f->first, h = f->second;
     uint32_t sum = 0;
-    if (f->product) {
+    if (f->what == SMOOTH) {
+        double bumps = 0.0;
+        for (; i < end; ++i) bumps += expf(-g.c * squared_distance(x[i], y[i], &g));
+        return bumps;
+    }
+    if (f->what == DISCS) {
+        for (; i < end; ++i) sum += (uint32_t)(squared_distance(x[i], y[i], &g) < g.c);
+    } else if (f->product) {
         for (; i < end; ++i)
             sum += (uint32_t)((g.a * x[i] + g.b * y[i] < g.c) & (h.a * z[i] + h.b * w[i] < h.c));
     } else {
@@ -202,11 +252,12 @@ static void make_images(const source *s, int domain, uint32_t declared, const in
             }
         }
         for (int k = 0; k < INTEGRANDS; ++k) {
-            uint32_t sum = 0, i = 0;
+            double sum = 0.0;
+            uint32_t i = 0;
             for (int c = first; c < end; ++c) {
-                sum += count_inside(&f[k], u, i, counts[c]);
+                sum += sum_values(&f[k], u, i, counts[c]);
                 i = counts[c];
-                images[k][c][p] = (float)((double)sum / i - f[k].mean);
+                images[k][c][p] = (float)(sum / i - f[k].mean);
             }
         }
     }
@@ -248,8 +299,9 @@ static double blurred_rmse(const float *errors, double sigma, int directions) {
     return sqrt(square / ((SIZE - 2 * MARGIN) * (SIZE - 2 * MARGIN)));
 }
 
-/* Mean RMSE of a figure at the first n counts. */
-static void measure(const source *s, figure what, int domains, int n, double rmse[COUNTS][SIGMAS]) {
+/* Mean RMSE of a figure at the first n counts and the first `blurs` sigmas. */
+static void measure(const source *s, figure what, int domains, int n, int blurs,
+                    double rmse[COUNTS][SIGMAS]) {
     memset(rmse, 0, COUNTS * sizeof *rmse);
     for (int domain = 0; domain < domains; ++domain) {
         integrand f[INTEGRANDS];
@@ -261,7 +313,7 @@ static void measure(const source *s, figure what, int domains, int n, double rms
         }
         for (int k = 0; k < INTEGRANDS; ++k) {
             for (int c = 0; c < n; ++c) {
-                for (int i = 0; i < SIGMAS; ++i) {
+                for (int i = 0; i < blurs; ++i) {
                     rmse[c][i] += blurred_rmse(images[k][c], sigmas[i], f[k].directions) /
                                   (INTEGRANDS * domains);
                 }
@@ -274,7 +326,7 @@ static void measure(const source *s, figure what, int domains, int n, double rms
 
 static const char usage[] =
     "usage: bench_samplers [--max-spp N] [--domains N] [--samplers NAME,...]\n"
-    "                      [--figures NAME,...]\n"
+    "                      [--figures NAME,...] [--every]\n"
     "       bench_samplers --samples NAME SPP\n";
 
 static int refuse(void) {
@@ -299,7 +351,7 @@ int main(int argc, char **argv) {
                                          {"zorder", BN_SAMPLER_ZORDER, NULL},
                                          {"mask", BN_SAMPLER_MASK, NULL},
                                          {"blue", BN_SAMPLER_BLUE, NULL}};
-    int known_count = KINDS, n = 0;
+    int known_count = KINDS, n = 0, blurs = SIGMAS;
     unsigned long max_spp = MOST, domains = DOMAINS;
     const char *samplers = NULL, *figures = NULL;
     char *end = "";
@@ -314,6 +366,12 @@ int main(int argc, char **argv) {
         return refuse();
     }
     for (int a = 1; a < argc; a += 2) {
+        if (strcmp(argv[a], "--every") == 0) {
+            for (uint32_t i = 0; i < EVERY; ++i) counts[i] = i + 1u;
+            blurs = 1;
+            --a;
+            continue;
+        }
         if (a + 1 == argc) return refuse();
         if (strcmp(argv[a], "--max-spp") == 0)
             max_spp = strtoul(argv[a + 1], &end, 10);
@@ -327,7 +385,7 @@ int main(int argc, char **argv) {
             return refuse();
         if (*end != '\0') return refuse();
     }
-    while (n < COUNTS && counts[n] <= max_spp) ++n;
+    while (n < COUNTS && counts[n] > 0 && counts[n] <= max_spp) ++n;
     if (n == 0 || domains == 0 || domains > DOMAINS) return refuse();
 
     printf("sampler,figure,spp,sigma,rmse\n");
@@ -336,9 +394,9 @@ int main(int argc, char **argv) {
             double rmse[COUNTS][SIGMAS];
             if (!is_listed(samplers, known[s].name) || !is_listed(figures, figure_names[what]))
                 continue;
-            measure(&known[s], (figure)what, (int)domains, n, rmse);
+            measure(&known[s], (figure)what, (int)domains, n, blurs, rmse);
             for (int c = 0; c < n; ++c) {
-                for (int i = 0; i < SIGMAS; ++i) {
+                for (int i = 0; i < blurs; ++i) {
                     printf("%s,%s,%u,%.1f,%.6g\n", known[s].name, figure_names[what], counts[c],
                            sigmas[i], rmse[c][i]);
                 }

@@ -151,7 +151,7 @@ enum {
      * base 4 in all four dimensions. Over the pixels of an aligned block of 16^s pixels, that
      * prefix is a (0, m + 2 s, 4)-net. Blurred errors fall with every sample, as each sample by
      * itself is blue: the pixels of 32 x 32 share the order of their samples. Over domains, such as
-     * frames, each sample is uniform in its four dimensions. docs/blue.md has the construction. */
+     * frames, each sample is uniform in each of its pairs. docs/blue.md has the construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
      * of renderers, as a baseline. */

@@ -46,7 +46,8 @@
  *
  * Over the 4,096 labels, the first three digits of the four coordinates are each of the 8^4 cells
  * once. The family shifts the tile at random, and the domain adds random digits from the fourth on.
- * So over domains each sample is uniform in its four dimensions.
+ * So over domains each sample is uniform in each pair, and in all four dimensions over the cells of
+ * six digits each: later digits added to dimensions (2, 3) repeat some of those of (0, 1).
  *
  * Dimensions (0, 1) of member 0 are made for the position in the pixel: their errors are also evenly distributed along rows and
  * columns, the direction of most edges in a picture.
