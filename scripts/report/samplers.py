@@ -145,14 +145,14 @@ def plot_spp(rows, path):
 def every_text(rows, command, commit):
     names = names_in(rows)
     parts = ["# Error at every count", "", f"Printed by `{command}`.", "",
-             "RMSE after a blur of 2.1 pixels, white noise at one sample = 1, as on [the samplers' page](samplers.md), over",
+             f"RMSE after a blur of 2.1 pixels, `{BASE}` at one sample = 1 (that of white noise), as on [the samplers' page](samplers.md), over",
              f"{EVERY_DOMAINS} domains. `sobol` is padded: its two pairs of dimensions are independent (0,2)-sequences. `zorder` is",
              "declared at each count. Discs and bumps lie in (0,1). Products over two domains of a family take all pairs in turn.", ""]
     if commit:
         parts += [f"OpenQMC is at commit {commit}.", ""]
     parts += ["![Error against every count](samplers_spp.png)", ""]
     for what in EVERY:
-        base = errors(rows, "white", what, "2.1")[1]
+        base = errors(rows, BASE, what, "2.1")[1]
         found = {name: errors(rows, name, what, "2.1") for name in names}
         parts += [f"## {FIGURES[what]}", "", md_table(
             ["sampler", *map(str, EVERY_COUNTS)],

@@ -164,7 +164,7 @@ def test_every_count_has_a_page_and_a_plot(tmp_path, monkeypatch, others):
     samplers.main()
     text = (tmp_path / "out" / "samplers_every.md").read_text()
     assert (tmp_path / "out" / "samplers_spp.png").is_file()
-    assert text.count("| sobol (padded) | 0.500 |") == len(samplers.EVERY)  # white's error is twice that of the second
+    assert text.count("| sobol (padded) | 1.000 |") == len(samplers.EVERY)
     assert all((f"| {name} |" in text) == (name in others) for name in peers.PEERS)
     monkeypatch.setattr(samplers, "run_bench", None)  # measures nothing
     monkeypatch.setattr(sys, "argv", [*words, "--again"])
