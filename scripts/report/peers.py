@@ -48,3 +48,11 @@ def chosen(openqmc, program):
     if listed(program) != PEERS:
         sys.exit(f"bench: {program} was built without OpenQMC; build it with scripts/setup -DBN_OPENQMC={openqmc}")
     return PEERS
+
+
+def commit(openqmc):
+    """The commit of the checkout of OpenQMC in a folder, abbreviated; empty if it is none."""
+    if not openqmc:
+        return ""
+    return subprocess.run(["git", "-C", openqmc, "rev-parse", "--short", "HEAD"], check=False, capture_output=True,
+                          text=True).stdout.strip()

@@ -2,7 +2,8 @@
 """Measures the screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
 
 Runs the programs bench_samplers and bench_draws, writes their results to out/samplers, and the tables in samplers.md
-with plots of error against samples per pixel and against time, and spectra of error images, to docs/report.
+with plots of error against time, and spectra of error images, to docs/report. With --every it measures every count
+from 1 to 64 instead: samplers_every.md and samplers_spp.png.
 """
 
 import argparse
@@ -33,6 +34,8 @@ FIGURES = {
     "products": "Products over both pairs of a domain",
     "siblings": "Products over two domains of a family",
     "steps": "Steps along the axes, at the position in the pixel",
+    "discs": "Discs in dimensions (0,1)",
+    "smooth": "Smooth bumps in dimensions (0,1)",
 }
 WHAT = {
     "products": "Half-planes in (0,1) and in (2,3) of one domain, multiplied.",
@@ -41,6 +44,9 @@ WHAT = {
              "the sides of the picture.",
 }
 PLOTTED = ("half-planes-01", "products")
+EVERY = ("half-planes-01", "discs", "smooth", "products", "siblings")  # in the table and the plot of every count
+EVERY_DOMAINS, EVERY_COUNTS = 4, (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64)
+EVERY_SAMPLERS = ("white", BASE, "zorder", "blue")
 BLURS = ("2.1", "1.0", "0.0")
 SPECTRA_COUNTS = (1, 4, 16)
 # Centres and radii of the discs for the spectra (the first is shown), and the positions of the steps.
@@ -65,10 +71,10 @@ def run_bench(program, arguments):
     return list(csv.DictReader(io.StringIO(run_program(program, arguments).decode())))
 
 
-def run_all(program, samplers):
+def run_all(program, samplers, *arguments):
     """The rows of all samplers, two at a time, slowest first."""
     def run(name):
-        rows = run_bench(program, ["--samplers", name])
+        rows = run_bench(program, ["--samplers", name, *arguments])
         print(f"bench: measured {name}", file=sys.stderr)
         return rows
 
@@ -120,21 +126,54 @@ def line(name, names):
 
 
 def plot_spp(rows, path):
-    figure, axes = plt.subplots(1, len(PLOTTED), figsize=(12, 4.6), sharey=True)
+    """Error after a blur of 2.1 pixels against every count."""
+    figure, axes = plt.subplots(2, 3, figsize=(13, 8.4), layout="constrained")
     names = names_in(rows)
-    for axis, what in zip(axes, PLOTTED):
+    for axis, what in zip(axes.flat, EVERY):
         for name in names:
-            found = ratios(rows, name, what, "2.1")
-            axis.plot(list(found), list(found.values()), **line(name, names))
-        axis.set(xscale="log", yscale="log", title=f"{FIGURES[what]}, sigma 2.1", xlabel="samples per pixel")
+            found = errors(rows, name, what, "2.1")
+            axis.loglog(list(found), list(found.values()), **{**line(name, names), "markersize": 2, "linewidth": 1.2})
+        axis.set(title=FIGURES[what], xlabel="samples per pixel", ylabel="RMSE, sigma 2.1")
         axis.set_xscale("log", base=2)
-        axis.grid(True, which="both", alpha=0.25)
-        plain_numbers(axis.xaxis)
-        axis.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axis.yaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "2357" else "")
-    axes[0].set_ylabel(f"RMSE, {BASE} = 1")
-    axes[0].legend(fontsize="small")
-    save(figure, path)
+        axis.grid(True, which="major", alpha=0.25)
+        plain_numbers(axis.xaxis, axis.yaxis)
+    axes.flat[-1].axis("off")
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="center", bbox_to_anchor=(5 / 6, 0.25))
+    save(figure, path, laid_out=True)
+
+
+def every_text(rows, command, commit):
+    names = names_in(rows)
+    parts = ["# Error at every count", "", f"Printed by `{command}`.", "",
+             f"RMSE after a blur of 2.1 pixels, `{BASE}` at one sample = 1 (that of white noise), as on [the samplers' page](samplers.md), over",
+             f"{EVERY_DOMAINS} domains. `sobol` is padded: its two pairs of dimensions are independent (0,2)-sequences. `zorder` is",
+             "declared at each count. Discs and bumps lie in (0,1). Products over two domains of a family take all pairs in turn.", ""]
+    if commit:
+        parts += [f"OpenQMC is at commit {commit}.", ""]
+    parts += ["![Error against every count](samplers_spp.png)", ""]
+    for what in EVERY:
+        base = errors(rows, BASE, what, "2.1")[1]
+        found = {name: errors(rows, name, what, "2.1") for name in names}
+        parts += [f"## {FIGURES[what]}", "", md_table(
+            ["sampler", *map(str, EVERY_COUNTS)],
+            [[name + (" (padded)" if name == BASE else ""), *(f"{own[spp] / base:.3f}" if spp in own else "" for spp in EVERY_COUNTS)]
+             for name, own in found.items()]), ""]
+    return "\n".join(parts)
+
+
+def report_every(options, path):
+    """Every count: its own rows, page and plot."""
+    if options.again:
+        rows = read_rows(path)
+    else:
+        arguments = ["--every", "--domains", str(EVERY_DOMAINS), "--figures", ",".join(EVERY)]
+        rows = run_all(options.program, (*EVERY_SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer)), *arguments)
+        write_rows(path, rows)
+    plot_spp(rows, options.out / "samplers_spp.png")
+    command = "scripts/bench samplers --every" + (" --openqmc DIR" if set(peers.PEERS) & set(names_in(rows)) else "")
+    text = every_text(rows, command, peers.commit(options.openqmc))
+    write_text(options.out / "samplers_every.md", text)
+    print(text)
 
 
 def draw_times(draws):
@@ -273,7 +312,8 @@ def report_text(rows, draws, unlike, command):
         parts += ["OpenQMC's samplers are used in the same way: the domains of a family are `newDomain()` with the keys 4k to",
                   "4k + 3 of one parent; steps use the first pair of dimensions.", ""]
     parts += ["## blue, sigma 2.1", "", summary_table(rows), "",
-              "![Error against samples per pixel](samplers_spp.png)", "",
+              "[Every count from 1 to 64](samplers_every.md), with discs and smooth integrands:", "",
+              "![Error against every count](samplers_spp.png)", "",
               "## Spectra of error images", "",
               f"The integrands are discs in dimensions (0,1) of a domain other than the position in the pixel, over {DOMAINS} domains.",
               "Upper rows: an error image and the radially averaged power. Lower rows: the power in two dimensions (frequency 0 in the",
@@ -309,6 +349,13 @@ def write_rows(path, rows):
     write_text(path, out.getvalue())
 
 
+def read_rows(path):
+    try:
+        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except OSError as error:
+        sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
+
+
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
@@ -316,6 +363,7 @@ def main():
     parser.add_argument("--pathtracer", default="build/examples/pathtracer/pathtracer", help=argparse.SUPPRESS)
     peers.add_option(parser)
     parser.add_argument("--quick", action="store_true", help=f"measure {', '.join(QUICK)} only")
+    parser.add_argument("--every", action="store_true", help="measure every count from 1 to 64 instead, after a blur of 2.1 pixels")
     parser.add_argument("--again", action="store_true", help="use the results of the previous run instead of measuring")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, default=Path("out/samplers"), metavar="FOLDER",
@@ -323,11 +371,11 @@ def main():
     options = parser.parse_args()
 
     files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"
+    if options.every:
+        report_every(options, options.pages / "samplers_every.csv")
+        return
     if options.again:
-        try:
-            rows, draws = (list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))) for path in files)
-        except OSError as error:
-            sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
+        rows, draws = map(read_rows, files)
     else:
         others = peers.chosen(options.openqmc, options.pathtracer)
         draws = [row for row in run_bench(options.draws, []) if not row["form"].startswith("peer") or row["sampler"] in others]
@@ -336,7 +384,6 @@ def main():
             write_rows(path, found)
     names = names_in(rows)
     plot_time(rows, draws, options.out / "samplers_time.png")
-    plot_spp(rows, options.out / "samplers_spp.png")
     unlike = plot_spectra(options.program, names, options.out / "samplers_spectra.png")
     command = "scripts/bench samplers" + (" --quick" if options.quick else "")
     command += " --openqmc DIR" if set(peers.PEERS) & set(names) else ""

@@ -130,10 +130,10 @@ def test_peers_stand_in_every_table_and_plot_or_in_none(tmp_path, monkeypatch, o
     monkeypatch.setattr(sys, "argv", words)
     samplers.main()
 
-    assert len(legends) == 3 and all(legend == {"white", "blue", "sobol", *others} for legend in legends)
+    assert len(legends) == 2 and all(legend == {"white", "blue", "sobol", *others} for legend in legends)
     text = (tmp_path / "out" / "samplers.md").read_text()
     tables = text.split("| sampler |")[1:]
-    assert len(tables) == 2 + 5 * 3  # axes and times, five figures with three blurs
+    assert len(tables) == 2 + 7 * 3  # axes and times, seven figures with three blurs
     for name in peers.PEERS:
         assert all((f"| {name} |" in part) == (name in others) for part in tables)
     assert ("`scripts/bench samplers --quick --openqmc DIR`" in text) == bool(others)
@@ -148,6 +148,28 @@ def test_peers_stand_in_every_table_and_plot_or_in_none(tmp_path, monkeypatch, o
     monkeypatch.setattr(sys, "argv", [*words, "--again"])
     samplers.main()
     assert (tmp_path / "out" / "samplers.md").read_text() == text
+
+
+@pytest.mark.parametrize("others", [(), peers.PEERS])
+def test_every_count_has_a_page_and_a_plot(tmp_path, monkeypatch, others):
+    rows, _ = rows_of(("white", "sobol", "zorder", "blue", *others))
+    (tmp_path / "rows.csv").write_text("")
+    samplers.write_rows(tmp_path / "rows.csv", rows)
+    (tmp_path / "rows").write_text(FAKE.format(python=sys.executable))
+    (tmp_path / "rows").chmod(0o755)
+    monkeypatch.setattr(peers, "listed", lambda program: peers.PEERS)
+    words = ["samplers", "--every", "--program", str(tmp_path / "rows"), "--out", str(tmp_path / "out"), "--pages",
+             str(tmp_path / "pages"), *(["--openqmc", str(tmp_path)] if others else [])]
+    monkeypatch.setattr(sys, "argv", words)
+    samplers.main()
+    text = (tmp_path / "out" / "samplers_every.md").read_text()
+    assert (tmp_path / "out" / "samplers_spp.png").is_file()
+    assert text.count("| sobol (padded) | 1.000 |") == len(samplers.EVERY)
+    assert all((f"| {name} |" in text) == (name in others) for name in peers.PEERS)
+    monkeypatch.setattr(samplers, "run_bench", None)  # measures nothing
+    monkeypatch.setattr(sys, "argv", [*words, "--again"])
+    samplers.main()
+    assert (tmp_path / "out" / "samplers_every.md").read_text() == text
 
 
 def test_nothing_measured_before_is_one_line(tmp_path, monkeypatch):

@@ -149,9 +149,10 @@ enum {
      * in both pairs of every domain. In each pixel, every prefix of 2^m samples is a (0, m, 2)-net
      * in dimensions (0, 1) and in (2, 3), and every prefix of 4^m samples is a (0, m, 4)-net in
      * base 4 in all four dimensions. Over the pixels of an aligned block of 16^s pixels, that
-     * prefix is a (0, m + 2 s, 4)-net. Blurred errors fall with every sample, as each sample by
-     * itself is blue: the pixels of 32 x 32 share the order of their samples. Over domains, such as
-     * frames, each sample is uniform in each of its pairs. docs/blue.md has the construction. */
+     * prefix is a (0, m + 2 s, 4)-net. Blurred errors fall with nearly every sample, as each
+     * sample by itself is blue: the pixels of 32 x 32 share the order of their samples. Over
+     * domains, such as frames, each sample is uniform in each of its pairs. docs/blue.md has the
+     * construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
      * of renderers, as a baseline. */

@@ -41,8 +41,8 @@
  * The order inside an octave, samples 2^m to 2^(m+1) - 1, is free: every prefix of 2^m samples is
  * the same set whatever it is. It is a nested shuffle of the index, one for 32 x 32 pixels of the
  * screen, independent between these blocks and between families. As the pixels of a block share it,
- * each sample by itself is as blue as the first, and the error falls with every sample, not only
- * from one power of two to the next.
+ * each sample by itself is as blue as the first, and the error falls with nearly every sample, not
+ * only from one power of two to the next.
  *
  * Over the 4,096 labels, the first three digits of the four coordinates are each of the 8^4 cells
  * once. The family shifts the tile at random, and the domain adds random digits from the fourth on.
