@@ -48,6 +48,11 @@ def bias_of(cells, references, views, label, spp):
     return Ratio(math.log1p(difference / total), math.sqrt(variance) / total, variance**2 / shares)
 
 
+def share_of(log):
+    """A logarithm of a ratio as a share; infinite beyond a factor of 1000, as with one or two degrees of freedom."""
+    return math.expm1(log) if log < math.log(1000) else math.inf
+
+
 def biases(cells, references, labels, spp):
     """{(scene, label): Ratio}."""
     found = {}
@@ -65,7 +70,7 @@ def biased(found):
 
 def smallest_bias(bias, count):
     """The smallest relative difference that one of `count` cells finds, either way."""
-    return math.expm1(bias.smallest(FALSE_ALARMS / (2 * count), POWER))
+    return share_of(bias.smallest(FALSE_ALARMS / (2 * count), POWER))
 
 
 def against_sobol(cells, views, counts, measures):
@@ -86,4 +91,4 @@ def against_sobol(cells, views, counts, measures):
 
 def smallest_loss(cell, count):
     """The smallest share by which blue's error can be above sobol's so that one of `count` cells finds it."""
-    return math.expm1(cell.smallest(FALSE_ALARMS / count, POWER))
+    return share_of(cell.smallest(FALSE_ALARMS / count, POWER))
