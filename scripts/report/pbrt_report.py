@@ -88,7 +88,9 @@ class Report:
         for than in (*self.own, BEST_PEER):
             found = [[gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in counts]
             rows.append([than_name(than), *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
-        return md_table(["over `blue`", *map(str, counts)], rows)
+        scenes = len({view.scene for view in gains.views})
+        return (f"{next(iter(self.sets))}: {scenes}; crops: {len(gains.views)}; seeds: {self.options.seeds}.\n\n"
+                + md_table(["over `blue`", *map(str, counts)], rows))
 
     def all_samplers(self, gains, measure):
         rows = []
