@@ -26,7 +26,7 @@ def test_the_port_of_vcpkg_has_the_version_of_the_header():
 def test_recipes_name_options_that_exist(path):
     setting = r'-D(BN_\w+)=|cache_variables\["(BN_\w+)"\]|FEATURES \w+ (BN_\w+)'
     named = {"".join(groups) for groups in re.findall(setting, (PACKAGING / path).read_text(encoding="utf-8"))}
-    options = set(re.findall(r"^option\((\w+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.M))
+    options = set(re.findall(r"^(?:option\(|set\((?=\w+ .* CACHE ))(\w+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.M))
     assert len(named) == 5 and named <= options
 
 
