@@ -249,6 +249,9 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
     parser.add_argument("--seeds", type=positive, default=SEEDS, metavar="N", help=f"pictures of each sampler (default {SEEDS})")
+    parser.add_argument("--crops", type=positive, metavar="N", help="crops of each scene (default: all three)")
+    parser.add_argument("--reference-share", type=float, default=1.0, metavar="X",
+                        help="share of the references' samples, between 0 and 1 (default 1)")
     parser.add_argument("--quick", action="store_true",
                         help="a trial of minutes: one crop of a scene, 2 seeds, to 16 samples, poorer references; writes to out/pbrt")
     parser.add_argument("--sheet", metavar="FILE", help="only render every scene once, small, and write a picture of them")
@@ -265,8 +268,11 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
             if one not in known:
                 parser.error(f"--{name}: {one!r} is none of {', '.join(known)}")
         setattr(options, name, chosen)
+    if not 0 < options.reference_share <= 1:
+        parser.error("--reference-share must be above 0 and at most 1")
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
+        options.crops, options.reference_share = 1, 0.125
     # Only the whole comparison goes to docs/report.
     options.whole = options.views == "final" and not options.quick and "--scenes" not in " ".join(arguments)
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
@@ -311,8 +317,8 @@ def run(arguments):
     try:
         if options.sheet:
             return sheet(work, options.scenes, options.sheet)
-        views = [view for name in options.scenes for view in crops(name, options.views)[:1 if options.quick else None]]
-        references = work.references(views, 0.125 if options.quick else 1.0)
+        views = [view for name in options.scenes for view in crops(name, options.views)[:options.crops]]
+        references = work.references(views, options.reference_share)
         tasks = [Task(view, label, seed, tuple(n for n in COUNTS if n <= options.spp and (label, n) not in ROUNDED))
                  for view in views for label in options.samplers for seed in range(1, options.seeds + 1)]
         cells = PbrtCells(work.results(references, tasks))
