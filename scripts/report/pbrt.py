@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import gains
 from .bench_options import arguments_that_count, run_or_say_why
 from .convergence import positive
 from .files import read_exr, write_image, write_rows, write_text
@@ -331,6 +332,7 @@ def run(arguments):
     write_text(options.out / "pbrt.md", report.text())
     if options.out.resolve() == Path("docs/report").resolve():
         update_table(options.guide, "scripts/bench pbrt", report.summary())
+        gains.write_rows(options.out / "pbrt_headline.csv", report.headline_rows())
     print(report.text())
     print(f"Written: {options.out}/pbrt.md and {options.pages}/pbrt.csv. References took "
           f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)

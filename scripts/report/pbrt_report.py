@@ -6,7 +6,7 @@ import statistics
 
 import numpy as np
 
-from .gains import BEST_PEER, Gain, Gains, bootstrap
+from .gains import BEST_PEER, Gain, Gains, bootstrap, row_of
 from .image_error import SIGMAS
 from .pbrt_build import COMMIT
 from .pbrt_scenes import CROP, HEIGHT, HELD_OUT, SCENES, TUNING, WIDTH
@@ -91,6 +91,18 @@ class Report:
         scenes = len({view.scene for view in gains.views})
         return (f"{next(iter(self.sets))}: {scenes}; crops: {len(gains.views)}; seeds: {self.options.seeds}.\n\n"
                 + md_table(["over `blue`", *map(str, counts)], rows))
+
+    def headline_rows(self):
+        """What `scripts/bench summary` reads: over held-out scenes, in the form of gains.write_rows()."""
+        gains = next(iter(self.sets.values()))
+        rows = []
+        for measure in HEADLINE:
+            for spp in self.counts:
+                for than in (*self.own, BEST_PEER):
+                    gain = gains.gain("blue", spp, measure, than)
+                    if gain:
+                        rows.append(row_of(gain, measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than))
+        return rows
 
     def all_samplers(self, gains, measure):
         rows = []

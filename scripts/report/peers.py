@@ -33,7 +33,9 @@ def add_option(parser):
 
 
 def commit(openqmc):
-    """Commit and date of a checkout, for a report; "unknown" if git does not know it."""
+    """Commit and date of a checkout, for a report; "unknown" if git does not know it, empty without one."""
+    if not openqmc:
+        return ""
     try:
         return subprocess.run(["git", "-C", openqmc, "log", "-1", "--format=%h of %cs"], check=True, capture_output=True,
                               text=True).stdout.strip()
@@ -48,11 +50,3 @@ def chosen(openqmc, program):
     if listed(program) != PEERS:
         sys.exit(f"bench: {program} was built without OpenQMC; build it with scripts/setup -DBN_OPENQMC={openqmc}")
     return PEERS
-
-
-def commit(openqmc):
-    """The commit of the checkout of OpenQMC in a folder, abbreviated; empty if it is none."""
-    if not openqmc:
-        return ""
-    return subprocess.run(["git", "-C", openqmc, "rev-parse", "--short", "HEAD"], check=False, capture_output=True,
-                          text=True).stdout.strip()

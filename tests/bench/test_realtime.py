@@ -48,10 +48,12 @@ def test_blue_is_best_where_the_guide_says(result):
     on, eight, every = (result[f"`blue`, {what}"] for what in ("the index goes on", "a new key every 8 frames",
                                                               "a new key every frame"))
     sobol = result["`sobol`, the index goes on"]
-    assert every["one frame"] < 0.6 * on["one frame"]
+    # Every frame is blue, whatever its index.
+    assert max(on["one frame"], eight["one frame"]) < 0.7 * sobol["one frame"]
     assert on["mean of 16"] < 0.7 * min(every["mean of 16"], sobol["mean of 16"])
-    assert eight["moving average"] < 0.9 * min(on["moving average"], sobol["moving average"])
-    assert eight["moving average, unblurred"] < 0.7 * every["moving average, unblurred"]
+    assert on["moving average"] < 0.8 * min(every["moving average"], sobol["moving average"])
+    assert on["moving average"] < 1.1 * eight["moving average"]
+    assert on["moving average, unblurred"] < 0.7 * every["moving average, unblurred"]
 
 
 def test_the_table_takes_its_place(tmp_path, capsys):
