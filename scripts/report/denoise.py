@@ -87,7 +87,7 @@ def run(arguments):
         work.builds, options.retime)
     report = denoise_report.Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, pictures,
                                    trials, work.version, cost)
-    report.draw(options.out)
+    report.draw(options.out, options.pages)
     gains.write_rows(options.out / "denoise.csv", report.rows())
     text = report.text()
     write_text(options.out / "denoise.md", text)

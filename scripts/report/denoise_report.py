@@ -200,7 +200,6 @@ class Report:
             + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
             "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
             "## Where blue noise helps and where it hurts", "", self.verdicts(), "",
-            *(["![Pictures](denoise_pictures.png)", ""] if set(SHEET_SCENES) & set(self.scenes) else []),
             "![sobol / blue after the denoiser](denoise.png)", ""]
         if self.trials:
             parts += [
@@ -248,7 +247,7 @@ class Report:
 
     # ---- Pictures
 
-    def draw(self, folder):
+    def draw(self, folder, pages):
         from .plots import finish, plt, save
 
         figure, axes = plt.subplots(1, len(WAYS), figsize=(4 * len(WAYS), 3.6), sharey=True)
@@ -263,7 +262,7 @@ class Report:
         axes[0].set_ylabel("relative RMSE, sobol / blue")
         axes[0].legend(fontsize="small")
         save(figure, folder / "denoise.png")
-        self.draw_sheet(folder / "denoise_pictures.png")
+        self.draw_sheet(pages / "denoise_pictures.png")
 
     def draw_sheet(self, path):
         """The first view of some scenes at one sample per pixel: noisy, denoised, and denoised with lamps apart."""
