@@ -230,13 +230,13 @@ SCRIPT = """
 """
 
 
-def widget(scenes, left="white", right="blue", spp=4, blur="0", more=""):
+def widget(scenes, left="white", right="blue", spp=4, blur="0", below="", beside=""):
     """The controls, the pictures and the script.
 
     scenes: {name: {"size": (width, height), "reference": URI, "counts": {spp: {sampler: (URI, errors)}}}}, where
     errors are RMSEs after a blur of 2.1 pixels, one for each seed, or a single number; the optional "own_error" is the
     error of the reference. While there is no reference yet, its URI is "" and errors are empty lists. left, right, spp, blur: the
-    initial selection. more: HTML below the controls.
+    initial selection. below: HTML under the pictures; beside: HTML under the controls.
     """
     data = {"start": {"left": left, "right": right, "spp": str(spp), "blur": blur}, "scenes": {
         name: {"size": list(scene["size"]), "reference": scene["reference"], "counts": {
@@ -256,12 +256,12 @@ def widget(scenes, left="white", right="blue", spp=4, blur="0", more=""):
             '<canvas data-part=right-image role=img></canvas></div><div class=divider data-part=line></div>'
             '<span class="tag left" data-part=left-tag></span><span class="tag right" data-part=right-tag></span></div>'
             '<input type=range data-part=divider min=0 max=1000 value=500 '
-            'aria-label="divider between the left and the right picture"></div>'
+            f'aria-label="divider between the left and the right picture">{below}</div>'
             f'<div><div class=controls>{select("scene", "Scene")}{select("spp", "Samples per pixel")}'
             f'{select("left", "Left")}{select("right", "Right")}'
             f'{select("blur", "Blur", blurs)}{select("zoom", "Enlarged", zooms)}'
             '<button type=button data-part=swap title="exchange left and right">&#8644; swap</button></div>'
-            f'<output data-part=note aria-live=polite></output>{more}</div></div>'
+            f'<output data-part=note aria-live=polite></output>{beside}</div></div>'
             f'<script type="application/json" id=compare-data>{text}</script><script>{SCRIPT}</script>')
 
 

@@ -9,20 +9,20 @@ from . import comparison, curves, page
 from .palette import style
 
 STYLE = """
-.steps { margin-top: 1rem; }
 .steps .stepping { display: grid; grid-template-columns: 2.75rem minmax(0, 1fr) 2.75rem; gap: .6rem; align-items: center; }
-.steps button { font: inherit; font-size: 1.25rem; line-height: 1; height: 2.75rem; padding: 0; cursor: pointer; border-radius: 7px;
+.compare .steps button { grid-column: auto; font: inherit; font-size: 1.25rem; line-height: 1; height: 2.75rem; padding: 0; cursor: pointer; border-radius: 7px;
   border: 1px solid var(--line); background: var(--paper); color: var(--ink); }
 .steps button:disabled { opacity: .45; cursor: default; }
 .steps button:focus-visible, .steps input:focus-visible { outline: 2px solid var(--accent); outline-offset: 2px; }
 .steps .stepping input { width: 100%; height: 2.75rem; margin: 0; accent-color: var(--accent); }
-.steps .count { margin: 0 0 .3rem; font-weight: 600; }
-.steps .errors { width: 100%; margin: .8rem 0; }
-.steps .errors caption { text-align: left; font-size: .82rem; color: var(--soft); }
-.steps .errors :is(th, td) { text-align: left; padding: .15em .4em; border: 0; }
-.steps .errors td { font-size: 1.15rem; font-weight: 600; }
-.steps .chart { margin: 0; padding: .4rem; cursor: crosshair; }
-.steps .now { stroke: #777; stroke-width: 1.2; stroke-dasharray: 3 2; }
+.steps .count { margin: .7rem 0 .3rem; font-weight: 600; }
+.found { margin-top: 1rem; }
+.found .errors { width: 100%; margin: .8rem 0; }
+.found .errors caption { text-align: left; font-size: .82rem; color: var(--soft); }
+.found .errors :is(th, td) { text-align: left; padding: .15em .4em .15em 0; border: 0; }
+.found .errors td { font-size: 1.15rem; font-weight: 600; }
+.found .chart { margin: 0; padding: .4rem; cursor: crosshair; }
+.found .now { stroke: #777; stroke-width: 1.2; stroke-dasharray: 3 2; }
 """
 
 SCRIPT = """
@@ -31,7 +31,7 @@ document.addEventListener("DOMContentLoaded", function () {
   var root = document.getElementById("steps"), data = JSON.parse(document.getElementById("steps-data").textContent);
   var select = document.querySelector("#compare [data-part=spp]"), slider = root.querySelector("input");
   var less = root.querySelector("[data-step='-1']"), more = root.querySelector("[data-step='1']");
-  var plot = root.querySelector(".chart svg"), line = root.querySelector(".now");
+  var plot = document.querySelector(".found .chart svg"), line = document.querySelector(".found .now");
   select.parentNode.style.display = "none";
   function to(index, said) {
     var i = Math.max(0, Math.min(data.counts.length - 1, index)), count = data.counts[i];
@@ -40,7 +40,7 @@ document.addEventListener("DOMContentLoaded", function () {
     more.disabled = i === data.counts.length - 1;
     root.querySelector(".count").textContent = data.names[i];
     slider.setAttribute("aria-valuetext", data.names[i]);
-    root.querySelectorAll("[data-error]").forEach(function (cell) { cell.textContent = data.errors[cell.dataset.error][i]; });
+    document.querySelectorAll(".found [data-error]").forEach(function (cell) { cell.textContent = data.errors[cell.dataset.error][i]; });
     if (line) {
       line.setAttribute("x1", data.places[i]);
       line.setAttribute("x2", data.places[i]);
@@ -80,7 +80,7 @@ def plot(rows, samplers):
 
 
 def stepper(counts, samplers, rows=()):
-    """HTML below the controls of comparison.widget, which starts at one of the counts.
+    """HTML under the pictures and under the controls of comparison.widget, which starts at one of the counts.
 
     rows: dicts with sampler, spp, blurred (the error) and each, as curves.error_curve takes them; none while errors are unknown.
     """
@@ -95,11 +95,12 @@ def stepper(counts, samplers, rows=()):
         heads = "".join(f'<th scope=col><span class=dot style="background:{style(s, samplers)["color"]}"></span>{html.escape(s)}</th>'
                         for s in samplers)
         cells = "".join(f'<td data-error="{html.escape(s)}"></td>' for s in samplers)
-        shown = ("<table class=errors><caption>Error after a blur of 2.1 pixels, over all seeds</caption>"
-                 f"<thead><tr>{heads}</tr></thead><tbody><tr>{cells}</tr></tbody></table>{page.chart(drawn)}")
+        shown = ("<div class=found><table class=errors><caption>Error after a blur of 2.1 pixels, over all seeds</caption>"
+                 f"<thead><tr>{heads}</tr></thead><tbody><tr>{cells}</tr></tbody></table>{page.chart(drawn)}</div>")
     text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
-    return (f"<style>{STYLE}</style><div class=steps id=steps><p class=count aria-live=polite></p><div class=stepping>"
+    stepping = (f"<style>{STYLE}</style><div class=steps id=steps><p class=count aria-live=polite></p><div class=stepping>"
             '<button type=button data-step="-1" aria-label="one sample less">&#8722;</button>'
             f'<input type=range min=0 max={len(counts) - 1} step=1 aria-label="samples per pixel">'
-            f'<button type=button data-step="1" aria-label="one sample more">+</button></div>{shown}</div>'
+            '<button type=button data-step="1" aria-label="one sample more">+</button></div></div>'
             f'<script type="application/json" id=steps-data>{text}</script><script>{SCRIPT}</script>')
+    return stepping, shown
