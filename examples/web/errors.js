@@ -17,22 +17,23 @@ function makeErrors(names, choose) {
   const kinds = Object.keys(names), plot = document.getElementById("plot"), list = document.getElementById("values");
   const cells = {};
   for (const kind of kinds) {
-    const name = document.createElement("dt"), value = document.createElement("dd");
-    name.className = kind;
+    const both = document.createElement("div"), name = document.createElement("dt"), value = document.createElement("dd");
+    both.className = kind;
     name.textContent = names[kind];
     cells[kind] = value;
-    list.append(name, value);
+    both.append(name, value);
+    list.append(both);
   }
   const margin = {left: 46, right: 12, top: 8, bottom: 34}, height = 200;
   let steps = {}, running = [], shown = 0, drawn = "";
 
   const part = (name, attributes, text = "") => {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+    const made = document.createElementNS(plot.namespaceURI, name);
     for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
     made.textContent = text;
     return made;
   };
-  const width = () => Math.max(200, plot.clientWidth);
+  const width = () => plot.clientWidth || 200;
   const across = count => margin.left + Math.log2(count) / Math.log2(STEPS) * (width() - margin.left - margin.right);
 
   const errors = {

@@ -39,6 +39,9 @@ figcaption:empty { display: none; }
 .cue { display: none; margin: 0 0 .3rem; font-size: .82rem; color: var(--accent); } .cue.shown { display: block; }
 .wide th:first-child, .wide td:first-child { position: sticky; left: 0; background: var(--card); z-index: 1; }
 .wide tr.best td:first-child { background: var(--tint); }
+.wide.scrolled :is(th, td):first-child::after { content: ""; position: absolute; top: 0; bottom: 0; left: 100%; width: 2rem;
+  background: linear-gradient(to right, var(--card), transparent); pointer-events: none; }
+.wide.scrolled tr.best td:first-child::after { background: linear-gradient(to right, var(--tint), transparent); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
 th { font-weight: 600; font-size: .82rem; color: var(--soft); vertical-align: bottom; }
 th, td { padding: .3em .8em; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
@@ -69,12 +72,13 @@ footer { color: var(--soft); font-size: .9rem; margin-top: 3rem; padding-bottom:
   .pictures .pixels { max-width: 100%; height: auto; } }
 """
 
-# Says of what is wider than its place that more is to be seen, and fades it out at that side.
+# Says of what is wider than its place that more is to be seen, and fades it out where it is cut off.
 SCRIPT = """
 (function () {
   var update = function () {
     document.querySelectorAll(".wide").forEach(function (wide) {
       wide.classList.toggle("hides", wide.scrollLeft + wide.clientWidth < wide.scrollWidth - 1);
+      wide.classList.toggle("scrolled", wide.scrollLeft > 1);
       wide.previousElementSibling.classList.toggle("shown", wide.clientWidth < wide.scrollWidth - 1);
     });
   };
@@ -96,7 +100,7 @@ def paragraph(text):
 
 def sideways(inside):
     """HTML that scrolls in its place where that is too narrow, and says so."""
-    return f"<p class=cue aria-hidden=true>Scroll sideways for more &#8594;</p><div class=wide tabindex=0>{inside}</div>"
+    return f"<p class=cue aria-hidden=true>&#8596; Scroll sideways for more</p><div class=wide tabindex=0>{inside}</div>"
 
 
 def table(header, rows, highlighted=(), rules=(), colours=None):
