@@ -64,7 +64,7 @@ def test_table_has_a_line_for_every_sampler_and_shown_count():
 
 
 def test_it_renders_less_than_minutes():
-    """A core renders about 14 samples per pixel a second: two cores are done in two or three minutes."""
+    """A core renders about 14 samples per pixel a second: two cores are done in about two minutes."""
     samples = demo.REFERENCE_SPP + len(demo.SAMPLERS) * sum(demo.counts_of(seed)[-1] for seed in range(demo.SEEDS))
     assert samples < 4000
 
