@@ -343,14 +343,17 @@ class CountedSampler {
     }
 
     float get_1d() noexcept {
-        if (spent_ >= 2) next_domain();
-        return u_[spent_++];
+        if (pair_spent_ || numbers_spent_ == 2) next_domain();
+        return u_[2 + numbers_spent_++];
     }
     std::array<float, 2> get_2d() noexcept {
-        if (spent_ > 2) next_domain();
-        const std::size_t first = spent_ == 0 ? 0 : 2;
-        spent_ = first + 2;
-        return {u_[first], u_[first + 1]};
+        if (pair_spent_ && numbers_spent_ > 0) next_domain();
+        if (pair_spent_) {
+            numbers_spent_ = 2;
+            return {u_[2], u_[3]};
+        }
+        pair_spent_ = true;
+        return {u_[0], u_[1]};
     }
 
   private:
@@ -358,20 +361,24 @@ class CountedSampler {
         ray_ = ray;
         state_ = bn_path_ray(&path_, ray);
         bn_ray_draw(table_, &state_, u_);
-        spent_ = 0;
+        pair_spent_ = false;
+        numbers_spent_ = 0;
     }
     void next_domain() noexcept {
         bn_ray_4d(table_, &state_, u_);
-        spent_ = 0;
+        pair_spent_ = false;
+        numbers_spent_ = 0;
     }
 
     const bn_draw_table *table_;
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;
-    // The numbers of the open domain, and how many are spent.
+    // The numbers of the open domain. The first pair serves a 2-D decision, the others a second one,
+    // or single numbers before the first.
     float u_[4] = {};
-    std::size_t spent_ = 4;
+    bool pair_spent_ = true;
+    std::size_t numbers_spent_ = 2;
 };
 
 } // namespace bn

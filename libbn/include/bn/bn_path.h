@@ -29,7 +29,7 @@
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
  * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
  * another's, however many it draws. Pixels that drew differently at one ray agree again at the next.
- * A number and then a pair, such as a light and the point on it, are u[0] and (u[2], u[3]) of
+ * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
  * bn_ray_4d().
  *
  * Make one bn_ray for each ray and hand it on by pointer. A second bn_ray of the same path and ray
@@ -184,8 +184,8 @@ static inline void bn_ray_2d(const bn_draw_table *table, bn_ray *ray, float out[
     bn_path_draw_pair(table, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
 }
 
-/* The next four: two pairs whose effects multiply, or a number and a pair, out[0] and then out[2],
- * out[3]. */
+/* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
+ * out[1]. */
 static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[4]) {
     const uint32_t k = ray->drawn_4d++;
     bn_path_draw_4d(table, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
