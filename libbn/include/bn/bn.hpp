@@ -218,14 +218,13 @@ class Noise {
     bn_noise noise_;
 };
 
-// A path that goes on in `size()` ways.
+// A path that goes on in several ways.
 class Split {
   public:
     Split(const bn_draw_table *table, const bn_split &split) noexcept
         : table_(table), split_(split) {}
 
-    uint32_t size() const noexcept { return split_.count; }
-    // Branch k, whose rays begin at 0. Paths may take fewer than size() branches, or more.
+    // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
     Path operator[](uint32_t k) const noexcept;
 
   private:
@@ -274,6 +273,10 @@ class Ray {
         return out;
     }
     Split next_split(uint32_t count) noexcept { return Split(table_, bn_ray_split(&ray_, count)); }
+    // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
+    Split next_split_from(uint32_t first) noexcept {
+        return Split(table_, bn_ray_split_from(&ray_, first));
+    }
     Noise next_noise() noexcept { return Noise(bn_ray_noise(table_, &ray_)); }
 
     // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
