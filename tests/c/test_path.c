@@ -44,6 +44,7 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
     }
     for (uint32_t number = 0; number < rays; ++number) {
         bn_ray ray = bn_path_ray(&path, number);
+        uint32_t names = random_below(1000);
         bn_ray_draw(table, &ray, u);
         put(place, u, 4);
         for (uint32_t more = random_below(12); more > 0; --more) {
@@ -64,7 +65,14 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
                 }
                 break;
             }
-            case 2:
+            case 2: {
+                bn_ray part = bn_ray_named(&ray, names++);
+                bn_ray_draw(table, &part, u);
+                put(place, u, 4);
+                u[0] = bn_ray_1d(table, &part);
+                put(place, u, 1);
+                break;
+            }
             case 3:
                 bn_ray_4d(table, &ray, u);
                 put(place, u, 4);
@@ -210,6 +218,12 @@ static void the_next_ray_does_not_care(void) {
         bn_ray_2d(table, &plain, u);
         bn_ray_2d(table, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
+        /* Nor do named parts. */
+        const bn_ray part = bn_ray_named(&plain, 12), same = bn_ray_named(&other, 12);
+        const bn_ray next = bn_ray_named(&plain, 13);
+        bn_ray_draw(table, &part, u);
+        bn_ray_draw(table, &same, v);
+        CHECK(memcmp(u, v, sizeof u) == 0 && next.domain != part.domain);
     }
     bn_sampler_destroy(sampler);
 }

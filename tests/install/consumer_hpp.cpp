@@ -103,6 +103,9 @@ int wrong_paths(const bn::Sampler &sampler) {
                 const bn_split own_split = bn_ray_split(&own_ray, 3);
                 const bn_path branch = bn_split_path(&own_split, 4);
                 count += split.size() != 3 || split[4].state().domain != branch.domain;
+                const bn_ray part = bn_ray_named(&own_ray, 77);
+                bn_ray_draw(table, &part, u);
+                count += !equal(ray.named(77).draw(), u);
                 bn::Noise noise = ray.next_noise();
                 bn_noise own_noise = bn_ray_noise(table, &own_ray);
                 for (int k = 0; k < 9; ++k) count += noise.next_1d() != bn_noise_1d(&own_noise);

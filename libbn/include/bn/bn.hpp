@@ -276,6 +276,10 @@ class Ray {
     Split next_split(uint32_t count) noexcept { return Split(table_, bn_ray_split(&ray_, count)); }
     Noise next_noise() noexcept { return Noise(bn_ray_noise(table_, &ray_)); }
 
+    // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
+    // A second part of the same name starts again.
+    Ray named(uint32_t name) const noexcept { return Ray(table_, bn_ray_named(&ray_, name)); }
+
   private:
     const bn_draw_table *table_;
     bn_ray ray_;

@@ -16,9 +16,11 @@
 #ifndef BN_PATH_GLSL
 #define BN_PATH_GLSL
 
-#define BN_PATH_CAMERA_KEY 3u        /* among the keys of rays: what only the camera's ray draws */
-#define BN_PATH_FRAMES_KEY 0x80000000u /* no ray has it: the parent of all frames but the first */
-#define BN_PATH_MORE_KEY 0x40000000u /* no decision of a ray has it: branches beyond their count */
+/* Keys that no ray, no decision and no count reaches. */
+#define BN_PATH_CAMERA_KEY 3u /* in the place of ray 3, which moves up: what only the camera draws */
+#define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
+#define BN_PATH_NAMES_KEY 0x80000000u  /* below a ray: the parent of its named parts */
+#define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
 struct bn_path {
@@ -87,6 +89,11 @@ BN_FUNCTION BN_UINT bn_ray_4d_domain(BN_UINT ray, BN_UINT k) {
 /* The parent of the domains of split k, or the domain of loop k: they share one sequence. */
 BN_FUNCTION BN_UINT bn_ray_split_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 3u);
+}
+
+/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
+BN_FUNCTION BN_UINT bn_ray_named_domain(BN_UINT ray, BN_UINT name) {
+    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_NAMES_KEY), name);
 }
 
 /* ---- Splits */

@@ -43,9 +43,10 @@
  * those that take more go on with k = count and later. If counts vary, give a power of two that few
  * of them exceed.
  *
- * A loop without bound (tracking through a medium, a random walk, transparent layers) draws from
- * bn_ray_noise(): four stratified numbers, and from then on a counter-based generator, two hashes a
- * number.
+ * Decisions that neighbours meet in another order, such as the transparency of layers, are named
+ * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
+ * walk) draws from bn_ray_noise(): four stratified numbers, and from then on a counter-based
+ * generator, two hashes a number.
  *
  * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
  * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
@@ -100,6 +101,17 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     bn_ray result;
     result.path = *path;
     result.domain = bn_path_ray_domain(*path, ray);
+    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
+    result.next_1d = 0.0f;
+    return result;
+}
+
+/* A part of a ray whose numbers have a name instead of a place in a sequence: a primitive that may
+ * be transparent, a stage of a wavefront renderer, a light. The result draws like a ray of its own,
+ * and does not depend on what was drawn before it. A second part of the same name starts again. */
+BN_DEVICE_INLINE bn_ray bn_ray_named(const bn_ray *ray, uint32_t name) {
+    bn_ray result = *ray;
+    result.domain = bn_ray_named_domain(ray->domain, name);
     result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
     result.next_1d = 0.0f;
     return result;

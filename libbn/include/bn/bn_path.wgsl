@@ -6,9 +6,12 @@
  *     let ray = bn_path_ray_domain(path, depth);
  *     let u: vec4f = bn_draw_blue(path.x, path.y, path.index, ray); */
 
-const BN_PATH_CAMERA_KEY = 3u;        /* among the keys of rays: what only the camera's ray draws */
-const BN_PATH_FRAMES_KEY = 0x80000000u; /* no ray has it: the parent of all frames but the first */
-const BN_PATH_MORE_KEY = 0x40000000u; /* no decision of a ray has it: branches beyond their count */
+/* Keys that no ray, no decision and no count reaches. */
+const BN_PATH_CAMERA_KEY = 3u; /* in the place of ray 3,
+    which moves up: what only the camera draws */
+const BN_PATH_FRAMES_KEY = 0x80000000u; /* below the root: the parent of all frames but the first */
+const BN_PATH_NAMES_KEY = 0x80000000u;  /* below a ray: the parent of its named parts */
+const BN_PATH_MORE_KEY = 0x40000000u;   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
 struct bn_path {
@@ -80,6 +83,11 @@ fn bn_ray_4d_domain(ray: u32, k: u32) -> u32 {
 /* The parent of the domains of split k, or the domain of loop k: they share one sequence. */
 fn bn_ray_split_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 3u);
+}
+
+/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
+fn bn_ray_named_domain(ray: u32, name: u32) -> u32 {
+    return bn_domain_child(bn_domain_child(ray, BN_PATH_NAMES_KEY), name);
 }
 
 /* ---- Splits */
