@@ -118,11 +118,11 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, by two hashes. Numbers 0 to 3 are those that WHITE draws from the
- * domain. */
-BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT loop, BN_UINT k) {
-    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE path.x, path.y, loop);
-    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE path.x, path.y, loop);
+/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
+ * that WHITE draws from it. */
+BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT domain, BN_UINT k) {
+    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE path.x, path.y, domain);
+    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE path.x, path.y, domain);
     return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
 }
 

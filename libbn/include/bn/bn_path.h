@@ -206,11 +206,12 @@ static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[
 /* ---- What only the camera's ray draws */
 
 /* The light tried where ray 0 ends, if a lens or time has taken its pair, or if it is split into
- * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel. */
+ * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel; 0
+ * counts as 1. */
 static inline void bn_path_first_light(const bn_draw_table *table, const bn_path *path,
                                        uint32_t count, uint32_t k, float out[2]) {
-    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y, path->index * count + k,
-                 bn_path_camera_domain(*path), 0, out);
+    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y,
+                 path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0, out);
 }
 
 /* out[0]: time, where a lens has taken the second pair of ray 0. out[1]: wavelength. */

@@ -112,10 +112,10 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, by two hashes. Numbers 0 to 3 are those that WHITE draws from the
- * domain. */
-fn bn_path_noise_bits(path: bn_path, loop: u32, k: u32) -> u32 {
-    let a = bn_draw_white_key(path.x, path.y, loop);
-    let b = bn_draw_white_other_key(path.x, path.y, loop);
+/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
+ * that WHITE draws from it. */
+fn bn_path_noise_bits(path: bn_path, domain: u32, k: u32) -> u32 {
+    let a = bn_draw_white_key(path.x, path.y, domain);
+    let b = bn_draw_white_other_key(path.x, path.y, domain);
     return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
 }
