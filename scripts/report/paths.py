@@ -266,18 +266,17 @@ def splits(rng):
 
     def own_domain(path):
         index, n = next(own_domains), number(path)
-        found = sum((k < n) * inside(edge, paths("blue", index, k, SIZE).ray(1).draw_where()) for k in range(6))
+        found = sum((k < n) * inside(edge, paths("blue", index, k, path.shape[0]).ray(1).draw_where()) for k in range(6))
         return weight(path) * found / n
 
-    taken = {}
+    taken = [0]
 
-    def running(path):
-        """The branches of all samples of a pixel are counted together, and are the samples of one domain."""
+    def running(path, index):
+        first = taken[0] if index else np.zeros(path.shape, np.int64)
         n = number(path)
-        first = np.zeros(path.shape, np.int64) if path._index == 0 else taken["so far"]
-        found = sum((k < n) * inside(edge, bluenoise.Path(path._sampler, path._x, path._y, first + k).ray(1).draw_where()) for k in range(6))
-        taken["so far"] = first + n.astype(np.int64)
-        return weight(path) * found / n
+        branches = path.ray(0).next_split_from(first)
+        taken[0] = first + n.astype(np.int64)
+        return weight(path) * sum((k < n) * inside(edge, branches[k].ray(0).draw_where()) for k in range(6)) / n
 
     def domains(path):
         n, ray = number(path), path.ray(0)
@@ -286,7 +285,7 @@ def splits(rng):
     return {"four branches of `next_split(4)`": lambda path: split(path, 4, np.float32(4)),
             "two to six of `next_split(4)`": lambda path: split(path, 4, number(path)),
             "two to six of `next_split(8)`": lambda path: split(path, 8, number(path)),
-            "two to six, running": running,
+            "two to six of `next_split_from(taken)`": running,
             "two to six, a domain for each path": own_domain,
             "two to six, a domain for each branch": domains}
 
@@ -305,7 +304,8 @@ def measure(experiment, seeds, kind="blue", size=SIZE):
             for way, values in ways.items():
                 sums, total = np.zeros((size, size)), {}
                 for index in range(max(COUNTS)):
-                    sums += values(paths(kind, 10 * integrand + seed, index, size))
+                    path = paths(kind, 10 * integrand + seed, index, size)
+                    sums += values(path, index) if values.__code__.co_argcount == 2 else values(path)
                     if index + 1 in COUNTS:
                         total[index + 1] = sums / (index + 1)
                 # All ways estimate one integral: the mean over pixels and samples of the most samples.
