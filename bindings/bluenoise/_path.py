@@ -14,7 +14,8 @@ from . import _core
 from ._sampler import Sampler
 
 # As in bn_path.glsl.
-_CAMERA_KEY, _FRAMES_KEY, _MORE_KEY = 3, 0x80000000, 0x40000000
+CAMERA_KEY, FRAMES_KEY = 3, 0x80000000
+_NAMES_KEY, _MORE_KEY = 0x80000000, 0x40000000
 _MOST = (0, 2**28 - 1)  # rays, and decisions of each kind
 
 _Floats = npt.NDArray[np.float32]
@@ -93,7 +94,7 @@ class Path:
         root = np.zeros((), np.uint32)
         domain = root
         if frames.any():
-            domain = np.where(frames == 0, root, _child(_child(root, _FRAMES_KEY), frames))
+            domain = np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames))
         self._set(
             sampler,
             arguments.integers("x", x, np.int32, *arguments.INT32),
@@ -127,11 +128,11 @@ class Path:
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
         points = arguments.integers("k", k, np.uint32, 0, count - 1)
         _together("the path and k", self.shape, points.shape)
-        return self._draw(_child(self._domain, _CAMERA_KEY), _sequence(self._index, count, points), pair=0)
+        return self._draw(_child(self._domain, CAMERA_KEY), _sequence(self._index, count, points), pair=0)
 
     def time(self) -> _Floats:
         """(..., 2): time, where a lens has taken the second pair of ray 0, and wavelength."""
-        return self._draw(_child(self._domain, _CAMERA_KEY), self._index, pair=1)
+        return self._draw(_child(self._domain, CAMERA_KEY), self._index, pair=1)
 
     def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:
         return self._sampler.sample(self._x, self._y, index, domain, pair=pair)
@@ -149,9 +150,11 @@ class Ray:
 
     def __init__(self, path: Path, number: npt.ArrayLike) -> None:
         numbers = arguments.integers("number", number, np.uint32, *_MOST)
-        self._path = path
-        self._domain = _child(path._domain, numbers + (numbers >= _CAMERA_KEY))
         self.shape = _together("the path and number", path.shape, numbers.shape)
+        self._start(path, _child(path._domain, numbers + (numbers >= CAMERA_KEY)))
+
+    def _start(self, path: Path, domain: _Words) -> None:
+        self._path, self._domain = path, domain
         self._1d = self._2d = self._4d = self._splits = 0
         self._kept = np.empty(0, np.float32)
 
@@ -195,6 +198,16 @@ class Ray:
     def next_noise(self) -> Noise:
         """The numbers of a loop without bound, such as tracking through a medium."""
         return Noise(self, self._next_domain())
+
+    def named(self, name: npt.ArrayLike) -> Ray:
+        """A part of the ray with a name, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
+        ``Ray`` that draws like one of its own, whatever was drawn before. A second part of the same name starts again. An
+        array of names broadcasts with ``shape``."""
+        names = arguments.integers("name", name, np.uint32, *arguments.UINT32)
+        part = Ray.__new__(Ray)
+        part.shape = _together("the ray and name", self.shape, names.shape)
+        part._start(self._path, _child(_child(self._domain, _NAMES_KEY), names))
+        return part
 
     def _next_domain(self) -> _Words:
         k = self._splits

@@ -22,7 +22,7 @@ X, Y = np.concatenate([EDGES, RANDOM.integers(-5000, 5000, 24)]), np.concatenate
 INDEX = np.concatenate([[0, 1, 255, 256, 2**27], RANDOM.integers(0, 300, 25)])
 FRAME = np.concatenate([[0, 0, 1, 2**32 - 1, 7], RANDOM.integers(0, 3, 25)])
 
-# For each lane: a ray with a bit of everything, then the same of branches of branches. `out` has 68 numbers.
+# For each lane: a ray with a bit of everything, then the same of branches of branches. `out` has 96 numbers.
 SOURCE = """
     #include <bn/bn_path.h>
     static float *put(float *out, const float *u, int count) {
@@ -52,7 +52,9 @@ SOURCE = """
         out = of_ray(table, &first, out);
         for (int i = 0; i < 8; ++i) *out++ = bn_noise_1d(&noise);
         bn_path_first_light(table, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
-        bn_path_time(table, &branch, u); put(out, u, 2);
+        bn_path_time(table, &branch, u); out = put(out, u, 2);
+        bn_ray part = bn_ray_named(&ray, k);
+        of_ray(table, &part, out);
     }
     const bn_draw_table *table_of(int32_t kind, uint64_t seed) {
         bn_sampler_options options = bn_sampler_options_default();
@@ -62,7 +64,7 @@ SOURCE = """
         return bn_sampler_create(&options, &sampler) == BN_SUCCESS ? bn_sampler_table(sampler) : 0;
     }
 """
-NUMBERS = 28 + 28 + 8 + 2 + 2
+NUMBERS = 3 * 28 + 8 + 2 + 2
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +116,7 @@ def test_the_bits_are_those_of_c(in_c, kind, number, count, k):
     numbers += of_ray(branch.ray(np.asarray(number) % 5))
     numbers += [noise.next_1d()[..., None] for _ in range(8)]
     numbers += [path.first_light(max(count, 1), k % max(count, 1)), branch.time()]
+    numbers += of_ray(ray.named(k))
     assert len(split) == count and path.shape == X.shape
     result = np.concatenate(numbers, axis=-1)
     assert result.dtype == np.float32 and all(each.dtype == np.float32 for each in numbers)
@@ -143,6 +146,7 @@ def test_shapes_broadcast():
     for i in range(3):
         alone = Path(sampler, x, y, i).ray(i)
         np.testing.assert_array_equal(mixed.draw()[i], alone.draw())
+    assert ray.named([[7], [8], [9], [7]]).next_4d().shape == (3, 4, 5, 4)
     one = Path(sampler, 1, 2, 3)
     assert one.shape == () and one.ray(0).draw().shape == (4,) and one.ray(0).next_1d().shape == ()
     assert one.ray(0).next_noise().next_1d().shape == () and one.time().shape == (2,)
@@ -203,6 +207,8 @@ def test_frames_and_samples_differ():
         (lambda p: p.ray(0).next_split(2)[-1], ValueError, ["k", "-1"]),
         (lambda p: p.ray(0).next_split(2)[[0, 1]], ValueError, ["k", "(2,)"]),
         (lambda p: p.ray(0).next_split(2**31)[0], ValueError, ["count", str(2**31), "index 2"]),
+        (lambda p: p.ray(0).named(-1), ValueError, ["name", "-1"]),
+        (lambda p: p.ray(0).named([0, 1]), ValueError, ["name", "(2,)"]),
         (lambda p: p.first_light(0), ValueError, ["count", "0"]),
         (lambda p: p.first_light(2, 2), ValueError, ["k", "2"]),
         (lambda p: p.first_light(4, [0, 1]), ValueError, ["k", "(2,)"]),

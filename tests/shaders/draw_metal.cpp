@@ -66,5 +66,6 @@ static void answer(const uint *words, const float *cdf, const uint *asked, uint 
                   27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split +
                   33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
                   41u * last.index + 43u * last.domain +
-                  45u * bn_path_noise_bits(words, branch, split, k);
+                  45u * bn_path_noise_bits(words, branch, split, k) +
+                  47u * bn_ray_named_domain(ray, k);
 }

@@ -121,7 +121,8 @@ static uint32_t path_words(const uint32_t *words, uint32_t *record) {
            27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
            33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
            41u * last.index + 43u * last.domain +
-           45u * bn_path_noise_bits(words, branch, split.domain, k);
+           45u * bn_path_noise_bits(words, branch, split.domain, k) +
+           47u * bn_ray_named(&ray, k).domain;
 }
 
 static FILE *created(const char *folder, const char *name) {

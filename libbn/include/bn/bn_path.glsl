@@ -17,7 +17,7 @@
 #define BN_PATH_GLSL
 
 /* Keys that no ray, no decision and no count reaches. */
-#define BN_PATH_CAMERA_KEY 3u /* in the place of ray 3, which moves up: what only the camera draws */
+#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
 #define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
 #define BN_PATH_NAMES_KEY 0x80000000u  /* below a ray: the parent of its named parts */
 #define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
