@@ -51,8 +51,9 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
             switch (random_below(16)) {
             case 0:
                 if (level < DEPTH) {
-                    const uint32_t branches = 1 + random_below(4), taken = 1 + random_below(6);
-                    const bn_split split = bn_ray_split(&ray, branches);
+                    const uint32_t branches = random_below(5), taken = 1 + random_below(6);
+                    const bn_split split = branches > 0 ? bn_ray_split(&ray, branches)
+                                                        : bn_ray_split_from(&ray, path.index * 8);
                     for (uint32_t k = 0; k < taken; ++k)
                         draw_path(table, bn_split_path(&split, k), lights, place, level + 1);
                 }
@@ -301,6 +302,10 @@ static void a_split_is_one_sequence(void) {
         bn_ray ray = bn_path_ray(&path, 1);
         const uint32_t domain = bn_domain_child(bn_ray_split_domain(ray.domain, 0), 4);
         const bn_split split = bn_ray_split(&ray, 4), next = bn_ray_split(&ray, 0);
+        const bn_split running = bn_ray_split_from(&ray, 3 * index);
+        CHECK(bn_split_path(&running, 2).index == 3 * index + 2);
+        CHECK(bn_split_path(&running, 2).domain == bn_split_path(&running, 0).domain);
+        CHECK(bn_split_path(&running, 0).domain != bn_split_path(&next, 0).domain);
         for (uint32_t k = 0; k < 4; ++k) {
             float u[4], v[4];
             const bn_path branch = bn_split_path(&split, k);

@@ -218,14 +218,13 @@ class Noise {
     bn_noise noise_;
 };
 
-// A path that goes on in `size()` ways.
+// A path that goes on in several ways.
 class Split {
   public:
     Split(const bn_draw_table *table, const bn_split &split) noexcept
         : table_(table), split_(split) {}
 
-    uint32_t size() const noexcept { return split_.count; }
-    // Branch k, whose rays begin at 0. Paths may take fewer than size() branches, or more.
+    // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
     Path operator[](uint32_t k) const noexcept;
 
   private:
@@ -274,6 +273,10 @@ class Ray {
         return out;
     }
     Split next_split(uint32_t count) noexcept { return Split(table_, bn_ray_split(&ray_, count)); }
+    // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
+    Split next_split_from(uint32_t first) noexcept {
+        return Split(table_, bn_ray_split_from(&ray_, first));
+    }
     Noise next_noise() noexcept { return Noise(bn_ray_noise(table_, &ray_)); }
 
     // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
@@ -343,14 +346,17 @@ class CountedSampler {
     }
 
     float get_1d() noexcept {
-        if (spent_ >= 2) next_domain();
-        return u_[spent_++];
+        if (pair_spent_ || numbers_spent_ == 2) next_domain();
+        return u_[2 + numbers_spent_++];
     }
     std::array<float, 2> get_2d() noexcept {
-        if (spent_ > 2) next_domain();
-        const std::size_t first = spent_ == 0 ? 0 : 2;
-        spent_ = first + 2;
-        return {u_[first], u_[first + 1]};
+        if (pair_spent_ && numbers_spent_ > 0) next_domain();
+        if (pair_spent_) {
+            numbers_spent_ = 2;
+            return {u_[2], u_[3]};
+        }
+        pair_spent_ = true;
+        return {u_[0], u_[1]};
     }
 
   private:
@@ -358,20 +364,24 @@ class CountedSampler {
         ray_ = ray;
         state_ = bn_path_ray(&path_, ray);
         bn_ray_draw(table_, &state_, u_);
-        spent_ = 0;
+        pair_spent_ = false;
+        numbers_spent_ = 0;
     }
     void next_domain() noexcept {
         bn_ray_4d(table_, &state_, u_);
-        spent_ = 0;
+        pair_spent_ = false;
+        numbers_spent_ = 0;
     }
 
     const bn_draw_table *table_;
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;
-    // The numbers of the open domain, and how many are spent.
+    // The numbers of the open domain. The first pair serves a 2-D decision, the others a second one,
+    // or single numbers before the first.
     float u_[4] = {};
-    std::size_t spent_ = 4;
+    bool pair_spent_ = true;
+    std::size_t numbers_spent_ = 2;
 };
 
 } // namespace bn

@@ -99,16 +99,19 @@ BN_FUNCTION BN_UINT bn_ray_named_domain(BN_UINT ray, BN_UINT name) {
 /* ---- Splits */
 
 /* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
- * index * count + k would meet between them. */
+ * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+ * branch. */
 BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, BN_UINT k) {
     bn_path branch = path;
-    BN_UINT most = count;
-    if (count == 0u) most = 1u;
-    branch.index = path.index * most + k % most;
-    branch.domain = bn_draw_domain_child(split, most);
-    if (k >= most) {
+    branch.domain = bn_draw_domain_child(split, count);
+    if (count == 0u) {
+        branch.index = path.index + k;
+        return branch;
+    }
+    branch.index = path.index * count + k % count;
+    if (k >= count) {
         branch.domain = bn_draw_domain_child(branch.domain, BN_PATH_MORE_KEY);
-        branch.domain = bn_draw_domain_child(branch.domain, k / most);
+        branch.domain = bn_draw_domain_child(branch.domain, k / count);
     }
     return branch;
 }

@@ -29,7 +29,7 @@
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
  * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
  * another's, however many it draws. Pixels that drew differently at one ray agree again at the next.
- * A number and then a pair, such as a light and the point on it, are u[0] and (u[2], u[3]) of
+ * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
  * bn_ray_4d().
  *
  * Make one bn_ray for each ray and hand it on by pointer. A second bn_ray of the same path and ray
@@ -39,9 +39,10 @@
  *     for (uint32_t k = 0; k < count; ++k) {
  *         bn_path branch = bn_split_path(&split, k); // its rays begin at 0
  *
- * `count` is the same for all samples of the pixel. Paths that take fewer branches just stop early;
- * those that take more go on with k = count and later. If counts vary, give a power of two that few
- * of them exceed.
+ * `count` is the same for all samples of the pixel. Where it varies, keep for each pixel how many
+ * branches its earlier samples took, and begin there: bn_ray_split_from(&ray, taken). Without such a
+ * number, give a count that few paths exceed. Those that take fewer branches stop early; those that
+ * take more go on with k = count and later.
  *
  * Decisions that neighbours meet in another order, such as the transparency of layers, are named
  * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
@@ -121,7 +122,7 @@ BN_DEVICE_INLINE bn_ray bn_ray_named(const bn_ray *ray, uint32_t name) {
 
 typedef struct bn_split {
     bn_path path;
-    uint32_t domain, count;
+    uint32_t domain, count; /* a count of 0: branches are numbered on from path.index */
 } bn_split;
 
 /* The next split of a ray, into `count` branches; 0 counts as 1. */
@@ -129,7 +130,18 @@ BN_DEVICE_INLINE bn_split bn_ray_split(bn_ray *ray, uint32_t count) {
     bn_split split;
     split.path = ray->path;
     split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
-    split.count = count;
+    split.count = count > 0 ? count : 1;
+    return split;
+}
+
+/* The next split of a ray, into any number of branches. `first` is the number of branches that the
+ * earlier samples of the pixel took here: 0 for its first sample. */
+BN_DEVICE_INLINE bn_split bn_ray_split_from(bn_ray *ray, uint32_t first) {
+    bn_split split;
+    split.path = ray->path;
+    split.path.index = first;
+    split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
+    split.count = 0;
     return split;
 }
 
@@ -184,8 +196,8 @@ static inline void bn_ray_2d(const bn_draw_table *table, bn_ray *ray, float out[
     bn_path_draw_pair(table, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
 }
 
-/* The next four: two pairs whose effects multiply, or a number and a pair, out[0] and then out[2],
- * out[3]. */
+/* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
+ * out[1]. */
 static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[4]) {
     const uint32_t k = ray->drawn_4d++;
     bn_path_draw_4d(table, &ray->path, bn_ray_4d_domain(ray->domain, k), out);

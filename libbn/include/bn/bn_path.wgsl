@@ -92,18 +92,19 @@ fn bn_ray_named_domain(ray: u32, name: u32) -> u32 {
 /* ---- Splits */
 
 /* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
- * index * count + k would meet between them. */
+ * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+ * branch. */
 fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
     var branch = path;
-    var most = count;
+    branch.domain = bn_domain_child(split, count);
     if (count == 0u) {
-        most = 1u;
+        branch.index = path.index + k;
+        return branch;
     }
-    branch.index = path.index * most + k % most;
-    branch.domain = bn_domain_child(split, most);
-    if (k >= most) {
+    branch.index = path.index * count + k % count;
+    if (k >= count) {
         branch.domain = bn_domain_child(branch.domain, BN_PATH_MORE_KEY);
-        branch.domain = bn_domain_child(branch.domain, k / most);
+        branch.domain = bn_domain_child(branch.domain, k / count);
     }
     return branch;
 }
