@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import reprlib
-from typing import Any, Iterator
+from typing import Any, Iterator, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -195,6 +195,14 @@ class Ray:
         the same for all samples of a pixel."""
         return Split(self, self._next_domain(), count)
 
+    def next_split_from(self, first: npt.ArrayLike) -> Split:
+        """A split whose number of branches varies: they are numbered on from ``first``, the number of branches that the
+        earlier samples of the pixel took here, 0 for its first sample. An array of ``first`` broadcasts with ``shape``.
+        Such a split has no length."""
+        numbers = arguments.integers("first", first, np.uint32, *arguments.UINT32)
+        _together("the ray and first", self.shape, numbers.shape)
+        return Split(self, self._next_domain(), None, numbers)
+
     def next_noise(self) -> Noise:
         """The numbers of a loop without bound, such as tracking through a medium."""
         return Noise(self, self._next_domain())
@@ -225,13 +233,16 @@ class Split:
     """A path that goes on in several ways, from ``Ray.next_split``. ``split[k]`` is branch k, ``len(split)`` the number of
     branches, and a loop over a split gives all of them."""
 
-    __slots__ = ("_count", "_domain", "_path", "_shape")
+    __slots__ = ("_count", "_domain", "_first", "_path", "_shape")
 
-    def __init__(self, ray: Ray, domain: _Words, count: int) -> None:
-        self._count = arguments.integer("count", count, *arguments.UINT32)
+    def __init__(self, ray: Ray, domain: _Words, count: Optional[int], first: Any = 0) -> None:
+        self._count = None if count is None else arguments.integer("count", count, *arguments.UINT32)
+        self._first = first
         self._path, self._domain, self._shape = ray._path, domain, ray.shape
 
     def __len__(self) -> int:
+        if self._count is None:
+            raise TypeError("a split from next_split_from has no length")
         return self._count
 
     def __getitem__(self, k: npt.ArrayLike) -> Path:
@@ -240,6 +251,12 @@ class Split:
         branches in front is ``split[np.arange(count)[:, None, None]]``. Raises ``ValueError`` if index * count reaches
         2**32."""
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
+        if self._count is None:
+            _together("the ray and k", self._shape, branches.shape)
+            at = np.asarray(self._first, np.uint64) + branches
+            if at.size and int(at.max()) > arguments.UINT32[1]:
+                raise ValueError(f"first + k must be below 2**32, not {int(at.max())}")
+            return self._path._like(at.astype(np.uint32), _child(self._domain, 0))
         count = max(self._count, 1)
         domain = _child(self._domain, count)
         if (branches >= count).any():
@@ -249,7 +266,7 @@ class Split:
         return self._path._like(_sequence(self._path._index, count, branches % np.uint32(count)), domain)
 
     def __iter__(self) -> Iterator[Path]:
-        return (self[k] for k in range(self._count))
+        return (self[k] for k in range(len(self)))
 
     def __repr__(self) -> str:
         return f"Split({self._path!r}, count={self._count})"

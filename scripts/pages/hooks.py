@@ -19,7 +19,7 @@ from pages import headers, links, search_order  # noqa: E402
 log = logging.getLogger("mkdocs.hooks.pages")
 
 HEADERS = "libbn/include/bn"
-# Parts of bn_draw.h and bn_choose.h that their users do not call.
+# Parts of bn_draw.h, bn_path.h and bn_choose.h that their users do not call.
 INTERNAL = ("The text that shaders share", "The first 256 samples of BLUE, faster")
 LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl", ".hlsl": "hlsl", ".wgsl": "wgsl",
              ".metal": "cpp", ".cu": "cuda", ".py": "python", ".txt": "text",

@@ -176,6 +176,12 @@ int main() {
                     static_cast<unsigned long>(u[1]), static_cast<unsigned long>(u[2]),
                     static_cast<unsigned long>(u[3]));
     }
+    bn::Ray ray = bn::Path(sampler, -7, 12, 1, 2).ray(3);
+    const bn::Path branch = ray.next_split(4)[5];
+    const auto number = ray.next_4d();
+    std::printf("%.7f %.7f %08lx %lu\n", static_cast<double>(number[0]),
+                static_cast<double>(number[3]), static_cast<unsigned long>(branch.state().domain),
+                static_cast<unsigned long>(branch.state().index));
     int failures = wrong(sampler, light) + wrong_paths(sampler) + wrong_counts(sampler);
     failures += bn::Sampler(7).sample(1, 2, 3) != bn::Sampler(bn::Kind::blue, 7).sample(1, 2, 3);
     failures += light.value() != bn_domain_child(BN_DOMAIN_ROOT, 3) || light == bn::Domain();
