@@ -49,6 +49,10 @@ class Path:
     number, and paths that drew differently at one ray agree again at the next. ``bn_path.h`` describes the layout; the bits
     are those of C, for samplers of every kind.
 
+    ``x``, ``y``, ``index`` and ``frame`` are integers or integer arrays that broadcast against each other; ``shape`` is what
+    they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
+    below, in which ``...`` is ``shape``.
+
     Parameters
     ----------
     sampler
@@ -60,10 +64,6 @@ class Path:
     frame
         Frames that are averaged or compared have numbers of their own, integers from 0 to 2**32 - 1. A single picture is
         frame 0.
-
-    ``x``, ``y``, ``index`` and ``frame`` are integers or integer arrays that broadcast against each other; ``shape`` is what
-    they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
-    below, in which ``...`` is ``shape``.
 
     Raises
     ------

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and os.access(path, os.X_OK))
 HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"], ["convergence", "cornell", "--help"],
-        ["demo", "--picture", "--help"], ["farm", "--spp", "4", "-h"]]
+        ["demo", "--out", "--help"], ["farm", "--spp", "4", "-h"]]
 
 
 def clone(folder):
