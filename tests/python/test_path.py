@@ -22,7 +22,7 @@ X, Y = np.concatenate([EDGES, RANDOM.integers(-5000, 5000, 24)]), np.concatenate
 INDEX = np.concatenate([[0, 1, 255, 256, 2**27], RANDOM.integers(0, 300, 25)])
 FRAME = np.concatenate([[0, 0, 1, 2**32 - 1, 7], RANDOM.integers(0, 3, 25)])
 
-# For each lane: a ray with a bit of everything, then the same of branches of branches. `out` has 96 numbers.
+# For each lane: a ray with a bit of everything, then the same of branches of branches. `out` has 124 numbers.
 SOURCE = """
     #include <bn/bn_path.h>
     static float *put(float *out, const float *u, int count) {
@@ -54,7 +54,11 @@ SOURCE = """
         bn_path_first_light(table, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
         bn_path_time(table, &branch, u); out = put(out, u, 2);
         bn_ray part = bn_ray_named(&ray, k);
-        of_ray(table, &part, out);
+        out = of_ray(table, &part, out);
+        split = bn_ray_split_from(&ray, index % 1000);
+        branch = bn_split_path(&split, k);
+        first = bn_path_ray(&branch, 0);
+        of_ray(table, &first, out);
     }
     const bn_draw_table *table_of(int32_t kind, uint64_t seed) {
         bn_sampler_options options = bn_sampler_options_default();
@@ -64,7 +68,7 @@ SOURCE = """
         return bn_sampler_create(&options, &sampler) == BN_SUCCESS ? bn_sampler_table(sampler) : 0;
     }
 """
-NUMBERS = 3 * 28 + 8 + 2 + 2
+NUMBERS = 4 * 28 + 8 + 2 + 2
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +121,7 @@ def test_the_bits_are_those_of_c(in_c, kind, number, count, k):
     numbers += [noise.next_1d()[..., None] for _ in range(8)]
     numbers += [path.first_light(max(count, 1), k % max(count, 1)), branch.time()]
     numbers += of_ray(ray.named(k))
+    numbers += of_ray(ray.next_split_from(INDEX % 1000)[k].ray(0))
     assert len(split) == count and path.shape == X.shape
     result = np.concatenate(numbers, axis=-1)
     assert result.dtype == np.float32 and all(each.dtype == np.float32 for each in numbers)
@@ -206,13 +211,18 @@ def test_frames_and_samples_differ():
         (lambda p: p.ray(0).next_split(2.0), TypeError, ["count", "2.0"]),
         (lambda p: p.ray(0).next_split(2)[-1], ValueError, ["k", "-1"]),
         (lambda p: p.ray(0).next_split(2)[[0, 1]], ValueError, ["k", "(2,)"]),
-        (lambda p: p.ray(0).next_split(2**31)[0], ValueError, ["count", str(2**31), "index 2"]),
+        (lambda p: p.ray(0).next_split(2**31)[0], ValueError, ["count", str(2**32), "index 2"]),
+        (lambda p: p.ray(0).next_split_from(-1), ValueError, ["first", "-1"]),
+        (lambda p: p.ray(0).next_split_from([0, 1]), ValueError, ["first", "(2,)"]),
+        (lambda p: p.ray(0).next_split_from(2**32 - 1)[1], ValueError, ["k", str(2**32)]),
+        (lambda p: len(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
+        (lambda p: list(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
         (lambda p: p.ray(0).named(-1), ValueError, ["name", "-1"]),
         (lambda p: p.ray(0).named([0, 1]), ValueError, ["name", "(2,)"]),
         (lambda p: p.first_light(0), ValueError, ["count", "0"]),
         (lambda p: p.first_light(2, 2), ValueError, ["k", "2"]),
         (lambda p: p.first_light(4, [0, 1]), ValueError, ["k", "(2,)"]),
-        (lambda p: p.first_light(2**31), ValueError, ["count", str(2**31)]),
+        (lambda p: p.first_light(2**31), ValueError, ["count", str(2**32)]),
     ],
 )
 def test_bad_arguments(call, error, words):
@@ -227,6 +237,7 @@ def test_names():
     ray = path.ray(0)
     assert repr(ray) == "Ray(Path(Sampler('blue', seed=2), shape=(2,)), shape=(2,))"
     assert repr(ray.next_split(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)), count=3)"
+    assert repr(ray.next_split_from(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)))"
     assert repr(ray.next_noise()) == "Noise(shape=(2,), drawn=0)"
     assert isinstance(ray, bluenoise.Ray) and isinstance(ray.next_noise(), bluenoise.Noise)
 
