@@ -26,6 +26,11 @@ def _child(domain: _Words, key: npt.ArrayLike) -> _Words:
     return np.asarray(_core.domain_child(domain, np.asarray(key, np.uint32)), np.uint32)
 
 
+def _kept(name: str, value: npt.ArrayLike, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
+    """A copy, which the caller cannot change."""
+    return np.array(arguments.integers(name, value, dtype, low, high))
+
+
 def _together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes)
@@ -92,15 +97,12 @@ class Path:
             raise TypeError(f"sampler must be a Sampler, not {reprlib.repr(sampler)}")
         frames = arguments.integers("frame", frame, np.uint32, *arguments.UINT32)
         root = np.zeros((), np.uint32)
-        domain = root
-        if frames.any():
-            domain = np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames))
         self._set(
             sampler,
-            arguments.integers("x", x, np.int32, *arguments.INT32),
-            arguments.integers("y", y, np.int32, *arguments.INT32),
-            arguments.integers("index", index, np.uint32, *arguments.UINT32),
-            domain,
+            _kept("x", x, np.int32, *arguments.INT32),
+            _kept("y", y, np.int32, *arguments.INT32),
+            _kept("index", index, np.uint32, *arguments.UINT32),
+            np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames)),
             "x, y, index and frame",
         )
 
@@ -199,7 +201,7 @@ class Ray:
     def next_split_from(self, first: npt.ArrayLike) -> Split:
         """A split into any number of branches. ``first``, an integer or an array that broadcasts with ``shape``, is the
         number of branches that the earlier samples of the pixel took here: 0 for its first sample."""
-        taken = arguments.integers("first", first, np.uint32, *arguments.UINT32)
+        taken = _kept("first", first, np.uint32, *arguments.UINT32)
         _together("the ray and first", self.shape, taken.shape)
         return Split(self, self._next_domain(), 0, None, taken)
 

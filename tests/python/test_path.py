@@ -191,8 +191,18 @@ def test_frames_and_samples_differ():
     sampler = Sampler(seed=1)
     seen = [tuple(Path(sampler, 5, 6, index, frame).ray(ray).draw()) for index in range(4) for frame in range(4) for ray in range(4)]
     assert len(set(seen)) == 64
+    assert Path(sampler, 5, 6, 1, frame=[0, 0, 0]).time().shape == (3, 2)
     both = Path(sampler, 5, 6, 1, frame=[0, 3]).ray(2).draw()
     assert [tuple(row) for row in both] == [tuple(Path(sampler, 5, 6, 1, frame).ray(2).draw()) for frame in (0, 3)]
+
+
+def test_paths_keep_their_pixels():
+    x, index = np.arange(5, dtype=np.int32), np.arange(5, dtype=np.uint32)
+    path = Path(Sampler(), x, 0, index)
+    before = path.ray(1).draw()
+    x += 7
+    index += 1
+    np.testing.assert_array_equal(path.ray(1).draw(), before)
 
 
 @pytest.mark.parametrize(
