@@ -212,3 +212,15 @@ void main() {
   colour = vec4(mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, greaterThan(light, vec3(0.0031308))), 1.0);
 }
 `;
+
+// What two pictures differ by after the blur, for the error.
+const DIFFERENCE_FRAGMENT = `${BLUR}
+uniform usampler2D one, other;
+out uvec4 difference;
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec3 both = blurred(one, at, ivec2(0, 1), 1.0) - blurred(other, at, ivec2(0, 1), 1.0);
+  difference = uvec4(floatBitsToUint(both), 0u);
+}
+`;
