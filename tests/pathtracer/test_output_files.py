@@ -147,7 +147,7 @@ def test_text_that_does_not_arrive_is_an_error(arguments, closed, pathtracer):
     """Standard output is full or closed. The pictures are written all the same."""
     pathtracer.render(*SIZE).rename(pathtracer.folder / "reference.exr")
     with open("/dev/full", "wb") as full:
-        done = subprocess.run([pathtracer.binary, *arguments], cwd=pathtracer.folder, stdout=full, stderr=subprocess.PIPE,
+        done = subprocess.run([pathtracer.binary, *map(str, arguments)], cwd=pathtracer.folder, stdout=full, stderr=subprocess.PIPE,
                               text=True, preexec_fn=(lambda: os.close(1)) if closed else None)
     assert done.returncode == 1
     reason = "Bad file descriptor" if closed else "No space left on device"
