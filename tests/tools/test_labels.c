@@ -22,7 +22,7 @@ enum { WIDTH = 64, LANES = 16, EXCHANGES = BLOCKS * 120 };
  * effort. */
 static const bake_options options = {.seed = 1, .effort = 1};
 
-/* What an exchange may gain: 8.7 was found; the median exchange loses 49. */
+/* What an exchange may gain: 8.7 was found. */
 static const double MOST_GAIN = 12;
 
 static bake_table table;
@@ -217,6 +217,11 @@ static void measure(int member) {
     }
 }
 
+static int compare(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
 int main(int argc, char **argv) {
     if (argc != 2 || argv[1][0] < '0' || argv[1][0] > '3' || argv[1][1] != '\0') return 2;
     read_table();
@@ -226,15 +231,16 @@ int main(int argc, char **argv) {
     }
     bake_exchange(&table);
     measure(argv[1][0] - '0');
-    double most = 0;
+    qsort(costs, EXCHANGES, sizeof *costs, compare);
+    const double most = costs[0] < 0 ? -costs[0] : 0;
     int lower = 0, noticed = 0;
     for (int i = 0; i < EXCHANGES; ++i) {
-        if (-costs[i] > most) most = -costs[i];
         lower += costs[i] < 0;
         noticed += costs[i] > MOST_GAIN;
     }
-    printf("%d of %d exchanges of two labels lower the energy, by %.2f at most; %.2f %% would be "
-           "noticed\n",
-           lower, EXCHANGES, most, 100.0 * noticed / EXCHANGES);
+    printf(
+        "%d of %d exchanges of two labels lower the energy, by %.2f at most; the median raises it "
+        "by %.0f; %.1f %% would be noticed\n",
+        lower, EXCHANGES, most, costs[EXCHANGES / 2], 100.0 * noticed / EXCHANGES);
     return !(most < MOST_GAIN) || lower > EXCHANGES / 500 || noticed < 0.95 * EXCHANGES;
 }
