@@ -224,6 +224,11 @@ class Sampler:
         domain: Any = 0
         for key in keys:
             array = arguments.integers("key", key, np.uint32, *arguments.UINT32)
+            try:
+                np.broadcast(domain, array)
+            except ValueError:
+                shapes = f"{np.shape(domain)} and {array.shape}"
+                raise ValueError(f"keys do not broadcast: shapes {shapes}") from None
             domain = _core.domain_child(domain, int(array) if array.ndim == 0 else array)
         return domain
 

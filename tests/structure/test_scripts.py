@@ -45,7 +45,7 @@ def test_help_makes_nothing(command, tmp_path):
     assert sorted(folder.rglob("*")) == before
 
 
-@pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]"])
+@pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]", "a|b", "a<b", "a>b", "$(b)", "a\tb"])
 def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
     folder = clone(tmp_path / name)
     for script in ("demo", "real_setup", "farm"):
