@@ -235,13 +235,13 @@ Integrator integrator_create(const Scene &scene, const Geometry &geometry, const
                       sampler,
                       max_depth,
                       {},
-                      first_light_domain(*sampler),
+                      camera_domain(*sampler),
                       lens || scene.light_samples > 1};
     for (uint32_t ray = 0; ray <= max_depth; ++ray) {
         const bool with_light = !scene.lights.empty() && ray < max_depth;
         const bool both = ray > 0 ? with_light : lens || (with_light && !result.first_light_apart);
         const uint32_t domain = ray_domain(*sampler, ray);
-        result.rays.push_back({domain, sampler->choices(domain), both ? 4 : 2});
+        result.rays.push_back({domain, choices_domain(*sampler, domain), both ? 4 : 2});
     }
     return result;
 }

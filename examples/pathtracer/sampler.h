@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the path tracer uses libbn. Read this first when putting the library into a renderer.
 //
-// Every decision of a path has a domain, and domains follow the call tree:
+// Every decision of a path has a domain, in the layout of bn/bn_path.h:
 //
-//     root - 0  camera ray        (0,1) position in the pixel   (2,3) light where it ends, or lens
-//          - 1  scattered ray     (0,1) direction               (2,3) light where it ends
-//               - 0  choices      (0) lobe of rough glass       (1) roulette
-//          - 2  scattered ray     ...
-//          - 3  first light       (0,1), if the lens has taken its place or it is split
-//          - 4  scattered ray     ...
+//     camera ray      (0,1) position in the pixel   (2,3) light where it ends, or lens
+//     scattered ray   (0,1) direction               (2,3) light where it ends
+//       choices       (0) lobe of rough glass       (1) roulette
+//     first light     (0,1), if the lens has taken its place or it is split
 //
 // So one domain serves a ray: its direction, and the point on a light that is tried where it ends.
 // The two multiply in a path's contribution, and pairs (0,1) and (2,3) of one domain are stratified
-// together best. Families come next: keys 0 to 3, 4 to 7 and so on of one parent. That is why rays
-// are children of the root, in path order. Every 2-D decision gets a whole pair, as the blue noise
-// is in the pairs. Give a new decision a domain of its own, and no other draw changes. Make it a
-// child of a child, like the choices, unless its effect multiplies with everything that follows. A
-// 2-D draw is the first half of the 4-D draw, so the second half is drawn only where it is needed.
-// Draws are pure functions of pixel, index and domain: nothing is stored, and threads, tiles and
-// crops cannot change a picture. docs/sampling.md has the details.
+// together best. Every 2-D decision gets a whole pair, as the blue noise is in the pairs. Give a
+// new decision a domain of its own, and no other draw changes. A 2-D draw is the first half of the
+// 4-D draw, so the second half is drawn only where it is needed. Draws are pure functions of pixel,
+// index and domain: nothing is stored, and threads, tiles and crops cannot change a picture.
+// docs/paths.md and docs/sampling.md have the details.
+//
+// A renderer with libbn alone writes `bn::Path path(sampler, x, y, index)` and draws from that. Here
+// other libraries draw, too, so the domains are kept apart from the draws.
 #pragma once
 
-#include <bn/bn.h>
+#include <bn/bn_path.h>
 
 #include <cstdint>
 #include <memory>
@@ -52,12 +51,6 @@ struct SamplerDelete {
 struct Sampler {
     std::unique_ptr<bn_sampler, SamplerDelete> library;
     PeerPointer peer; // null if `library` draws
-
-    // The domain of the root's child `key`, as passed to draws, and the domain of its choices.
-    uint32_t domain(uint32_t key) const {
-        return peer ? 4 * key : bn_domain_child(BN_DOMAIN_ROOT, key);
-    }
-    uint32_t choices(uint32_t ray) const { return peer ? ray + 2 : bn_domain_child(ray, 0); }
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -87,12 +80,20 @@ struct SamplerSettings {
 // Throws Error that lists the known samplers or says what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
+// The domains of a path, as passed to draws: libbn's, or the keys of a peer, four for each.
+//
 // Ray 0 leaves the camera; ray b leaves the b-th surface.
 inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
-    return sampler.domain(ray < 3 ? ray : ray + 1);
+    return sampler.peer ? 4 * (ray < BN_PATH_CAMERA_KEY ? ray : ray + 1)
+                        : bn_path_ray_domain(bn_path_start(0, 0, 0, 0), ray);
 }
-inline uint32_t first_light_domain(const Sampler &sampler) {
-    return sampler.domain(3);
+// Dimensions (0, 1) are for the first light where it is apart.
+inline uint32_t camera_domain(const Sampler &sampler) {
+    return sampler.peer ? 4 * BN_PATH_CAMERA_KEY : bn_path_camera_domain(bn_path_start(0, 0, 0, 0));
+}
+// Two further numbers of a ray, from its domain.
+inline uint32_t choices_domain(const Sampler &sampler, uint32_t ray) {
+    return sampler.peer ? ray + 2 : bn_ray_1d_domain(ray, 0);
 }
 
 // One sample of one pixel, with its sampler.

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the WGSL form of the draws and choices from their GLSL text.
+"""Writes the WGSL form of the draws, paths and choices from their GLSL text.
 
-WGSL has no preprocessor, so it cannot include bn_draw.glsl and bn_choose.glsl as the other languages do. This
+WGSL has no preprocessor, so it cannot include bn_draw.glsl and its relatives as the other languages do. This
 translates the subset of C in which they are written, statement by statement, with their comments, and refuses what
 it does not know. `--check` writes nothing, and fails if a file is not up to date.
 """
@@ -30,6 +30,15 @@ HEADERS = {
  * bn_draw_blue_bits() and its relatives give all 32 bits of each number. Names that begin with bn_
  * and BN_ are reserved. bn_draw.h explains how BLUE works. */
 """,
+    "bn_path.wgsl": """\
+/* SPDX-License-Identifier: Apache-2.0
+ * Which domain each decision of a path draws from, in WGSL: bn_path.glsl, translated by
+ * libbn/tools/make_wgsl.py. Put this text beside that of bn_draw.wgsl. bn_path.h explains the layout.
+ *
+ *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
+ *     let ray = bn_path_ray_domain(path, depth);
+ *     let u: vec4f = bn_draw_blue(path.x, path.y, path.index, ray); */
+""",
     "bn_choose.wgsl": """\
 /* SPDX-License-Identifier: Apache-2.0
  * bn_choose() and bn_choose_u32() in WGSL: bn_choose.glsl, translated by libbn/tools/make_wgsl.py. Put
@@ -50,14 +59,16 @@ HEADERS = {
  *     let light = bn_choose_cdf(first, light_count, &u); */
 """,
 }
-SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_choose.glsl": ["bn_choose.wgsl", "bn_choose_cdf.wgsl"]}
+SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_path.glsl": ["bn_path.wgsl"],
+           "bn_choose.glsl": ["bn_choose.wgsl", "bn_choose_cdf.wgsl"]}
 
 # What the texts find defined, as they would in bn_draw.hlsl or bn_choose.h.
 DEFINED = {"BN_UINT", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_CHOOSE_IN_C"}
 TOKENS = {"BN_FUNCTION": [], "BN_TABLE": [], "BN_PASS_TABLE": [], "BN_CHOOSE_FUNCTION": [],
           "BN_CHOOSE_TABLE": ["BN_UINT", "first", ","], "bn_draw_domain_child": ["bn_domain_child"]}
 TYPES = {"BN_UINT": "u32", "BN_FLOAT2": "vec2f", "BN_FLOAT4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u",
-         "float": "f32", "BN_CHOOSE_UINT": "u32", "BN_CHOOSE_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel"}
+         "float": "f32", "BN_CHOOSE_UINT": "u32", "BN_CHOOSE_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel",
+         "bn_path": "bn_path"}
 CALLS = {"BN_REVERSE_BITS": "reverseBits", "BN_CHOOSE_TO_UINT": "u32", "BN_CHOOSE_TO_FLOAT": "f32"}
 
 LEVELS = [["||"], ["&&"], ["|"], ["^"], ["&"], ["==", "!="], ["<", ">", "<=", ">="], ["<<", ">>"], ["+", "-"],

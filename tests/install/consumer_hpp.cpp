@@ -12,6 +12,14 @@ static_assert(std::is_nothrow_move_constructible_v<bn::Sampler> &&
 static_assert(!std::is_copy_constructible_v<bn::Sampler> &&
               !std::is_copy_assignable_v<bn::Sampler>);
 static_assert(!std::is_convertible_v<int, bn::Sampler> && !std::is_convertible_v<int, bn::Domain>);
+// A number alone is a seed; the constants of C are none.
+static_assert(std::is_constructible_v<bn::Sampler, int> &&
+              !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL)> &&
+              !std::is_constructible_v<bn::Sampler, decltype(BN_SAMPLER_SOBOL), int> &&
+              !std::is_constructible_v<bn::Sampler, int, int>);
+// A copy would hand out its numbers a second time.
+static_assert(!std::is_copy_constructible_v<bn::Ray> && !std::is_copy_assignable_v<bn::Ray> &&
+              std::is_nothrow_move_constructible_v<bn::Ray>);
 
 namespace {
 
@@ -64,6 +72,99 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     return count + (many[6] != 2.0f);
 }
 
+bool equal(const std::array<float, 4> &a, const float *b) {
+    return std::memcmp(a.data(), b, sizeof a) == 0;
+}
+
+// bn::Path and its parts have the numbers of bn_path.h.
+int wrong_paths(const bn::Sampler &sampler) {
+    int count = 0;
+    const bn_draw_table *table = bn_sampler_table(sampler.get());
+    for (uint32_t index = 0; index < 6; ++index) {
+        const bn::Path path(sampler, -3, 9, index, 2);
+        const bn_path own = bn_path_start(-3, 9, index, 2);
+        float u[4];
+        for (uint32_t number = 0; number < 5; ++number) {
+            bn::Ray ray = path.ray(number);
+            bn_ray own_ray = bn_path_ray(&own, number);
+            bn_ray_draw(table, &own_ray, u);
+            count += !equal(ray.draw(), u);
+            const auto [a, b] = ray.draw_where();
+            const auto [c, d] = ray.draw_light();
+            count += !equal({a, b, c, d}, u);
+            for (int i = 0; i < 3; ++i) {
+                count += ray.next_1d() != bn_ray_1d(table, &own_ray);
+                const auto [e, f] = ray.next_2d();
+                bn_ray_2d(table, &own_ray, u);
+                count += e != u[0] || f != u[1];
+                bn_ray_4d(table, &own_ray, u);
+                count += !equal(ray.next_4d(), u);
+                const bn::Split split = ray.next_split(3);
+                const bn_split own_split = bn_ray_split(&own_ray, 3);
+                const bn_path branch = bn_split_path(&own_split, 4);
+                count += split[4].state().domain != branch.domain;
+                const bn_split own_next = bn_ray_split_from(&own_ray, 5);
+                count += ray.next_split_from(5)[2].state().index != 7;
+                count += bn_split_path(&own_next, 0).index != 5;
+                const bn_ray part = bn_ray_named(&own_ray, 77);
+                bn_ray_draw(table, &part, u);
+                count += !equal(ray.named(77).draw(), u);
+                bn::Noise noise = ray.next_noise();
+                bn_noise own_noise = bn_ray_noise(table, &own_ray);
+                for (int k = 0; k < 9; ++k) count += noise.next_1d() != bn_noise_1d(&own_noise);
+            }
+        }
+        const auto [s, t] = path.first_light(4, 3);
+        bn_path_first_light(table, &own, 4, 3, u);
+        count += s != u[0] || t != u[1];
+        const auto [time, wavelength] = path.time();
+        bn_path_time(table, &own, u);
+        count += time != u[0] || wavelength != u[1];
+    }
+    return count;
+}
+
+// The numbers of ray `ray` for a pattern of requests: '1' and '2' for dimensions.
+std::vector<float> counted(bn::CountedSampler &numbers, const char *pattern) {
+    std::vector<float> all;
+    for (; *pattern; ++pattern) {
+        if (*pattern == '1') {
+            all.push_back(numbers.get_1d());
+        } else {
+            const auto [a, b] = numbers.get_2d();
+            all.insert(all.end(), {a, b});
+        }
+    }
+    return all;
+}
+
+int wrong_counts(const bn::Sampler &sampler) {
+    int count = 0;
+    bn::CountedSampler numbers(sampler);
+    numbers.start(5, 6, 7);
+    const auto first = bn::Path(sampler, 5, 6, 7).ray(0).draw();
+    // Two pairs, or a number and a pair, share a domain.
+    const auto pairs = counted(numbers, "22");
+    count += std::memcmp(pairs.data(), first.data(), sizeof first) != 0;
+    numbers.start(5, 6, 7);
+    const auto triple = counted(numbers, "12");
+    count += triple[0] != first[2] || triple[1] != first[0] || triple[2] != first[1];
+    // Whatever a ray draws, the next begins alike, and no number comes twice.
+    std::vector<float> next;
+    for (const char *pattern : {"", "1", "2", "112112", "2222222222", "1111111111111111111111"}) {
+        numbers.start(5, 6, 7);
+        auto all = counted(numbers, pattern);
+        numbers.start_ray(1);
+        const auto own = counted(numbers, "1212121");
+        count += !next.empty() && own != next;
+        next = own;
+        all.insert(all.end(), own.begin(), own.end());
+        for (std::size_t i = 0; i < all.size(); ++i)
+            for (std::size_t k = 0; k < i; ++k) count += all[i] == all[k];
+    }
+    return count;
+}
+
 } // namespace
 
 int main() {
@@ -75,11 +176,18 @@ int main() {
                     static_cast<unsigned long>(u[1]), static_cast<unsigned long>(u[2]),
                     static_cast<unsigned long>(u[3]));
     }
-    int failures = wrong(sampler, light);
+    bn::Ray ray = bn::Path(sampler, -7, 12, 1, 2).ray(3);
+    const bn::Path branch = ray.next_split(4)[5];
+    const auto number = ray.next_4d();
+    std::printf("%.7f %.7f %08lx %lu\n", static_cast<double>(number[0]),
+                static_cast<double>(number[3]), static_cast<unsigned long>(branch.state().domain),
+                static_cast<unsigned long>(branch.state().index));
+    int failures = wrong(sampler, light) + wrong_paths(sampler) + wrong_counts(sampler);
+    failures += bn::Sampler(7).sample(1, 2, 3) != bn::Sampler(bn::Kind::blue, 7).sample(1, 2, 3);
     failures += light.value() != bn_domain_child(BN_DOMAIN_ROOT, 3) || light == bn::Domain();
     failures += light != bn::Domain(light.value());
 
-    bn::Sampler other(BN_SAMPLER_SOBOL, 5);
+    bn::Sampler other(bn::Kind::sobol, 5);
     const auto before = other.sample(1, 2, 3);
     failures += before == sampler.sample(1, 2, 3);
     bn::Sampler moved(std::move(other));
@@ -87,7 +195,7 @@ int main() {
     sampler = std::move(moved);
     failures += sampler.sample(1, 2, 3) != before;
 
-    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [] { const bn::Sampler bad(99); });
+    failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [] { const bn::Sampler bad(bn::Kind(99)); });
     failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] { sampler.block(0, 0, 0, 1, 0, 1); });
     failures += !fails_with(BN_ERROR_INVALID_ARGUMENT, [&] {
         sampler.sample_many(1, nullptr, nullptr, nullptr, nullptr, nullptr);

@@ -43,7 +43,9 @@ def program(folder, compiler, source, objects):
 def test_one_command_compiles_a_program(folder, static_library, tmp_path):
     for name in ("bn.c", "bn.h"):
         shutil.copy(folder / name, tmp_path)
-    text = (HERE / "consumer.c").read_text().replace("<bn/bn.h>", '"bn.h"')
+    text = (HERE / "consumer.c").read_text()
+    assert "<bn/bn_path.h>" in text
+    text = text.replace("<bn/bn_path.h>", '"bn.h"')
     (tmp_path / "main.c").write_text(text)
     assert run(os.environ.get("CC", "cc"), "bn.c", "main.c", "-lm", cwd=tmp_path) == ""
     static_library.compile(HERE / "consumer.c", tmp_path / "expected")
@@ -71,7 +73,7 @@ def test_every_header_but_the_networks_is_there(folder, tmp_path, name):
         run(compiler, f"-std={used}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", folder, "-fsyntax-only", source)
 
 
-@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_result",
+@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_result", "c/test_path",
                                   "simd/block_equals_single", "simd/many_equals_single"])
 def test_passes_the_tests_of_the_library(test, folder, compiled):
     run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))

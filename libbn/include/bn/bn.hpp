@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn for C++17: samplers that own themselves, domains and draws as values. Everything is inline
-// over bn.h, which remains the manual; the draws are equal to the bit.
+// libbn for C++17: samplers that own themselves, paths, domains and draws as values. Everything is
+// inline over bn.h and bn_path.h, which remain the manuals; the draws are equal to the bit.
 //
-//     const bn::Sampler sampler(BN_SAMPLER_BLUE, seed);                // throws bn::Error
+//     const bn::Sampler sampler(seed);                                 // throws bn::Error
+//     const bn::Path path(sampler, x, y, index, frame);
+//     bn::Ray ray = path.ray(depth);
+//     const auto [u, v, s, t] = ray.draw();                            // std::array<float, 4>
+//     const float lobe = ray.next_1d();
+//
+//     bn::CountedSampler numbers(sampler);                             // Get1D(), Get2D()
+//     numbers.start(x, y, index);
+//     const auto [a, b] = numbers.get_2d();
+//
 //     const bn::Domain light = bn::Domain().child(frame).child(KEY_LIGHT);
-//     const auto [s, t] = sampler.sample<2>(x, y, index, light);       // std::array<float, 2>
+//     const auto [s, t] = sampler.sample<2>(x, y, index, light);       // by hand
 //
 // A Sampler is immutable: all threads may share it. It can be moved but not copied. After a move,
 // the old one holds nothing: draw from it no more. Only functions that are not noexcept throw:
@@ -17,13 +26,15 @@
 #error "bn.hpp needs C++17 (-std=c++17 or /std:c++17); C++11 can use bn.h"
 #else
 
-#include <bn/bn.h>
+#include <bn/bn_path.h>
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -67,6 +78,15 @@ class Domain {
     uint32_t value_ = BN_DOMAIN_ROOT;
 };
 
+// The kinds of sampler, BN_SAMPLER_...; bn.h says what each is for.
+enum class Kind : int32_t {
+    blue = BN_SAMPLER_BLUE,
+    sobol = BN_SAMPLER_SOBOL,
+    white = BN_SAMPLER_WHITE,
+    zorder = BN_SAMPLER_ZORDER,
+    mask = BN_SAMPLER_MASK
+};
+
 class Sampler {
   public:
     // All options of bn.h. Throws INVALID_ARGUMENT, BAD_DATA, OUT_OF_MEMORY or UNSUPPORTED, as
@@ -74,8 +94,13 @@ class Sampler {
     explicit Sampler(const bn_sampler_options &options = bn_sampler_options_default()) {
         check("bn_sampler_create", bn_sampler_create(&options, &sampler_));
     }
-    // BN_SAMPLER_..., with the other options at their defaults.
-    explicit Sampler(int32_t kind, uint64_t seed = 0) : Sampler(options_of(kind, seed)) {}
+    // Blue noise, with the other options at their defaults.
+    explicit Sampler(uint64_t seed) : Sampler(Kind::blue, seed) {}
+    explicit Sampler(Kind kind, uint64_t seed = 0) : Sampler(options_of(kind, seed)) {}
+    // BN_SAMPLER_... is no seed. Use Kind, or bn_sampler_options.
+    template <typename Other,
+              typename = std::enable_if_t<std::is_enum_v<Other> && !std::is_same_v<Other, Kind>>>
+    explicit Sampler(Other kind, uint64_t seed = 0) = delete;
 
     ~Sampler() { bn_sampler_destroy(sampler_); }
     Sampler(Sampler &&other) noexcept : sampler_(std::exchange(other.sampler_, nullptr)) {}
@@ -167,14 +192,196 @@ class Sampler {
   private:
     static constexpr std::size_t out_max = static_cast<std::size_t>(-1) / 2 / sizeof(float);
 
-    static bn_sampler_options options_of(int32_t kind, uint64_t seed) {
+    static bn_sampler_options options_of(Kind kind, uint64_t seed) {
         bn_sampler_options options = bn_sampler_options_default();
-        options.kind = kind;
+        options.kind = static_cast<int32_t>(kind);
         options.seed = seed;
         return options;
     }
 
     bn_sampler *sampler_ = nullptr;
+};
+
+// ---- The decisions of a path (bn_path.h has the layout)
+
+class Path;
+
+// The numbers of a loop without bound: four of the sampler's, then a generator's.
+class Noise {
+  public:
+    explicit Noise(const bn_noise &noise) noexcept : noise_(noise) {}
+
+    // The next number, in [0, 1).
+    float next_1d() noexcept { return bn_noise_1d(&noise_); }
+
+  private:
+    bn_noise noise_;
+};
+
+// A path that goes on in several ways.
+class Split {
+  public:
+    Split(const bn_draw_table *table, const bn_split &split) noexcept
+        : table_(table), split_(split) {}
+
+    // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
+    Path operator[](uint32_t k) const noexcept;
+
+  private:
+    const bn_draw_table *table_;
+    bn_split split_;
+};
+
+// One ray of a path. It counts what it hands out, so it can be moved but not copied: hand it on by
+// reference. A second Ray of the same path and number starts again, with the same numbers.
+class Ray {
+  public:
+    Ray(const bn_draw_table *table, const bn_ray &ray) noexcept : table_(table), ray_(ray) {}
+    Ray(Ray &&) noexcept = default;
+    Ray &operator=(Ray &&) noexcept = default;
+    Ray(const Ray &) = delete;
+    Ray &operator=(const Ray &) = delete;
+
+    // Where the ray goes, and the light that is tried where it ends. The same at every call.
+    std::array<float, 4> draw() const noexcept {
+        std::array<float, 4> out{};
+        bn_ray_draw(table_, &ray_, out.data());
+        return out;
+    }
+    // Its first and its second pair alone.
+    std::array<float, 2> draw_where() const noexcept {
+        std::array<float, 2> out{};
+        bn_ray_draw_where(table_, &ray_, out.data());
+        return out;
+    }
+    std::array<float, 2> draw_light() const noexcept {
+        std::array<float, 2> out{};
+        bn_ray_draw_light(table_, &ray_, out.data());
+        return out;
+    }
+
+    // Numbers for further decisions, new at every call.
+    float next_1d() noexcept { return bn_ray_1d(table_, &ray_); }
+    std::array<float, 2> next_2d() noexcept {
+        std::array<float, 2> out{};
+        bn_ray_2d(table_, &ray_, out.data());
+        return out;
+    }
+    std::array<float, 4> next_4d() noexcept {
+        std::array<float, 4> out{};
+        bn_ray_4d(table_, &ray_, out.data());
+        return out;
+    }
+    Split next_split(uint32_t count) noexcept { return Split(table_, bn_ray_split(&ray_, count)); }
+    // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
+    Split next_split_from(uint32_t first) noexcept {
+        return Split(table_, bn_ray_split_from(&ray_, first));
+    }
+    Noise next_noise() noexcept { return Noise(bn_ray_noise(table_, &ray_)); }
+
+    // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
+    // A second part of the same name starts again.
+    Ray named(uint32_t name) const noexcept { return Ray(table_, bn_ray_named(&ray_, name)); }
+
+  private:
+    const bn_draw_table *table_;
+    bn_ray ray_;
+};
+
+// One sample of one pixel. The Sampler must outlive it.
+class Path {
+  public:
+    Path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, uint32_t frame = 0) noexcept
+        : Path(bn_sampler_table(sampler.get()), bn_path_start(x, y, index, frame)) {}
+    Path(const bn_draw_table *table, const bn_path &state) noexcept
+        : table_(table), state_(state) {}
+
+    // Ray 0 leaves the camera, ray d the d-th surface.
+    Ray ray(uint32_t number) const noexcept { return Ray(table_, bn_path_ray(&state_, number)); }
+    // The light tried where ray 0 ends, if a lens or time has taken its pair, or if it is split.
+    std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
+        std::array<float, 2> out{};
+        bn_path_first_light(table_, &state_, count, k, out.data());
+        return out;
+    }
+    // [0]: time, where a lens has taken the second pair of ray 0. [1]: wavelength.
+    std::array<float, 2> time() const noexcept {
+        std::array<float, 2> out{};
+        bn_path_time(table_, &state_, out.data());
+        return out;
+    }
+
+    // 16 bytes to keep for a lane.
+    const bn_path &state() const noexcept { return state_; }
+
+  private:
+    const bn_draw_table *table_;
+    bn_path state_;
+};
+
+inline Path Split::operator[](uint32_t k) const noexcept {
+    return Path(table_, bn_split_path(&split_, k));
+}
+
+// For renderers that ask a sampler object for the next number or pair, as pbrt's do. A number and
+// the pair after it, or two pairs, share a domain. Each ray has its own sequence without end, so
+// what one ray draws cannot meet another's.
+class CountedSampler {
+  public:
+    // The Sampler must outlive it.
+    explicit CountedSampler(const Sampler &sampler) noexcept
+        : table_(bn_sampler_table(sampler.get())) {}
+
+    // Begins sample `index` of a pixel, at ray 0.
+    void start(int32_t x, int32_t y, uint32_t index, uint32_t frame = 0) noexcept {
+        path_ = bn_path_start(x, y, index, frame);
+        begin(0);
+    }
+    // Call it before each later ray, so that paths agree again, whatever their surfaces drew
+    // before. `ray` grows from call to call. A ray that has begun just goes on, since its numbers
+    // are spent; debug builds stop there.
+    void start_ray(uint32_t ray) noexcept {
+        assert(ray > ray_);
+        if (ray > ray_) begin(ray);
+    }
+
+    float get_1d() noexcept {
+        if (pair_spent_ || numbers_spent_ == 2) next_domain();
+        return u_[2 + numbers_spent_++];
+    }
+    std::array<float, 2> get_2d() noexcept {
+        if (pair_spent_ && numbers_spent_ > 0) next_domain();
+        if (pair_spent_) {
+            numbers_spent_ = 2;
+            return {u_[2], u_[3]};
+        }
+        pair_spent_ = true;
+        return {u_[0], u_[1]};
+    }
+
+  private:
+    void begin(uint32_t ray) noexcept {
+        ray_ = ray;
+        state_ = bn_path_ray(&path_, ray);
+        bn_ray_draw(table_, &state_, u_);
+        pair_spent_ = false;
+        numbers_spent_ = 0;
+    }
+    void next_domain() noexcept {
+        bn_ray_4d(table_, &state_, u_);
+        pair_spent_ = false;
+        numbers_spent_ = 0;
+    }
+
+    const bn_draw_table *table_;
+    bn_path path_{};
+    bn_ray state_{};
+    uint32_t ray_ = 0;
+    // The numbers of the open domain. The first pair serves a 2-D decision, the others a second one,
+    // or single numbers before the first.
+    float u_[4] = {};
+    bool pair_spent_ = true;
+    std::size_t numbers_spent_ = 2;
 };
 
 } // namespace bn

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Which domain each decision of a path draws from, in the common subset of GLSL, HLSL, Metal, CUDA
+ * and C. bn_path.h compiles this text as C and CUDA, bn_path.hlsl and bn_path.metal as their
+ * languages; libbn/tools/make_wgsl.py writes bn_path.wgsl from it. bn_path.h explains the layout,
+ * docs/paths.md how to use it.
+ *
+ * In a shader, include this file after bn_draw.glsl:
+ *
+ *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
+ *     uint ray = bn_path_ray_domain(path, depth);
+ *     vec4 u = bn_draw_blue(path.x, path.y, path.index, ray);
+ *     vec2 v = bn_draw_blue_pair(path.x, path.y, path.index, bn_ray_2d_domain(ray, 0u), bn_ray_2d_pair(0u));
+ *
+ * What the C functions count, a shader numbers itself: the first further pair of a ray is 0u, the
+ * next 1u, and so on. */
+#ifndef BN_PATH_GLSL
+#define BN_PATH_GLSL
+
+/* Keys that no ray, no decision and no count reaches. */
+#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
+#define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
+#define BN_PATH_NAMES_KEY 0x80000000u  /* below a ray: the parent of its named parts */
+#define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
+
+/* One sample of a pixel, or a branch of it. */
+struct bn_path {
+    BN_UINT x, y;   /* the pixel, in two's complement */
+    BN_UINT index;  /* of the sample */
+    BN_UINT domain; /* the parent of the path's domains */
+};
+
+/* ---- Paths */
+
+BN_FUNCTION BN_UINT bn_path_frame_domain(BN_UINT frame) {
+    if (frame == 0u) return 0u;
+    return bn_draw_domain_child(bn_draw_domain_child(0u, BN_PATH_FRAMES_KEY), frame);
+}
+
+#ifndef BN_PATH_IN_C
+/* Sample `index` of pixel (x, y) in a frame. */
+BN_FUNCTION bn_path bn_path_start(BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT frame) {
+    bn_path path;
+    path.x = x;
+    path.y = y;
+    path.index = index;
+    path.domain = bn_path_frame_domain(frame);
+    return path;
+}
+#endif
+
+/* Four numbers: where ray `ray` goes, and the light where it ends. */
+BN_FUNCTION BN_UINT bn_path_ray_domain(bn_path path, BN_UINT ray) {
+    BN_UINT key = ray;
+    if (ray >= BN_PATH_CAMERA_KEY) key += 1u;
+    return bn_draw_domain_child(path.domain, key);
+}
+
+/* What only the camera's ray draws: dimensions (0, 1) for the first light where it is apart, (2, 3)
+ * for time and wavelength. */
+BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
+    return bn_draw_domain_child(path.domain, BN_PATH_CAMERA_KEY);
+}
+
+/* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
+
+/* The domain and the dimension of single number k. */
+BN_FUNCTION BN_UINT bn_ray_1d_domain(BN_UINT ray, BN_UINT k) {
+    return bn_draw_domain_child(ray, k & 0xfffffffcu);
+}
+
+BN_FUNCTION BN_UINT bn_ray_1d_dimension(BN_UINT k) {
+    return k & 3u;
+}
+
+/* The domain and the pair of pair k. */
+BN_FUNCTION BN_UINT bn_ray_2d_domain(BN_UINT ray, BN_UINT k) {
+    return bn_draw_domain_child(ray, (k >> 1u) * 4u + 1u);
+}
+
+BN_FUNCTION BN_UINT bn_ray_2d_pair(BN_UINT k) {
+    return k & 1u;
+}
+
+/* The domain of four numbers. */
+BN_FUNCTION BN_UINT bn_ray_4d_domain(BN_UINT ray, BN_UINT k) {
+    return bn_draw_domain_child(ray, k * 4u + 2u);
+}
+
+/* The parent of the domains of split k, or the domain of loop k: they share one sequence. */
+BN_FUNCTION BN_UINT bn_ray_split_domain(BN_UINT ray, BN_UINT k) {
+    return bn_draw_domain_child(ray, k * 4u + 3u);
+}
+
+/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
+BN_FUNCTION BN_UINT bn_ray_named_domain(BN_UINT ray, BN_UINT name) {
+    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_NAMES_KEY), name);
+}
+
+/* ---- Splits */
+
+/* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
+ * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+ * branch. */
+BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, BN_UINT k) {
+    bn_path branch = path;
+    branch.domain = bn_draw_domain_child(split, count);
+    if (count == 0u) {
+        branch.index = path.index + k;
+        return branch;
+    }
+    branch.index = path.index * count + k % count;
+    if (k >= count) {
+        branch.domain = bn_draw_domain_child(branch.domain, BN_PATH_MORE_KEY);
+        branch.domain = bn_draw_domain_child(branch.domain, k / count);
+    }
+    return branch;
+}
+
+/* ---- Loops */
+
+/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
+ * that WHITE draws from it. */
+BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT domain, BN_UINT k) {
+    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE path.x, path.y, domain);
+    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE path.x, path.y, domain);
+    return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
+}
+
+#endif

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The decisions of a path as an object: every number that a path tracer draws, by the name of what
+ * it is for, so that no two decisions share one. Inline over bn_draw.h:
+ *
+ *     const bn_draw_table *table = bn_sampler_table(sampler);
+ *     bn_path path = bn_path_start(x, y, index, frame);
+ *     for (uint32_t depth = 0; depth < max_depth; ++depth) {
+ *         float u[4];
+ *         bn_ray ray = bn_path_ray(&path, depth);
+ *         bn_ray_draw(table, &ray, u);           // where the ray goes, a light where it ends
+ *         float lobe = bn_ray_1d(table, &ray);   // further numbers: as many as you like
+ *         bn_ray_2d(table, &ray, probe);
+ *     }
+ *
+ * THE LAYOUT
+ *
+ * Ray 0 leaves the camera, ray d the d-th surface or other event. Each has a domain of four numbers:
+ *
+ *     u[0], u[1]   where it goes: the position in the pixel for ray 0, the direction for others
+ *     u[2], u[3]   which point on which light is tried where it ends
+ *
+ * The two multiply in what the path contributes, so they are stratified together. Rays 0, 1 and 2
+ * and bn_path_first_light() are a family, the next best thing; so are each next four rays.
+ *
+ * A lens, or time where things move, takes the second pair of ray 0: its effect multiplies with the
+ * position in the pixel. The first light then comes from bn_path_first_light(), and so it does where
+ * it is split into several. What is left of time and wavelength comes from bn_path_time().
+ *
+ * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
+ * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
+ * another's, however many it draws. Pixels that drew differently at one ray agree again at the next.
+ * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
+ * bn_ray_4d().
+ *
+ * Make one bn_ray for each ray and hand it on by pointer. A second bn_ray of the same path and ray
+ * starts again, with the same numbers. Where a path goes on in several ways, each way is a branch:
+ *
+ *     bn_split split = bn_ray_split(&ray, count);
+ *     for (uint32_t k = 0; k < count; ++k) {
+ *         bn_path branch = bn_split_path(&split, k); // its rays begin at 0
+ *
+ * `count` is the same for all samples of the pixel. Where it varies, keep for each pixel how many
+ * branches its earlier samples took, and begin there: bn_ray_split_from(&ray, taken). Without such a
+ * number, give a count that few paths exceed. Those that take fewer branches stop early; those that
+ * take more go on with k = count and later.
+ *
+ * Decisions that neighbours meet in another order, such as the transparency of layers, are named
+ * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
+ * walk) draws from bn_ray_noise(): four stratified numbers, and from then on a counter-based
+ * generator, two hashes a number.
+ *
+ * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
+ * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
+#ifndef BN_BN_PATH_H
+#define BN_BN_PATH_H
+
+#include <bn/bn_draw.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- The text that shaders share */
+
+/* 16 bytes: what to keep for each lane, besides the sampler or its table. */
+typedef struct bn_path bn_path;
+
+#define BN_PATH_IN_C
+#define BN_UINT uint32_t
+#define BN_FUNCTION BN_DEVICE_INLINE
+#define BN_TABLE const uint32_t *bn_words,
+#define BN_PASS_TABLE bn_words,
+#include <bn/bn_path.glsl>
+#undef BN_PATH_IN_C
+#undef BN_UINT
+#undef BN_FUNCTION
+#undef BN_TABLE
+#undef BN_PASS_TABLE
+
+/* ---- Paths */
+
+/* Sample `index` of pixel (x, y), coordinates as in bn_sample_4d(). Frames that are averaged or
+ * compared have numbers of their own; a single picture is frame 0. */
+BN_DEVICE_INLINE bn_path bn_path_start(int32_t x, int32_t y, uint32_t index, uint32_t frame) {
+    bn_path path;
+    path.x = (uint32_t)x;
+    path.y = (uint32_t)y;
+    path.index = index;
+    path.domain = bn_path_frame_domain(frame);
+    return path;
+}
+
+/* A ray of a path, with the numbers of further decisions that it has handed out. */
+typedef struct bn_ray {
+    bn_path path;
+    uint32_t domain;
+    uint32_t drawn_1d, drawn_2d, drawn_4d, splits;
+    float next_1d; /* drawn with the single number before it */
+} bn_ray;
+
+BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
+    bn_ray result;
+    result.path = *path;
+    result.domain = bn_path_ray_domain(*path, ray);
+    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
+    result.next_1d = 0.0f;
+    return result;
+}
+
+/* A part of a ray whose numbers have a name instead of a place in a sequence: a primitive that may
+ * be transparent, a stage of a wavefront renderer, a light. The result draws like a ray of its own,
+ * and does not depend on what was drawn before it. A second part of the same name starts again. */
+BN_DEVICE_INLINE bn_ray bn_ray_named(const bn_ray *ray, uint32_t name) {
+    bn_ray result = *ray;
+    result.domain = bn_ray_named_domain(ray->domain, name);
+    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
+    result.next_1d = 0.0f;
+    return result;
+}
+
+/* ---- Splits */
+
+typedef struct bn_split {
+    bn_path path;
+    uint32_t domain, count; /* a count of 0: branches are numbered on from path.index */
+} bn_split;
+
+/* The next split of a ray, into `count` branches; 0 counts as 1. */
+BN_DEVICE_INLINE bn_split bn_ray_split(bn_ray *ray, uint32_t count) {
+    bn_split split;
+    split.path = ray->path;
+    split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
+    split.count = count > 0 ? count : 1;
+    return split;
+}
+
+/* The next split of a ray, into any number of branches. `first` is the number of branches that the
+ * earlier samples of the pixel took here: 0 for its first sample. */
+BN_DEVICE_INLINE bn_split bn_ray_split_from(bn_ray *ray, uint32_t first) {
+    bn_split split;
+    split.path = ray->path;
+    split.path.index = first;
+    split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
+    split.count = 0;
+    return split;
+}
+
+/* Branch k, a path of its own. */
+BN_DEVICE_INLINE bn_path bn_split_path(const bn_split *split, uint32_t k) {
+    return bn_path_branch(split->path, split->domain, split->count, k);
+}
+
+#ifndef BN_DEVICE_ONLY
+
+/* ---- The numbers of a ray, in [0, 1), from the table of a sampler of any kind */
+
+static inline void bn_path_draw_4d(const bn_draw_table *table, const bn_path *path, uint32_t domain,
+                                   float out[4]) {
+    bn_draw_4d(table, (int32_t)path->x, (int32_t)path->y, path->index, domain, out);
+}
+
+static inline void bn_path_draw_pair(const bn_draw_table *table, const bn_path *path,
+                                     uint32_t domain, uint32_t pair, float out[2]) {
+    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y, path->index, domain, pair, out);
+}
+
+/* out[0], out[1]: where the ray goes. out[2], out[3]: a light where it ends. */
+static inline void bn_ray_draw(const bn_draw_table *table, const bn_ray *ray, float out[4]) {
+    bn_path_draw_4d(table, &ray->path, ray->domain, out);
+}
+
+/* Either pair of the same numbers alone, for rays that need no other. */
+static inline void bn_ray_draw_where(const bn_draw_table *table, const bn_ray *ray, float out[2]) {
+    bn_path_draw_pair(table, &ray->path, ray->domain, 0, out);
+}
+
+static inline void bn_ray_draw_light(const bn_draw_table *table, const bn_ray *ray, float out[2]) {
+    bn_path_draw_pair(table, &ray->path, ray->domain, 1, out);
+}
+
+/* The next single number of the ray. Four in a row are stratified together; every other one costs
+ * nothing. */
+static inline float bn_ray_1d(const bn_draw_table *table, bn_ray *ray) {
+    const uint32_t k = ray->drawn_1d++;
+    float pair[2];
+    if (k & 1u) return ray->next_1d;
+    bn_path_draw_pair(table, &ray->path, bn_ray_1d_domain(ray->domain, k),
+                      bn_ray_1d_dimension(k) >> 1, pair);
+    ray->next_1d = pair[1];
+    return pair[0];
+}
+
+/* The next pair. Two in a row are stratified together. */
+static inline void bn_ray_2d(const bn_draw_table *table, bn_ray *ray, float out[2]) {
+    const uint32_t k = ray->drawn_2d++;
+    bn_path_draw_pair(table, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
+}
+
+/* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
+ * out[1]. */
+static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[4]) {
+    const uint32_t k = ray->drawn_4d++;
+    bn_path_draw_4d(table, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
+}
+
+/* ---- What only the camera's ray draws */
+
+/* The light tried where ray 0 ends, if a lens or time has taken its pair, or if it is split into
+ * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel; 0
+ * counts as 1. */
+static inline void bn_path_first_light(const bn_draw_table *table, const bn_path *path,
+                                       uint32_t count, uint32_t k, float out[2]) {
+    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y,
+                 path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0, out);
+}
+
+/* out[0]: time, where a lens has taken the second pair of ray 0. out[1]: wavelength. */
+static inline void bn_path_time(const bn_draw_table *table, const bn_path *path, float out[2]) {
+    bn_path_draw_pair(table, path, bn_path_camera_domain(*path), 1, out);
+}
+
+/* ---- Loops */
+
+typedef struct bn_noise {
+    float first[4];
+    uint32_t key, other_key, index, drawn;
+} bn_noise;
+
+/* The numbers of the next loop of a ray. */
+static inline bn_noise bn_ray_noise(const bn_draw_table *table, bn_ray *ray) {
+    const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
+    bn_noise noise;
+    bn_path_draw_4d(table, &ray->path, loop, noise.first);
+    noise.key = bn_draw_white_key(table->words, ray->path.x, ray->path.y, loop);
+    noise.other_key = bn_draw_white_other_key(table->words, ray->path.x, ray->path.y, loop);
+    noise.index = ray->path.index;
+    noise.drawn = 0;
+    return noise;
+}
+
+/* The next number of a loop, in [0, 1). The first four are the sampler's. */
+static inline float bn_noise_1d(bn_noise *noise) {
+    const uint32_t k = noise->drawn++;
+    if (k < 4u) return noise->first[k];
+    return bn_draw_float(
+        bn_draw_white_one(noise->key, noise->other_key + (k + 1u) * 0x9e3779b9u, noise->index));
+}
+
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

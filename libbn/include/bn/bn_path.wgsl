@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Which domain each decision of a path draws from, in WGSL: bn_path.glsl, translated by
+ * libbn/tools/make_wgsl.py. Put this text beside that of bn_draw.wgsl. bn_path.h explains the layout.
+ *
+ *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
+ *     let ray = bn_path_ray_domain(path, depth);
+ *     let u: vec4f = bn_draw_blue(path.x, path.y, path.index, ray); */
+
+/* Keys that no ray, no decision and no count reaches. */
+const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
+const BN_PATH_FRAMES_KEY = 0x80000000u; /* below the root: the parent of all frames but the first */
+const BN_PATH_NAMES_KEY = 0x80000000u;  /* below a ray: the parent of its named parts */
+const BN_PATH_MORE_KEY = 0x40000000u;   /* below a split: branches beyond their count */
+
+/* One sample of a pixel, or a branch of it. */
+struct bn_path {
+    x: u32,
+    y: u32, /* the pixel, in two's complement */
+    index: u32, /* of the sample */
+    domain: u32, /* the parent of the path's domains */
+}
+
+/* ---- Paths */
+
+fn bn_path_frame_domain(frame: u32) -> u32 {
+    if (frame == 0u) {
+        return 0u;
+    }
+    return bn_domain_child(bn_domain_child(0u, BN_PATH_FRAMES_KEY), frame);
+}
+
+/* Sample `index` of pixel (x, y) in a frame. */
+fn bn_path_start(x: u32, y: u32, index: u32, frame: u32) -> bn_path {
+    var path: bn_path;
+    path.x = x;
+    path.y = y;
+    path.index = index;
+    path.domain = bn_path_frame_domain(frame);
+    return path;
+}
+
+/* Four numbers: where ray `ray` goes, and the light where it ends. */
+fn bn_path_ray_domain(path: bn_path, ray: u32) -> u32 {
+    var key = ray;
+    if (ray >= BN_PATH_CAMERA_KEY) {
+        key += 1u;
+    }
+    return bn_domain_child(path.domain, key);
+}
+
+/* What only the camera's ray draws: dimensions (0, 1) for the first light where it is apart, (2, 3)
+ * for time and wavelength. */
+fn bn_path_camera_domain(path: bn_path) -> u32 {
+    return bn_domain_child(path.domain, BN_PATH_CAMERA_KEY);
+}
+
+/* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
+
+/* The domain and the dimension of single number k. */
+fn bn_ray_1d_domain(ray: u32, k: u32) -> u32 {
+    return bn_domain_child(ray, k & 0xfffffffcu);
+}
+
+fn bn_ray_1d_dimension(k: u32) -> u32 {
+    return k & 3u;
+}
+
+/* The domain and the pair of pair k. */
+fn bn_ray_2d_domain(ray: u32, k: u32) -> u32 {
+    return bn_domain_child(ray, (k >> 1u) * 4u + 1u);
+}
+
+fn bn_ray_2d_pair(k: u32) -> u32 {
+    return k & 1u;
+}
+
+/* The domain of four numbers. */
+fn bn_ray_4d_domain(ray: u32, k: u32) -> u32 {
+    return bn_domain_child(ray, k * 4u + 2u);
+}
+
+/* The parent of the domains of split k, or the domain of loop k: they share one sequence. */
+fn bn_ray_split_domain(ray: u32, k: u32) -> u32 {
+    return bn_domain_child(ray, k * 4u + 3u);
+}
+
+/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
+fn bn_ray_named_domain(ray: u32, name: u32) -> u32 {
+    return bn_domain_child(bn_domain_child(ray, BN_PATH_NAMES_KEY), name);
+}
+
+/* ---- Splits */
+
+/* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
+ * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+ * branch. */
+fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
+    var branch = path;
+    branch.domain = bn_domain_child(split, count);
+    if (count == 0u) {
+        branch.index = path.index + k;
+        return branch;
+    }
+    branch.index = path.index * count + k % count;
+    if (k >= count) {
+        branch.domain = bn_domain_child(branch.domain, BN_PATH_MORE_KEY);
+        branch.domain = bn_domain_child(branch.domain, k / count);
+    }
+    return branch;
+}
+
+/* ---- Loops */
+
+/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
+ * that WHITE draws from it. */
+fn bn_path_noise_bits(path: bn_path, domain: u32, k: u32) -> u32 {
+    let a = bn_draw_white_key(path.x, path.y, domain);
+    let b = bn_draw_white_other_key(path.x, path.y, domain);
+    return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
+}

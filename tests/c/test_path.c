@@ -1,0 +1,338 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * bn_path.h: paths drawn at random, with any number of rays, further numbers, splits inside splits
+ * and loops. No two decisions share a number, are correlated or depend on what earlier rays drew. */
+#include <bn/bn_path.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "samplers.h"
+
+enum { PLACES = 4, MOST_NUMBERS = 4096, MOST_RAYS = 40, DEPTH = 2 };
+
+static uint32_t random_state = 1;
+
+static uint32_t random_below(uint32_t limit) {
+    random_state = random_state * 747796405u + 2891336453u;
+    uint32_t v = (random_state >> ((random_state >> 28) + 4u) ^ random_state) * 277803737u;
+    return (v >> 22 ^ v) % limit;
+}
+
+/* The numbers of one path, in the order of its decisions. */
+static float numbers[PLACES][MOST_NUMBERS];
+static int count;
+
+static void put(int place, const float *u, int n) {
+    for (int i = 0; i < n && count < MOST_NUMBERS; ++i) numbers[place][count++] = u[i];
+}
+
+/* Draws a path and its branches as random_state says. */
+static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights, int place,
+                      int level) {
+    const uint32_t rays = 1 + random_below(level > 0 ? 4 : MOST_RAYS);
+    float u[4];
+    if (random_below(2)) {
+        for (uint32_t k = 0; k < lights; ++k) {
+            bn_path_first_light(table, &path, lights, k, u);
+            put(place, u, 2);
+        }
+    }
+    if (random_below(2)) {
+        bn_path_time(table, &path, u);
+        put(place, u, 2);
+    }
+    for (uint32_t number = 0; number < rays; ++number) {
+        bn_ray ray = bn_path_ray(&path, number);
+        uint32_t names = random_below(1000);
+        bn_ray_draw(table, &ray, u);
+        put(place, u, 4);
+        for (uint32_t more = random_below(12); more > 0; --more) {
+            switch (random_below(16)) {
+            case 0:
+                if (level < DEPTH) {
+                    const uint32_t branches = random_below(5), taken = 1 + random_below(6);
+                    const bn_split split = branches > 0 ? bn_ray_split(&ray, branches)
+                                                        : bn_ray_split_from(&ray, path.index * 8);
+                    for (uint32_t k = 0; k < taken; ++k)
+                        draw_path(table, bn_split_path(&split, k), lights, place, level + 1);
+                }
+                break;
+            case 1: {
+                bn_noise noise = bn_ray_noise(table, &ray);
+                for (uint32_t i = random_below(20); i > 0; --i) {
+                    u[0] = bn_noise_1d(&noise);
+                    put(place, u, 1);
+                }
+                break;
+            }
+            case 2: {
+                bn_ray part = bn_ray_named(&ray, names++);
+                bn_ray_draw(table, &part, u);
+                put(place, u, 4);
+                u[0] = bn_ray_1d(table, &part);
+                put(place, u, 1);
+                break;
+            }
+            case 3:
+                bn_ray_4d(table, &ray, u);
+                put(place, u, 4);
+                break;
+            default:
+                if (random_below(2)) {
+                    u[0] = bn_ray_1d(table, &ray);
+                    put(place, u, 1);
+                } else {
+                    bn_ray_2d(table, &ray, u);
+                    put(place, u, 2);
+                }
+            }
+        }
+    }
+}
+
+static int compare(const void *a, const void *b) {
+    return memcmp(a, b, PLACES * sizeof(float));
+}
+
+/* A number that two decisions share is shared in all pixels. Chance makes 24 bits equal, not 96. */
+static int shared(void) {
+    static float rows[MOST_NUMBERS][PLACES];
+    int equal = 0;
+    for (int i = 0; i < count; ++i)
+        for (int place = 0; place < PLACES; ++place) rows[i][place] = numbers[place][i];
+    qsort(rows, (size_t)count, sizeof rows[0], compare);
+    for (int i = 1; i < count; ++i) equal += compare(rows[i - 1], rows[i]) == 0;
+    return equal;
+}
+
+static void no_two_decisions_share_a_number(int32_t kind) {
+    static const int32_t x[PLACES] = {0, 70001, -5, 640}, y[PLACES] = {0, 3, -40000, 481};
+    bn_sampler *sampler = make_sampler(kind, 64, 7);
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    int most = 0;
+    for (uint32_t trial = 0; trial < 300; ++trial) {
+        const uint32_t index = random_below(300), frame = random_below(3), begin = random_state;
+        for (int place = 0; place < PLACES; ++place) {
+            random_state = begin;
+            count = 0;
+            draw_path(table, bn_path_start(x[place], y[place], index, frame), 1 + trial % 5, place,
+                      0);
+        }
+        CHECK(count > 0 && shared() == 0);
+        if (count > most) most = count;
+    }
+    CHECK(most > 2000);
+    bn_sampler_destroy(sampler);
+}
+
+/* Several samples and frames of a pixel, without branches beyond their count. */
+static void nor_do_two_samples_or_frames(void) {
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 11);
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    const int32_t x[PLACES] = {9, 1000, -77, 12345};
+    for (int place = 0; place < PLACES; ++place) {
+        count = 0;
+        for (uint32_t frame = 0; frame < 6; ++frame) {
+            for (uint32_t index = 0; index < 4; ++index) {
+                const bn_path path = bn_path_start(x[place], 5 * place, index, frame);
+                for (uint32_t number = 0; number < 5; ++number) {
+                    float u[4];
+                    bn_ray ray = bn_path_ray(&path, number);
+                    bn_split split = bn_ray_split(&ray, 3);
+                    bn_ray_draw(table, &ray, u);
+                    put(place, u, 4);
+                    for (uint32_t k = 0; k < 3; ++k) {
+                        const bn_path branch = bn_split_path(&split, k);
+                        const bn_ray first = bn_path_ray(&branch, 0);
+                        bn_ray_draw(table, &first, u);
+                        put(place, u, 4);
+                    }
+                    for (int k = 0; k < 5; ++k) {
+                        u[0] = bn_ray_1d(table, &ray);
+                        put(place, u, 1);
+                    }
+                }
+            }
+        }
+    }
+    CHECK(count == 6 * 4 * 5 * (4 + 12 + 5) && shared() == 0);
+    bn_sampler_destroy(sampler);
+}
+
+/* The domains of a path: 64 rays, 64 decisions of each kind, and a split of each. */
+static int compare_words(const void *a, const void *b) {
+    const uint32_t v = *(const uint32_t *)a, w = *(const uint32_t *)b;
+    return (v > w) - (v < w);
+}
+
+static void domains_do_not_collide(void) {
+    enum { RAYS = 64, EACH = 16, FRAMES = 4 };
+    static uint32_t domains[FRAMES * RAYS * (1 + EACH * (3 + 8))];
+    size_t n = 0;
+    for (uint32_t frame = 0; frame < FRAMES; ++frame) {
+        const bn_path path = bn_path_start(0, 0, 0, frame);
+        domains[n++] = bn_path_camera_domain(path);
+        for (uint32_t number = 0; number + 1 < RAYS; ++number) {
+            const uint32_t ray = bn_path_ray_domain(path, number);
+            domains[n++] = ray;
+            for (uint32_t k = 0; k < EACH; ++k) {
+                const uint32_t split = bn_ray_split_domain(ray, k);
+                domains[n++] = bn_ray_1d_domain(ray, 4 * k);
+                domains[n++] = bn_ray_2d_domain(ray, 2 * k);
+                domains[n++] = bn_ray_4d_domain(ray, k);
+                domains[n++] = split;
+                for (uint32_t more = 0; more < 3; ++more) {
+                    const bn_path branch = bn_path_branch(path, split, 4, 4 * more);
+                    domains[n++] = bn_path_ray_domain(branch, 0);
+                    domains[n++] = bn_path_ray_domain(branch, 1);
+                }
+            }
+        }
+    }
+    qsort(domains, n, sizeof domains[0], compare_words);
+    int equal = 0;
+    for (size_t i = 1; i < n; ++i) equal += domains[i - 1] == domains[i];
+    CHECK(n > 40000 && equal == 0);
+}
+
+/* Whatever pixels drew at one ray, they agree at the next. */
+static void the_next_ray_does_not_care(void) {
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_path path = bn_path_start(4, 5, 6, 0);
+    for (uint32_t number = 0; number < MOST_RAYS; ++number) {
+        bn_ray plain = bn_path_ray(&path, number + 1), other = bn_path_ray(&path, number);
+        float u[4], v[4];
+        for (int i = 0; i < 40; ++i) bn_ray_2d(table, &other, u), (void)bn_ray_1d(table, &other);
+        other = bn_path_ray(&path, number + 1);
+        bn_ray_draw(table, &plain, u);
+        bn_ray_draw(table, &other, v);
+        CHECK(memcmp(u, v, sizeof u) == 0);
+        float pair[2];
+        bn_ray_draw_where(table, &plain, pair);
+        CHECK(pair[0] == u[0] && pair[1] == u[1]);
+        bn_ray_draw_light(table, &plain, pair);
+        CHECK(pair[0] == u[2] && pair[1] == u[3]);
+        /* Nor do pairs care about single numbers. */
+        for (int i = 0; i < 5; ++i) (void)bn_ray_1d(table, &other);
+        bn_ray_2d(table, &plain, u);
+        bn_ray_2d(table, &other, v);
+        CHECK(u[0] == v[0] && u[1] == v[1]);
+        /* Nor do named parts. */
+        const bn_ray part = bn_ray_named(&plain, 12), same = bn_ray_named(&other, 12);
+        const bn_ray next = bn_ray_named(&plain, 13);
+        bn_ray_draw(table, &part, u);
+        bn_ray_draw(table, &same, v);
+        CHECK(memcmp(u, v, sizeof u) == 0 && next.domain != part.domain);
+    }
+    bn_sampler_destroy(sampler);
+}
+
+/* All pairs of numbers of a path, over pixels, samples and seeds far apart. */
+static void decisions_are_uncorrelated(void) {
+    enum { TRIALS = 20000, SEEDS = 20, N = 60 };
+    static double sums[N][N], means[N];
+    for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+        bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, seed);
+        const bn_draw_table *table = bn_sampler_table(sampler);
+        for (int trial = 0; trial < TRIALS / SEEDS; ++trial) {
+            const bn_path path =
+                bn_path_start((int32_t)random_below(1u << 31), (int32_t)random_below(1u << 31),
+                              random_below(64), 0);
+            double centred[N];
+            count = 0;
+            for (uint32_t number = 0; number < 3; ++number) {
+                float u[4];
+                bn_ray ray = bn_path_ray(&path, number);
+                bn_split split = bn_ray_split(&ray, 2);
+                bn_noise noise = bn_ray_noise(table, &ray);
+                bn_ray_draw(table, &ray, u);
+                put(0, u, 4);
+                bn_ray_2d(table, &ray, u);
+                put(0, u, 2);
+                bn_ray_4d(table, &ray, u);
+                put(0, u, 4);
+                u[0] = bn_ray_1d(table, &ray);
+                u[1] = bn_ray_1d(table, &ray);
+                put(0, u, 2);
+                for (uint32_t k = 0; k < 3; ++k) {
+                    const bn_path branch = bn_split_path(&split, k);
+                    bn_ray first = bn_path_ray(&branch, 0);
+                    bn_ray_draw_where(table, &first, u);
+                    if (k != 1) put(0, u, 2);
+                }
+                for (int i = 0; i < 4; ++i) {
+                    u[i] = bn_noise_1d(&noise);
+                    if (i == 3) u[i] = bn_noise_1d(&noise);
+                }
+                put(0, u, 4);
+            }
+            for (int i = 0; i < N; ++i) centred[i] = (numbers[0][i] - 0.5) * sqrt(12.0);
+            for (int i = 0; i < N; ++i) {
+                means[i] += centred[i];
+                for (int j = 0; j < i; ++j) sums[i][j] += centred[i] * centred[j];
+            }
+        }
+        bn_sampler_destroy(sampler);
+    }
+    CHECK(count == N);
+    double worst = 0, squares = 0;
+    for (int i = 0; i < N; ++i) {
+        CHECK(fabs(means[i]) < 5 * sqrt(TRIALS));
+        for (int j = 0; j < i; ++j) {
+            const double z = sums[i][j] / sqrt(TRIALS);
+            squares += z * z;
+            if (fabs(z) > worst) worst = fabs(z);
+        }
+    }
+    /* Of 1,770 standard normal numbers, one in 10,000 times the largest exceeds 5.4. */
+    printf("worst of the correlations: %.2f standard errors\n", worst);
+    CHECK(worst < 5.4);
+    squares /= N * (N - 1) / 2;
+    CHECK(squares > 0.85 && squares < 1.15);
+}
+
+/* A split of a fixed count is one sequence over all samples of the pixel. */
+static void a_split_is_one_sequence(void) {
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 5);
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    for (uint32_t index = 0; index < 8; ++index) {
+        const bn_path path = bn_path_start(17, 18, index, 0);
+        bn_ray ray = bn_path_ray(&path, 1);
+        const uint32_t domain = bn_domain_child(bn_ray_split_domain(ray.domain, 0), 4);
+        const bn_split split = bn_ray_split(&ray, 4), next = bn_ray_split(&ray, 0);
+        const bn_split running = bn_ray_split_from(&ray, 3 * index);
+        CHECK(bn_split_path(&running, 2).index == 3 * index + 2);
+        CHECK(bn_split_path(&running, 2).domain == bn_split_path(&running, 0).domain);
+        CHECK(bn_split_path(&running, 0).domain != bn_split_path(&next, 0).domain);
+        for (uint32_t k = 0; k < 4; ++k) {
+            float u[4], v[4];
+            const bn_path branch = bn_split_path(&split, k);
+            const bn_ray first = bn_path_ray(&branch, 0);
+            bn_ray_draw(table, &first, u);
+            bn_sample_4d(sampler, 17, 18, 4 * index + k, bn_domain_child(domain, 0), v);
+            CHECK(memcmp(u, v, sizeof u) == 0);
+            bn_path_first_light(table, &path, 4, k, u);
+            bn_sample_2d(sampler, 17, 18, 4 * index + k, bn_domain_child(BN_DOMAIN_ROOT, 3), v);
+            CHECK(u[0] == v[0] && u[1] == v[1]);
+        }
+        CHECK(bn_split_path(&next, 0).domain != bn_split_path(&split, 0).domain);
+        CHECK(bn_split_path(&next, 0).index == index);
+        CHECK(bn_split_path(&split, 4).domain != bn_split_path(&split, 0).domain);
+        CHECK(bn_split_path(&split, 4).index == bn_split_path(&split, 0).index);
+    }
+    bn_sampler_destroy(sampler);
+}
+
+int main(void) {
+    CHECK(sizeof(bn_path) == 16);
+    for (int32_t kind = BN_SAMPLER_BLUE; kind <= BN_SAMPLER_MASK; ++kind)
+        no_two_decisions_share_a_number(kind);
+    nor_do_two_samples_or_frames();
+    domains_do_not_collide();
+    the_next_ray_does_not_care();
+    decisions_are_uncorrelated();
+    a_split_is_one_sequence();
+    return check_result();
+}
