@@ -80,12 +80,13 @@ def adaptive_point(program, request, level, reference, exposure):
         return point(read_exr(path)[0], mean_count(path), reference, exposure)
 
 
-def measure(program, samplers, seeds=1):
+def measure(program, samplers, scenes, seeds=1):
     """{(scene, sampler): (points of plain pictures, points of adaptive ones)}, means over seeds."""
     renderer = Renderer(program, cache_folder() / "references" / "adaptive")
-    progress, result = Progress(len(SCENES) * (1 + len(samplers)), "steps"), {}
+    progress, result = Progress(len(scenes) * (1 + len(samplers)), "steps"), {}
     try:
-        for s, (scene, exposure) in enumerate(SCENES.items()):
+        for s, scene in enumerate(scenes):
+            exposure = SCENES[scene]
             done = s * (1 + len(samplers))
             request = Request("sobol", REFERENCE_SPP, REFERENCE_SEED, scene, WIDTH, HEIGHT, exposure=exposure)
             path = renderer.reference(request, f"{scene}-{WIDTH}x{HEIGHT}-{REFERENCE_SPP}.exr", PARTS,
@@ -125,13 +126,18 @@ def over_plain(result, sampler, level, sigma):
     """The error of adaptive pictures over that of plain ones with as many samples: geometric mean over scenes."""
     k = LEVELS.index(level)
     return geometric_mean(own.errors[sigma] / error_at(result[scene, sampler][0], own.samples, sigma)
-                          for scene in SCENES for own in [result[scene, sampler][1][k]])
+                          for scene in scenes_in(result) for own in [result[scene, sampler][1][k]])
 
 
 def over_blue(result, sampler, level):
     """The error of a sampler after the blur over blue's, in adaptive pictures of the same level."""
     k = LEVELS.index(level)
-    return geometric_mean(result[scene, sampler][1][k].errors[2.1] / result[scene, "blue"][1][k].errors[2.1] for scene in SCENES)
+    return geometric_mean(result[scene, sampler][1][k].errors[2.1] / result[scene, "blue"][1][k].errors[2.1]
+                          for scene in scenes_in(result))
+
+
+def scenes_in(result):
+    return list(dict.fromkeys(scene for scene, _ in result))
 
 
 def names_in(result):
@@ -143,7 +149,7 @@ def table(result):
     for name in names_in(result):
         row = [name + (" (padded)" if name == "sobol" else f" (declared {MOST})" if name == "zorder" else "")]
         for k, level in enumerate(LEVELS):
-            row += [f"{np.mean([result[scene, name][1][k].samples for scene in SCENES]):.0f}",
+            row += [f"{np.mean([result[scene, name][1][k].samples for scene in scenes_in(result)]):.0f}",
                     *(f"{over_plain(result, name, level, sigma):.2f}" for sigma in SIGMAS), f"{over_blue(result, name, level):.2f}"]
         rows.append(row)
     heads = [f"{level:g}: {what}" for level in LEVELS for what in ("samples", "unblurred", "blurred", "over blue")]
@@ -158,8 +164,10 @@ def spread(values):
 def answers(result):
     names = names_in(result)
     ratios = {(name, sigma): [over_plain(result, name, level, sigma) for level in LEVELS] for name in names for sigma in SIGMAS}
-    lights = 100 * np.array([p.light for _, adaptive in result.values() for p in adaptive])
-    estimates = [[result[scene, name][1][k].errors[0.0] / level for name in names for scene in SCENES]
+    # Clipping darkens noisy pictures, plain ones too.
+    lights = 100 * np.array([p.light - np.interp(np.log(p.samples), np.log([q.samples for q in plain]), [q.light for q in plain])
+                             for plain, adaptive in result.values() for p in adaptive])
+    estimates = [[result[scene, name][1][k].errors[0.0] / level for name in names for scene in scenes_in(result)]
                  for k, level in enumerate(LEVELS)]
     white = [value for (name, sigma), found in ratios.items() if name == "white" and sigma == 2.1 for value in found]
     blue = ratios["blue", 2.1]
@@ -175,15 +183,15 @@ def answers(result):
         "- **Does it reach the level?** Errors of single pixels are "
         + ", ".join(f"{spread(found)} of the level {level:g}" for found, level in zip(estimates, LEVELS))
         + f". The estimate is that of independent samples, so stratified ones are below it; blocks that reach {MOST} samples are above.",
-        f"- **Is it biased?** The light of the displayed pictures is {lights.mean():+.3f} % off the references', with a standard "
-        f"error of {lights.std(ddof=1) / np.sqrt(len(lights)):.3f} % over all of them.",
+        f"- **Is it biased?** The light of the displayed pictures is {lights.mean():+.3f} % off that of plain ones with as many "
+        f"samples, with a standard error of {lights.std(ddof=1) / np.sqrt(len(lights)):.3f} % over all of them.",
     ]
 
 
 def report_text(result, command, commit):
     parts = ["# Adaptive sampling", "", f"Printed by `{command}`.", "", *answers(result), "",
              "![Error against mean samples per pixel, plain and adaptive](adaptive.png)", "",
-             f"The path tracer's built-in scenes {', '.join(f'`{scene}`' for scene in SCENES)} at {WIDTH}x{HEIGHT} pixels, "
+             f"Built-in scenes of the path tracer ({', '.join(f'`{scene}`' for scene in scenes_in(result))}) at {WIDTH}x{HEIGHT} pixels, "
              f"`--noise` {', '.join(f'{level:g}' for level in LEVELS)} with `--min-spp {LEAST} --spp {MOST}`, against plain pictures of "
              f"{', '.join(map(str, COUNTS))} samples. `zorder` is declared at each count of plain pictures, and at {MOST} in adaptive "
              f"ones, whose counts nobody knows before. References have {REFERENCE_SPP} samples per pixel (`sobol`, another seed).",
@@ -196,9 +204,10 @@ def report_text(result, command, commit):
 
 
 def plot(result, path):
-    figure, axes = plt.subplots(1, len(SCENES), figsize=(13, 4.9), layout="constrained", squeeze=False)
+    scenes = scenes_in(result)
+    figure, axes = plt.subplots(1, len(scenes), figsize=(max(4.4 * len(scenes), 8), 4.9), layout="constrained", squeeze=False)
     names = names_in(result)
-    for axis, scene in zip(axes[0], SCENES):
+    for axis, scene in zip(axes[0], scenes):
         for name in names:
             look = style(name, names)
             for points, line in zip(result[scene, name], ({"linestyle": ":", "linewidth": 1, "marker": "", "label": "_plain"}, {})):
@@ -208,7 +217,7 @@ def plot(result, path):
         axis.grid(True, which="both", alpha=0.22)
         plain_numbers(axis.xaxis, axis.yaxis)
     axes[0, 0].set_ylabel("relative error as displayed, sigma 2.1")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(names),
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
                   title="lines: adaptive; dotted: plain")
     save(figure, path, laid_out=True)
 
@@ -223,8 +232,18 @@ def restored(rows):
                                     for points in found) for scene, sampler, *found in rows}
 
 
+def parse_scenes(text):
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in SCENES]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"unknown scene '{unknown[0]}'; choose from {', '.join(SCENES)}")
+    return names
+
+
 def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench adaptive", description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=parse_scenes, default=tuple(SCENES), metavar="A,B,...",
+                        help=f"scenes out of {', '.join(SCENES)} (default all)")
     parser.add_argument("--seeds", type=positive, default=1, metavar="N", help="seeds of each picture (default 1)")
     parser.add_argument("--again", action="store_true", help="write the report from the results of the previous run")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
@@ -235,9 +254,11 @@ def run(arguments):
     options = parser.parse_args(arguments)
     path = options.pages / "adaptive.json"
     if options.again:
-        result = restored(json.loads(path.read_text(encoding="utf-8")))
+        known = restored(json.loads(path.read_text(encoding="utf-8")))
+        result = {key: found for key, found in known.items() if key[0] in options.scenes}
     else:
-        result = measure(options.pathtracer, (*SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer)), seeds=options.seeds)
+        samplers = (*SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer))
+        result = measure(options.pathtracer, samplers, options.scenes, options.seeds)
         write_text(path, json.dumps(stored(result)) + "\n")
     words = [word for word in arguments_that_count(arguments) if word != "--again"]
     text = report_text(result, " ".join(["scripts/bench adaptive", *words]), peers.commit(options.openqmc))

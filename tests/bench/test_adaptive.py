@@ -36,7 +36,8 @@ def known_result():
         for sampler in ("white", "sobol", "blue"):
             scale = 1.0 if sampler == "blue" else 2.0
             def at(n, factor=1.0, scale=scale):
-                return Point(n, {0.0: factor * scale * n**-0.5, 2.1: factor * scale * n**-0.5 / 4}, 0.001)
+                light = 0.001 if factor == 1 else 0.002
+                return Point(n, {0.0: factor * scale * n**-0.5, 2.1: factor * scale * n**-0.5 / 4}, light)
             result[scene, sampler] = ([at(n) for n in adaptive.COUNTS], [at(n, 0.8) for n in (20, 50, 150)])
     return result
 
@@ -60,7 +61,7 @@ def test_a_tiny_run(tmp_path, monkeypatch, pathtracer, capsys):
     for name, value in {"SCENES": {"penumbra": 0.0}, "WIDTH": 24, "HEIGHT": 16, "LEVELS": (0.3, 0.2), "LEAST": 4, "MOST": 32,
                         "COUNTS": (4, 8, 16, 32), "REFERENCE_SPP": 64}.items():
         monkeypatch.setattr(adaptive, name, value)
-    words = ["--pathtracer", str(pathtracer), "--out", str(tmp_path), "--pages", str(tmp_path / "pages")]
+    words = ["--scenes", "penumbra", "--pathtracer", str(pathtracer), "--out", str(tmp_path), "--pages", str(tmp_path / "pages")]
     adaptive.run(words)
     text = (tmp_path / "adaptive.md").read_text()
     for name in ("white", "sobol (padded)", "zorder (declared 32)", "blue"):
