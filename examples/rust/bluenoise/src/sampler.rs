@@ -108,7 +108,7 @@ impl Sampler {
         Ok(Sampler { pointer: NonNull::new(pointer).ok_or(Error::OutOfMemory)? })
     }
 
-    pub(crate) fn table(&self) -> Table {
+    pub(crate) fn table(&self) -> Table<'_> {
         // SAFETY: a valid sampler; the table lives as long as it.
         Table { pointer: unsafe { sys::bn_sampler_table(self.pointer.as_ptr()) }, sampler: PhantomData }
     }
@@ -138,7 +138,7 @@ impl Sampler {
     }
 
     /// The samples of a pixel one after the other, from `first` to the last there is.
-    pub fn samples(&self, x: i32, y: i32, first: u32, domain: Domain) -> Samples {
+    pub fn samples(&self, x: i32, y: i32, first: u32, domain: Domain) -> Samples<'_> {
         Samples { sampler: self, x, y, domain, next: Some(first) }
     }
 
