@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
- * rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package, its GLSL as C++, draw what
+ * rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package, its GLSL as C, draw what
  * bn_path.h hands out in C. With a folder, writes the cases for the tests in Python, as 32-bit words:
  *
  *     words.bin     [10754]: of bn_sampler_table_words()
  *     asked.bin     [cases][8]: x, y, index, bounce, effect, three zeros
- *     expected.bin  [2][cases][16]: without a lens and with one, ten floats and six zeros */
+ *     expected.bin  [cases][16]: ten floats and six zeros
+ *
+ * Built twice: RANDOM_WITH_LENS is 0 for a renderer without a lens, and 1 for one that has it. */
 #include "../c/check.h"
-#include "random_in_cpp.h"
+#include "random_in_c.h"
 #include <bn/bn_path.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,7 +20,8 @@ static void copy(float *out, const float *from, size_t count) {
 }
 
 /* The layout of paths.md, with bn_path.h alone. */
-static void expect(const bn_draw_table *table, int lens, const uint32_t *asked, float *out) {
+static void expect(const bn_draw_table *table, const uint32_t *asked, float *out) {
+    const int lens = RANDOM_WITH_LENS;
     const uint32_t bounce = asked[3], effect = asked[4];
     const bn_path path = bn_path_start((int32_t)asked[0], (int32_t)asked[1], asked[2], 0);
     const bn_ray ray = bn_path_ray(&path, bounce), next = bn_path_ray(&path, bounce + 1);
@@ -72,7 +75,7 @@ static void put(const char *folder, const char *name, const void *data, size_t s
 
 int main(int count, char **arguments) {
     static uint32_t words[WORDS], all_asked[CASES][ASKED];
-    static float all_expected[2][CASES][EXPECTED];
+    static float all_expected[CASES][EXPECTED];
     bn_sampler_options options = bn_sampler_options_default();
     bn_sampler *sampler = NULL;
     options.seed = UINT64_MAX;
@@ -80,14 +83,11 @@ int main(int count, char **arguments) {
     CHECK(bn_sampler_table_words(sampler, words, WORDS, NULL) == BN_SUCCESS);
     const bn_draw_table *table = bn_sampler_table(sampler);
     for (uint32_t i = 0; i < CASES; ++i) {
-        uint32_t *asked = all_asked[i];
-        ask(i, asked);
-        for (int lens = 0; lens < 2; ++lens) {
-            float got[RANDOM_NUMBERS], *expected = all_expected[lens][i];
-            expect(table, lens, asked, expected);
-            (lens ? random_glsl_with_lens : random_glsl)(words, asked, got);
-            CHECK(memcmp(got, expected, sizeof got) == 0);
-        }
+        float got[RANDOM_NUMBERS];
+        ask(i, all_asked[i]);
+        expect(table, all_asked[i], all_expected[i]);
+        random_glsl(words, all_asked[i], got);
+        CHECK(memcmp(got, all_expected[i], sizeof got) == 0);
     }
     bn_sampler_destroy(sampler);
     if (count > 1) {

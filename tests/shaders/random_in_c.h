@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef BN_RANDOM_IN_CPP_H
-#define BN_RANDOM_IN_CPP_H
+#ifndef BN_RANDOM_IN_C_H
+#define BN_RANDOM_IN_C_H
 
 #include <stdint.h>
 
-/* The effects with a place in the layout. Without a lens, those of RANDOM_LENS, RANDOM_ENVIRONMENT and
- * RANDOM_CHOICE are names as all others are. */
+/* The effects with a place in the layout. Without RANDOM_WITH_LENS, those of the lens, the environment
+ * and the choice are names as all others are. */
 #define RANDOM_PIXEL 0u
 #define RANDOM_LENS 4u
 #define RANDOM_DIRECTION 3u
@@ -18,15 +18,7 @@ enum {
     RANDOM_NUMBERS = 10 /* rand1(), rand2(), rand3(), rand4() */
 };
 
-#ifdef __cplusplus
-extern "C" {
-#endif
 void random_glsl(const uint32_t *words, const uint32_t asked[RANDOM_ASKED],
                  float out[RANDOM_NUMBERS]);
-void random_glsl_with_lens(const uint32_t *words, const uint32_t asked[RANDOM_ASKED],
-                           float out[RANDOM_NUMBERS]);
-#ifdef __cplusplus
-}
-#endif
 
 #endif
