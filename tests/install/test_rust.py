@@ -42,6 +42,13 @@ def test_rust_draws_what_c_draws(cargo, static_library, tmp_path):
     assert golden in (CRATES / "bluenoise" / "tests" / "draws.rs").read_text(), "write these lines there"
 
 
+def test_the_version_is_the_librarys():
+    header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
+    version = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M))
+    for file in ("bluenoise/Cargo.toml", "bluenoise-sys/Cargo.toml", "Cargo.lock"):
+        assert set(re.findall(r'^version = "(\S+)"$', (CRATES / file).read_text(), re.M)) == {version}, file
+
+
 def test_the_readmes_program(cargo, tmp_path):
     (text,) = re.findall(r"^```rust\n(.*?)^```", (CRATES / "README.md").read_text(encoding="utf-8"), re.M | re.S)
     (tmp_path / "src").mkdir()

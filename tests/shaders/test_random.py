@@ -43,7 +43,7 @@ def random(request, tmp_path_factory):
 
 
 def test_the_texts_are_up_to_date():
-    need_module("bluenoise")
+    pytest.importorskip("bluenoise")
     run(sys.executable, PACKAGE / "make_texts.py", "--check")
 
 
