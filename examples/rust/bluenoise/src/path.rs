@@ -50,13 +50,13 @@ impl<'s> Path<'s> {
 /// One ray of a path. It counts what it hands out, so it moves and cannot be copied, since a copy would hand out the same
 /// numbers twice: lend it as `&mut`.
 ///
-/// ```compile_fail
+/// ```compile_fail,E0599
 /// fn twice(ray: bluenoise::Ray) -> (bluenoise::Ray, bluenoise::Ray) {
 ///     (ray.clone(), ray)
 /// }
 /// ```
 ///
-/// ```compile_fail
+/// ```compile_fail,E0515
 /// fn dangling() -> bluenoise::Ray<'static> {
 ///     let sampler = bluenoise::Sampler::new(1).unwrap();
 ///     let path = bluenoise::Path::new(&sampler, 0, 0, 0);
