@@ -23,13 +23,13 @@ def cargo(tmp_path_factory):
     environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target"), "BN_AMALGAMATION": str(folder / "amalgamation")}
 
     def cargo(*arguments, **changes):
-        return run("cargo", *arguments, "--offline", "--locked", cwd=folder / "crates", env={**environment, **changes})
+        return run("cargo", *arguments, "--offline", cwd=folder / "crates", env={**environment, **changes})
 
     return cargo
 
 
 def test_the_crates_own_tests(cargo):
-    passed = re.findall(r"test result: ok\. (\d+) passed", cargo("test", "--quiet", RUSTFLAGS="-D warnings"))
+    passed = re.findall(r"test result: ok\. (\d+) passed", cargo("test", "--quiet", "--locked", RUSTFLAGS="-D warnings"))
     assert sum(map(int, passed)) >= 10
 
 
@@ -61,4 +61,4 @@ def test_the_readmes_program(cargo, tmp_path):
 
 def test_a_wrong_folder_is_one_clear_line(cargo, tmp_path):
     with pytest.raises(AssertionError, match=r"bluenoise-sys: no bn\.c in BN_AMALGAMATION="):
-        cargo("build", BN_AMALGAMATION=str(tmp_path), CARGO_TARGET_DIR=str(tmp_path / "target"))
+        cargo("build", "--locked", BN_AMALGAMATION=str(tmp_path), CARGO_TARGET_DIR=str(tmp_path / "target"))

@@ -12,7 +12,8 @@ from types import SimpleNamespace
 import devices
 import numpy as np
 import pytest
-from conftest import GLSLANG, ROOT, need, need_module, need_opengl, need_vulkan, run
+from conftest import GLSLANG, HERE, ROOT, need, need_module, need_opengl, need_vulkan, run
+from test_browser import posted_by
 
 PACKAGE = ROOT / "examples" / "web" / "package"
 NODE = shutil.which("node") or shutil.which("nodejs")
@@ -37,6 +38,15 @@ def random(request, tmp_path_factory):
     run(program, folder)
     words, asked, expected = (np.fromfile(folder / f"{name}.bin", "<u4") for name in ("words", "asked", "expected"))
     return SimpleNamespace(words=words, asked=asked, expected=expected.reshape(-1, 16), effects=EFFECTS[request.param])
+
+
+@pytest.fixture(scope="module")
+def posted(random, tmp_path_factory):
+    """What random.html posts in Chromium, {path: bytes}."""
+    served = {"/": (HERE / "random.html").read_bytes(), "/asked": random.asked.tobytes(), "/main.wgsl": WGSL.encode(),
+              "/main.glsl": GLSL.encode(), "/effects": json.dumps(random.effects).encode(), "/seed": str(SEED).encode()}
+    served |= {f"/{name}": (PACKAGE / name).read_bytes() for name in ("index.js", "texts.js")}
+    return posted_by(served, tmp_path_factory.mktemp("profile"))
 
 
 # ---- The module
@@ -171,6 +181,13 @@ def test_glsl(random, version):
     code = f"#version {version}\n" + in_node(f"bn.glsl({{effects: {json.dumps(random.effects)}}})") + GLSL
     textures = {"bn_table": (64, "u4", random.words.tobytes()), "asked": (2048, "u4", random.asked.tobytes())}
     compare(random, devices.run_fragments(code, textures, 4096, random.expected.nbytes))
+
+
+@pytest.mark.parametrize("name", ["buffer", "texture", "webgl"])
+def test_in_a_browser(random, posted, name):
+    result = posted[f"/{name}"]
+    assert len(result) == random.expected.nbytes, result[:2000].decode()
+    compare(random, result)
 
 
 @needs_node
