@@ -80,17 +80,41 @@ extern "C" {
     pub fn bn_sampler_create(options: *const bn_sampler_options, sampler: *mut *mut bn_sampler) -> i32;
     pub fn bn_sampler_destroy(sampler: *mut bn_sampler);
     pub fn bn_sampler_table(sampler: *const bn_sampler) -> *const bn_draw_table;
-    pub fn bn_sampler_table_words(sampler: *const bn_sampler, words: *mut u32, count: usize, needed: *mut usize) -> i32;
+    pub fn bn_sampler_table_words(sampler: *const bn_sampler, words: *mut u32, count: usize, needed: *mut usize)
+        -> i32;
     pub fn bn_sample_4d(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut f32);
     pub fn bn_sample_4d_u32(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut u32);
-    pub fn bn_sample_pair(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, pair: u32, out: *mut f32);
+    pub fn bn_sample_pair(
+        sampler: *const bn_sampler,
+        x: i32,
+        y: i32,
+        index: u32,
+        domain: u32,
+        pair: u32,
+        out: *mut f32,
+    );
     pub fn bn_sample_block(
-        sampler: *const bn_sampler, x0: i32, y0: i32, width: u32, height: u32, first_index: u32, index_count: u32,
-        domain: u32, out: *mut f32, out_count: usize,
+        sampler: *const bn_sampler,
+        x0: i32,
+        y0: i32,
+        width: u32,
+        height: u32,
+        first_index: u32,
+        index_count: u32,
+        domain: u32,
+        out: *mut f32,
+        out_count: usize,
     ) -> i32;
     pub fn bn_sample_many(
-        sampler: *const bn_sampler, count: usize, x: *const i32, y: *const i32, index: *const u32, domain: *const u32,
-        dimensions: u32, out: *mut f32, out_count: usize,
+        sampler: *const bn_sampler,
+        count: usize,
+        x: *const i32,
+        y: *const i32,
+        index: *const u32,
+        domain: *const u32,
+        dimensions: u32,
+        out: *mut f32,
+        out_count: usize,
     ) -> i32;
 
     pub fn bn_rs_path_start(x: i32, y: i32, index: u32, frame: u32) -> bn_path;

@@ -16,11 +16,17 @@ pub enum Kind<'a> {
     Sobol,
     White,
     /// Tuned for one number of samples; 0 means 256.
-    ZOrder { samples_per_pixel: u32 },
+    ZOrder {
+        samples_per_pixel: u32,
+    },
     /// The built-in mask of 64 x 64 texels, then Sobol'.
     Mask,
     /// A mask of yours, row by row: a permutation of 0 to width * height - 1. It is copied.
-    MaskOf { ranks: &'a [u32], width: u32, height: u32 },
+    MaskOf {
+        ranks: &'a [u32],
+        width: u32,
+        height: u32,
+    },
 }
 
 /// The name of one decision. [`crate::Path`] derives them for you.
@@ -155,15 +161,30 @@ impl Sampler {
         // SAFETY: a valid sampler, and room for 4 * count.
         Error::check(unsafe {
             sys::bn_sample_block(
-                self.pointer.as_ptr(), x.start, y.start, width, height, index.start, depth, domain.0,
-                samples.as_mut_ptr().cast(), 4 * count,
+                self.pointer.as_ptr(),
+                x.start,
+                y.start,
+                width,
+                height,
+                index.start,
+                depth,
+                domain.0,
+                samples.as_mut_ptr().cast(),
+                4 * count,
             )
         })?;
         Ok(Block { x, y, index, samples })
     }
 
     /// Sample `index[i]` of pixel `(x[i], y[i])` in `domain[i]` for each lane i of a wavefront, in any order.
-    pub fn sample_many(&self, x: &[i32], y: &[i32], index: &[u32], domain: &[Domain], out: &mut [[f32; 4]]) -> Result<(), Error> {
+    pub fn sample_many(
+        &self,
+        x: &[i32],
+        y: &[i32],
+        index: &[u32],
+        domain: &[Domain],
+        out: &mut [[f32; 4]],
+    ) -> Result<(), Error> {
         let count = out.len();
         if [x.len(), y.len(), index.len(), domain.len()] != [count; 4] {
             return Err(Error::SizeMismatch);
@@ -171,8 +192,15 @@ impl Sampler {
         // SAFETY: all have `count` elements; a Domain is a u32.
         Error::check(unsafe {
             sys::bn_sample_many(
-                self.pointer.as_ptr(), count, x.as_ptr(), y.as_ptr(), index.as_ptr(), domain.as_ptr().cast(), 4,
-                out.as_mut_ptr().cast(), 4 * count,
+                self.pointer.as_ptr(),
+                count,
+                x.as_ptr(),
+                y.as_ptr(),
+                index.as_ptr(),
+                domain.as_ptr().cast(),
+                4,
+                out.as_mut_ptr().cast(),
+                4 * count,
             )
         })
     }
@@ -184,7 +212,9 @@ impl Sampler {
         Error::check(unsafe { sys::bn_sampler_table_words(self.pointer.as_ptr(), null_mut(), 0, &mut count) })?;
         let mut words = vec![0; count];
         // SAFETY: room for `count`.
-        Error::check(unsafe { sys::bn_sampler_table_words(self.pointer.as_ptr(), words.as_mut_ptr(), count, null_mut()) })?;
+        Error::check(unsafe {
+            sys::bn_sampler_table_words(self.pointer.as_ptr(), words.as_mut_ptr(), count, null_mut())
+        })?;
         Ok(words)
     }
 }

@@ -12,7 +12,13 @@ impl C {
     fn new(kind: i32, seed: u64) -> C {
         let size = std::mem::size_of::<sys::bn_sampler_options>();
         let options = sys::bn_sampler_options {
-            struct_size: size, kind, samples_per_pixel: 0, seed, mask_ranks: null(), mask_width: 0, mask_height: 0,
+            struct_size: size,
+            kind,
+            samples_per_pixel: 0,
+            seed,
+            mask_ranks: null(),
+            mask_width: 0,
+            mask_height: 0,
         };
         let mut sampler = null_mut();
         assert_eq!(unsafe { sys::bn_sampler_create(&options, &mut sampler) }, sys::BN_SUCCESS);
@@ -43,7 +49,8 @@ const KINDS: [(Kind, i32); 5] = [
     (Kind::ZOrder { samples_per_pixel: 0 }, sys::BN_SAMPLER_ZORDER),
     (Kind::Mask, sys::BN_SAMPLER_MASK),
 ];
-const PLACES: [(i32, i32, u32); 5] = [(0, 0, 0), (3, 4, 5), (-7, 200, 300), (i32::MIN, i32::MAX, u32::MAX / 16), (64, -1, 16)];
+const PLACES: [(i32, i32, u32); 5] =
+    [(0, 0, 0), (3, 4, 5), (-7, 200, 300), (i32::MIN, i32::MAX, u32::MAX / 16), (64, -1, 16)];
 
 // What tests/install/rust_draws.c prints with an argument. They change only with the draws of libbn.
 const GOLDEN_ROOT: [u32; 4] = [0x78b90503, 0x10aca8b7, 0xb1e278ba, 0xac7ae932];
