@@ -6,6 +6,7 @@
 // depth the estimate is unbiased. The pixel filter is a box, and each sample contributes to its own
 // pixel only: splatting would correlate neighbours and spoil the blue noise.
 #include "integrator.h"
+#include <cstdlib>
 
 #include <optional>
 
@@ -60,7 +61,12 @@ Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCo
     const Draw u = counted_draw(sample, domains.ray, domains.dimensions, counters);
     const Vec2 pixel = {static_cast<float>(sample.x) + u.u[0],
                         static_cast<float>(sample.y) + u.u[1]};
-    return {sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
+    Path path{sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
+    if (integrator.moves)
+        path.ray.time = integrator.time_apart
+                            ? counted_draw(sample, integrator.camera, 4, counters).u[2]
+                            : u.u[2];
+    return path;
 }
 
 // ---- Light that a ray hits
@@ -166,7 +172,8 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const Vec3 scattered = material_eval(material, v.front, v.wo, wi);
     if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
     ++path.counters->rays;
-    if (occluded(*integrator.geometry, v.start(wi), shadow_ray_end(light, sample))) return;
+    if (occluded(*integrator.geometry, v.start(wi), shadow_ray_end(light, sample), path.ray.time))
+        return;
     const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
     const float weight = light_has_extent(light)
                              ? power_heuristic(pdf, material_pdf(material, v.front, v.wo, wi))
@@ -187,7 +194,7 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
         Vec2 u = pair23(path.u);
         if (bounce == 0 && integrator.first_light_apart) {
             ++path.counters->draws_2d;
-            u = pair01(draw_split(path.sample, integrator.first_light, count, k));
+            u = pair01(draw_split(path.sample, integrator.camera, count, k));
         }
         add_light_sample(integrator, path, v, material, u, count);
     }
@@ -219,7 +226,7 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         if (choices.u[1] >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;
     }
-    path.ray = {v.start(sample.wi), direction};
+    path.ray = {v.start(sample.wi), direction, path.ray.time};
     path.scatter_pdf = sample.pdf;
     path.seen_by_camera = path.seen_by_camera && material_is_smooth(material);
     return true;
@@ -229,17 +236,21 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
 
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
                              uint32_t max_depth) {
-    const bool lens = scene.camera.lens_radius > 0;
+    const bool lens = scene.camera.lens_radius > 0, moves = !scene.motions.empty();
+    const bool time_apart = lens || getenv("BN_TIME_APART");
+    const bool pair_taken = lens || (moves && !time_apart);
     Integrator result{&scene,
                       &geometry,
                       sampler,
                       max_depth,
                       {},
                       camera_domain(*sampler),
-                      lens || scene.light_samples > 1};
+                      pair_taken || scene.light_samples > 1,
+                      moves,
+                      time_apart};
     for (uint32_t ray = 0; ray <= max_depth; ++ray) {
         const bool with_light = !scene.lights.empty() && ray < max_depth;
-        const bool both = ray > 0 ? with_light : lens || (with_light && !result.first_light_apart);
+        const bool both = ray > 0 ? with_light : pair_taken || (with_light && !result.first_light_apart);
         const uint32_t domain = ray_domain(*sampler, ray);
         result.rays.push_back({domain, choices_domain(*sampler, domain), both ? 4 : 2});
     }

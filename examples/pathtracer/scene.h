@@ -35,6 +35,8 @@ struct Scene {
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // for smooth shading: one per vertex, or none. Zero length
                                // means the triangle's own normal
+    std::vector<Vec3> motions; // of each vertex while the shutter is open, on a straight line, or
+                               // none if all stands still. Lights do not move
     std::vector<Vec2> texture_coordinates[2]; // two sets, each one per vertex, or none
     std::vector<Vec3> colours;                // likewise; linear
     std::vector<Triangle> triangles;

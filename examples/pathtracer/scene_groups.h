@@ -9,6 +9,7 @@ Scene scene_cornell();
 Scene scene_penumbra();
 Scene scene_glossy();
 Scene scene_lens();
+Scene scene_motion();
 
 // scene_indirect.cpp
 Scene scene_glass();
