@@ -8,6 +8,7 @@
 #include "integrator.h"
 #include <cstdlib>
 
+#include <limits>
 #include <optional>
 
 #include "distribution.h"
@@ -48,6 +49,7 @@ struct Path {
     // rays.
     float scatter_pdf = 1, light_samples = 0;
     bool seen_by_camera = true; // directly, or through mirrors and smooth glass
+    bool ends = false;          // where it arrives: only lights are still added
 };
 
 Draw counted_draw(const PixelSample &sample, uint32_t domain, int dimensions,
@@ -107,7 +109,7 @@ void add_emission(const Scene &scene, Path &path, const Hit &hit) {
     add_found_light(path, pdf, emitted);
 }
 
-// ---- The surface that a ray hits
+// ---- The surface that a ray hits, or the particle
 
 struct Vertex {
     Vec3 point;
@@ -152,6 +154,28 @@ const Material &material_of_hit(const Scene &scene, const Hit &hit,
     return *textured;
 }
 
+// How far the path's ray flies through the medium until it meets a particle before `end`, or
+// infinity. Loop 0 of a ray; loop k + 1 is for light sample k where it ends.
+float free_flight(const Integrator &integrator, const Path &path, uint32_t bounce, float end) {
+    const uint32_t ray = integrator.rays[bounce].ray;
+    LoopNumbers numbers =
+        loop_start(path.sample, loop_domain(*integrator.sampler, ray, 0));
+    ++path.counters->draws_4d;
+    return medium_free_flight(*integrator.scene->medium, path.ray, end, numbers);
+}
+
+// A particle is a vertex whose normal points back along the ray: its material needs no other.
+Vertex vertex_in_medium(const Ray &ray, float distance) {
+    Vertex v{};
+    v.point = ray.origin + distance * ray.direction;
+    v.distance = distance;
+    v.front = true;
+    v.normal = v.shading_normal = -ray.direction;
+    v.frame = frame_around(v.normal);
+    v.wo = {0, 0, 1};
+    return v;
+}
+
 // ---- Next event estimation
 
 // The sampled point, moved off the light to the side that emits towards the surface.
@@ -161,9 +185,10 @@ Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the contribution of one of `count` light samples, chosen by u.
+// Adds the contribution of one of `count` light samples, chosen by u. `loop` is the domain of a
+// walk to it.
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
-                      const Material &material, Vec2 u, uint32_t count) {
+                      const Material &material, Vec2 u, uint32_t count, uint32_t loop) {
     const Scene &scene = *integrator.scene;
     const Light &light = choose_light(scene, u);
     const LightSample sample = light_sample(light, v.point, u);
@@ -172,8 +197,15 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const Vec3 scattered = material_eval(material, v.front, v.wo, wi);
     if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
     ++path.counters->rays;
-    if (occluded(*integrator.geometry, v.start(wi), shadow_ray_end(light, sample), path.ray.time))
-        return;
+    const Ray shadow = {v.start(wi), sample.direction, path.ray.time};
+    const Vec3 end = shadow_ray_end(light, sample);
+    if (occluded(*integrator.geometry, shadow.origin, end, shadow.time)) return;
+    float passed = 1;
+    if (scene.medium) {
+        LoopNumbers numbers = loop_start(path.sample, loop);
+        ++path.counters->draws_4d;
+        passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), numbers);
+    }
     const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
     const float weight = light_has_extent(light)
                              ? power_heuristic(pdf, material_pdf(material, v.front, v.wo, wi))
@@ -181,7 +213,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const Vec3 emitted = light.mapped
                              ? emission_at(scene, {light.triangle, sample.place.x, sample.place.y})
                              : sample.radiance;
-    path.radiance += (weight / pdf) * (path.throughput * scattered * emitted);
+    path.radiance += (passed * weight / pdf) * (path.throughput * scattered * emitted);
 }
 
 // Adds a vertex's light samples. Returns how many.
@@ -196,7 +228,8 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
             ++path.counters->draws_2d;
             u = pair01(draw_split(path.sample, integrator.camera, count, k));
         }
-        add_light_sample(integrator, path, v, material, u, count);
+        const uint32_t loop = loop_domain(*integrator.sampler, integrator.rays[bounce].ray, k + 1);
+        add_light_sample(integrator, path, v, material, u, count, loop);
     }
     return count;
 }
@@ -266,27 +299,43 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
         ++counters.rays;
-        if (!intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit)) {
-            add_environment(scene, path);
-            break;
-        }
-        add_emission(scene, path, hit);
+        const bool met = intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit);
+        const float infinite = std::numeric_limits<float>::infinity();
+        const float flight = scene.medium ? free_flight(integrator, path, bounce,
+                                                        met ? hit.distance : infinite)
+                                          : infinite;
+        const bool in_medium = flight < infinite;
         std::optional<Material> textured;
-        const Material &material = material_of_hit(scene, hit, textured);
-        const Vertex vertex = vertex_at(scene, path.ray, hit);
-        if (bounce == 0) {
+        const Material *material = nullptr;
+        Vertex vertex;
+        if (met && (bounce == 0 || !in_medium)) {
+            material = &material_of_hit(scene, hit, textured);
+            vertex = vertex_at(scene, path.ray, hit);
+        }
+        if (bounce == 0 && met) {
+            // What lies behind fog, too: it has no noise, and denoisers want none.
             result.hit = true;
-            result.albedo = material_albedo(material);
+            result.albedo = material_albedo(*material);
             result.normal = vertex.shading_normal;
             result.depth = dot(vertex.point - camera.position, camera.forward);
         }
+        if (in_medium) {
+            material = &scene.medium->material;
+            vertex = vertex_in_medium(path.ray, flight);
+        } else if (met) {
+            add_emission(scene, path, hit);
+        } else {
+            add_environment(scene, path);
+        }
+        if (path.ends || !(met || in_medium)) break;
         if (bounce == integrator.max_depth) {
             counters.cut_off += static_cast<double>(luminance(path.throughput));
             break;
         }
         if (!(vertex.wo.z > 0)) break;
-        const uint32_t count = add_light_samples(integrator, path, vertex, material, bounce);
-        if (!scatter(integrator, path, vertex, material, bounce)) break;
+        const uint32_t count = add_light_samples(integrator, path, vertex, *material, bounce);
+        if (!scatter(integrator, path, vertex, *material, bounce)) break;
+        path.ends = in_medium && scene.single_scatter;
         path.light_samples = static_cast<float>(count); // 0 after a mirror
     }
     result.radiance = path.radiance;

@@ -15,7 +15,7 @@ struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
     const Sampler *sampler;
-    uint32_t max_depth; // surface bounces; 0 shows lights only
+    uint32_t max_depth; // bounces, off surfaces and in a medium; 0 shows lights only
     struct RayDomains {
         uint32_t ray, choices;
         int dimensions; // drawn from `ray`: 4 if it also serves the light or the lens

@@ -25,7 +25,8 @@ Extent extent_of(const Scene &scene) {
     };
     for (const Vec3 v : scene.vertices) include(v);
     for (size_t i = 0; i < scene.motions.size(); ++i) include(scene.vertices[i] + scene.motions[i]);
-    if (scene.vertices.empty()) e = {{0, 0, 0}, {0, 0, 0}};
+    if (scene.medium) include(scene.medium->low), include(scene.medium->high);
+    if (!(e.low.x <= e.high.x)) e = {{0, 0, 0}, {0, 0, 0}};
     return e;
 }
 
@@ -181,6 +182,7 @@ const std::vector<SceneEntry> &scene_entries() {
         {"motion", "things that move in many directions while the shutter is open", scene_motion},
         {"glass", "smooth and rough glass: light that only scattered rays find", scene_glass},
         {"interior", "a room lit through a small window: many bounces", scene_interior},
+        {"fog", "two lamps in drifting fog, whose beams pillars cut", scene_fog},
         {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
     };
     return entries;
@@ -191,6 +193,7 @@ namespace {
 void finish_chosen(Scene &scene, const SceneOptions &options) {
     scene_choose_camera(scene, options.camera);
     for (Material &material : scene.materials) material.single_scatter = options.single_scatter;
+    scene.single_scatter = options.single_scatter;
     scene_finish(scene);
 }
 

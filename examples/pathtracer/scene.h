@@ -10,6 +10,7 @@
 #include "camera.h"
 #include "light.h"
 #include "material.h"
+#include "medium.h"
 #include "surface_maps.h"
 #include "texture.h"
 
@@ -48,6 +49,8 @@ struct Scene {
     bool has_single_sided = false; // any material is
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // null: rays that escape see black
+    std::shared_ptr<const Medium> medium;           // null: all of space is clear
+    bool single_scatter = false;                    // the medium scatters a path once at most
     uint32_t light_samples = 1;                     // at a path's first surface; one at all others
 
     // Set by scene_finish.

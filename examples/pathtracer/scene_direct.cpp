@@ -224,7 +224,7 @@ Scene scene_motion() {
     }
 
     // A pinwheel: its post stands still.
-    const Vec3 hub = {-1.35f, 1.35f, -0.35f};
+    const Vec3 hub = {-1.22f, 1.35f, -0.35f};
     add_bar(scene, dark, {hub.x, 0, hub.z - 0.08f}, hub - Vec3{0, 0, 0.08f}, 0.03f);
     first = scene.vertices.size();
     for (int i = 0; i < 6; ++i) {

@@ -15,3 +15,6 @@ Scene scene_motion();
 Scene scene_glass();
 Scene scene_interior();
 Scene scene_furnace();
+
+// scene_fog.cpp
+Scene scene_fog();

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walks through a medium: from block to block, and within each by exponential steps.
+#include "medium.h"
+
+#include <limits>
+
+namespace {
+
+constexpr float INFINITE = std::numeric_limits<float>::infinity();
+
+struct Axes {
+    float at[3];
+};
+
+Axes axes(Vec3 v) {
+    return {{v.x, v.y, v.z}};
+}
+
+size_t index_of(const int (&size)[3], int x, int y, int z) {
+    return (static_cast<size_t>(z) * static_cast<size_t>(size[1]) + static_cast<size_t>(y)) *
+               static_cast<size_t>(size[0]) +
+           static_cast<size_t>(x);
+}
+
+// The largest density that interpolation can give in a block, which reads one cell beyond it.
+float majorant_of(const Medium &m, const int (&block)[3]) {
+    int first[3], last[3];
+    for (int i = 0; i < 3; ++i) {
+        first[i] = std::max(block[i] * Medium::BLOCK - 1, 0);
+        last[i] = std::min((block[i] + 1) * Medium::BLOCK, m.size[i] - 1);
+    }
+    float most = 0;
+    for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+            for (int x = first[0]; x <= last[0]; ++x)
+                most = std::max(most, m.density[index_of(m.size, x, y, z)]);
+    return most;
+}
+
+// Calls visit(from, to, majorant) for each block that the ray crosses before `end`, in order, until
+// it returns false (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987).
+template <typename Visit>
+void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
+    const Axes origin = axes(ray.origin), direction = axes(ray.direction);
+    const Axes low = axes(m.low), high = axes(m.high);
+    float from = 0;
+    for (int i = 0; i < 3; ++i) {
+        if (direction.at[i] == 0) {
+            if (!(origin.at[i] >= low.at[i] && origin.at[i] <= high.at[i])) return;
+            continue;
+        }
+        const float a = (low.at[i] - origin.at[i]) / direction.at[i];
+        const float b = (high.at[i] - origin.at[i]) / direction.at[i];
+        from = std::max(from, std::min(a, b));
+        end = std::min(end, std::max(a, b));
+    }
+    if (!(from < end)) return;
+
+    int block[3], step[3];
+    float next[3], length[3]; // where the ray leaves the block on each axis, and crosses one
+    for (int i = 0; i < 3; ++i) {
+        const float side = (high.at[i] - low.at[i]) * Medium::BLOCK / static_cast<float>(m.size[i]);
+        const float place = (origin.at[i] + from * direction.at[i] - low.at[i]) / side;
+        block[i] = std::clamp(static_cast<int>(place), 0, m.blocks[i] - 1);
+        step[i] = direction.at[i] < 0 ? -1 : 1;
+        const float face =
+            low.at[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
+        const bool crosses = direction.at[i] != 0;
+        next[i] = crosses ? (face - origin.at[i]) / direction.at[i] : INFINITE;
+        length[i] = crosses ? side / std::abs(direction.at[i]) : INFINITE;
+    }
+    while (from < end) {
+        const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
+        const float to = std::min(next[axis], end);
+        if (to > from) {
+            if (!visit(from, to, m.majorants[index_of(m.blocks, block[0], block[1], block[2])]))
+                return;
+            from = to;
+        }
+        block[axis] += step[axis];
+        if (block[axis] < 0 || block[axis] >= m.blocks[axis]) return;
+        next[axis] += length[axis];
+    }
+}
+
+// Calls meet(distance, share of the density in the majorant) at each meeting, real or not, until it
+// returns false.
+template <typename Meet>
+void meetings(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers, Meet meet) {
+    // Meetings are apart by exponentially distributed amounts of majorant times length, which go on
+    // from block to block: a number decides one meeting, however many blocks lie before it.
+    float left = -1;
+    walk(medium, ray, end, [&](float from, float to, float majorant) {
+        if (left < 0) left = -std::log(1 - loop_next(numbers));
+        while (left < majorant * (to - from)) {
+            from += left / majorant;
+            const Vec3 point = ray.origin + from * ray.direction;
+            if (!meet(from, medium_density(medium, point) / majorant)) return false;
+            left = -std::log(1 - loop_next(numbers));
+        }
+        left -= majorant * (to - from);
+        return true;
+    });
+}
+
+} // namespace
+
+Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, float anisotropy,
+                     const std::function<float(Vec3)> &density) {
+    Medium m{};
+    m.low = low;
+    m.high = high;
+    m.material.kind = Material::PHASE;
+    m.material.albedo = albedo;
+    m.material.anisotropy = anisotropy;
+    for (int i = 0; i < 3; ++i) {
+        m.size[i] = size[i];
+        m.blocks[i] = (size[i] + Medium::BLOCK - 1) / Medium::BLOCK;
+    }
+    const auto middle = [](int i, int count, float a, float b) {
+        return a + (b - a) * (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
+    };
+    for (int z = 0; z < size[2]; ++z)
+        for (int y = 0; y < size[1]; ++y)
+            for (int x = 0; x < size[0]; ++x)
+                m.density.push_back(density({middle(x, size[0], low.x, high.x),
+                                             middle(y, size[1], low.y, high.y),
+                                             middle(z, size[2], low.z, high.z)}));
+    for (int z = 0; z < m.blocks[2]; ++z)
+        for (int y = 0; y < m.blocks[1]; ++y)
+            for (int x = 0; x < m.blocks[0]; ++x)
+                m.majorants.push_back(majorant_of(m, {x, y, z}));
+    return m;
+}
+
+float medium_density(const Medium &m, Vec3 point) {
+    const Axes p = axes(point), low = axes(m.low), high = axes(m.high);
+    int before[3], after[3];
+    float rest[3];
+    for (int i = 0; i < 3; ++i) {
+        const auto count = static_cast<float>(m.size[i]);
+        const float place = (p.at[i] - low.at[i]) / (high.at[i] - low.at[i]) * count - 0.5f;
+        const float inside = std::clamp(place, 0.0f, count - 1);
+        before[i] = static_cast<int>(inside);
+        after[i] = std::min(before[i] + 1, m.size[i] - 1);
+        rest[i] = inside - static_cast<float>(before[i]);
+    }
+    const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+    const auto row = [&](int y, int z) {
+        return mix(m.density[index_of(m.size, before[0], y, z)],
+                   m.density[index_of(m.size, after[0], y, z)], rest[0]);
+    };
+    return mix(mix(row(before[1], before[2]), row(after[1], before[2]), rest[1]),
+               mix(row(before[1], after[2]), row(after[1], after[2]), rest[1]), rest[2]);
+}
+
+float medium_free_flight(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
+    float found = INFINITE;
+    meetings(medium, ray, end, numbers, [&](float distance, float share) {
+        if (loop_next(numbers) >= share) return true;
+        found = distance;
+        return false;
+    });
+    return found;
+}
+
+float medium_transmittance(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
+    float passed = 1;
+    meetings(medium, ray, end, numbers, [&](float, float share) {
+        passed *= std::max(1 - share, 0.0f);
+        return passed > 0;
+    });
+    return passed;
+}
+
+float phase_pdf(float g, Vec3 wi) {
+    const float squared = std::max(1 + g * g + 2 * g * wi.z, 1e-12f);
+    return (1 - g * g) / (4 * PI * squared * std::sqrt(squared));
+}
+
+Vec3 phase_sample(float g, Vec2 u) {
+    // A disc's squared radius is uniform, and its angle keeps neighbours together.
+    const Vec2 d = square_to_disc(u);
+    const float squared = std::min(d.x * d.x + d.y * d.y, 1.0f);
+    float cosine = 2 * squared - 1;
+    if (std::abs(g) > 1e-3f) {
+        const float root = (1 - g * g) / (1 + g - 2 * g * squared);
+        cosine = std::clamp((root * root - 1 - g * g) / (2 * g), -1.0f, 1.0f);
+    }
+    const float sine = std::sqrt(1 - cosine * cosine);
+    const float scale = squared > 0 ? sine / std::sqrt(squared) : 0;
+    return {scale * d.x, scale * d.y, cosine};
+}
