@@ -5,7 +5,7 @@
 
 namespace {
 
-constexpr Vec3 FOG_LOW = {-6, -0.1f, -7}, FOG_HIGH = {6, 5.9f, 7};
+constexpr Vec3 FOG_LOW = {-6, -0.1f, -6}, FOG_HIGH = {6, 4.4f, 6};
 
 // Banks of fog over the ground: thinner with height, torn by waves that bend each other.
 float fog_density(Vec3 p) {
@@ -15,47 +15,42 @@ float fog_density(Vec3 p) {
     const float waves = std::sin(1.3f * q.x + 0.3f) * std::sin(1.5f * q.y) * std::sin(1.2f * q.z) +
                         0.5f * std::sin(2.9f * q.x + q.z) * std::sin(3.1f * q.z - q.y + 1) +
                         0.25f * std::sin(6.1f * q.y + q.x) * std::sin(5.7f * q.z + 2.1f * q.x);
-    const float torn = std::max(0.35f + 0.8f * waves, 0.03f);
-    return 0.26f * torn * std::exp(-std::max(p.y, 0.0f) / 1.9f) + 0.015f;
+    const float torn = std::max(0.45f + 0.7f * waves, 0.04f);
+    return 0.16f * torn * std::exp(-std::max(p.y, 0.0f) / 1.8f) + 0.012f;
 }
 
 } // namespace
 
-// A colonnade at night: a warm lamp behind the pillars and a cold one high on the right, in drifting
+// A pergola at night: a warm lamp behind it and a cold one on the right, both high above drifting
 // fog. Included because how far a ray flies is one more decision at every vertex, and how much light
 // a shadow ray brings another: loops that take as many numbers as it happens.
 Scene scene_fog() {
     Scene scene;
-    scene.camera = camera_look_at({0.4f, 1.7f, 8.2f}, {0, 1.25f, 0}, {0, 1, 0}, 0.296f);
+    scene.camera = camera_look_at({-0.6f, 2.0f, 8.8f}, {0, 1.2f, 0}, {0, 1, 0}, 0.265f);
     scene.medium = std::make_shared<Medium>(
-        medium_create(FOG_LOW, FOG_HIGH, {96, 48, 112}, {0.92f, 0.94f, 0.96f}, 0.45f, fog_density));
+        medium_create(FOG_LOW, FOG_HIGH, {96, 40, 96}, {0.92f, 0.94f, 0.96f}, 0.5f, fog_density));
 
     const uint32_t stone = add_diffuse(scene, {0.42f, 0.38f, 0.33f});
-    const uint32_t ground = add_diffuse(scene, {0.26f, 0.25f, 0.24f});
+    const uint32_t ground = add_diffuse(scene, {0.28f, 0.26f, 0.24f});
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
     add_quad(scene, ground, {-40, 0, 40}, {40, 0, 40}, {40, 0, -40}, {-40, 0, -40});
 
-    add_light_towards(scene, black, {260, 150, 62}, {-0.9f, 1.5f, -4.4f}, {0.3f, 1.0f, 3}, 0.4f, 0.6f);
-    add_light_towards(scene, black, {60, 92, 150}, {4.6f, 5.2f, -1.2f}, {-0.6f, 0, 1.2f}, 0.7f, 0.7f);
+    add_light_towards(scene, black, {1700, 950, 400}, {-4.2f, 7.6f, -6.5f}, {0.2f, 0.8f, 0}, 0.7f, 0.7f);
+    add_light_towards(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f, 0.8f);
 
-    // Two rows of pillars with a beam across each, and steps before them.
-    const auto box = [&](Vec3 middle, Vec3 half, float turn) {
-        const float c = std::cos(turn), s = std::sin(turn);
-        add_box(scene, stone, middle, {half.x * c, 0, -half.x * s}, {0, half.y, 0},
-                {half.z * s, 0, half.z * c});
+    const auto box = [&](Vec3 middle, Vec3 half) {
+        add_box(scene, stone, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
     };
     for (int row = 0; row < 2; ++row) {
-        const float z = -2.6f + 2.4f * static_cast<float>(row);
-        for (int i = 0; i < 6; ++i) {
-            const float x = -3.1f + 1.24f * static_cast<float>(i) + 0.3f * static_cast<float>(row);
-            box({x, 1.3f, z}, {0.15f, 1.3f, 0.15f}, 0.1f * static_cast<float>(i));
-            box({x, 2.66f, z}, {0.24f, 0.06f, 0.24f}, 0);
+        const float z = row == 0 ? -1.6f : 1.2f;
+        for (int i = 0; i < 4; ++i) {
+            const float x = -2.55f + 1.7f * static_cast<float>(i);
+            box({x, 1.2f, z}, {0.11f, 1.2f, 0.11f});
+            box({x, 0.07f, z}, {0.19f, 0.07f, 0.19f});
         }
-        box({0.15f, 2.85f, z}, {3.8f, 0.13f, 0.2f}, 0);
+        box({0, 2.5f, z}, {2.9f, 0.1f, 0.12f});
     }
-    for (int i = 0; i < 3; ++i) {
-        const float step = static_cast<float>(i);
-        box({0.2f, 0.05f + 0.1f * (2 - step), 0.7f + 0.35f * step}, {3.4f, 0.05f + 0.1f * (2 - step), 0.18f}, 0);
-    }
+    for (int i = 0; i < 9; ++i)
+        box({-2.72f + 0.68f * static_cast<float>(i), 2.66f, -0.2f}, {0.16f, 0.06f, 1.9f});
     return scene;
 }
