@@ -22,22 +22,25 @@ size_t index_of(const int (&size)[3], int x, int y, int z) {
            static_cast<size_t>(x);
 }
 
-// The largest density that interpolation can give in a block, which reads one cell beyond it.
-float majorant_of(const Medium &m, const int (&block)[3]) {
+// The least and the largest density that interpolation can give in a block: it reads one cell
+// beyond the block.
+Medium::Range range_of(const Medium &m, const int (&block)[3]) {
     int first[3], last[3];
     for (int i = 0; i < 3; ++i) {
         first[i] = std::max(block[i] * Medium::BLOCK - 1, 0);
         last[i] = std::min((block[i] + 1) * Medium::BLOCK, m.size[i] - 1);
     }
-    float most = 0;
+    Medium::Range range = {INFINITE, 0};
     for (int z = first[2]; z <= last[2]; ++z)
         for (int y = first[1]; y <= last[1]; ++y)
-            for (int x = first[0]; x <= last[0]; ++x)
-                most = std::max(most, m.density[index_of(m.size, x, y, z)]);
-    return most;
+            for (int x = first[0]; x <= last[0]; ++x) {
+                const float density = m.density[index_of(m.size, x, y, z)];
+                range = {std::min(range.least, density), std::max(range.most, density)};
+            }
+    return range;
 }
 
-// Calls visit(from, to, majorant) for each block that the ray crosses before `end`, in order, until
+// Calls visit(from, to, range) for each block that the ray crosses before `end`, in order, until
 // it returns false (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987).
 template <typename Visit>
 void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
@@ -70,10 +73,11 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
         length[i] = crosses ? side / std::abs(direction.at[i]) : INFINITE;
     }
     while (from < end) {
-        const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
+        const int axis =
+            next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
         const float to = std::min(next[axis], end);
         if (to > from) {
-            if (!visit(from, to, m.majorants[index_of(m.blocks, block[0], block[1], block[2])]))
+            if (!visit(from, to, m.ranges[index_of(m.blocks, block[0], block[1], block[2])]))
                 return;
             from = to;
         }
@@ -83,25 +87,26 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     }
 }
 
-// Calls meet(distance, share of the density in the majorant) at each meeting, real or not, until it
-// returns false.
-template <typename Meet>
-void meetings(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers, Meet meet) {
-    // Meetings are apart by exponentially distributed amounts of majorant times length, which go on
-    // from block to block: a number decides one meeting, however many blocks lie before it.
-    float left = -1;
-    walk(medium, ray, end, [&](float from, float to, float majorant) {
-        if (left < 0) left = -std::log(1 - loop_next(numbers));
-        while (left < majorant * (to - from)) {
-            from += left / majorant;
-            const Vec3 point = ray.origin + from * ray.direction;
-            if (!meet(from, medium_density(medium, point) / majorant)) return false;
-            left = -std::log(1 - loop_next(numbers));
+// Meetings are apart by exponentially distributed amounts of rate times length, which go on from
+// block to block: a number decides one meeting, however many blocks lie before it.
+struct Meetings {
+    LoopNumbers *numbers;
+    float left = -1; // until the next meeting; below 0: not drawn yet
+
+    // Calls meet(distance) at each meeting from `from` to `to`, until it returns false.
+    template <typename Meet>
+    bool operator()(float from, float to, float rate, Meet meet) {
+        if (!(rate > 0)) return true;
+        if (left < 0) left = -std::log(1 - loop_next(*numbers));
+        while (left < rate * (to - from)) {
+            from += left / rate;
+            if (!meet(from)) return false;
+            left = -std::log(1 - loop_next(*numbers));
         }
-        left -= majorant * (to - from);
+        left -= rate * (to - from);
         return true;
-    });
-}
+    }
+};
 
 } // namespace
 
@@ -129,7 +134,7 @@ Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, flo
     for (int z = 0; z < m.blocks[2]; ++z)
         for (int y = 0; y < m.blocks[1]; ++y)
             for (int x = 0; x < m.blocks[0]; ++x)
-                m.majorants.push_back(majorant_of(m, {x, y, z}));
+                m.ranges.push_back(range_of(m, {x, y, z}));
     return m;
 }
 
@@ -156,21 +161,31 @@ float medium_density(const Medium &m, Vec3 point) {
 
 float medium_free_flight(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
     float found = INFINITE;
-    meetings(medium, ray, end, numbers, [&](float distance, float share) {
-        if (loop_next(numbers) >= share) return true;
-        found = distance;
-        return false;
+    Meetings meetings{&numbers};
+    walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
+        return meetings(from, to, range.most, [&](float distance) {
+            const float density = medium_density(medium, ray.origin + distance * ray.direction);
+            if (loop_next(numbers) * range.most >= density) return true;
+            found = distance;
+            return false;
+        });
     });
     return found;
 }
 
 float medium_transmittance(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
-    float passed = 1;
-    meetings(medium, ray, end, numbers, [&](float, float share) {
-        passed *= std::max(1 - share, 0.0f);
-        return passed > 0;
+    float passed = 1, even = 0;
+    Meetings meetings{&numbers};
+    walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
+        even += range.least * (to - from);
+        const float rate = range.most - range.least;
+        return meetings(from, to, rate, [&](float distance) {
+            const float density = medium_density(medium, ray.origin + distance * ray.direction);
+            passed *= std::clamp((range.most - density) / rate, 0.0f, 1.0f);
+            return passed > 0;
+        });
     });
-    return passed;
+    return passed * std::exp(-even);
 }
 
 float phase_pdf(float g, Vec3 wi) {

@@ -3,13 +3,14 @@
 // and absorb light, the same at every wavelength but for the colour of what they scatter.
 //
 // Density is extinction: the mean number of particles that a ray meets per unit of length. Nothing
-// integrates it. Both functions below walk along the ray as if the medium had a larger, constant
-// density, its majorant, and sort out afterwards what they met: a share of density / majorant of
-// all meetings is real. Medium_free_flight decides each by chance (Woodcock et al., "Techniques
-// Used in the GEM Code for Monte Carlo Neutronics Calculations", 1965), medium_transmittance
-// multiplies by the share that is not (Novak, Selle and Jarosz, "Residual Ratio Tracking for
-// Estimating Attenuation in Participating Media", 2014). Both are unbiased whatever the majorant;
-// each block of cells has its own, so that few meetings are in vain.
+// integrates it. A walk goes along the ray as if the density were a larger one that is constant in
+// each block of cells, and sorts out what it met there. medium_free_flight decides by chance whether
+// a meeting is real (Woodcock et al., "Techniques Used in the GEM Code for Monte Carlo Neutronics
+// Calculations", 1965). medium_transmittance takes what a block has everywhere from the exponential
+// law, and meets the rest alone, multiplying by the share that is not real (Novak, Selle and Jarosz,
+// "Residual Ratio Tracking for Estimating Attenuation in Participating Media", 2014). Both are
+// unbiased. The tighter the blocks, the fewer meetings are in vain, and the more the first numbers
+// of a walk decide: those are the good ones.
 //
 // How many numbers a walk takes is not known before: it draws from a loop (sampler.h).
 #pragma once
@@ -22,14 +23,17 @@
 #include "sampler.h"
 
 struct Medium {
-    static constexpr int BLOCK = 8; // cells, each way
-    Vec3 low, high;                 // corners of the box
-    int size[3];                    // in cells
-    std::vector<float> density;     // at the middle of each cell; x changes fastest, then y.
-                                    // Linear in between, constant half a cell inside the box
+    static constexpr int BLOCK = 4; // cells, each way
+    struct Range {
+        float least, most; // density
+    };
+    Vec3 low, high;             // corners of the box
+    int size[3];                // in cells
+    std::vector<float> density; // at the middle of each cell; x changes fastest, then y.
+                                // Linear in between, constant in the outer halves of cells
     int blocks[3];
-    std::vector<float> majorants; // of each block
-    Material material;            // how particles scatter: PHASE
+    std::vector<Range> ranges; // of each block
+    Material material;         // how particles scatter: PHASE
 };
 
 // Fills a box with size[0] x size[1] x size[2] cells of density(point) >= 0. `albedo` is the share

@@ -113,6 +113,14 @@ void test_even_medium() {
             medium_free_flight(medium, {{-1, 0.5f, 0.5f}, {1, 0, 0}}, 1e9f, numbers);
         for (int k = 0; k < 4; ++k) passed[k].add(distance - 1 > static_cast<float>(2 * k + 1));
     }
+    LoopNumbers none = loop_start({sampler.get(), 3, 5, 7}, 78);
+    const Ray along = {{-1, 0.5f, 0.5f}, {1, 0, 0}};
+    for (const float end : {0.5f, 2.0f, 7.0f, 50.0f}) {
+        const float depth = 0.5f * std::clamp(end - 1, 0.0f, 10.0f);
+        const float share = medium_transmittance(medium, along, end, none);
+        CHECK(std::abs(share / std::exp(-depth) - 1) < 1e-5f && none.drawn == 0,
+              "%g passes as far as %g", static_cast<double>(share), static_cast<double>(end));
+    }
     for (int k = 0; k < 4; ++k) check_mean(passed[k], std::exp(-0.5 * (2 * k + 1)), "exponential");
 }
 
@@ -133,13 +141,13 @@ void test_rays_that_miss() {
     CHECK(numbers.drawn == 0, "%u numbers drawn", numbers.drawn);
 }
 
-// No density exceeds the majorant of its block; more would be light from nothing.
-void test_majorants() {
+// No density is outside the range of its block: that would be light from nothing.
+void test_ranges() {
     const Scene fog = scene_entries()[7].build();
     CHECK(fog.medium != nullptr, "%s has no medium", scene_entries()[7].name);
     const Medium &m = *fog.medium;
     Random random{3};
-    double most = 0;
+    double loose = 0, mean = 0;
     for (int i = 0; i < 400000; ++i) {
         const float u[3] = {random(), random(), random()};
         const Vec3 size = m.high - m.low;
@@ -150,11 +158,15 @@ void test_majorants() {
             index = index * static_cast<size_t>(m.blocks[axis]) +
                     static_cast<size_t>(cell / Medium::BLOCK);
         }
-        const float share = medium_density(m, p) / m.majorants[index];
-        CHECK(share >= 0 && share <= 1.0001f, "%g of the majorant", static_cast<double>(share));
-        most = std::max(most, static_cast<double>(share));
+        const Medium::Range range = m.ranges[index];
+        const float density = medium_density(m, p), rounding = 1e-5f * range.most;
+        CHECK(density >= range.least - rounding && density <= range.most + rounding,
+              "%g, not from %g to %g", static_cast<double>(density),
+              static_cast<double>(range.least), static_cast<double>(range.most));
+        loose += static_cast<double>(range.most - range.least) / 400000;
+        mean += static_cast<double>(density) / 400000;
     }
-    CHECK(most > 0.9, "majorants are loose: %g", most);
+    CHECK(loose < 1.2 * mean, "the ranges are as wide as %g, the mean is %g", loose, mean);
 }
 
 // The phase function is a density, samples follow it, and its mean cosine is the anisotropy.
@@ -332,7 +344,7 @@ int main() {
     test_walks_against_integrals("blue");
     test_even_medium();
     test_rays_that_miss();
-    test_majorants();
+    test_ranges();
     test_phase();
     test_absorption();
     test_furnace();

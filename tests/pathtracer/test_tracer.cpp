@@ -96,7 +96,8 @@ Scene transformed(Scene scene, double scale, double shift_in_sizes) {
         medium.low = move(medium.low);
         medium.high = move(medium.high);
         for (float &density : medium.density) density = density / factor;
-        for (float &majorant : medium.majorants) majorant = majorant / factor;
+        for (Medium::Range &range : medium.ranges)
+            range = {range.least / factor, range.most / factor};
         scene.medium = std::make_shared<Medium>(std::move(medium));
     }
     scene.camera.position = move(scene.camera.position);
