@@ -23,7 +23,7 @@ struct Integrator {
     std::vector<RayDomains> rays; // the camera's, and one for each of max_depth bounces
     uint32_t camera;        // domain of what only the camera's ray draws: (0,1) light, (2) time
     bool first_light_apart; // drawn from `camera`, as the camera ray's pair is taken
-    bool moves, time_apart; // whether anything moves, and whether time is drawn from `camera`
+    bool moves;             // paths have a time, drawn from `camera`
 };
 
 Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,

@@ -6,7 +6,8 @@
 //     camera ray      (0,1) position in the pixel   (2,3) light where it ends, or lens
 //     scattered ray   (0,1) direction               (2,3) light where it ends
 //       choices       (0) lobe of rough glass       (1) roulette
-//     first light     (0,1), if the lens has taken its place or it is split
+//     camera          (0,1) first light, if the lens has taken its place or it is split
+//                     (2) time, where things move
 //     loops           four numbers, and then a generator: free flight, transmittance
 //
 // So one domain serves a ray: its direction, and the point on a light that is tried where it ends.
@@ -85,7 +86,7 @@ inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
     return sampler.peer ? 4 * (ray < BN_PATH_CAMERA_KEY ? ray : ray + 1)
                         : bn_path_ray_domain(bn_path_start(0, 0, 0, 0), ray);
 }
-// Dimensions (0, 1) are for the first light where it is apart.
+// Dimensions (0, 1) are for the first light where it is apart, (2) is for time.
 inline uint32_t camera_domain(const Sampler &sampler) {
     return sampler.peer ? 4 * BN_PATH_CAMERA_KEY
                         : bn_path_camera_domain(bn_path_start(0, 0, 0, 0));
