@@ -67,8 +67,7 @@ Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCo
     // the pixel, so it could take the second pair of ray 0, as a lens does. In the scene `motion`
     // that was no better: the light keeps the pair, and errors after a blur are a hundredth smaller
     // over 1 to 64 samples, single pixels' up to a tenth.
-    if (integrator.moves)
-        path.ray.time = counted_draw(sample, integrator.camera, 4, counters).u[2];
+    if (integrator.moves) path.ray.time = counted_draw(sample, integrator.camera, 4, counters).u[2];
     return path;
 }
 
@@ -298,9 +297,9 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         ++counters.rays;
         const bool met = intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit);
         const float infinite = std::numeric_limits<float>::infinity();
-        const float flight = scene.medium ? free_flight(integrator, path, bounce,
-                                                        met ? hit.distance : infinite)
-                                          : infinite;
+        const float flight =
+            scene.medium ? free_flight(integrator, path, bounce, met ? hit.distance : infinite)
+                         : infinite;
         const bool in_medium = flight < infinite;
         std::optional<Material> textured;
         const Material *material = nullptr;

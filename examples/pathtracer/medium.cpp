@@ -66,8 +66,7 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
         const float place = (origin.at[i] + from * direction.at[i] - low.at[i]) / side;
         block[i] = std::clamp(static_cast<int>(place), 0, m.blocks[i] - 1);
         step[i] = direction.at[i] < 0 ? -1 : 1;
-        const float face =
-            low.at[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
+        const float face = low.at[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
         const bool crosses = direction.at[i] != 0;
         next[i] = crosses ? (face - origin.at[i]) / direction.at[i] : INFINITE;
         length[i] = crosses ? side / std::abs(direction.at[i]) : INFINITE;
@@ -128,13 +127,12 @@ Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, flo
     for (int z = 0; z < size[2]; ++z)
         for (int y = 0; y < size[1]; ++y)
             for (int x = 0; x < size[0]; ++x)
-                m.density.push_back(density({middle(x, size[0], low.x, high.x),
-                                             middle(y, size[1], low.y, high.y),
-                                             middle(z, size[2], low.z, high.z)}));
+                m.density.push_back(
+                    density({middle(x, size[0], low.x, high.x), middle(y, size[1], low.y, high.y),
+                             middle(z, size[2], low.z, high.z)}));
     for (int z = 0; z < m.blocks[2]; ++z)
         for (int y = 0; y < m.blocks[1]; ++y)
-            for (int x = 0; x < m.blocks[0]; ++x)
-                m.ranges.push_back(range_of(m, {x, y, z}));
+            for (int x = 0; x < m.blocks[0]; ++x) m.ranges.push_back(range_of(m, {x, y, z}));
     return m;
 }
 

@@ -88,8 +88,7 @@ inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
 }
 // Dimensions (0, 1) are for the first light where it is apart, (2) is for time.
 inline uint32_t camera_domain(const Sampler &sampler) {
-    return sampler.peer ? 4 * BN_PATH_CAMERA_KEY
-                        : bn_path_camera_domain(bn_path_start(0, 0, 0, 0));
+    return sampler.peer ? 4 * BN_PATH_CAMERA_KEY : bn_path_camera_domain(bn_path_start(0, 0, 0, 0));
 }
 // Two further numbers of a ray, from its domain.
 inline uint32_t choices_domain(const Sampler &sampler, uint32_t ray) {

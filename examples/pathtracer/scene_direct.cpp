@@ -201,7 +201,8 @@ Scene scene_motion() {
     sheet.push_back({9, 0});
     add_profile(scene, paper, -9, 9, sheet);
     add_light_towards(scene, lamp, {46, 41, 34}, {-3.2f, 4.6f, 2.2f}, {0, 0.7f, 0}, 1.5f, 1.5f);
-    add_light_towards(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f, 2.6f);
+    add_light_towards(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f,
+                      2.6f);
 
     size_t first = scene.vertices.size();
     const auto flies = [&](Vec3 by) {
@@ -239,7 +240,8 @@ Scene scene_motion() {
 
     // A die that tumbles down on the right.
     const Vec3 die = {1.28f, 1.25f, 0.1f};
-    add_box(scene, white, die, {0.21f, 0.08f, 0.06f}, {-0.08f, 0.2f, 0.08f}, {-0.02f, -0.09f, 0.2f});
+    add_box(scene, white, die, {0.21f, 0.08f, 0.06f}, {-0.08f, 0.2f, 0.08f},
+            {-0.02f, -0.09f, 0.2f});
     turns(die, {0.3f, 0.2f, 1}, 0.35f, {0.05f, -0.28f, 0.1f});
 
     // A shuttle of rods that slides to the left, between rods that do not move.

@@ -35,8 +35,10 @@ Scene scene_fog() {
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
     add_quad(scene, ground, {-40, 0, 40}, {40, 0, 40}, {40, 0, -40}, {-40, 0, -40});
 
-    add_light_towards(scene, black, {1700, 950, 400}, {-4.2f, 7.6f, -6.5f}, {0.2f, 0.8f, 0}, 0.7f, 0.7f);
-    add_light_towards(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f, 0.8f);
+    add_light_towards(scene, black, {1700, 950, 400}, {-4.2f, 7.6f, -6.5f}, {0.2f, 0.8f, 0}, 0.7f,
+                      0.7f);
+    add_light_towards(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f,
+                      0.8f);
 
     const auto box = [&](Vec3 middle, Vec3 half) {
         add_box(scene, stone, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});

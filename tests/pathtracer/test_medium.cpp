@@ -68,10 +68,10 @@ double optical_depth(const Medium &m, const Ray &ray, double end) {
 }
 
 const Ray RAYS[] = {
-    {{-2, 0, 0}, {1, 0, 0}},                     // along an axis, from outside
-    {{4, 0.3f, -0.2f}, {-1, 0, 0}},              // back
-    {{0.1f, 0.2f, 0.3f}, {0, -1, 0}},            // from inside
-    {{-2, -1.1f, 0.4f}, {0.8f, 0.48f, -0.36f}},  // across
+    {{-2, 0, 0}, {1, 0, 0}},                    // along an axis, from outside
+    {{4, 0.3f, -0.2f}, {-1, 0, 0}},             // back
+    {{0.1f, 0.2f, 0.3f}, {0, -1, 0}},           // from inside
+    {{-2, -1.1f, 0.4f}, {0.8f, 0.48f, -0.36f}}, // across
     {{2.9f, 0.9f, 0.9f}, {-0.6f, -0.64f, -0.48f}},
 };
 
@@ -102,8 +102,8 @@ void test_walks_against_integrals(const char *sampler_name) {
 
 // Where the density is the same everywhere, the distances flown are exponential.
 void test_even_medium() {
-    const Medium medium = medium_create({0, 0, 0}, {10, 1, 1}, {16, 2, 2}, {1, 1, 1}, 0,
-                                        [](Vec3) { return 0.5f; });
+    const Medium medium =
+        medium_create({0, 0, 0}, {10, 1, 1}, {16, 2, 2}, {1, 1, 1}, 0, [](Vec3) { return 0.5f; });
     const SamplerPointer sampler = sampler_of("white");
     Mean passed[4];
     for (uint32_t i = 0; i < 100000; ++i) {
@@ -182,18 +182,21 @@ void test_phase() {
         const int steps = 64000;
         for (int i = 0; i < steps; ++i) {
             const double cosine = 2 * (i + 0.5) / steps - 1;
-            const double share = 4 * static_cast<double>(PI) / steps *
-                                 static_cast<double>(phase_pdf(g, {0, 0, static_cast<float>(cosine)}));
+            const double share =
+                4 * static_cast<double>(PI) / steps *
+                static_cast<double>(phase_pdf(g, {0, 0, static_cast<float>(cosine)}));
             expected[i * BINS / steps] += share;
             total += share;
         }
-        CHECK(std::abs(total - 1) < 1e-3, "anisotropy %g: %g in all", static_cast<double>(g), total);
+        CHECK(std::abs(total - 1) < 1e-3, "anisotropy %g: %g in all", static_cast<double>(g),
+              total);
         int found[BINS] = {};
         double mean = 0, sideways = 0;
         for (int i = 0; i < SAMPLES; ++i) {
             const MaterialSample s =
                 material_sample(m, true, {0, 0, 1}, {random(), random()}, random());
-            CHECK(std::abs(length(s.wi) - 1) < 1e-4f, "length %g", static_cast<double>(length(s.wi)));
+            CHECK(std::abs(length(s.wi) - 1) < 1e-4f, "length %g",
+                  static_cast<double>(length(s.wi)));
             CHECK(std::abs(s.pdf / material_pdf(m, true, {0, 0, 1}, s.wi) - 1) < 1e-4f &&
                       std::abs(s.weight.y * s.pdf / material_eval(m, true, {0, 0, 1}, s.wi).y - 1) <
                           1e-3f,
@@ -210,8 +213,8 @@ void test_phase() {
             chi_square += (found[bin] - e) * (found[bin] - e) / e;
             ++degrees;
         }
-        CHECK(chi_square_deviations(chi_square, degrees) < 4.8, "anisotropy %g: chi-square %g of %d",
-              static_cast<double>(g), chi_square, degrees);
+        CHECK(chi_square_deviations(chi_square, degrees) < 4.8,
+              "anisotropy %g: chi-square %g of %d", static_cast<double>(g), chi_square, degrees);
         CHECK(std::abs(mean - static_cast<double>(g)) < 5.0 / std::sqrt(SAMPLES) &&
                   std::abs(sideways) < 7.0 / std::sqrt(SAMPLES),
               "anisotropy %g: mean cosine %g, sideways %g", static_cast<double>(g), mean, sideways);
@@ -314,8 +317,8 @@ void test_beam_of_a_lamp() {
         const double in_fog = distance / 4; // the lamp is three above the box, which is one high
         const double lit = static_cast<double>(radiance) * static_cast<double>(side) *
                            static_cast<double>(side) * cosine / (distance * distance);
-        expected += std::exp(-sigma * (1 - z + in_fog)) * sigma * lit / (4 * static_cast<double>(PI)) *
-                    2 / steps;
+        expected += std::exp(-sigma * (1 - z + in_fog)) * sigma * lit /
+                    (4 * static_cast<double>(PI)) * 2 / steps;
     }
     for (const char *sampler : {"white", "blue", "sobol"})
         check_mean(pixels_of(scene, 400, 1, sampler).mean, expected, sampler);

@@ -92,7 +92,8 @@ void test_shadow_of_a_moving_square() {
     Scene clear = scene;
     const size_t first = scene.vertices.size();
     // It passes over the patch from time 0.25 to 0.65.
-    add_quad(scene, black, {-1.5f, 2, 0.5f}, {-0.7f, 2, 0.5f}, {-0.7f, 2, -0.5f}, {-1.5f, 2, -0.5f});
+    add_quad(scene, black, {-1.5f, 2, 0.5f}, {-0.7f, 2, 0.5f}, {-0.7f, 2, -0.5f},
+             {-1.5f, 2, -0.5f});
     add_motion(scene, first, [](Vec3 p) { return p + Vec3{2, 0, 0}; });
     scene.camera = clear.camera = camera_look_at({0, 1.5f, 3}, {0, 0, 0}, {0, 1, 0}, 0.003f);
     scene_finish(scene);
