@@ -20,6 +20,7 @@ from ._files import load, save
 from ._masks import mask, to_float
 from ._measure import MaskMeasures, MeasureName, anisotropy, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
+from ._path import Noise, Path, Ray, Split
 from ._points import points
 from ._sampler import Sampler
 
@@ -32,10 +33,14 @@ __all__ = [
     "MeasureName",
     "NeuralGenerator",
     "NeuralProvider",
+    "Noise",
+    "Path",
     "PointsMethod",
+    "Ray",
     "RuntimeMissingError",
     "Sampler",
     "SamplerKind",
+    "Split",
     "__version__",
     "anisotropy",
     "choose",

@@ -8,10 +8,10 @@
     scene["sensor"]["sampler"] = {"type": "bluenoise", "sample_count": 16, "seed": 0}
 
 Samples are those of ``bluenoise.Sampler("blue", seed=seed)``, bit for bit, at the film's pixels, including its crop offset.
-``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` selects the domain under which all
-others lie, so you can pass a frame number. Two-dimensional draws 2 k and 2 k + 1 are the pairs of that domain's child k:
-position in the pixel and first light, direction and next light. One-dimensional draw k is the first number of child k of its
-child 2**20.
+``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` is the frame of a ``bluenoise.Path``, so
+you can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_where`` and ``draw_light`` of its ray r: position in
+the pixel and first light, direction and next light. One-dimensional draws are ``next_1d`` of the ray whose direction or light
+comes next.
 
 Vectorised variants draw in Dr.Jit, even inside recorded loops. Scalar variants are slow and need ``attach(scene)`` after the
 scene is loaded.
@@ -30,7 +30,7 @@ try:
 except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'bluenoise[mitsuba]' ({error})") from None
 
-from ._core import domain_child
+from ._path import CAMERA_KEY, FRAMES_KEY, Path, Ray
 from ._sampler import Sampler
 
 __all__ = ["attach"]
@@ -39,7 +39,6 @@ __all__ = ["attach"]
 dr: Any = drjit
 mi: Any = mitsuba
 
-_SINGLES = 1 << 20
 _UNSEEDED = 0xFFFFFFFF  # Mitsuba's value for "keep the wavefront size"
 
 # Offsets into a sampler's table, as in libbn/include/bn/bn_draw.glsl.
@@ -60,14 +59,32 @@ def _child(domain: Any, key: Any) -> Any:
     return ((v ^ (v >> 16)) >> 2) | (key << 30)
 
 
+# ---- Domains as in bn_path.glsl
+
+
+def _frame(frame: Any) -> Any:
+    return dr.select(frame == 0, mi.UInt32(0), _child(_child(mi.UInt32(0), mi.UInt32(FRAMES_KEY)), frame))
+
+
+def _ray(root: Any, number: Any) -> Any:
+    return _child(root, dr.select(number >= CAMERA_KEY, number + 1, number))
+
+
+def _ray_1d(ray: Any, k: Any) -> Any:
+    return _child(ray, k & 0xFFFFFFFC)
+
+
+# ---- What lanes draw
+
+
 class _Lanes:
     """All that identifies the sample of each lane, except the domain. Dr.Jit does not look into objects of this class, so
     recorded loops capture their contents instead of carrying them along."""
 
     def __init__(self, words: Any, root: Any, x: Any, y: Any) -> None:
         self.words, self.root, self.x, self.y = words, root, x, y
-        self.singles = _child(root, mi.UInt32(_SINGLES))
         self.position = _hash32(x + y * 0x9E3779B1)
+        self.order = _hash32((x >> 5) + (y >> 5) * 0x9E3779B1)
         self.seed = self.word(mi.UInt32(0)), self.word(mi.UInt32(1))
 
     def at_index(self, index: Any, last: int) -> _Lanes:
@@ -94,11 +111,14 @@ class _Lanes:
         row = ((self.y ^ (0 - ((family >> 17) & 1))) + (family >> 20)) & 63
         place = ((self.word(_PIXELS + row * 64 + column) >> (member * 4)) & 255) + member
         block = ((row & 60) << 5) + ((column & 60) << 1) + member
-        low = (self.position ^ family) * 0x21F0AAAD + member * 0x85EBCA6B
+        own = member * 0x85EBCA6B
+        keys = (family ^ (family >> 15)) * (own + 0x21F0AAAD)
+        keys = dr.select(half == 0, keys, keys >> 3) & 0x1FFF1FFF
+        low = (self.position ^ family) * 0x21F0AAAD + own
         low ^= low >> 15
         low = dr.select(half == 0, low, low * 0xD35A2D97)
-        high = self.word(_PLACES + place + half) ^ self.word(_BLOCKS + block + half)
-        shuffle = self.position + family
+        high = self.word(_PLACES + place + half) ^ self.word(_BLOCKS + block + half) ^ keys
+        shuffle = self.order + family
         digits = self.reversed ^ (self.reversed * (shuffle << 1)) ^ ((shuffle * self.flip) & 0x80000000)
         point = _POINTS + (digits >> 24) * 16 + member * 2 + half * 2
         first = self.word(point) ^ ((high << 16) | (low & 0xFFFF))
@@ -108,9 +128,6 @@ class _Lanes:
             some = 0 - ((digits >> (23 - bit)) & 1)
             first ^= self.word(at + 16 * bit) & some
             second ^= self.word(at + 16 * bit + 1) & some
-        reflect = family >> (member * 2 + half * 2)
-        first ^= 0 - (reflect & 1)
-        second ^= 0 - ((reflect >> 1) & 1)
         return self.to_float(first), self.to_float(second)
 
     @staticmethod
@@ -187,7 +204,7 @@ def _vectorised(common: Any) -> Any:
             self._per_wavefront = 1  # samples of a pixel in a wavefront
             self._advances = 0
             self._lanes: Optional[_Lanes] = None
-            # Dr.Jit finds these two and carries them through loops.
+            # How many pairs, and single numbers of this ray. Dr.Jit finds these two and carries them through loops.
             self._pairs = mi.UInt32(0)
             self._singles = mi.UInt32(0)
 
@@ -208,12 +225,12 @@ def _vectorised(common: Any) -> Any:
             mi.Sampler.seed(self, seed, wavefront_size)  # for wavefront_size()
             key = mi.UInt32(seed)
             dr.make_opaque(key)
-            root = _child(mi.UInt32(0), key)
             x0, y0, width = self._place()
             pixel = dr.arange(mi.UInt32, self.wavefront_size()) // self._per_wavefront
             row = pixel // width
             words = mi.UInt32(self._sampler.table_words())
-            self._lanes = _Lanes(words, root, pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF))
+            x, y = pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF)
+            self._lanes = _Lanes(words, _frame(key), x, y)
             self._advances = -1
             self.advance()
 
@@ -243,15 +260,19 @@ def _vectorised(common: Any) -> Any:
 
         def next_2d(self, active: Any = True) -> Any:
             lanes = self._seeded()
-            first, second = lanes.draw(_child(lanes.root, self._pairs >> 1), self._pairs & 1)
+            half = self._pairs & 1
+            first, second = lanes.draw(_ray(lanes.root, self._pairs >> 1), half)
             self._pairs += 1
+            self._singles = dr.select(half == 0, self._singles, mi.UInt32(0))  # the next ray begins
             return mi.Point2f(first, second)
 
         def next_1d(self, active: Any = True) -> Any:
             lanes = self._seeded()
-            first, _ = lanes.draw(_child(lanes.singles, self._singles), mi.UInt32(0))
+            k = self._singles
+            first, second = lanes.draw(_ray_1d(_ray(lanes.root, self._pairs >> 1), k), (k >> 1) & 1)
+            number = dr.select((k & 1) == 0, first, second)
             self._singles += 1
-            return first
+            return number
 
         def _seeded(self) -> _Lanes:
             if self._lanes is None:
@@ -266,13 +287,15 @@ def _scalar(common: Any) -> Any:
         def __init__(self, props: Any) -> None:
             common.__init__(self, props)
             self._order: Optional[_BlockOrder] = None
-            self._at = (0, 0)
-            self._root = self._index = self._pairs = self._singles = 0
+            self._pixel = (0, 0, 0)
+            self._index = self._pairs = 0
+            self._path: Optional[Path] = None
+            self._ray: Optional[Ray] = None
 
         def clone(self) -> Any:
             other = self._like()
-            other._order, other._at, other._root, other._index = self._order, self._at, self._root, self._index
-            other._pairs, other._singles = self._pairs, self._singles
+            other._order, other._pixel, other._index = self._order, self._pixel, self._index
+            other._path, other._pairs, other._ray = self._path, self._pairs, copy.copy(self._ray)
             return other
 
         def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:
@@ -281,28 +304,33 @@ def _scalar(common: Any) -> Any:
                 if self._film.film is None:
                     raise RuntimeError("scalar variants need bluenoise.mitsuba.attach(scene) after loading")
                 self._order = _BlockOrder(*self._film.extent())
-            key, x, y = self._order.pixel(int(seed))
-            self._at = (x, y)
-            self._root = self._sampler.domain(key)
-            self._index = self._pairs = self._singles = 0
+            self._pixel = self._order.pixel(int(seed))
+            self._start(0)
 
         def advance(self) -> None:
-            self._index += 1
-            self._pairs = self._singles = 0
+            if self._path is not None:
+                self._start(self._index + 1)
+
+        def _start(self, index: int) -> None:
+            frame, x, y = self._pixel
+            self._path = Path(self._sampler, x, y, index, frame)
+            self._index, self._pairs, self._ray = index, 0, self._path.ray(0)
 
         def next_2d(self, active: Any = True) -> Any:
-            half = 2 * (self._pairs & 1)
-            u = self._draw(domain_child(self._root, self._pairs >> 1))
+            path, ray = self._seeded()
+            u = ray.draw_light() if self._pairs & 1 else ray.draw_where()
+            if self._pairs & 1:
+                self._ray = path.ray((self._pairs >> 1) + 1)
             self._pairs += 1
-            return mi.Point2f(float(u[half]), float(u[half + 1]))
+            return mi.Point2f(float(u[0]), float(u[1]))
 
         def next_1d(self, active: Any = True) -> Any:
-            u = self._draw(domain_child(domain_child(self._root, _SINGLES), self._singles))
-            self._singles += 1
-            return float(u[0])
+            return float(self._seeded()[1].next_1d())
 
-        def _draw(self, domain: int) -> Any:
-            return self._sampler.sample(self._at[0], self._at[1], self._index, domain)
+        def _seeded(self) -> tuple[Path, Ray]:
+            if self._path is None or self._ray is None:
+                raise RuntimeError("seed() must come before the first sample")
+            return self._path, self._ray
 
     return BlueNoiseSampler
 

@@ -31,8 +31,9 @@ void gather(const char *from, py::ssize_t stride, py::ssize_t count, T *to) {
 /* Collects the lanes of arrays and draws them in parts. Runs without the GIL. */
 class Lanes {
   public:
-    Lanes(const bn_sampler *sampler, uint32_t dims, float *out)
-        : sampler_(sampler), dims_(dims), out_(out) {}
+    /* Draws the first `dims` dimensions, or of those the pair `pair` if it is not negative. */
+    Lanes(const bn_sampler *sampler, uint32_t dims, int32_t pair, float *out)
+        : sampler_(sampler), dims_(dims), pair_(pair), out_(out) {}
 
     /* A row of x, y, index and domain. */
     void add(const char *const from[4], const py::ssize_t strides[4], py::ssize_t count) {
@@ -49,8 +50,13 @@ class Lanes {
 
     void draw() {
         const auto count = static_cast<size_t>(count_);
-        /* Cannot fail: its arguments are right. */
-        bn_sample_many(sampler_, count, x_, y_, index_, domain_, dims_, out_, count * dims_);
+        /* Cannot fail: the arguments are right. */
+        if (pair_ < 0) {
+            bn_sample_many(sampler_, count, x_, y_, index_, domain_, dims_, out_, count * dims_);
+        } else {
+            bn_sample_many_pair(sampler_, count, x_, y_, index_, domain_,
+                                static_cast<uint32_t>(pair_), out_, count * dims_);
+        }
         out_ += count * dims_;
         since_poll_ += count_;
         count_ = 0;
@@ -65,6 +71,7 @@ class Lanes {
 
     const bn_sampler *sampler_;
     uint32_t dims_;
+    int32_t pair_;
     float *out_;
     Interrupts interrupts_;
     py::ssize_t count_ = 0, since_poll_ = 0;
@@ -101,10 +108,13 @@ class Sampler {
     }
 
     /* The arrays have equal shapes, with strides of 0 along broadcast axes; `out` has one more axis,
-     * for 1 to 4 dimensions. */
+     * for 1 to 4 dimensions. `pair` is 0 or 1 for dimensions (0, 1) or (2, 3), and else -1. */
     void sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
-                Floats &out) const {
+                Floats &out, int32_t pair) const {
         std::vector<py::ssize_t> shape(out.shape(), out.shape() + out.ndim());
+        if (pair < -1 || pair > 1 || (pair >= 0 && shape.back() != 2)) {
+            throw py::value_error("pair must be 0 or 1, with two dimensions, or -1");
+        }
         const py::array *arrays[4] = {&x, &y, &index, &domain};
         const char *at[4];
         py::ssize_t inner_stride[4];
@@ -124,7 +134,7 @@ class Sampler {
         for (py::ssize_t axis = 0; axis < outer_ndim; ++axis) {
             for (const py::array *array : arrays) strides.push_back(array->strides(axis));
         }
-        Lanes lanes(sampler_.get(), static_cast<uint32_t>(shape.back()), out.mutable_data());
+        Lanes lanes(sampler_.get(), static_cast<uint32_t>(shape.back()), pair, out.mutable_data());
 
         py::gil_scoped_release unlocked;
         for (py::ssize_t row = 0; row < outer_count; ++row) {
@@ -196,7 +206,7 @@ void bind_sampler(py::module_ &module) {
              py::arg("seed"), py::arg("samples_per_pixel"), py::arg("mask"))
         .def("sample", &Sampler::sample, py::arg("x").noconvert(), py::arg("y").noconvert(),
              py::arg("index").noconvert(), py::arg("domain").noconvert(),
-             py::arg("out").noconvert())
+             py::arg("out").noconvert(), py::arg("pair") = -1)
         .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("first_index"),
              py::arg("domain"), py::arg("out").noconvert())
         .def("table_words", &Sampler::table_words);

@@ -65,14 +65,14 @@ Float BlueSampler::Get1D() {
     }
     if (spent >= 2) OpenNextDomain();
     ++dimension;
-    return u[spent++];
+    return u[2 + spent++];
 }
 
 Point2f BlueSampler::Get2D() {
     if (spent > 2) OpenNextDomain();
     dimension += 2;
     spent = 4;
-    return Point2f(u[2], u[3]);
+    return Point2f(u[0], u[1]);
 }
 
 Point2f BlueSampler::GetPixel2D() {

@@ -16,7 +16,7 @@ struct bn_draw_table;
 
 namespace pbrt {
 
-// Takes a number and the pair after it from one domain of libbn: u[0] and then (u[2], u[3]). Wavelengths and
+// Takes a number and the pair after it from one domain of libbn: u[2] and then (u[0], u[1]). Wavelengths and
 // the position in the pixel share domain 0.
 class BlueSampler {
   public:
@@ -45,7 +45,7 @@ class BlueSampler {
     const bn_draw_table *table;
     Point2i pixel;
     int sampleIndex = 0, dimension = 0;
-    // The open domain: its key, how many of its numbers are spent, and the numbers.
+    // The open domain: its key, its numbers, and how many of them are spent, from u[2] on.
     int key = 0, spent = 4;
     float u[4];
 };

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes draws.js, what a page in the browser needs of libbn: the text of bn_draw.glsl and the words of a sampler's table.
+"""Writes draws.js, what a page in the browser needs of libbn: the texts of bn_draw.glsl and bn_path.glsl and the words of a
+sampler's table.
 
 Needs the Python package: .venv/bin/python examples/web/make_draws.py. `--check` writes nothing, and fails if draws.js is
 not up to date.
@@ -16,24 +17,32 @@ from pathlib import Path
 import bluenoise
 
 HERE = Path(__file__).resolve().parent
-GLSL = HERE.parents[1] / "libbn" / "include" / "bn" / "bn_draw.glsl"
+INCLUDE = HERE.parents[1] / "libbn" / "include" / "bn"
 SEED = 1
 COLUMNS = 120
 
 
+def text_of(name):
+    lines = (INCLUDE / name).read_text(encoding="utf-8").rstrip("\n").split("\n")
+    return ",\n".join(f"  {json.dumps(line)}" for line in lines)
+
+
 def draws():
-    lines = GLSL.read_text(encoding="utf-8").rstrip("\n").split("\n")
-    text = ",\n".join(f"  {json.dumps(line)}" for line in lines)
     words = base64.b64encode(bluenoise.Sampler("blue", seed=SEED).table_words().astype("<u4").tobytes()).decode()
     rows = ",\n".join(f'  "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
     return f"""\
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
-// Made by make_draws.py: the draws of libbn for WebGL 2.
+// Made by make_draws.py: the draws and paths of libbn for WebGL 2.
 "use strict";
 
 // libbn/include/bn/bn_draw.glsl, Apache-2.0. It says how to include it.
 const BN_DRAW_GLSL = [
-{text}
+{text_of("bn_draw.glsl")}
+].join("\\n");
+
+// libbn/include/bn/bn_path.glsl, Apache-2.0: which domain each decision of a path draws from.
+const BN_PATH_GLSL = [
+{text_of("bn_path.glsl")}
 ].join("\\n");
 
 // What bn_sampler_table_words() writes for seed {SEED}, little-endian, CC0-1.0: BN_WORD(i) in the text.

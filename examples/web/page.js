@@ -4,12 +4,13 @@
 
 const NAMES = {white: "white", sobol: "Sobol\u2019", blue: "blue"};
 const MOST = 1024; // samples after which "no limit" rests, too
-const LIMITS = {1: "1", 2: "2", 4: "4", 16: "16", [MOST]: "no limit"};
+const FIRST_LIMIT = 3; // here, between powers of two, the samplers differ most
 const COLUMNS = 400; // about as many pixels to a row; each is a whole number of the screen's
 
 const element = id => document.getElementById(id);
-const settings = {left: "white", right: "blue", limit: "1"};
-let tracer = null, enlarged = 1, paused = false, restarts = 0, asked = false;
+const settings = {left: "white", right: "blue", limit: FIRST_LIMIT};
+// catchingUp: the picture of fewer samples than were shown is made from the first sample, and shown when it is there.
+let tracer = null, enlarged = 1, paused = false, catchingUp = false, restarts = 0, asked = false;
 
 function fill(name, choices) {
   for (const [value, text] of Object.entries(choices)) {
@@ -18,8 +19,6 @@ function fill(name, choices) {
     Object.assign(input, {type: "radio", name, value, checked: settings[name] === value});
     input.addEventListener("change", () => {
       settings[name] = value;
-      // More samples than the new limit cannot be taken back.
-      if (name === "limit" && tracer.count > Number(value)) tracer.restart(tracer.run);
       request();
     });
     shown.textContent = text;
@@ -27,6 +26,24 @@ function fill(name, choices) {
     element(name).append(label);
   }
 }
+
+/* Shows this many samples per pixel. More than that cannot be taken back, so those are made again. */
+function limitTo(count) {
+  settings.limit = count;
+  paused = false;
+  if (tracer && tracer.count > count) {
+    tracer.restart(tracer.run);
+    catchingUp = true;
+  }
+  request();
+}
+
+/* One step of the samples per pixel, from the end of the steps if there was no limit. */
+function limitBy(step) {
+  limitTo(Math.min(STEPS, Math.max(1, Math.min(settings.limit, STEPS) + step)));
+}
+
+const errors = makeErrors(NAMES, limitTo);
 
 function request() {
   if (asked || !tracer) return;
@@ -37,9 +54,10 @@ function request() {
 function frame() {
   asked = false;
   if (!tracer) return;
-  const limit = Number(settings.limit), sigma = Number(element("distance").value), split = Number(element("split").value);
+  const limit = settings.limit, sigma = Number(element("distance").value), split = Number(element("split").value);
   if (tracer.count < limit && (!paused || tracer.count === 0)) tracer.sample();
-  tracer.show(settings.left, settings.right, Math.round(split / 100 * tracer.width) * enlarged, sigma, enlarged);
+  catchingUp = catchingUp && tracer.count < limit;
+  if (!catchingUp) tracer.show(settings.left, settings.right, Math.round(split / 100 * tracer.width) * enlarged, sigma, enlarged);
 
   element("stage").style.setProperty("--split", `${split}%`);
   element("split").setAttribute("aria-valuetext", `${NAMES[settings.left]} to ${split} %, then ${NAMES[settings.right]}`);
@@ -50,7 +68,16 @@ function frame() {
   element("status").textContent = `${tracer.width} \u00d7 ${tracer.height} pixels, ${count}`;
   element("pause").textContent = paused ? "Resume" : "Pause";
   element("pause").disabled = !paused && tracer.count >= limit;
-  if (tracer.count < limit && !paused) request();
+  element("limit").value = Math.min(limit, STEPS);
+  element("limit").setAttribute("aria-valuetext", limit > STEPS ? "no limit" : `${limit}`);
+  element("shown").textContent = limit > STEPS ? "\u221e" : limit;
+  element("endless").checked = limit > STEPS;
+  element("less").disabled = limit <= 1;
+  element("more").disabled = limit >= STEPS;
+  // The errors wait for the picture, unless that has no end.
+  if (tracer.count >= Math.min(limit, STEPS) || paused) errors.step();
+  errors.show(limit > STEPS ? tracer.count : limit);
+  if (tracer.count < limit && !paused || !errors.done) request();
 }
 
 /* Fits the picture into its place. */
@@ -65,6 +92,7 @@ function fit() {
   canvas.style.width = `${width * scale / ratio}px`;
   canvas.style.height = `${height * scale / ratio}px`;
   tracer.resize(width, height);
+  errors.restart(tracer);
   request();
 }
 
@@ -89,11 +117,23 @@ function start() {
 
 fill("left", NAMES);
 fill("right", NAMES);
-fill("limit", LIMITS);
-if (window.self !== window.top) document.documentElement.classList.add("embedded");
+if (window.self !== window.top) {
+  document.documentElement.classList.add("embedded");
+  const tell = () => window.parent.postMessage({height: document.documentElement.offsetHeight}, "*");
+  new ResizeObserver(tell).observe(document.documentElement);
+}
 for (const id of ["split", "distance"]) element(id).addEventListener("input", request);
 element("pause").addEventListener("click", () => { paused = !paused; request(); });
-element("restart").addEventListener("click", () => { tracer.restart(++restarts); request(); });
+element("restart").addEventListener("click", () => {
+  tracer.restart(++restarts);
+  catchingUp = false;
+  errors.restart(tracer);
+  request();
+});
+element("limit").addEventListener("input", () => limitTo(Number(element("limit").value)));
+element("less").addEventListener("click", () => limitBy(-1));
+element("more").addEventListener("click", () => limitBy(1));
+element("endless").addEventListener("change", () => limitTo(element("endless").checked ? MOST : STEPS));
 element("stage").addEventListener("pointerdown", event => {
   if (event.button !== 0) return;
   event.preventDefault();
@@ -105,7 +145,7 @@ element("stage").addEventListener("pointermove", event => {
   if (element("stage").hasPointerCapture(event.pointerId)) moveSplit(event);
 });
 // A device may take the context away, and give it back without its contents.
-element("picture").addEventListener("webglcontextlost", event => { event.preventDefault(); tracer = null; });
+element("picture").addEventListener("webglcontextlost", event => { event.preventDefault(); tracer = null; errors.restart(null); });
 element("picture").addEventListener("webglcontextrestored", start);
 start();
 if (tracer) new ResizeObserver(() => { if (tracer) fit(); }).observe(element("stage"));

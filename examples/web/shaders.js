@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene and its paths, and how the picture is shown, in GLSL ES 3.00. After BN_DRAW_GLSL.
+// The scene and its paths, and how the picture is shown, in GLSL ES 3.00. After draws.js.
 "use strict";
 
 const VERSION = "#version 300 es\n";
@@ -17,14 +17,14 @@ precision highp usampler2D;
 uniform usampler2D bn_words;
 #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
 ${BN_DRAW_GLSL}
+${BN_PATH_GLSL}
 `;
 
 /* One sample of each pixel, added to the sums so far. The sums are the bits of floats in a texture of integers, which
  * every device with WebGL 2 can draw into.
  *
  * A room, through whose front wall the camera looks, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
- * one domain: (0,1) of it say where the ray goes, (2,3) which point on the lamp is tried where it ends. The four rays
- * have keys 0 to 3, so they are one family. */
+ * one domain, bn_path_ray_domain(): (0,1) of it say where the ray goes, (2,3) which point on the lamp is tried where it ends. */
 const sampleFragment = kind => `${DRAWS}
 uniform usampler2D sums;
 uniform uvec2 size;
@@ -133,10 +133,9 @@ vec3 scattered(vec3 normal, vec2 u) {
   return on_disc.x * side + on_disc.y * cross(normal, side) + up * normal;
 }
 
-vec3 path(uvec2 pixel) {
-  uint root = bn_domain_child(0u, run);
-  vec4 u = bn_draw_${kind}(pixel.x, pixel.y, index, bn_domain_child(root, 0u));
-  vec2 on_film = (2.0 * (vec2(pixel) + u.xy) - vec2(size)) / vec2(size);
+vec3 light_along(bn_path path) {
+  vec4 u = bn_draw_${kind}(path.x, path.y, path.index, bn_path_ray_domain(path, 0u));
+  vec2 on_film = (2.0 * (vec2(path.x, path.y) + u.xy) - vec2(size)) / vec2(size);
   vec3 from = CAMERA, to = normalize(vec3(on_film * vec2(ROOM.x, 0.5 * ROOM.y), ROOM.z - CAMERA.z));
   vec3 light = vec3(0.0), weight = vec3(1.0);
   bool sees_lamp = true; // from the camera, also in the mirror; caustics are left out, whose fireflies would hide the rest
@@ -153,7 +152,7 @@ vec3 path(uvec2 pixel) {
       sees_lamp = false;
     }
     if (ray == 4u) break;
-    u = bn_draw_${kind}(pixel.x, pixel.y, index, bn_domain_child(root, ray));
+    u = bn_draw_${kind}(path.x, path.y, path.index, bn_path_ray_domain(path, ray));
     to = s.kind == GLOSS ? reflect(to, s.normal) : scattered(s.normal, u.xy);
   }
   return light;
@@ -162,7 +161,8 @@ vec3 path(uvec2 pixel) {
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec3 before = index == 0u ? vec3(0.0) : uintBitsToFloat(texelFetch(sums, at, 0).rgb);
-  sum = uvec4(floatBitsToUint(before + path(uvec2(at))), 0u);
+  bn_path path = bn_path_start(uint(at.x), uint(at.y), index, run);
+  sum = uvec4(floatBitsToUint(before + light_along(path)), 0u);
 }
 `;
 
@@ -210,5 +210,17 @@ void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) / enlarged;
   vec3 light = gl_FragCoord.x < split ? blurred(left, at, ivec2(0, 1), 1.0) : blurred(right, at, ivec2(0, 1), 1.0);
   colour = vec4(mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, greaterThan(light, vec3(0.0031308))), 1.0);
+}
+`;
+
+// What two pictures differ by after the blur, for the error.
+const DIFFERENCE_FRAGMENT = `${BLUR}
+uniform usampler2D one, other;
+out uvec4 difference;
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec3 both = blurred(one, at, ivec2(0, 1), 1.0) - blurred(other, at, ivec2(0, 1), 1.0);
+  difference = uvec4(floatBitsToUint(both), 0u);
 }
 `;

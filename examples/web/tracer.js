@@ -68,20 +68,39 @@ function makeTracer(canvas) {
   const samplers = {};
   for (const kind of KINDS) samplers[kind] = {program: compile(gl, sampleFragment(kind)), sums: []};
   const blurRows = compile(gl, BLUR_ROWS_FRAGMENT), show = compile(gl, SHOW_FRAGMENT);
+  const differ = compile(gl, DIFFERENCE_FRAGMENT);
   let rows = [];
   const float = value => place => gl.uniform1f(place, value);
   const int = value => place => gl.uniform1i(place, value);
   const uint = value => place => gl.uniform1ui(place, value);
+
+  const remove = images => {
+    for (const {texture, framebuffer} of images) {
+      gl.deleteTexture(texture);
+      gl.deleteFramebuffer(framebuffer);
+    }
+  };
+  /* The next sample of each pixel; sums has the image so far, then one to draw into, and comes back in this order. */
+  const add = (program, sums, index, run) => {
+    draw(gl, program, sums[1], tracer.width, tracer.height, {
+      bn_words: words, sums: sums[0], index: uint(index), run: uint(run),
+      size: place => gl.uniform2ui(place, tracer.width, tracer.height),
+    });
+    sums.reverse();
+  };
+  const readWords = image => {
+    const bits = new Uint32Array(4 * tracer.width * tracer.height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, image.framebuffer);
+    gl.readPixels(0, 0, tracer.width, tracer.height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
+    return new Float32Array(bits.buffer);
+  };
 
   const tracer = {
     gl, width: 0, height: 0, count: 0, run: 0,
 
     resize(width, height) {
       const pair = before => {
-        for (const {texture, framebuffer} of before) {
-          gl.deleteTexture(texture);
-          gl.deleteFramebuffer(framebuffer);
-        }
+        remove(before);
         return [makeImage(gl, width, height), makeImage(gl, width, height)];
       };
       for (const sampler of Object.values(samplers)) sampler.sums = pair(sampler.sums);
@@ -96,13 +115,7 @@ function makeTracer(canvas) {
 
     /* One more sample of each pixel with each sampler. */
     sample() {
-      for (const {program, sums} of Object.values(samplers)) {
-        draw(gl, program, sums[1], tracer.width, tracer.height, {
-          bn_words: words, sums: sums[0], index: uint(tracer.count), run: uint(tracer.run),
-          size: place => gl.uniform2ui(place, tracer.width, tracer.height),
-        });
-        sums.reverse();
-      }
+      for (const {program, sums} of Object.values(samplers)) add(program, sums, tracer.count, tracer.run);
       ++tracer.count;
     },
 
@@ -117,10 +130,27 @@ function makeTracer(canvas) {
 
     /* The sums of one sampler, four floats a pixel, rows from the bottom up. */
     read(kind) {
-      const bits = new Uint32Array(4 * tracer.width * tracer.height);
-      gl.bindFramebuffer(gl.FRAMEBUFFER, samplers[kind].sums[0].framebuffer);
-      gl.readPixels(0, 0, tracer.width, tracer.height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, bits);
-      return new Float32Array(bits.buffer);
+      return readWords(samplers[kind].sums[0]);
+    },
+
+    /* Yields the error of a sampler after 1, 2, 3 ... samples, as displayed and after a blur: two pictures that share no
+     * random numbers differ by the error times the square root of two. */
+    *errors(kind, sigma) {
+      const {program} = samplers[kind], {width, height} = tracer;
+      const pictures = [0, 1].map(() => [makeImage(gl, width, height), makeImage(gl, width, height)]);
+      try {
+        for (let count = 0; ; ++count) {
+          pictures.forEach((sums, i) => {
+            add(program, sums, count, 0x80000000 + 8 * tracer.run + 4 * i); // no key of a picture shown, nor of its family
+            draw(gl, blurRows, rows[i], width, height, {sums: sums[0], scale: float(EXPOSURE / (count + 1)), sigma: float(sigma)});
+          });
+          draw(gl, differ, pictures[0][1], width, height, {one: rows[0], other: rows[1], sigma: float(sigma)});
+          const squares = readWords(pictures[0][1]).reduce((sum, value, i) => i % 4 === 3 ? sum : sum + value * value, 0);
+          yield Math.sqrt(squares / (6 * width * height));
+        }
+      } finally {
+        remove(pictures.flat());
+      }
     },
   };
   return tracer;

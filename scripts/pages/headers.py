@@ -191,6 +191,9 @@ def read(text):
             code = text[at:body].rstrip() + ";" if body else text[at:end]
             rest = re.compile(r"[ \t]*(/\*[^\n]*\*/)?").match(text, end)
             at = rest.end()
+            if re.fullmatch(r"class \w+;", code.strip()):  # the class itself comes later
+                pending, joined = None, False
+                continue
             add(without_bodies(code) if code.startswith("class") else code)
     return intro or "", [section for section in sections if section.texts or section.items]
 

@@ -14,27 +14,21 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from pages import headers, links  # noqa: E402
+from pages import headers, links, search_order  # noqa: E402
 
 log = logging.getLogger("mkdocs.hooks.pages")
 
 HEADERS = "libbn/include/bn"
-# Parts of bn_draw.h and bn_choose.h that their users do not call.
+# Parts of bn_draw.h, bn_path.h and bn_choose.h that their users do not call.
 INTERNAL = ("The text that shaders share", "The first 256 samples of BLUE, faster")
 LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl", ".hlsl": "hlsl", ".wgsl": "wgsl",
              ".metal": "cpp", ".cu": "cuda", ".py": "python", ".txt": "text",
              ".toml": "toml", ".csv": "text", ".yml": "yaml"}
 ASSETS = {"assets/site.css": "site.css", "assets/iframe-worker.js": "search_from_disk.js"}
+# The live page says how high it is.
+FRAME_SCRIPT = ("addEventListener('message',e=>{const f=document.querySelector('.live iframe');"
+                "if(f&&e.source===f.contentWindow&&e.data.height>0)f.style.height=e.data.height+2+'px'})")
 LARGEST = 100_000  # bytes of a file that is shown
-
-
-def nav_pages(nav):
-    """The paths in the navigation."""
-    for entry in nav if isinstance(nav, list) else nav.values() if isinstance(nav, dict) else [nav]:
-        if isinstance(entry, str):
-            yield entry
-        else:
-            yield from nav_pages(entry)
 
 
 # ---- Pages made from files
@@ -119,7 +113,7 @@ def on_files(files, config):
                 if not linked.endswith(".md") and (ROOT / linked).exists() and linked not in others:
                     others.append(linked)
 
-    for path in nav_pages(config.nav):
+    for path in search_order.pages(config.nav):
         page(path, InclusionLevel.INCLUDED)
     static = list((ROOT / "docs").rglob("*"))
     live = ROOT / config.extra["live_page"]
@@ -147,14 +141,15 @@ def on_page_markdown(markdown, page, config, files):
         if not links.is_external(target) and not files.get_file_from_path(linked) and files.get_file_from_path(f"{linked}.md"):
             address, hash_mark, _ = target.partition("#")
             markdown = markdown[:start] + address.rstrip("/") + ".md" + hash_mark + anchor + markdown[end:]
+    page.meta.setdefault("search", {"boost": search_order.boost(path, config.nav)})
     if page.is_homepage:
-        page.meta["hide"] = ["navigation"]  # it would hold this page alone
+        # The navigation would hold this page alone, and the live page takes the place of the table of contents.
+        page.meta["hide"] = ["navigation", "toc"]
     live = config.extra["live_page"]
     if page.is_homepage and files.get_file_from_path(live):
-        frame = (f'<div class="live"><iframe src="{live}" title="{config.site_description}, live"></iframe></div>\n\n'
-                 "*Drag the line, then the viewing distance: the finer grain of `blue` fades first. "
-                 f"[The same, alone]({live}).*\n\n")
-        markdown = re.sub(r"^(?=!\[)", lambda _: frame, markdown, count=1, flags=re.M)
+        frame = (f'\n<div class="live" markdown="1">\n<iframe src="{live}" title="{config.site_description}, live"></iframe>\n'
+                 f"<script>{FRAME_SCRIPT}</script>\n\n[Open it alone]({live})\n</div>\n")
+        markdown = re.sub(r"^# .*\n", lambda heading: heading[0] + frame, markdown, count=1, flags=re.M)
     return markdown
 
 

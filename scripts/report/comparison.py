@@ -48,9 +48,18 @@ def rms(errors):
     return math.sqrt(statistics.mean(error * error for error in errors))
 
 
+def evenly(values, digits=3):
+    """Positive numbers as text, all with the same number of decimals, so that the smallest has `digits` significant digits."""
+    least = min((value for value in values if value > 0), default=1.0)
+    # By its text, which is rounded: 0.09996 has one zero less than its logarithm says.
+    exponent = int(f"{least:.{digits - 1}e}".partition("e")[2])
+    return [f"{value:.{max(0, digits - 1 - exponent)}f}" for value in values]
+
+
 def verdict(left, right, errors, own_error):
     """The line below the pictures that compares two samplers."""
-    text = f"Error after a blur of 2.1 pixels: {left} {rms(errors[left]):.3g}, {right} {rms(errors[right]):.3g}. "
+    shown = evenly([rms(errors[left]), rms(errors[right])])
+    text = f"Error after a blur of 2.1 pixels: {left} {shown[0]}, {right} {shown[1]}. "
     found, why = judged(errors[left], errors[right], own_error)
     if found is None:
         return text + why
@@ -114,7 +123,7 @@ SCRIPT = """
     select.value = values.indexOf(old) >= 0 ? old : values[0];
   }
   function cell() { return data.scenes[scene.value].counts[count.value]; }
-  function names() { return Object.keys(cell().samplers).concat(["reference"]); }
+  function names() { return Object.keys(cell().samplers).concat(data.scenes[scene.value].reference ? ["reference"] : []); }
   function source(name) {
     return name === "reference" ? data.scenes[scene.value].reference : cell().samplers[name].picture;
   }
@@ -195,6 +204,7 @@ SCRIPT = """
   }
 
   fill(scene, Object.keys(data.scenes));
+  far.value = data.start.blur;
   if (scene.options.length === 1) {
     scene.parentNode.style.display = "none";
     count.parentNode.style.gridColumn = "1 / -1";
@@ -220,14 +230,15 @@ SCRIPT = """
 """
 
 
-def widget(scenes, left="white", right="blue", spp=4):
+def widget(scenes, left="white", right="blue", spp=4, blur="0", below="", beside=""):
     """The controls, the pictures and the script.
 
     scenes: {name: {"size": (width, height), "reference": URI, "counts": {spp: {sampler: (URI, errors)}}}}, where
     errors are RMSEs after a blur of 2.1 pixels, one for each seed, or a single number; the optional "own_error" is the
-    error of the reference. left, right, spp: the initial selection.
+    error of the reference. While there is no reference yet, its URI is "" and errors are empty lists. left, right, spp, blur: the
+    initial selection. below: HTML under the pictures; beside: HTML under the controls.
     """
-    data = {"start": {"left": left, "right": right, "spp": str(spp)}, "scenes": {
+    data = {"start": {"left": left, "right": right, "spp": str(spp), "blur": blur}, "scenes": {
         name: {"size": list(scene["size"]), "reference": scene["reference"], "counts": {
             str(count): _cell(samplers, scene.get("own_error", 0.0)) for count, samplers in scene["counts"].items()}}
         for name, scene in scenes.items()}}
@@ -245,21 +256,23 @@ def widget(scenes, left="white", right="blue", spp=4):
             '<canvas data-part=right-image role=img></canvas></div><div class=divider data-part=line></div>'
             '<span class="tag left" data-part=left-tag></span><span class="tag right" data-part=right-tag></span></div>'
             '<input type=range data-part=divider min=0 max=1000 value=500 '
-            'aria-label="divider between the left and the right picture"></div>'
+            f'aria-label="divider between the left and the right picture">{below}</div>'
             f'<div><div class=controls>{select("scene", "Scene")}{select("spp", "Samples per pixel")}'
             f'{select("left", "Left")}{select("right", "Right")}'
             f'{select("blur", "Blur", blurs)}{select("zoom", "Enlarged", zooms)}'
             '<button type=button data-part=swap title="exchange left and right">&#8644; swap</button></div>'
-            '<output data-part=note aria-live=polite></output></div></div>'
+            f'<output data-part=note aria-live=polite></output>{beside}</div></div>'
             f'<script type="application/json" id=compare-data>{text}</script><script>{SCRIPT}</script>')
 
 
 def _cell(samplers, own_error):
     """The pictures of one scene and sample count, and the comparison of each pair."""
     errors = {name: list(found) if isinstance(found, (list, tuple)) else [found] for name, (_, found) in samplers.items()}
+    if not all(errors.values()):
+        return {"samplers": {name: {"picture": uri} for name, (uri, _) in samplers.items()}, "notes": {}}
     notes = {f"{one}|{other}": verdict(one, other, errors, own_error) for one, other in itertools.combinations(errors, 2)}
     for name in errors:
-        notes[f"{name}|reference"] = f"Error of {name} after a blur of 2.1 pixels: {rms(errors[name]):.3g}."
+        notes[f"{name}|reference"] = f"Error of {name} after a blur of 2.1 pixels: {evenly([rms(errors[name])])[0]}."
         notes[f"{name}|{name}"] = "The same picture on both sides."
     notes["reference|reference"] = notes[next(iter(errors)) + "|" + next(iter(errors))]
     return {"samplers": {name: {"picture": uri} for name, (uri, _) in samplers.items()}, "notes": notes}

@@ -3,7 +3,7 @@
 
 Times the built-in network and the library's other mask generators at sizes up to 2048, on one thread and on all, adds
 results of other networks from a file and windows of an endless plane, and writes the tables and plots of neural.md,
-docs/neural.png with masks, spectra and thresholded patterns, and the README's table of methods.
+docs/neural.png with masks, spectra and thresholded patterns, and the table of methods in docs/masks.md.
 """
 
 import argparse
@@ -265,7 +265,7 @@ CHOICE_SIZES = (64, 256, 1024, 2048)
 
 
 def choice_table(rows, threads):
-    """What each method can do. A test compares the README with it."""
+    """What each method can do. A test compares docs/masks.md with it."""
     lines = ["| method | E_1 | E_1.5 | " + " | ".join(f"{size}x{size}" for size in CHOICE_SIZES)
              + " | windows | channels | same bits |", "| --- |" + " ---: |" * (2 + len(CHOICE_SIZES)) + " --- | --- | --- |"]
     for method, (options, *abilities) in CHOICES.items():
@@ -425,7 +425,7 @@ def main():
     text += "\n".join(["", *neural_plane.section(models, options), ""])
     write_text(options.out / "neural.md", text)
     if options.guide or not options.quick:
-        update_table(options.guide or ROOT / "README.md", "scripts/bench neural", choice_table(rows, threads))
+        update_table(options.guide or ROOT / "docs" / "masks.md", "scripts/bench neural", choice_table(rows, threads))
     print(text)
 
 

@@ -34,7 +34,14 @@ main p { max-width: 50rem; }
 figure { margin: 0; } figcaption { color: var(--soft); font-size: .9rem; max-width: 60rem; margin-top: .5rem; }
 figcaption:empty { display: none; }
 .chart svg { display: block; width: 100%; height: auto; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; overscroll-behavior-x: contain; }
+.wide.hides { -webkit-mask-image: var(--fade); mask-image: var(--fade); --fade: linear-gradient(to left, transparent, #000 4rem); }
+.cue { display: none; margin: 0 0 .3rem; font-size: .82rem; color: var(--accent); } .cue.shown { display: block; }
+.wide th:first-child, .wide td:first-child { position: sticky; left: 0; background: var(--card); z-index: 1; }
+.wide tr.best td:first-child { background: var(--tint); }
+.wide.scrolled :is(th, td):first-child::after { content: ""; position: absolute; top: 0; bottom: 0; left: 100%; width: 2rem;
+  background: linear-gradient(to right, var(--card), transparent); pointer-events: none; }
+.wide.scrolled tr.best td:first-child::after { background: linear-gradient(to right, var(--tint), transparent); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
 th { font-weight: 600; font-size: .82rem; color: var(--soft); vertical-align: bottom; }
 th, td { padding: .3em .8em; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
@@ -46,8 +53,7 @@ tr.rule td { border-top: 2px solid var(--line); }
 .pixels { image-rendering: pixelated; display: block; max-width: none; border-radius: 3px; }
 .pictures { width: auto; } .pictures th { font-size: .95rem; color: var(--ink); text-align: left; }
 .pictures th, .pictures td { border: 0; padding: .15rem .35rem; } .pictures td { text-align: left; }
-.pictures tbody th { color: var(--soft); font-size: .85rem; font-weight: 400; position: sticky; left: 0;
-  background: var(--card); vertical-align: top; padding-right: .6rem; }
+.pictures tbody th { color: var(--soft); font-size: .85rem; font-weight: 400; vertical-align: top; padding-right: .6rem; }
 .facts { display: grid; gap: .7rem; grid-template-columns: repeat(var(--columns), minmax(0, 1fr)); margin: 1rem 0; }
 .fact { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: .7rem 1rem; }
 .fact b { display: block; font-size: 1.55rem; letter-spacing: -.02em; font-variant-numeric: tabular-nums; }
@@ -55,10 +61,32 @@ tr.rule td { border-top: 2px solid var(--line); }
 details { padding: 0; } summary { cursor: pointer; font-weight: 600; padding: .8rem 1.2rem; }
 details > :not(summary) { padding: 0 1.2rem 1.1rem; }
 code { background: var(--tint); padding: 0 .25em; border-radius: 3px; }
+.growing button { font: inherit; cursor: pointer; }
 footer { color: var(--soft); font-size: .9rem; margin-top: 3rem; padding-bottom: 3rem; }
 @media (max-width: 900px) { .grid { grid-template-columns: minmax(0, 1fr); } }
 @media (max-width: 760px) { .facts { grid-template-columns: 1fr 1fr; } .fact { padding: .6rem .7rem; } }
-@media (max-width: 600px) { th, td { padding: .3em .5em; } }
+@media (max-width: 600px) { th, td { padding: .3em .5em; }
+  .pictures, .pictures tbody, .pictures tr, .pictures th, .pictures td { display: block; } .pictures thead { display: none; }
+  .pictures tbody th { font-weight: 600; color: var(--ink); padding-top: .9rem; }
+  .pictures td::before { content: attr(data-name); display: block; color: var(--soft); font-size: .85rem; }
+  .pictures .pixels { max-width: 100%; height: auto; } }
+"""
+
+# Says of what is wider than its place that more is to be seen, and fades it out where it is cut off.
+SCRIPT = """
+(function () {
+  var update = function () {
+    document.querySelectorAll(".wide").forEach(function (wide) {
+      wide.classList.toggle("hides", wide.scrollLeft + wide.clientWidth < wide.scrollWidth - 1);
+      wide.classList.toggle("scrolled", wide.scrollLeft > 1);
+      wide.previousElementSibling.classList.toggle("shown", wide.clientWidth < wide.scrollWidth - 1);
+    });
+  };
+  document.querySelectorAll(".wide").forEach(function (wide) { wide.addEventListener("scroll", update, {passive: true}); });
+  document.querySelectorAll("details").forEach(function (part) { part.addEventListener("toggle", update); });
+  addEventListener("resize", update);
+  update();
+})();
 """
 
 
@@ -68,6 +96,11 @@ def samples(count):
 
 def paragraph(text):
     return f"<p>{html.escape(text)}</p>"
+
+
+def sideways(inside):
+    """HTML that scrolls in its place where that is too narrow, and says so."""
+    return f"<p class=cue aria-hidden=true>&#8596; Scroll sideways for more</p><div class=wide tabindex=0>{inside}</div>"
 
 
 def table(header, rows, highlighted=(), rules=(), colours=None):
@@ -89,8 +122,8 @@ def table(header, rows, highlighted=(), rules=(), colours=None):
         opening = f'<tr class="{kinds}">' if kinds else "<tr>"
         body.append(opening + "".join(cell(*pair) for pair in enumerate(row)) + "</tr>\n")
     head = "".join(f"<th>{html.escape(str(text))}</th>" for text in header)
-    return (f"<div class=card><div class=wide><table><thead><tr>{head}</tr></thead>\n<tbody>{''.join(body)}</tbody></table>"
-            "</div></div>")
+    whole = f"<table><thead><tr>{head}</tr></thead>\n<tbody>{''.join(body)}</tbody></table>"
+    return f"<div class=card>{sideways(whole)}</div>"
 
 
 def image(picture, alt, factor=1):
@@ -103,14 +136,17 @@ def image(picture, alt, factor=1):
 
 
 def pictures(cells, row_names, column_names, caption=""):
-    """A grid of Pillow images, cells[row][column]. It scrolls in a narrow window: pixels are not resampled."""
+    """A grid of Pillow images, cells[row][column]. In a narrow window the pictures are stacked, each under its name."""
     head = "".join(f"<th>{html.escape(name)}</th>" for name in column_names)
     room = 1080 // max(1, len(column_names))
-    body = "".join(f"<tr><th>{html.escape(name)}</th>" + "".join(
-        f"<td>{image(cell, f'{name}, {column}', max(1, room // max(c.width for c in row)))}</td>"
-        for cell, column in zip(row, column_names)) + "</tr>\n" for name, row in zip(row_names, cells))
-    return (f"<figure><div class=wide><table class=pictures><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody>"
-            f"</table></div><figcaption>{html.escape(caption)}</figcaption></figure>")
+    body = ""
+    for name, row in zip(row_names, cells):
+        factor = max(1, room // max(cell.width for cell in row))
+        inside = "".join(f'<td data-name="{html.escape(column)}">{image(cell, f"{name}, {column}", factor)}</td>'
+                         for cell, column in zip(row, column_names))
+        body += f"<tr><th>{html.escape(name)}</th>{inside}</tr>\n"
+    whole = f"<table class=pictures><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f"<figure>{sideways(whole)}<figcaption>{html.escape(caption)}</figcaption></figure>"
 
 
 def svg(figure, fit=True):
@@ -147,6 +183,21 @@ def folded(summary, parts, shown=False):
             "</details>")
 
 
+def still_growing(text):
+    """A notice on a page whose program has not ended: loads the page again every few seconds until the visitor uses it, and
+    then offers a button."""
+    return (f'<p class="card growing" role=status>{html.escape(text)} <button type=button hidden>Load what there is now</button></p>'
+            """<script>
+(function () {
+  var button = document.querySelector(".growing button"), timer = setInterval(function () { location.reload(); }, 5000);
+  button.addEventListener("click", function () { location.reload(); });
+  ["pointerdown", "keydown", "wheel", "touchstart"].forEach(function (used) {
+    addEventListener(used, function () { clearInterval(timer); button.hidden = false; }, {passive: true});
+  });
+})();
+</script>""")
+
+
 def page(title, sections, lead="", footer=""):
     """The whole page. sections: pairs of (heading, list of parts); lead: a sentence or two."""
     links = "".join(f'<a href="#part-{i}">{html.escape(heading)}</a>' for i, (heading, _) in enumerate(sections))
@@ -155,4 +206,5 @@ def page(title, sections, lead="", footer=""):
     return (f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>\n'
             f"<body><header><h1>{html.escape(title)}</h1>{f'<p class=lead>{html.escape(lead)}</p>' if lead else ''}"
-            f"<nav>{links}</nav></header>\n<main>{body}</main>\n<footer>{html.escape(footer)}</footer></body></html>\n")
+            f"<nav>{links}</nav></header>\n<main>{body}</main>\n<footer>{html.escape(footer)}</footer>"
+            f"<script>{SCRIPT}</script></body></html>\n")

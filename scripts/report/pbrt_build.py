@@ -195,7 +195,11 @@ def build(checkout, jobs):
             ("libbn", ROOT, libbn, (*BN_OPTIONS, f"-DCMAKE_INSTALL_PREFIX={prefix}"), ("--target", "install")),
             ("pbrt-v4, about a quarter of an hour the first time", folder / "src", pbrt,
              (*OPTIONS, f"-DCMAKE_PREFIX_PATH={prefix}"), ("--target", "pbrt_exe"))):
-        new = not (target / "CMakeCache.txt").is_file()
+        cache = target / "CMakeCache.txt"
+        # CMake refuses the cache of sources that have moved.
+        if cache.is_file() and f"CMAKE_HOME_DIRECTORY:INTERNAL={source}\n" not in cache.read_text(encoding="utf-8"):
+            shutil.rmtree(target)
+        new = not cache.is_file()
         generator = ("-G", "Ninja") if new and shutil.which("ninja") else ()
         run_logged(f"configuring {what.split(',')[0]}", folder / "log", "cmake", "-S", str(source), "-B", str(target), *generator,
                    *options)

@@ -138,6 +138,20 @@ class Renderer:
             self._record(path, key)
         return path
 
+    def kept(self, request, names, make, **more):
+        """The paths of files of one run, which make(paths) writes unless all of them are valid already.
+
+        more: further conditions for their validity, besides the request and the program.
+        """
+        paths, key = [self.folder / name for name in names], self._key(request, **more)
+        if not all(self._valid(path, key) for path in paths):
+            for path in paths:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            make(paths)
+            for path in paths:
+                self._record(path, key)
+        return paths
+
     def reference(self, request, name, part_count=64, report=lambda fraction: None):
         """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
 

@@ -16,17 +16,19 @@ from .tables import TableError, update_table
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 3, 4, 6, 16, 64)
 MEASURES = {"displayed_2.1": "as displayed", "rmse_2.1": "raw"}
-OURS = {"white": "white", "sobol": "Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
+OURS = {"white": "white", "sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
     ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", OURS),
     ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
-        "independent": "white (`independent`)", "paddedsobol": "Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
+        "independent": "white (`independent`)", "paddedsobol": "padded Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
         "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
     ("third-party models", "models_headline.csv", "scripts/bench models FOLDER", OURS),
 )
-# What the README shows of it.
-SHORT = ("displayed_2.1",), ("white", "independent", "sobol", "zsobol", BEST_PEER, "best of pbrt"), ("our path tracer", "pbrt-v4")
+# What the README shows of it: of errors as displayed, these rows.
+SHORT = (("our path tracer", "white", "white noise"), ("our path tracer", "sobol", "padded Sobol'"), ("our path tracer", BEST_PEER, BEST_PEER),
+         ("pbrt-v4", "independent", "white noise"), ("pbrt-v4", "zsobol", "its default, Z-order"),
+         ("pbrt-v4", "best of pbrt", "the best of its seven"))
 
 
 def over(gains):
@@ -38,18 +40,28 @@ def over(gains):
     return f"{spread([gain.scenes for gain in gains], 'scene')}, {spread([gain.views for gain in gains], 'crop')}"
 
 
-def table(parts, measures=tuple(MEASURES), only=None):
-    """One Markdown table from {where: table of gains.read_rows()}; only: the samplers to compare with, else all."""
+def table(parts):
+    """One Markdown table from {where: table of gains.read_rows()}."""
     rows = []
     for where, _, _, names in PARTS:
         gains = parts.get(where, {})
-        for measure in measures:
+        for measure in MEASURES:
             for than, name in names.items():
                 found = [gains.get((measure, spp, "blue", than)) for spp in COUNTS]
-                if any(found) and (only is None or than in only):
+                if any(found):
                     rows.append([f"{where}, {over([gain for gain in found if gain])}", MEASURES[measure], name,
                                  *(gain.text() if gain else "" for gain in found)])
     return md_table(["where", "error", "times less than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
+
+
+def short_table(parts):
+    """The README's: SHORT alone."""
+    rows = []
+    for where, than, name in SHORT:
+        found = [parts.get(where, {}).get(("displayed_2.1", spp, "blue", than)) for spp in COUNTS]
+        if any(found):
+            rows.append([f"{name}, in {where}", *(gain.text() if gain else "" for gain in found)])
+    return md_table(["times less error than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
 
 
 def read_parts(folder):
@@ -72,8 +84,7 @@ def main(arguments=None):
         text = table(parts)
         if not options.print:
             update_table(options.report / "README.md", COMMAND, text)
-            measures, only, wheres = SHORT
-            update_table(options.readme, COMMAND, table({where: parts[where] for where in wheres if where in parts}, measures, only))
+            update_table(options.readme, COMMAND, short_table(parts))
     except (TableError, OSError) as error:
         sys.exit(f"bench: {error}")
     for line in missing:

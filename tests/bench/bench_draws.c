@@ -12,6 +12,9 @@
  * Draws are of four dimensions; -1d, -2d and -second after `single`, `inline`, `many` and `peer` are
  * of dimension 0, of dimensions (0, 1) and of (2, 3) alone.
  *
+ * Six rays, each with four numbers and two choices more: `ray` takes them from bn_path.h, and
+ * `ray-by-hand` spells out the same domains; the time is for one ray.
+ *
  * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
  * bn_sample_4d() for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
  * `many-shuffled` have the lanes in random order, as after a sort by material. BN_SIMD chooses the
@@ -19,7 +22,7 @@
  *
  * A time is the shortest of many short ones, taken in turn, so that what else the machine does
  * falls out; `instances` is their number. */
-#include <bn/bn_draw.h>
+#include <bn/bn_path.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,6 +98,45 @@ static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
                 }
             }
         }
+    }
+    return sum;
+}
+
+/* The rays of a path, with two choices each. */
+static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    float sum = 0.0f;
+    (void)block;
+    for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
+        for (int32_t x = 0; x < WIDTH; ++x) {
+            for (uint32_t index = 0; index < INDICES; ++index) {
+                const bn_path path = bn_path_start(x, y, index, 0);
+                for (uint32_t key = 0; key < DOMAINS; ++key) {
+                    float u[4];
+                    bn_ray ray = bn_path_ray(&path, key);
+                    bn_ray_draw(table, &ray, u);
+                    sum += u[0] + u[1] + u[2] + u[3];
+                    sum += bn_ray_1d(table, &ray);
+                    sum += bn_ray_1d(table, &ray);
+                }
+            }
+        }
+    }
+    return sum;
+}
+
+static float draw_ray_by_hand(const bn_sampler *sampler, int32_t y0, float *block) {
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    float sum = 0.0f;
+    (void)block;
+    FOR_DRAWS {
+        float u[4], choices[2];
+        const uint32_t ray = bn_draw_domain_child(BN_DOMAIN_ROOT, key < 3 ? key : key + 1);
+        bn_draw_4d(table, x, y, index, ray, u);
+        bn_draw_2d(table, x, y, index, bn_draw_domain_child(ray, 0), choices);
+        sum += u[0] + u[1] + u[2] + u[3];
+        sum += choices[0];
+        sum += choices[1];
     }
     return sum;
 }
@@ -238,8 +280,10 @@ int main(int argc, char **argv) {
                  {"inline-1d", draw_inline_1d},
                  {"inline-2d", draw_inline_2d},
                  {"inline-second", draw_inline_second},
-                 {"later", draw_later}};
-    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 5, PEER_DRAWS = 3 };
+                 {"later", draw_later},
+                 {"ray", draw_ray},
+                 {"ray-by-hand", draw_ray_by_hand}};
+    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 7, PEER_DRAWS = 3 };
     static row rows[FORMS * KINDS + 1 + PEER_DRAWS * BENCH_PEERS];
     bn_sampler *samplers[KINDS];
     unsigned rounds = 400;

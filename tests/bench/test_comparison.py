@@ -23,6 +23,15 @@ def test_a_ratio_is_above_the_references_own_error():
     assert found is None and "0.34" in why
 
 
+def test_numbers_beside_each_other_are_rounded_alike():
+    assert comparison.evenly([0.03, 0.0188]) == ["0.0300", "0.0188"]
+    assert comparison.evenly([0.09996, 2]) == ["0.100", "2.000"]
+    assert comparison.evenly([123.4, 5678]) == ["123", "5678"]
+    assert comparison.evenly([0, 0.5]) == ["0.000", "0.500"] and comparison.evenly([0.0]) == ["0.00"]
+    text = comparison.verdict("white", "blue", {"white": [0.03] * 3, "blue": [0.0188] * 3}, 0.0)
+    assert "white 0.0300, blue 0.0188." in text
+
+
 def test_verdict_names_the_better_one_and_how_sure_that_is():
     errors = {"white": [2.0, 2.1, 1.9], "blue": [1.0, 1.0, 1.0], "sobol": [1.0, 0.9, 1.1]}
     for left, right in (("white", "blue"), ("blue", "white")):

@@ -115,5 +115,5 @@ def test_a_quick_run_writes_the_whole_report(tmp_path, monkeypatch, capsys):
 
 def test_the_readme_has_the_table_of_the_report():
     """Both are written by the same run."""
-    table = (neural.ROOT / "README.md").read_text().split("<!-- table: scripts/bench neural -->\n\n")[1].split("\n\n<!--")[0]
+    table = (neural.ROOT / "docs" / "masks.md").read_text().split("<!-- table: scripts/bench neural -->\n\n")[1].split("\n\n<!--")[0]
     assert table.count("\n") > 4 and table in (neural.ROOT / "docs/report/neural.md").read_text()

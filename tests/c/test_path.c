@@ -44,14 +44,16 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
     }
     for (uint32_t number = 0; number < rays; ++number) {
         bn_ray ray = bn_path_ray(&path, number);
+        uint32_t names = random_below(1000);
         bn_ray_draw(table, &ray, u);
         put(place, u, 4);
         for (uint32_t more = random_below(12); more > 0; --more) {
             switch (random_below(16)) {
             case 0:
                 if (level < DEPTH) {
-                    const uint32_t branches = 1 + random_below(4), taken = 1 + random_below(6);
-                    const bn_split split = bn_ray_split(&ray, branches);
+                    const uint32_t branches = random_below(5), taken = 1 + random_below(6);
+                    const bn_split split = branches > 0 ? bn_ray_split(&ray, branches)
+                                                        : bn_ray_split_from(&ray, path.index * 8);
                     for (uint32_t k = 0; k < taken; ++k)
                         draw_path(table, bn_split_path(&split, k), lights, place, level + 1);
                 }
@@ -64,7 +66,14 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
                 }
                 break;
             }
-            case 2:
+            case 2: {
+                bn_ray part = bn_ray_named(&ray, names++);
+                bn_ray_draw(table, &part, u);
+                put(place, u, 4);
+                u[0] = bn_ray_1d(table, &part);
+                put(place, u, 1);
+                break;
+            }
             case 3:
                 bn_ray_4d(table, &ray, u);
                 put(place, u, 4);
@@ -210,6 +219,12 @@ static void the_next_ray_does_not_care(void) {
         bn_ray_2d(table, &plain, u);
         bn_ray_2d(table, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
+        /* Nor do named parts. */
+        const bn_ray part = bn_ray_named(&plain, 12), same = bn_ray_named(&other, 12);
+        const bn_ray next = bn_ray_named(&plain, 13);
+        bn_ray_draw(table, &part, u);
+        bn_ray_draw(table, &same, v);
+        CHECK(memcmp(u, v, sizeof u) == 0 && next.domain != part.domain);
     }
     bn_sampler_destroy(sampler);
 }
@@ -287,6 +302,10 @@ static void a_split_is_one_sequence(void) {
         bn_ray ray = bn_path_ray(&path, 1);
         const uint32_t domain = bn_domain_child(bn_ray_split_domain(ray.domain, 0), 4);
         const bn_split split = bn_ray_split(&ray, 4), next = bn_ray_split(&ray, 0);
+        const bn_split running = bn_ray_split_from(&ray, 3 * index);
+        CHECK(bn_split_path(&running, 2).index == 3 * index + 2);
+        CHECK(bn_split_path(&running, 2).domain == bn_split_path(&running, 0).domain);
+        CHECK(bn_split_path(&running, 0).domain != bn_split_path(&next, 0).domain);
         for (uint32_t k = 0; k < 4; ++k) {
             float u[4], v[4];
             const bn_path branch = bn_split_path(&split, k);

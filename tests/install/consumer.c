@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What a renderer does first. All consumer projects build this program; all must print the same. */
-#include <bn/bn.h>
+#include <bn/bn_path.h>
 #include <stdio.h>
 
 int main(void) {
@@ -17,6 +17,14 @@ int main(void) {
         printf("%08lx %08lx %08lx %08lx\n", (unsigned long)u[0], (unsigned long)u[1],
                (unsigned long)u[2], (unsigned long)u[3]);
     }
+    float number[4];
+    const bn_path path = bn_path_start(-7, 12, 1, 2);
+    bn_ray ray = bn_path_ray(&path, 3);
+    const bn_split split = bn_ray_split(&ray, 4);
+    const bn_path branch = bn_split_path(&split, 5);
+    bn_ray_4d(bn_sampler_table(sampler), &ray, number);
+    printf("%.7f %.7f %08lx %lu\n", (double)number[0], (double)number[3],
+           (unsigned long)branch.domain, (unsigned long)branch.index);
     bn_sampler_destroy(sampler);
 
     uint32_t ranks[16 * 16];

@@ -102,7 +102,13 @@ int wrong_paths(const bn::Sampler &sampler) {
                 const bn::Split split = ray.next_split(3);
                 const bn_split own_split = bn_ray_split(&own_ray, 3);
                 const bn_path branch = bn_split_path(&own_split, 4);
-                count += split.size() != 3 || split[4].state().domain != branch.domain;
+                count += split[4].state().domain != branch.domain;
+                const bn_split own_next = bn_ray_split_from(&own_ray, 5);
+                count += ray.next_split_from(5)[2].state().index != 7;
+                count += bn_split_path(&own_next, 0).index != 5;
+                const bn_ray part = bn_ray_named(&own_ray, 77);
+                bn_ray_draw(table, &part, u);
+                count += !equal(ray.named(77).draw(), u);
                 bn::Noise noise = ray.next_noise();
                 bn_noise own_noise = bn_ray_noise(table, &own_ray);
                 for (int k = 0; k < 9; ++k) count += noise.next_1d() != bn_noise_1d(&own_noise);
@@ -142,7 +148,7 @@ int wrong_counts(const bn::Sampler &sampler) {
     count += std::memcmp(pairs.data(), first.data(), sizeof first) != 0;
     numbers.start(5, 6, 7);
     const auto triple = counted(numbers, "12");
-    count += triple[0] != first[0] || triple[1] != first[2] || triple[2] != first[3];
+    count += triple[0] != first[2] || triple[1] != first[0] || triple[2] != first[1];
     // Whatever a ray draws, the next begins alike, and no number comes twice.
     std::vector<float> next;
     for (const char *pattern : {"", "1", "2", "112112", "2222222222", "1111111111111111111111"}) {
@@ -170,6 +176,12 @@ int main() {
                     static_cast<unsigned long>(u[1]), static_cast<unsigned long>(u[2]),
                     static_cast<unsigned long>(u[3]));
     }
+    bn::Ray ray = bn::Path(sampler, -7, 12, 1, 2).ray(3);
+    const bn::Path branch = ray.next_split(4)[5];
+    const auto number = ray.next_4d();
+    std::printf("%.7f %.7f %08lx %lu\n", static_cast<double>(number[0]),
+                static_cast<double>(number[3]), static_cast<unsigned long>(branch.state().domain),
+                static_cast<unsigned long>(branch.state().index));
     int failures = wrong(sampler, light) + wrong_paths(sampler) + wrong_counts(sampler);
     failures += bn::Sampler(7).sample(1, 2, 3) != bn::Sampler(bn::Kind::blue, 7).sample(1, 2, 3);
     failures += light.value() != bn_domain_child(BN_DOMAIN_ROOT, 3) || light == bn::Domain();

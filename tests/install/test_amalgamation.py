@@ -10,7 +10,7 @@ import shutil
 
 import pytest
 from conftest import ROOT, run
-from test_readme import programs
+from test_readme import program
 from test_symbols import DRAWS, declared, symbols
 
 HERE = ROOT / "tests" / "install"
@@ -43,7 +43,9 @@ def program(folder, compiler, source, objects):
 def test_one_command_compiles_a_program(folder, static_library, tmp_path):
     for name in ("bn.c", "bn.h"):
         shutil.copy(folder / name, tmp_path)
-    text = (HERE / "consumer.c").read_text().replace("<bn/bn.h>", '"bn.h"')
+    text = (HERE / "consumer.c").read_text()
+    assert "<bn/bn_path.h>" in text
+    text = text.replace("<bn/bn_path.h>", '"bn.h"')
     (tmp_path / "main.c").write_text(text)
     assert run(os.environ.get("CC", "cc"), "bn.c", "main.c", "-lm", cwd=tmp_path) == ""
     static_library.compile(HERE / "consumer.c", tmp_path / "expected")
@@ -52,8 +54,9 @@ def test_one_command_compiles_a_program(folder, static_library, tmp_path):
 
 def test_the_readmes_program_compiles_unchanged(folder, tmp_path):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.o"))
-    (tmp_path / "main.c").write_text(programs()[0])
-    assert run(os.environ.get("CC", "cc"), "-O2", "-I.", "bn.c", "main.c", "-lm", cwd=tmp_path) == ""
+    (tmp_path / "main.cpp").write_text(program())
+    assert run(os.environ.get("CC", "cc"), "-O2", "-c", "bn.c", cwd=tmp_path) == ""
+    assert run(os.environ.get("CXX", "c++"), "-std=c++17", "-I.", "main.cpp", "bn.o", "-lm", cwd=tmp_path) == ""
     assert len(run(tmp_path / "a.out").splitlines()) == 4
 
 
@@ -71,7 +74,7 @@ def test_every_header_but_the_networks_is_there(folder, tmp_path, name):
         run(compiler, f"-std={used}", "-pedantic", "-Werror", "-Wall", "-Wextra", "-I", folder, "-fsyntax-only", source)
 
 
-@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_result",
+@pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_result", "c/test_path",
                                   "simd/block_equals_single", "simd/many_equals_single"])
 def test_passes_the_tests_of_the_library(test, folder, compiled):
     run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))

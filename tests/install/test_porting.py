@@ -94,36 +94,132 @@ def test_the_check_notices(check, mistake):
     assert any(float(found) > most for seed in range(8) for found, (_, most) in zip(check(mistake, SEED=str(seed)), limits()))
 
 
-COUNTER = """
+TILE = """
 #include <cstdio>
-#include "counter.hpp"
+#include <vector>
+struct Color { float values[12]; };
+struct Ray {};
+struct Camera { Ray ray(float, float) const { return {}; } };
+struct Scene { Camera camera; };
+struct Tile { int x0, y0, x1, y1; };
+struct Film {
+    std::vector<Color> colors;
+    void add(int, int, Color color) { colors.push_back(color); }
+};
+constexpr unsigned max_depth = 2;
+// The listing, with what it leaves out.
+TEXT
 int main() {
-    bn_sampler *sampler;
-    if (bn_sampler_create(nullptr, &sampler) != BN_SUCCESS) return 1;
-    CounterSampler counter(sampler);
-    const uint32_t singles = bn_domain_child(BN_DOMAIN_ROOT, 1u << 20);
-    int wrong = 0;
-    for (int x = 0; x < 40; ++x) {
-        float u[2], own[4];
-        counter.start(x, 3, 5);
-        for (uint32_t k = 0; k < 6; ++k) {
-            if (k == 4) counter.start_ray(7);
-            const uint32_t pair = k < 4 ? k : 10 + k, single = k < 4 ? k : 108 + k;
-            counter.next_2d(u);
-            bn_sample_4d(sampler, x, 3, 5, bn_domain_child(BN_DOMAIN_ROOT, pair / 2), own);
-            wrong += u[0] != own[pair % 2 * 2] || u[1] != own[pair % 2 * 2 + 1];
-            wrong += counter.next_1d() != bn_sample_1d(sampler, x, 3, 5, bn_domain_child(singles, single));
-        }
-    }
-    std::printf("%d\\n", wrong);
-    bn_sampler_destroy(sampler);
-    return 0;
+    const bn::Sampler sampler(4);
+    Film film;
+    render_tile(Scene{}, sampler, {-2, 5, 3, 8}, 4, film);
+    int wrong = 0, at = 0;
+    for (int y = 5; y < 8; ++y)
+        for (int x = -2; x < 3; ++x)
+            for (unsigned i = 0; i < 4; ++i, ++at)
+                for (uint32_t key = 0; key < 3; ++key) {
+                    float own[4];
+                    bn_sample_4d(sampler.get(), x, y, i, bn_domain_child(BN_DOMAIN_ROOT, key), own);
+                    for (int d = 0; d < 4; ++d) wrong += film.colors[at].values[4 * key + d] != own[d];
+                }
+    std::printf("%d\\n", wrong + (at != 60));
 }
 """
 
 
-def test_counter(build):
-    assert run(build(counter_dot_hpp=listing("counter.hpp"), main_dot_cpp=COUNTER)) == "0\n"
+def test_tile(build):
+    """Its numbers end up in the picture."""
+    text = listing("tile.hpp")
+    for before, after in (
+            ("    // ...\n    for", "    Color color{{px, py, s, t}};\n    (void)ray, (void)scene;\n    for"),
+            ("        // ...\n        light[0]", "        const float more[] = {direction[0], direction[1], next_s, next_t};\n"
+             "        for (int d = 0; d < 4; ++d) color.values[4 * depth + d] = more[d];\n        light[0]"),
+            ("next_t;\n    }\n}", "next_t;\n    }\n    (void)light;\n    return color;\n}")):
+        assert text.count(before) == 1
+        text = text.replace(before, after)
+    assert run(build(main_dot_cpp=TILE.replace("TEXT", text))) == "0\n"
+
+
+# Rays that draw any numbers, in every order, with `Sampler` for the renderer's: prints how many numbers come twice in all of
+# four pixels, and how many rays begin otherwise after other rays before them.
+COUNTED = """
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <random>
+#include <vector>
+#include "sampler.hpp"
+int main() {
+    const bn::Sampler shared(9);
+    std::mt19937 random(1);
+    long twice = 0, other = 0;
+    std::array<float, 2> begin[40][4] = {};
+    for (int trial = 0; trial < 200; ++trial) {
+        std::vector<std::array<float, 4>> all;
+        const unsigned program = random();
+        for (int place = 0; place < 4; ++place) {
+            std::mt19937 choices(program);
+            BlueSampler sampler(shared);
+            sampler.StartPixelSample(1000 * place, 77 - place, 3);
+            size_t at = 0;
+            const auto put = [&](float u) {
+                if (place == 0) all.push_back({});
+                all[at++][place] = u;
+            };
+            const unsigned rays = 1 + choices() % 40;
+            for (unsigned ray = 0; ray < rays; ++ray) {
+                if (ray > 0) sampler.StartRay(ray);
+                const auto first = sampler.Get2D();
+                other += trial > 0 && first != begin[ray][place] && begin[ray][place][0] != 0;
+                begin[ray][place] = first;
+                put(first[0]), put(first[1]);
+                for (unsigned more = choices() % 8 ? choices() % 7 : choices() % 60; more > 0; --more) {
+                    if (choices() % 2) {
+                        put(sampler.Get1D());
+                    } else {
+                        const auto pair = sampler.Get2D();
+                        put(pair[0]), put(pair[1]);
+                    }
+                }
+            }
+        }
+        std::sort(all.begin(), all.end());
+        for (size_t i = 1; i < all.size(); ++i) twice += all[i] == all[i - 1];
+    }
+    std::printf("%ld %ld\\n", twice, other);
+}
+"""
+
+# What this guide showed before: pair and single numbers by counters that rays set to fixed places.
+FIXED_PLACES = """
+#include <bn/bn.hpp>
+class BlueSampler {
+  public:
+    explicit BlueSampler(const bn::Sampler &sampler) : sampler_(sampler) {}
+    void StartPixelSample(int x, int y, int index) { x_ = x, y_ = y, index_ = unsigned(index), StartRay(0); }
+    void StartRay(unsigned ray) { pairs_ = 2 * ray, singles_ = 16 * ray; }
+    std::array<float, 2> Get2D() {
+        const bn::Domain domain = bn::Domain().child(pairs_ / 2);
+        return sampler_.sample_pair(x_, y_, index_, domain, pairs_++ % 2);
+    }
+    float Get1D() { return sampler_.sample<1>(x_, y_, index_, bn::Domain().child(1u << 20).child(singles_++))[0]; }
+
+  private:
+    const bn::Sampler &sampler_;
+    int x_ = 0, y_ = 0;
+    unsigned index_ = 0, pairs_ = 0, singles_ = 0;
+};
+"""
+
+
+def test_counted(build):
+    assert run(build(sampler_dot_hpp=listing("counted.hpp"), main_dot_cpp=COUNTED)) == "0 0\n"
+
+
+def test_fixed_places_hand_out_numbers_twice(build):
+    """The test above would have found it."""
+    twice, other = map(int, run(build(sampler_dot_hpp=FIXED_PLACES, main_dot_cpp=COUNTED)).split())
+    assert twice > 1000 and other == 0
 
 
 WAVEFRONT = """
@@ -144,7 +240,7 @@ int main() {
     for (size_t lane = 0; lane < 101; ++lane) {
         float own[4];
         bn_sample_4d(sampler, lanes.x[lane], lanes.y[lane], lanes.index[lane],
-                     bn_domain_child(BN_DOMAIN_ROOT, lanes.depth[lane]), own);
+                     bn_domain_child(BN_DOMAIN_ROOT, lanes.depth[lane] + (lanes.depth[lane] > 2)), own);
         for (size_t d = 0; d < 4; ++d) wrong += lanes.u[4 * lane + d] != own[d];
     }
     std::printf("%d\\n", wrong);
@@ -217,7 +313,7 @@ int main() {
     globals.sample_pattern_lut.resize(count);
     bn_sampler_table_words(sampler, reinterpret_cast<uint32_t *>(globals.sample_pattern_lut.data()), count, nullptr);
     const struct { int dimension; uint32_t key; int half; } decisions[] = {
-        {PRNG_FILTER, 0, 0}, {PRNG_LENS_TIME, 3, 0}, {16 + PRNG_LIGHT, 0, 1}, {16 + PRNG_SURFACE_BSDF, 1, 0},
+        {PRNG_FILTER, 0, 0}, {16 + PRNG_LIGHT, 0, 1}, {16 + PRNG_SURFACE_BSDF, 1, 0},
         {32 + PRNG_LIGHT, 1, 1}, {48 + PRNG_LIGHT, 2, 1}, {48 + PRNG_SURFACE_BSDF, 4, 0}};
     int wrong = 0;
     for (int x = 0; x < 50; ++x)

@@ -13,7 +13,6 @@ mitsuba = pytest.importorskip("mitsuba")
 drjit = pytest.importorskip("drjit")
 
 SAMPLER = bluenoise.Sampler("blue", seed=5)
-SINGLES = 1 << 20
 
 
 def works(variant):
@@ -48,10 +47,16 @@ def scene_of(integrator, width, height, spp, crop=None, border=False, filter="bo
                    "film": film, "sampler": {"type": "bluenoise", "sample_count": spp, "seed": seed}, **dict(sensor)}})
 
 
-def own(x, y, index, pair, key=0):
+def own(x, y, index, pair, frame=0):
     """Draw `pair` of two dimensions, in NumPy."""
-    half = 2 * (pair % 2)
-    return SAMPLER.sample(x, y, index, SAMPLER.domain(key, pair // 2))[..., half:half + 2]
+    ray = bluenoise.Path(SAMPLER, x, y, index, frame).ray(pair // 2)
+    return ray.draw_light() if pair % 2 else ray.draw_where()
+
+
+def single(x, y, index, ray, k, frame=0):
+    """Single number k of a ray."""
+    ray = bluenoise.Path(SAMPLER, x, y, index, frame).ray(ray)
+    return [ray.next_1d() for _ in range(k + 1)][k]
 
 
 def register_probe():
@@ -81,7 +86,7 @@ def test_pixels_of_the_film_have_their_draws(variant, crop):
     for seed in (0, 7):
         picture = np.array(mitsuba.render(scene, spp=1, seed=seed))
         assert np.array_equal(picture[..., :2], own(x, y, 0, 3, seed))
-        assert np.array_equal(picture[..., 2], SAMPLER.sample(x, y, 0, SAMPLER.domain(seed, SINGLES, 0))[..., 0])
+        assert np.array_equal(picture[..., 2], single(x, y, 0, 2, 0, seed))
 
 
 def test_scalar_films_of_odd_sizes():
@@ -114,9 +119,12 @@ def test_indices_and_draws_of_a_wavefront(spp):
     for first in (0, spp // 2):
         index = first + lane % (spp // 2)
         for pair in range(12):
+            # Before a direction six single numbers, after it one more.
+            numbers = 6 if pair % 2 == 0 else 1
+            for k in range(numbers):
+                expected = single(x, y, index, pair // 2, k if pair % 2 == 0 else 6)
+                assert np.array_equal(np.array(sampler.next_1d()), expected)
             assert np.array_equal(np.array(sampler.next_2d()).T, own(x, y, index, pair))
-            expected = SAMPLER.sample(x, y, index, SAMPLER.domain(0, SINGLES, pair), 1)[..., 0]
-            assert np.array_equal(np.array(sampler.next_1d()), expected)
         sampler.advance()
 
 
@@ -153,7 +161,8 @@ def test_loops_count_draws(recorded):
             labels=("i", "a", "b", "sampler"))
     count = (np.arange(256) % 5).reshape(16, 16)
     pairs = sum(np.where(k < count, own(x, y, 0, 1 + k)[..., 1], 0) for k in range(4))
-    singles = sum(np.where(k < count, SAMPLER.sample(x, y, 0, SAMPLER.domain(0, SINGLES, k))[..., 0], 0) for k in range(4))
+    # After pairs 1, 2, 3 and 4, which are ray 0's second, ray 1's and ray 2's first.
+    singles = sum(np.where(k < count, single(x, y, 0, (k + 2) // 2, k % 2), 0) for k in range(4))
     assert np.allclose(np.array(state[1]).reshape(16, 16), pairs, atol=1e-6)
     assert np.allclose(np.array(state[2]).reshape(16, 16), singles, atol=1e-6)
 

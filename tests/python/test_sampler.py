@@ -73,6 +73,29 @@ def test_dims_are_the_first_dimensions():
         np.testing.assert_array_equal(sampler.sample(np.arange(50), 3, 1, dims=dims), four[:, :dims])
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_pair_is_part_of_the_four(kind):
+    sampler = Sampler(kind, seed=9)
+    where = np.arange(3000), 3, np.arange(3000) % 300, sampler.domain(np.arange(3000) % 5)
+    four = sampler.sample(*where)
+    for pair in (0, 1):
+        np.testing.assert_array_equal(sampler.sample(*where, pair=pair), four[:, 2 * pair:2 * pair + 2])
+        out = np.empty((3000, 2), np.float32)
+        assert sampler.sample(*where, dims=2, pair=pair, out=out) is out
+        np.testing.assert_array_equal(out, four[:, 2 * pair:2 * pair + 2])
+    assert sampler.sample(1, 2, 3, pair=1).shape == (2,)
+
+
+@pytest.mark.parametrize(("options", "error", "words"), [
+    ({"pair": 2}, ValueError, ["pair", "2"]), ({"pair": -1}, ValueError, ["pair", "-1"]), ({"pair": 0.0}, TypeError, ["pair", "0.0"]),
+    ({"pair": True}, TypeError, ["pair", "True"]), ({"pair": 1, "dims": 3}, ValueError, ["pair", "dims", "3"]),
+    ({"pair": 1, "out": np.empty(4, np.float32)}, ValueError, ["out", "(2,)"])])
+def test_bad_pairs(options, error, words):
+    with pytest.raises(error) as caught:
+        Sampler().sample(1, 2, 3, **options)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
 def test_scalars_give_one_sample():
     u = Sampler().sample(1, 2, 3)
     assert u.shape == (4,)
@@ -154,6 +177,11 @@ def test_domains():
     assert sampler.domain(np.uint32(7)) == Sampler("white", seed=3).domain(7)
     keys = {sampler.domain(a, b) for a in range(64) for b in range(64)}
     assert len(keys) > 4090  # 4,096 hashes of 32 bits: 0.002 collisions expected
+
+
+def test_keys_that_do_not_broadcast():
+    with pytest.raises(ValueError, match=r"keys do not broadcast: shapes \(2,\) and \(3,\)"):
+        Sampler().domain([1, 2], [1, 2, 3])
 
 
 def test_domains_are_uncorrelated():

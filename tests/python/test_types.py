@@ -34,6 +34,11 @@ assert_type(found["low_frequency"], dict[float, float])
 bluenoise.measure(np.zeros((8, 8)), ["e_1"], progress=print)
 keys = bluenoise.Sampler().domain(np.arange(3))
 assert_type(bluenoise.Sampler().domain(1, 2), int)
+bluenoise.Sampler().sample(1, 2, 3, pair=1)
+ray = bluenoise.Path(bluenoise.Sampler(), np.arange(3), 0, 0, frame=1).ray(0)
+assert_type(ray.next_1d(), npt.NDArray[np.float32])
+assert_type([branch for branch in ray.next_split(2)], list[bluenoise.Path])
+assert_type(ray.next_noise(), bluenoise.Noise)
 bluenoise.mask((8, 8), method="builtin", out=np.zeros((8, 8), np.uint32))
 assert_type(bluenoise.dither(np.zeros((8, 8), np.uint16)), npt.NDArray[np.uint16])
 kind: bluenoise.SamplerKind = bluenoise.Sampler("zorder", seed=None).kind
@@ -46,6 +51,8 @@ bluenoise.mask((8, 8), method="white", sigma=1.0)
 bluenoise.mask((8, 8), method="paint")
 bluenoise.points(8, method="poisson-disk", jitter=False)
 bluenoise.Sampler("red")
+bluenoise.Sampler().sample(1, 2, 3, pair=2)
+bluenoise.Path("blue", 0, 0, 0)
 bluenoise.measure(np.zeros((8, 8)))["e_3"]
 '''
 

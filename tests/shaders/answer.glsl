@@ -43,4 +43,17 @@ void answer(out uint result[16]) {
     result[13] = bn_choose_cdf(CASE(9u), CASE(10u), left);
     result[14] = floatBitsToUint(left);
     result[15] = v.x + 3u * v.y + 5u * floatBitsToUint(w.x) + 7u * floatBitsToUint(w.y);
+
+    uint k = CASE(13u), count = CASE(14u);
+    bn_path path = bn_path_start(x, y, index, CASE(15u));
+    uint ray = bn_path_ray_domain(path, CASE(12u));
+    uint split = bn_ray_split_domain(ray, k);
+    bn_path branch = bn_path_branch(path, split, count, k);
+    bn_path last = bn_path_branch(branch, split, count, count);
+    result[15] += 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray
+        + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_dimension(k)
+        + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
+        + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
+        + 43u * last.domain + 45u * bn_path_noise_bits(branch, split, k)
+        + 47u * bn_ray_named_domain(ray, k);
 }

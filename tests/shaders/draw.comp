@@ -16,6 +16,7 @@ layout(std430, binding = 3) writeonly buffer result_table {
 };
 #define BN_WORD(i) bn_words[i]
 #include "bn_draw.glsl"
+#include "bn_path.glsl"
 #define BN_CDF(i) bn_cdf[i]
 #include "bn_choose.glsl"
 

@@ -2,6 +2,7 @@
  * The same as draw.comp in CUDA and HIP. With RUN_ON_HOST it is a program of C++ that compares. */
 #include <bn/bn_choose.h>
 #include <bn/bn_draw.h>
+#include <bn/bn_path.h>
 
 BN_DEVICE_INLINE uint32_t bits_of(float v) {
     union {
@@ -61,6 +62,19 @@ BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint
     result[13] = bn_choose_cdf(cdf + asked[9], asked[10], &u);
     result[14] = bits_of(u);
     result[15] = v.x + 3 * v.y + 5 * bits_of(w[0]) + 7 * bits_of(w[1]);
+
+    const uint32_t k = asked[13], count = asked[14];
+    const bn_path path = bn_path_start(x, y, index, asked[15]);
+    const uint32_t ray = bn_path_ray_domain(path, asked[12]);
+    const uint32_t split = bn_ray_split_domain(ray, k);
+    const bn_path branch = bn_path_branch(path, split, count, k);
+    const bn_path last = bn_path_branch(branch, split, count, count);
+    result[15] += 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray +
+                  19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_dimension(k) +
+                  25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split +
+                  33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index +
+                  43u * last.domain + 45u * bn_path_noise_bits(words, branch, split, k) +
+                  47u * bn_ray_named_domain(ray, k);
 }
 
 #ifdef RUN_ON_HOST

@@ -10,6 +10,7 @@ uniform highp sampler2D bn_cdf;
 out highp uint word;
 #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
 #include "bn_draw.glsl"
+#include "bn_path.glsl"
 #define BN_CDF(i) texelFetch(bn_cdf, ivec2(i, 0u), 0).r
 #include "bn_choose.glsl"
 

@@ -6,6 +6,7 @@
 [[vk::binding(3)]] RWStructuredBuffer<uint> results : register(u0);
 #define BN_WORD(i) bn_words[i]
 #include "bn_draw.hlsl"
+#include "bn_path.hlsl"
 #define BN_CDF(i) bn_cdf[i]
 #include "bn_choose.hlsl"
 
@@ -53,5 +54,17 @@
     left = u;
     results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], left);
     results[at + 14u] = asuint(left);
-    results[at + 15u] = v.x + 3u * v.y + 5u * asuint(w.x) + 7u * asuint(w.y);
+    uint k = cases[at + 13u], branches = cases[at + 14u];
+    bn_path path = bn_path_start(x, y, index, cases[at + 15u]);
+    uint ray = bn_path_ray_domain(path, cases[at + 12u]);
+    uint split = bn_ray_split_domain(ray, k);
+    bn_path branch = bn_path_branch(path, split, branches, k);
+    bn_path last = bn_path_branch(branch, split, branches, branches);
+    uint path_words = 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray
+        + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_dimension(k)
+        + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
+        + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
+        + 43u * last.domain + 45u * bn_path_noise_bits(branch, split, k)
+        + 47u * bn_ray_named_domain(ray, k);
+    results[at + 15u] = v.x + 3u * v.y + 5u * asuint(w.x) + 7u * asuint(w.y) + path_words;
 }

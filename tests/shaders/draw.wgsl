@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The same as draw.comp in WGSL; the texts of the three files are put behind it. */
+ * The same as draw.comp in WGSL; the texts of the four files are put behind it. */
 @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
 @group(0) @binding(1) var<storage, read> bn_cdf: array<f32>;
 @group(0) @binding(2) var<storage, read> cases: array<u32>;
@@ -57,5 +57,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     left = u;
     results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], &left);
     results[at + 14u] = bitcast<u32>(left);
-    results[at + 15u] = v.x + 3u * v.y + 5u * bitcast<u32>(w.x) + 7u * bitcast<u32>(w.y);
+    let k = cases[at + 13u];
+    let branches = cases[at + 14u];
+    let path = bn_path_start(x, y, index, cases[at + 15u]);
+    let ray = bn_path_ray_domain(path, cases[at + 12u]);
+    let split = bn_ray_split_domain(ray, k);
+    let branch = bn_path_branch(path, split, branches, k);
+    let last = bn_path_branch(branch, split, branches, branches);
+    let path_words = 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray +
+        19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_dimension(k) +
+        25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split +
+        33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index +
+        43u * last.domain + 45u * bn_path_noise_bits(branch, split, k) +
+        47u * bn_ray_named_domain(ray, k);
+    results[at + 15u] = v.x + 3u * v.y + 5u * bitcast<u32>(w.x) + 7u * bitcast<u32>(w.y) + path_words;
 }

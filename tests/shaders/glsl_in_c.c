@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_draw.glsl and bn_choose.glsl as a shader sees them, without their headers: the words of GLSL
+ * bn_draw.glsl, bn_path.glsl and bn_choose.glsl as a shader sees them, without their headers: the words of GLSL
  * that they use are defined for a C compiler, and the tables are the flat buffer of
  * bn_sampler_table_words(). */
 #include "glsl_in_c.h"
@@ -7,6 +7,7 @@
 typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
+typedef struct bn_path bn_path;
 
 static const uint32_t *glsl_words;
 
@@ -23,6 +24,7 @@ static const uint32_t *glsl_words;
 #pragma GCC diagnostic ignored "-Wmissing-prototypes"
 #endif
 #include <bn/bn_draw.glsl>
+#include <bn/bn_path.glsl>
 
 static const float *glsl_cdf;
 
@@ -39,6 +41,28 @@ static const float *glsl_cdf;
 #define BN_CHOOSE_LIMIT(i) BN_CDF(first + (i))
 #include <bn/bn_choose.glsl>
 #undef uint
+
+glsl_path glsl_path_words(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+                          uint32_t frame, uint32_t ray, uint32_t k, uint32_t count,
+                          uint32_t branch) {
+    const bn_path path = bn_path_start((uint32_t)x, (uint32_t)y, index, frame);
+    glsl_path found;
+    glsl_words = words;
+    found.ray = bn_path_ray_domain(path, ray);
+    found.camera = bn_path_camera_domain(path);
+    found.domain_1d = bn_ray_1d_domain(found.ray, k);
+    found.dimension_1d = bn_ray_1d_dimension(k);
+    found.domain_2d = bn_ray_2d_domain(found.ray, k);
+    found.pair_2d = bn_ray_2d_pair(k);
+    found.domain_4d = bn_ray_4d_domain(found.ray, k);
+    found.split = bn_ray_split_domain(found.ray, k);
+    const bn_path one = bn_path_branch(path, found.split, count, branch);
+    found.branch_index = one.index;
+    found.branch_domain = one.domain;
+    found.branch_ray = bn_path_ray_domain(one, 0u);
+    found.noise = bn_path_noise_bits(path, found.split, branch);
+    return found;
+}
 
 int glsl_choose(float probability, float *u) {
     return bn_choose(probability, u);

@@ -4,11 +4,13 @@
  *     words.bin     [SEEDS][10754]: of bn_sampler_table_words()
  *     cdf.bin       [CDF]: tables of cumulative probabilities
  *     cases.bin     [SEEDS][cases][16]: kind, x, y, index, parent, key; probability, u, count, first, cdf_count;
- *                   pair
+ *                   pair; of a path, the ray, k, the branches of a split, and the frame
  *     expected.bin  [SEEDS][cases][16]: the domain; the draw's bits, the same as floats; then what
  *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves; last
- *                   v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of its floats */
+ *                   v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of its floats, plus
+ *                   all words of a path, each times another odd number: path_words() */
 #include <bn/bn_choose.h>
+#include <bn/bn_path.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,6 +97,35 @@ static void draw(bn_sampler *const samplers[KINDS], uint32_t at, uint32_t *recor
     expected[15] = v[0] + 3u * v[1] + 5u * w[0] + 7u * w[1];
 }
 
+/* All that bn_path.glsl gives, for sample `index` of the pixel. Numbers 4 and later of a loop are
+ * those of bn_noise, and the domains those from which the objects of bn_path.h draw. */
+static uint32_t path_words(const uint32_t *words, uint32_t *record) {
+    const uint32_t number = random_size() >> 4, k = random_size() >> 4;
+    const uint32_t count = random_u32() % 8u == 0 ? 0
+                           : random_u32() % 4u    ? 1 + k % 9u
+                                                  : random_size();
+    const uint32_t frame = random_u32() % 2u * random_size();
+    record[12] = number;
+    record[13] = k;
+    record[14] = count;
+    record[15] = frame;
+    const bn_path path = bn_path_start((int32_t)record[1], (int32_t)record[2], record[3], frame);
+    bn_ray ray = bn_path_ray(&path, number);
+    ray.splits = k;
+    const bn_split split =
+        count > 0 ? bn_ray_split(&ray, count) : bn_ray_split_from(&ray, path.index);
+    const bn_path branch = bn_split_path(&split, k);
+    const bn_path last = bn_path_branch(branch, split.domain, count, count);
+    return 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray.domain +
+           19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray.domain, k) +
+           23u * bn_ray_1d_dimension(k) + 25u * bn_ray_2d_domain(ray.domain, k) +
+           27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
+           33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
+           41u * last.index + 43u * last.domain +
+           45u * bn_path_noise_bits(words, branch, split.domain, k) +
+           47u * bn_ray_named(&ray, k).domain;
+}
+
 static FILE *created(const char *folder, const char *name) {
     char path[4096];
     snprintf(path, sizeof path, "%s/%s", folder, name);
@@ -154,6 +185,7 @@ int main(int count, char **arguments) {
             uint32_t record[RECORD] = {0}, expected[RECORD] = {0};
             draw(samplers, at, record, expected);
             choose(cdf, record, expected);
+            expected[15] += path_words(words, record);
             put(cases, record, RECORD);
             put(results, expected, RECORD);
         }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of a shader, made of bn_draw.glsl and the words of bn_sampler_table_words() alone, give
- * the bits of the library; so do the choices of bn_choose.glsl. That the text is GLSL is checked by glslangValidator where that is
- * installed. */
+ * the bits of the library; so do the paths of bn_path.glsl and the choices of bn_choose.glsl. That the
+ * text is GLSL is checked by glslangValidator where that is installed. */
 #include "../c/check.h"
 #include "glsl_in_c.h"
 #include <bn/bn_choose.h>
+#include <bn/bn_path.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,72 @@ static void test_words(const bn_sampler *s) {
     CHECK(bn_sampler_table_words(s, NULL, 0, NULL) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_sampler_table_words(NULL, &word, 1, &needed) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_sampler_table_words(s, &word, 1, NULL) == BN_ERROR_SIZE_MISMATCH && word == 7);
+}
+
+static float float_of(uint32_t bits) {
+    return (float)(bits >> 8) / (1 << 24);
+}
+
+/* A shader that numbers the decisions of a ray itself draws what the objects of bn_path.h hand out. */
+static void test_path(const bn_sampler *s, const uint32_t *words, int32_t kind, const bn_path *path,
+                      uint32_t frame, uint32_t number, uint32_t count) {
+    const bn_draw_table *table = bn_sampler_table(s);
+    const int32_t x = (int32_t)path->x, y = (int32_t)path->y;
+    bn_ray ray = bn_path_ray(path, number);
+    uint32_t bits[4];
+    float u[4];
+    for (uint32_t k = 0; k < 9; ++k) {
+        glsl_path found = glsl_path_words(words, x, y, path->index, frame, number, 2 * k, count, k);
+        const bn_split split =
+            count > 0 ? bn_ray_split(&ray, count) : bn_ray_split_from(&ray, path->index);
+        const bn_path branch = bn_split_path(&split, k);
+        CHECK(found.branch_index == branch.index && found.branch_domain == branch.domain);
+        const bn_ray first = bn_path_ray(&branch, 0);
+        bn_ray_draw(table, &first, u);
+        glsl_draw(words, kind, x, y, found.branch_index, found.branch_ray, bits);
+        CHECK(u[0] == float_of(bits[0]) && u[3] == float_of(bits[3]));
+
+        found = glsl_path_words(words, x, y, path->index, frame, number, k, 1, k);
+        const float single = bn_ray_1d(table, &ray);
+        glsl_draw(words, kind, x, y, path->index, found.domain_1d, bits);
+        CHECK(single == float_of(bits[found.dimension_1d]));
+        bn_ray_2d(table, &ray, u);
+        glsl_draw_pair(words, kind, x, y, path->index, found.domain_2d, found.pair_2d, bits);
+        CHECK(u[0] == float_of(bits[0]) && u[1] == float_of(bits[1]));
+        bn_ray_4d(table, &ray, u);
+        glsl_draw(words, kind, x, y, path->index, found.domain_4d, bits);
+        for (int i = 0; i < 4; ++i) CHECK(u[i] == float_of(bits[i]));
+
+        bn_noise noise = bn_ray_noise(table, &ray); /* the domain of split 2 k + 1 */
+        found = glsl_path_words(words, x, y, path->index, frame, number, 2 * k + 1, 1, 4);
+        glsl_draw(words, kind, x, y, path->index, found.split, bits);
+        for (uint32_t i = 0; i < 7; ++i) {
+            found = glsl_path_words(words, x, y, path->index, frame, number, 2 * k + 1, 1, i);
+            CHECK(bn_noise_1d(&noise) == float_of(i < 4 ? bits[i] : found.noise));
+            if (kind == BN_SAMPLER_WHITE && i < 4) CHECK(found.noise == bits[i]);
+        }
+    }
+    const glsl_path found = glsl_path_words(words, x, y, path->index, frame, number, 0, 1, 0);
+    bn_ray_draw(table, &ray, u);
+    glsl_draw(words, kind, x, y, path->index, found.ray, bits);
+    for (int i = 0; i < 4; ++i) CHECK(u[i] == float_of(bits[i]));
+    glsl_draw_pair(words, kind, x, y, path->index, found.camera, 1, bits);
+    bn_path_time(table, path, u);
+    CHECK(u[0] == float_of(bits[0]) && u[1] == float_of(bits[1]));
+    bn_path_first_light(table, path, count, 0, u);
+    const uint32_t index = path->index * (count == 0 ? 1 : count);
+    glsl_draw_pair(words, kind, x, y, index, found.camera, 0, bits);
+    CHECK(u[0] == float_of(bits[0]) && u[1] == float_of(bits[1]));
+}
+
+static void test_paths(const bn_sampler *s, const uint32_t *words, int32_t kind) {
+    static const uint32_t numbers[] = {0, 1, 2, 3, 4, 39, (1u << 28) - 1};
+    for (uint32_t i = 0; i < 42; ++i) {
+        const uint32_t frame = i % 3 == 0 ? 0 : i * 0x7654321u;
+        const int32_t x = (int32_t)(i * 0x9e3779b9u), y = 100 - (int32_t)(7 * i);
+        const bn_path path = bn_path_start(x, y, i % 2 ? i : 1000 * i, frame);
+        test_path(s, words, kind, &path, frame, numbers[i % 7], i % 5);
+    }
 }
 
 /* Every width that an item can have, at its ends and in the middle. */
@@ -64,6 +131,7 @@ int main(void) {
             CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
             test_words(s);
             CHECK(bn_sampler_table_words(s, words, glsl_word_count(), NULL) == BN_SUCCESS);
+            test_paths(s, words, kind);
             uint32_t domain = (uint32_t)seed;
             for (int i = 0; i < NC * NC * NI; ++i) {
                 uint32_t bits[4], shader[4];

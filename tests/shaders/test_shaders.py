@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws and choices in WGSL, GLSL and HLSL, run by Vulkan and OpenGL drivers, equal the library's. Without a GPU these drivers
+"""Draws, paths and choices in WGSL, GLSL and HLSL, run by Vulkan and OpenGL drivers, equal the library's. Without a GPU these drivers
 are Mesa's, in software."""
 
 import re
@@ -11,7 +11,7 @@ import pytest
 from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_vulkan, run
 
 RESULTS = ["domain", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "what it left",
-           "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "-"]
+           "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "pair or path"]
 
 
 def compare(run_shader, code, cases):
@@ -32,7 +32,7 @@ def with_texts(source):
 
 
 def wgsl():
-    texts = [HERE / "draw.wgsl", *(INCLUDE / "bn" / f"{name}.wgsl" for name in ("bn_draw", "bn_choose", "bn_choose_cdf"))]
+    texts = [HERE / "draw.wgsl", *(INCLUDE / "bn" / f"{name}.wgsl" for name in ("bn_draw", "bn_path", "bn_choose", "bn_choose_cdf"))]
     return "\n".join(path.read_text() for path in texts)
 
 
@@ -50,6 +50,10 @@ def test_the_cases_reach_everything(cases):
         assert {0, 255, 256, 2**32 - 1} <= set(index[of_kind])
     assert np.count_nonzero(cases.expected[:, :, 9]) * 4 > cases.expected[:, :, 9].size
     assert cases.expected[:, :, 13].max() > 8 and len(cases.asked[0]) > 50000
+    number, k, branches, frame = (cases.asked[0][:, i] for i in range(12, 16))
+    assert {0, 1, 2, 3, 4} <= set(number) and {0, 1, 2, 3, 4, 5} <= set(k) and {0, 1, 2, 3} <= set(branches) and 0 in frame
+    for some in (k < branches, k == branches, k > branches, branches == 0, frame > 0, k >> 20 > 0):
+        assert np.count_nonzero(some) > 500
 
 
 def test_wgsl(cases):
@@ -95,7 +99,7 @@ def test_hlsl(cases, tmp_path):
 def test_hlsl_in_slang(cases, tmp_path):
     """Another compiler, for the CPU."""
     need_module("slangpy")
-    for name in ("bn_draw", "bn_choose"):
+    for name in ("bn_draw", "bn_path", "bn_choose"):
         for language in ("glsl", "hlsl"):
             shutil.copy(INCLUDE / "bn" / f"{name}.{language}", tmp_path)
     path = tmp_path / "draw.slang"

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from pages import headers, links  # noqa: E402
+from pages import headers, links, search_order  # noqa: E402
 
 INCLUDE = ROOT / "libbn" / "include" / "bn"
 
@@ -52,6 +52,14 @@ def test_every_link_and_anchor_resolves():
 
 def test_every_page_is_in_the_navigation():
     assert missing_pages(ROOT, (ROOT / "mkdocs.yml").read_text(encoding="utf-8")) == ([], [])
+
+
+def test_a_search_shows_guides_and_interfaces_before_reports():
+    titles = re.findall(r"^  - ([^:\n]+):$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8").split("\nhooks:")[0], re.M)
+    assert titles == list(dict.fromkeys(titles)) and set(titles) == set(search_order.SECTIONS)
+    nav = [{"Home": "README.md"}, {"Guides": [{"a": "a.md"}]}, {"Python": [{"b": "b.md"}]}, {"Reports": [{"c": ["c.md", {"d": "d.md"}]}]}]
+    boosts = [search_order.boost(path, nav) for path in ("a.md", "b.md", "README.md", "c.md", "d.md", "other.md")]
+    assert boosts[0] > boosts[2] > 10 * boosts[3] and boosts[1] > boosts[2] and boosts[3] == boosts[4] > boosts[5]
 
 
 def test_every_header_is_in_the_navigation():

@@ -26,7 +26,15 @@
 #error "bn.hpp needs C++17 (-std=c++17 or /std:c++17); C++11 can use bn.h"
 #else
 
+/* Clang would warn of the casts of headers that C includes too. */
+#if defined(__clang__)
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wold-style-cast"
+#endif
 #include <bn/bn_path.h>
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#endif
 
 #include <array>
 #include <cassert>
@@ -218,14 +226,13 @@ class Noise {
     bn_noise noise_;
 };
 
-// A path that goes on in `size()` ways.
+// A path that goes on in several ways.
 class Split {
   public:
     Split(const bn_draw_table *table, const bn_split &split) noexcept
         : table_(table), split_(split) {}
 
-    uint32_t size() const noexcept { return split_.count; }
-    // Branch k, whose rays begin at 0. Paths may take fewer than size() branches, or more.
+    // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
     Path operator[](uint32_t k) const noexcept;
 
   private:
@@ -274,7 +281,15 @@ class Ray {
         return out;
     }
     Split next_split(uint32_t count) noexcept { return Split(table_, bn_ray_split(&ray_, count)); }
+    // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
+    Split next_split_from(uint32_t first) noexcept {
+        return Split(table_, bn_ray_split_from(&ray_, first));
+    }
     Noise next_noise() noexcept { return Noise(bn_ray_noise(table_, &ray_)); }
+
+    // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
+    // A second part of the same name starts again.
+    Ray named(uint32_t name) const noexcept { return Ray(table_, bn_ray_named(&ray_, name)); }
 
   private:
     const bn_draw_table *table_;
@@ -339,14 +354,17 @@ class CountedSampler {
     }
 
     float get_1d() noexcept {
-        if (spent_ >= 2) next_domain();
-        return u_[spent_++];
+        if (pair_spent_ || numbers_spent_ == 2) next_domain();
+        return u_[2 + numbers_spent_++];
     }
     std::array<float, 2> get_2d() noexcept {
-        if (spent_ > 2) next_domain();
-        const std::size_t first = spent_ == 0 ? 0 : 2;
-        spent_ = first + 2;
-        return {u_[first], u_[first + 1]};
+        if (pair_spent_ && numbers_spent_ > 0) next_domain();
+        if (pair_spent_) {
+            numbers_spent_ = 2;
+            return {u_[2], u_[3]};
+        }
+        pair_spent_ = true;
+        return {u_[0], u_[1]};
     }
 
   private:
@@ -354,20 +372,24 @@ class CountedSampler {
         ray_ = ray;
         state_ = bn_path_ray(&path_, ray);
         bn_ray_draw(table_, &state_, u_);
-        spent_ = 0;
+        pair_spent_ = false;
+        numbers_spent_ = 0;
     }
     void next_domain() noexcept {
         bn_ray_4d(table_, &state_, u_);
-        spent_ = 0;
+        pair_spent_ = false;
+        numbers_spent_ = 0;
     }
 
     const bn_draw_table *table_;
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;
-    // The numbers of the open domain, and how many are spent.
+    // The numbers of the open domain. The first pair serves a 2-D decision, the others a second one,
+    // or single numbers before the first.
     float u_[4] = {};
-    std::size_t spent_ = 4;
+    bool pair_spent_ = true;
+    std::size_t numbers_spent_ = 2;
 };
 
 } // namespace bn

@@ -16,9 +16,11 @@
 #ifndef BN_PATH_GLSL
 #define BN_PATH_GLSL
 
-#define BN_PATH_CAMERA_KEY 3u        /* among the keys of rays: what only the camera's ray draws */
-#define BN_PATH_FRAMES_KEY 0x80000000u /* no ray has it: the parent of all frames but the first */
-#define BN_PATH_MORE_KEY 0x40000000u /* no decision of a ray has it: branches beyond their count */
+/* Keys that no ray, no decision and no count reaches. */
+#define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
+#define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
+#define BN_PATH_NAMES_KEY 0x80000000u  /* below a ray: the parent of its named parts */
+#define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
 struct bn_path {
@@ -89,30 +91,38 @@ BN_FUNCTION BN_UINT bn_ray_split_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 3u);
 }
 
+/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
+BN_FUNCTION BN_UINT bn_ray_named_domain(BN_UINT ray, BN_UINT name) {
+    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_NAMES_KEY), name);
+}
+
 /* ---- Splits */
 
 /* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
- * index * count + k would meet between them. */
+ * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+ * branch. */
 BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, BN_UINT k) {
     bn_path branch = path;
-    BN_UINT most = count;
-    if (count == 0u) most = 1u;
-    branch.index = path.index * most + k % most;
-    branch.domain = bn_draw_domain_child(split, most);
-    if (k >= most) {
+    branch.domain = bn_draw_domain_child(split, count);
+    if (count == 0u) {
+        branch.index = path.index + k;
+        return branch;
+    }
+    branch.index = path.index * count + k % count;
+    if (k >= count) {
         branch.domain = bn_draw_domain_child(branch.domain, BN_PATH_MORE_KEY);
-        branch.domain = bn_draw_domain_child(branch.domain, k / most);
+        branch.domain = bn_draw_domain_child(branch.domain, k / count);
     }
     return branch;
 }
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, by two hashes. Numbers 0 to 3 are those that WHITE draws from the
- * domain. */
-BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT loop, BN_UINT k) {
-    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE path.x, path.y, loop);
-    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE path.x, path.y, loop);
+/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
+ * that WHITE draws from it. */
+BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT domain, BN_UINT k) {
+    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE path.x, path.y, domain);
+    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE path.x, path.y, domain);
     return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
 }
 

@@ -29,7 +29,7 @@
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
  * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
  * another's, however many it draws. Pixels that drew differently at one ray agree again at the next.
- * A number and then a pair, such as a light and the point on it, are u[0] and (u[2], u[3]) of
+ * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
  * bn_ray_4d().
  *
  * Make one bn_ray for each ray and hand it on by pointer. A second bn_ray of the same path and ray
@@ -39,13 +39,15 @@
  *     for (uint32_t k = 0; k < count; ++k) {
  *         bn_path branch = bn_split_path(&split, k); // its rays begin at 0
  *
- * `count` is the same for all samples of the pixel. Paths that take fewer branches just stop early;
- * those that take more go on with k = count and later. If counts vary, give a power of two that few
- * of them exceed.
+ * `count` is the same for all samples of the pixel. Where it varies, keep for each pixel how many
+ * branches its earlier samples took, and begin there: bn_ray_split_from(&ray, taken). Without such a
+ * number, give a count that few paths exceed. Those that take fewer branches stop early; those that
+ * take more go on with k = count and later.
  *
- * A loop without bound (tracking through a medium, a random walk, transparent layers) draws from
- * bn_ray_noise(): four stratified numbers, and from then on a counter-based generator, two hashes a
- * number.
+ * Decisions that neighbours meet in another order, such as the transparency of layers, are named
+ * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
+ * walk) draws from bn_ray_noise(): four stratified numbers, and from then on a counter-based
+ * generator, two hashes a number.
  *
  * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
  * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
@@ -105,11 +107,22 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     return result;
 }
 
+/* A part of a ray whose numbers have a name instead of a place in a sequence: a primitive that may
+ * be transparent, a stage of a wavefront renderer, a light. The result draws like a ray of its own,
+ * and does not depend on what was drawn before it. A second part of the same name starts again. */
+BN_DEVICE_INLINE bn_ray bn_ray_named(const bn_ray *ray, uint32_t name) {
+    bn_ray result = *ray;
+    result.domain = bn_ray_named_domain(ray->domain, name);
+    result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
+    result.next_1d = 0.0f;
+    return result;
+}
+
 /* ---- Splits */
 
 typedef struct bn_split {
     bn_path path;
-    uint32_t domain, count;
+    uint32_t domain, count; /* a count of 0: branches are numbered on from path.index */
 } bn_split;
 
 /* The next split of a ray, into `count` branches; 0 counts as 1. */
@@ -117,7 +130,18 @@ BN_DEVICE_INLINE bn_split bn_ray_split(bn_ray *ray, uint32_t count) {
     bn_split split;
     split.path = ray->path;
     split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
-    split.count = count;
+    split.count = count > 0 ? count : 1;
+    return split;
+}
+
+/* The next split of a ray, into any number of branches. `first` is the number of branches that the
+ * earlier samples of the pixel took here: 0 for its first sample. */
+BN_DEVICE_INLINE bn_split bn_ray_split_from(bn_ray *ray, uint32_t first) {
+    bn_split split;
+    split.path = ray->path;
+    split.path.index = first;
+    split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
+    split.count = 0;
     return split;
 }
 
@@ -172,8 +196,8 @@ static inline void bn_ray_2d(const bn_draw_table *table, bn_ray *ray, float out[
     bn_path_draw_pair(table, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
 }
 
-/* The next four: two pairs whose effects multiply, or a number and a pair, out[0] and then out[2],
- * out[3]. */
+/* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
+ * out[1]. */
 static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[4]) {
     const uint32_t k = ray->drawn_4d++;
     bn_path_draw_4d(table, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
@@ -182,11 +206,12 @@ static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[
 /* ---- What only the camera's ray draws */
 
 /* The light tried where ray 0 ends, if a lens has taken its pair, or if it is split into
- * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel. */
+ * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel; 0
+ * counts as 1. */
 static inline void bn_path_first_light(const bn_draw_table *table, const bn_path *path,
                                        uint32_t count, uint32_t k, float out[2]) {
-    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y, path->index * count + k,
-                 bn_path_camera_domain(*path), 0, out);
+    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y,
+                 path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0, out);
 }
 
 /* out[0]: time, one for the whole path. out[1]: wavelength. */

@@ -6,9 +6,11 @@
  *     let ray = bn_path_ray_domain(path, depth);
  *     let u: vec4f = bn_draw_blue(path.x, path.y, path.index, ray); */
 
-const BN_PATH_CAMERA_KEY = 3u;        /* among the keys of rays: what only the camera's ray draws */
-const BN_PATH_FRAMES_KEY = 0x80000000u; /* no ray has it: the parent of all frames but the first */
-const BN_PATH_MORE_KEY = 0x40000000u; /* no decision of a ray has it: branches beyond their count */
+/* Keys that no ray, no decision and no count reaches. */
+const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
+const BN_PATH_FRAMES_KEY = 0x80000000u; /* below the root: the parent of all frames but the first */
+const BN_PATH_NAMES_KEY = 0x80000000u;  /* below a ray: the parent of its named parts */
+const BN_PATH_MORE_KEY = 0x40000000u;   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
 struct bn_path {
@@ -82,31 +84,37 @@ fn bn_ray_split_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 3u);
 }
 
+/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
+fn bn_ray_named_domain(ray: u32, name: u32) -> u32 {
+    return bn_domain_child(bn_domain_child(ray, BN_PATH_NAMES_KEY), name);
+}
+
 /* ---- Splits */
 
 /* Branch k of `count` of a path, below the domain of a split. Other counts have other domains, as
- * index * count + k would meet between them. */
+ * index * count + k would meet between them. With a count of 0, path.index is the number of the first
+ * branch. */
 fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
     var branch = path;
-    var most = count;
+    branch.domain = bn_domain_child(split, count);
     if (count == 0u) {
-        most = 1u;
+        branch.index = path.index + k;
+        return branch;
     }
-    branch.index = path.index * most + k % most;
-    branch.domain = bn_domain_child(split, most);
-    if (k >= most) {
+    branch.index = path.index * count + k % count;
+    if (k >= count) {
         branch.domain = bn_domain_child(branch.domain, BN_PATH_MORE_KEY);
-        branch.domain = bn_domain_child(branch.domain, k / most);
+        branch.domain = bn_domain_child(branch.domain, k / count);
     }
     return branch;
 }
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, by two hashes. Numbers 0 to 3 are those that WHITE draws from the
- * domain. */
-fn bn_path_noise_bits(path: bn_path, loop: u32, k: u32) -> u32 {
-    let a = bn_draw_white_key(path.x, path.y, loop);
-    let b = bn_draw_white_other_key(path.x, path.y, loop);
+/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
+ * that WHITE draws from it. */
+fn bn_path_noise_bits(path: bn_path, domain: u32, k: u32) -> u32 {
+    let a = bn_draw_white_key(path.x, path.y, domain);
+    let b = bn_draw_white_other_key(path.x, path.y, domain);
     return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
 }

@@ -116,8 +116,8 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
             bn_sample_4d(library, pixel.x, pixel.y, uint32_t(index),
                          bn_domain_child(BN_DOMAIN_ROOT, key), u[key]);
         const float wavelength = (float(int(4 * u[0][2])) + u[0][3]) / 4;
-        const Numbers wanted = {wavelength, u[0][0], u[0][1], u[1][0], u[1][2], u[1][3],
-                                u[2][0],    u[2][2], u[2][3], u[3][0], u[3][2], u[3][3]};
+        const Numbers wanted = {wavelength, u[0][0], u[0][1], u[1][2], u[1][0], u[1][1],
+                                u[2][2],    u[2][0], u[2][1], u[3][2], u[3][0], u[3][1]};
         const Numbers numbers = path(sampler, pixel, index, "7", 1);
         for (size_t i = 0; i < wanted.size(); ++i) wrong += numbers[i] != wanted[i];
     }

@@ -1,0 +1,310 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The decisions of paths by name: bn_path.h on arrays, bit for bit."""
+
+from __future__ import annotations
+
+import reprlib
+from typing import Any, Iterator, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _core
+from ._sampler import Sampler
+
+# As in bn_path.glsl.
+CAMERA_KEY, FRAMES_KEY = 3, 0x80000000
+_NAMES_KEY, _MORE_KEY = 0x80000000, 0x40000000
+_MOST = (0, 2**28 - 1)  # rays, and decisions of each kind
+
+_Floats = npt.NDArray[np.float32]
+_Words = npt.NDArray[np.uint32]
+
+
+def _child(domain: _Words, key: npt.ArrayLike) -> _Words:
+    return np.asarray(_core.domain_child(domain, np.asarray(key, np.uint32)), np.uint32)
+
+
+def _kept(name: str, value: npt.ArrayLike, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
+    """A copy, which the caller cannot change."""
+    return np.array(arguments.integers(name, value, dtype, low, high))
+
+
+def _together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        raise ValueError(f"{names} do not broadcast: shapes {', '.join(map(str, shapes))}") from None
+
+
+def _sequence(index: _Words, count: int, k: _Words) -> _Words:
+    """The samples k of `count` that belong to sample `index` of a pixel."""
+    at = index.astype(np.uint64) * np.uint64(count) + k
+    if at.size and int(at.max()) > arguments.UINT32[1]:
+        raise ValueError(f"index * count + k must be below 2**32, not {int(at.max())} with index {int(index.max())}")
+    return np.asarray(at, np.uint32)
+
+
+class Path:
+    """One sample of a pixel as a path, or an array of such paths: each of its decisions has numbers of its own, by name.
+
+    A path consists of rays: ray 0 leaves the camera, ray d the d-th surface or other event. Each has four numbers, two for
+    where it goes and two for a light where it ends, and hands out as many more as are asked for. No two decisions share a
+    number, and paths that drew differently at one ray agree again at the next. ``bn_path.h`` describes the layout; the bits
+    are those of C, for samplers of every kind.
+
+    ``x``, ``y``, ``index`` and ``frame`` are integers or integer arrays that broadcast against each other; ``shape`` is what
+    they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
+    below, in which ``...`` is ``shape``.
+
+    Parameters
+    ----------
+    sampler
+        The ``Sampler``.
+    x, y
+        The pixels, integers from -2**31 to 2**31 - 1.
+    index
+        The samples of these pixels, integers from 0 to 2**32 - 1.
+    frame
+        Frames that are averaged or compared have numbers of their own, integers from 0 to 2**32 - 1. A single picture is
+        frame 0.
+
+    Raises
+    ------
+    ValueError
+        A number is out of range, or shapes do not broadcast.
+    TypeError
+        An argument has a wrong type.
+
+    Examples
+    --------
+    >>> y, x = np.mgrid[0:4, 0:6]
+    >>> path = Path(Sampler("blue", seed=1), x, y, index=0)
+    >>> camera = path.ray(0)
+    >>> camera.draw().shape, camera.next_2d().shape
+    ((4, 6, 4), (4, 6, 2))
+    """
+
+    __slots__ = ("_domain", "_index", "_sampler", "_x", "_y", "shape")
+
+    shape: tuple[int, ...]
+
+    def __init__(
+        self, sampler: Sampler, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, frame: npt.ArrayLike = 0
+    ) -> None:
+        if not isinstance(sampler, Sampler):
+            raise TypeError(f"sampler must be a Sampler, not {reprlib.repr(sampler)}")
+        frames = arguments.integers("frame", frame, np.uint32, *arguments.UINT32)
+        root = np.zeros((), np.uint32)
+        self._set(
+            sampler,
+            _kept("x", x, np.int32, *arguments.INT32),
+            _kept("y", y, np.int32, *arguments.INT32),
+            _kept("index", index, np.uint32, *arguments.UINT32),
+            np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames)),
+            "x, y, index and frame",
+        )
+
+    def _set(
+        self, sampler: Sampler, x: npt.NDArray[Any], y: npt.NDArray[Any], index: _Words, domain: _Words, names: str
+    ) -> None:
+        self.shape = _together(names, x.shape, y.shape, index.shape, domain.shape)
+        self._sampler, self._x, self._y, self._index, self._domain = sampler, x, y, index, domain
+
+    def _like(self, index: _Words, domain: _Words) -> Path:
+        path = Path.__new__(Path)
+        path._set(self._sampler, self._x, self._y, index, domain, "the ray and k")
+        return path
+
+    def ray(self, number: npt.ArrayLike) -> Ray:
+        """Ray ``number``, from 0 to 2**28 - 1: 0 leaves the camera, d the d-th surface or other event. An array of numbers,
+        for paths that are not equally far, broadcasts with ``shape``. A second ``Ray`` of the same number starts again, with
+        the same numbers."""
+        return Ray(self, number)
+
+    def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
+        """The light that is tried where ray 0 ends, (..., 2), if a lens or time has taken its pair, or if it is split into
+        ``count`` points: then ``k`` is 0 to count - 1. ``count`` is the same for all samples of a pixel, and index * count
+        below 2**32. An array of ``k`` broadcasts with ``shape``."""
+        count = arguments.integer("count", count, 1, arguments.UINT32[1])
+        points = arguments.integers("k", k, np.uint32, 0, count - 1)
+        _together("the path and k", self.shape, points.shape)
+        return self._draw(_child(self._domain, CAMERA_KEY), _sequence(self._index, count, points), pair=0)
+
+    def time(self) -> _Floats:
+        """(..., 2): time, where a lens has taken the second pair of ray 0, and wavelength."""
+        return self._draw(_child(self._domain, CAMERA_KEY), self._index, pair=1)
+
+    def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:
+        return self._sampler.sample(self._x, self._y, index, domain, pair=pair)
+
+    def __repr__(self) -> str:
+        return f"Path({self._sampler!r}, shape={self.shape})"
+
+
+class Ray:
+    """One ray of a path, from ``Path.ray``. It counts what it has handed out: make one for each ray, and pass it on."""
+
+    __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_path", "_splits", "shape")
+
+    shape: tuple[int, ...]
+
+    def __init__(self, path: Path, number: npt.ArrayLike) -> None:
+        numbers = arguments.integers("number", number, np.uint32, *_MOST)
+        self.shape = _together("the path and number", path.shape, numbers.shape)
+        self._start(path, _child(path._domain, numbers + (numbers >= CAMERA_KEY)))
+
+    def _start(self, path: Path, domain: _Words) -> None:
+        self._path, self._domain = path, domain
+        self._1d = self._2d = self._4d = self._splits = 0
+        self._kept = np.empty(0, np.float32)
+
+    def draw(self) -> _Floats:
+        """(..., 4): where the ray goes, in the first two, and a light where it ends. The same at every call."""
+        return self._draw(self._domain)
+
+    def draw_where(self) -> _Floats:
+        """(..., 2): the first pair of ``draw`` alone."""
+        return self._draw(self._domain, 0)
+
+    def draw_light(self) -> _Floats:
+        """(..., 2): the second pair of ``draw`` alone."""
+        return self._draw(self._domain, 1)
+
+    def next_1d(self) -> _Floats:
+        """(...): the next single number. Four in a row are stratified together; every other one costs nothing."""
+        k = self._1d
+        self._1d += 1
+        if k & 1 == 0:
+            self._kept = self._draw(_child(self._domain, k & ~3), (k & 3) >> 1)
+        return self._kept[..., k & 1]
+
+    def next_2d(self) -> _Floats:
+        """(..., 2): the next pair. Two in a row are stratified together."""
+        k = self._2d
+        self._2d += 1
+        return self._draw(_child(self._domain, (k >> 1) * 4 + 1), k & 1)
+
+    def next_4d(self) -> _Floats:
+        """(..., 4): two pairs whose effects multiply, or a number, the first, and a pair, the last two."""
+        k = self._4d
+        self._4d += 1
+        return self._draw(_child(self._domain, k * 4 + 2))
+
+    def next_split(self, count: int) -> Split:
+        """A split into ``count`` branches, each a path of its own. ``count``, from 0 to 2**32 - 1, where 0 counts as 1, is
+        the same for all samples of a pixel; where it varies, ``next_split_from`` is better."""
+        count = arguments.integer("count", count, *arguments.UINT32)
+        return Split(self, self._next_domain(), max(count, 1), count)
+
+    def next_split_from(self, first: npt.ArrayLike) -> Split:
+        """A split into any number of branches. ``first``, an integer or an array that broadcasts with ``shape``, is the
+        number of branches that the earlier samples of the pixel took here: 0 for its first sample."""
+        taken = _kept("first", first, np.uint32, *arguments.UINT32)
+        _together("the ray and first", self.shape, taken.shape)
+        return Split(self, self._next_domain(), 0, None, taken)
+
+    def next_noise(self) -> Noise:
+        """The numbers of a loop without bound, such as tracking through a medium."""
+        return Noise(self, self._next_domain())
+
+    def named(self, name: npt.ArrayLike) -> Ray:
+        """A part of the ray with a name, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
+        ``Ray`` that draws like one of its own, whatever was drawn before. A second part of the same name starts again. An
+        array of names broadcasts with ``shape``."""
+        names = arguments.integers("name", name, np.uint32, *arguments.UINT32)
+        part = Ray.__new__(Ray)
+        part.shape = _together("the ray and name", self.shape, names.shape)
+        part._start(self._path, _child(_child(self._domain, _NAMES_KEY), names))
+        return part
+
+    def _next_domain(self) -> _Words:
+        k = self._splits
+        self._splits += 1
+        return _child(self._domain, k * 4 + 3)
+
+    def _draw(self, domain: _Words, pair: Any = None) -> _Floats:
+        return self._path._draw(domain, self._path._index, pair)
+
+    def __repr__(self) -> str:
+        return f"Ray({self._path!r}, shape={self.shape})"
+
+
+class Split:
+    """A path that goes on in several ways. ``split[k]`` is branch k. With a count, from ``Ray.next_split``, ``len(split)`` is
+    the number of branches, and a loop over the split gives all of them; without one, from ``Ray.next_split_from``, both are
+    ``TypeError``."""
+
+    __slots__ = ("_count", "_domain", "_index", "_length", "_path", "_shape")
+
+    def __init__(
+        self, ray: Ray, domain: _Words, count: int, length: Optional[int], first: Optional[_Words] = None
+    ) -> None:
+        self._count, self._length = count, length
+        self._path, self._domain, self._shape = ray._path, _child(domain, count), ray.shape
+        self._index = ray._path._index if first is None else first
+
+    def __len__(self) -> int:
+        if self._length is None:
+            raise TypeError("a split from next_split_from has no length")
+        return self._length
+
+    def __getitem__(self, k: npt.ArrayLike) -> Path:
+        """Branch ``k``, from 0 to 2**32 - 1, a path whose rays begin at 0. Paths that take fewer branches just stop early;
+        those that take more go on with count and later. An array of ``k`` broadcasts with the ray's shape: an axis of
+        branches in front is ``split[np.arange(count)[:, None, None]]``. Raises ``ValueError`` if index * count, or the sum of
+        ``first`` and ``k``, reaches 2**32."""
+        branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
+        _together("the ray and k", self._shape, branches.shape)
+        if self._count == 0:
+            return self._path._like(_sequence(self._index, 1, branches), self._domain)
+        count, domain = np.uint32(self._count), self._domain
+        if (branches >= count).any():
+            more = _child(_child(domain, _MORE_KEY), branches // count)
+            domain = np.where(branches >= count, more, domain)
+        return self._path._like(_sequence(self._index, self._count, branches % count), domain)
+
+    def __iter__(self) -> Iterator[Path]:
+        return (self[k] for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"Split({self._path!r}{'' if self._length is None else f', count={self._length}'})"
+
+
+class Noise:
+    """The numbers of a loop without bound, from ``Ray.next_noise``: four of the sampler's, then a generator's."""
+
+    __slots__ = ("_drawn", "_first", "_index", "_key", "_other_key")
+
+    def __init__(self, ray: Ray, domain: _Words) -> None:
+        path = ray._path
+        x, y = path._x.astype(np.uint32), path._y.astype(np.uint32)
+        low, high = path._sampler.table_words()[:2]
+        self._first = ray._draw(domain)
+        with np.errstate(over="ignore"):  # NumPy's scalars warn when they wrap around
+            self._key = _hash32(x ^ _hash32(y ^ _hash32(domain + low)))
+            self._other_key = _hash32(y + _hash32(x + _hash32(domain ^ high)))
+        self._index = path._index
+        self._drawn = 0
+
+    def next_1d(self) -> _Floats:
+        """(...): the next number, for all paths. From the fifth on it costs two hashes."""
+        k = self._drawn
+        self._drawn += 1
+        if k < 4:
+            return self._first[..., k]
+        step = np.uint32((k + 1) * 0x9E3779B9 & 0xFFFFFFFF)
+        with np.errstate(over="ignore"):
+            bits = _hash32(self._key ^ _hash32(self._index ^ _hash32(self._other_key + step)))
+        return np.asarray((bits >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24))
+
+    def __repr__(self) -> str:
+        return f"Noise(shape={self._first.shape[:-1]}, drawn={self._drawn})"
+
+
+def _hash32(v: Any) -> Any:
+    """bn_hash32() of bn_draw.glsl."""
+    v = (v ^ (v >> np.uint32(16))) * np.uint32(0x21F0AAAD)
+    v = (v ^ (v >> np.uint32(15))) * np.uint32(0xD35A2D97)
+    return v ^ (v >> np.uint32(15))

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The listings of docs/paths.md compile, and do what the page says of them."""
+
+import os
+import re
+
+from conftest import ROOT, run
+
+GUIDE = (ROOT / "docs" / "paths.md").read_text(encoding="utf-8")
+LISTINGS = re.findall(r"^<!-- listing -->\n```cpp\n(.*?)^```", GUIDE, re.MULTILINE | re.DOTALL)
+
+# Prints the number of things that are not as they should be.
+MAIN = """
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+static float half_density(float) { return 0.5f; }
+int main() {
+    const bn::Sampler sampler(3);
+    int wrong = 0;
+    const float cdf[] = {0.25f, 0.5f, 1.0f}, left[] = {0, 0.25f, 0.5f, 0.75f};
+    double lights[3] = {}, leaves[4] = {}, crossed = 0, below = 0, passed = 0, first = 0, middle = 0;
+    const int samples = 64 * 64 * 16;
+    for (int i = 0; i < samples; ++i) {
+        const bn::Path path(sampler, i % 64, i / 64 % 64, unsigned(i / 4096));
+        bn::Ray ray = path.ray(1);
+        float point[2];
+        lights[choose_light(ray, cdf, 3, point)] += 1.0 / samples;
+        middle += (point[0] + point[1]) / 2 / samples;
+        leaves[descend(ray, left, 2, point)] += 1.0 / samples;
+        crossed += (free_flight(ray, 2, half_density, 1) >= 1) / double(samples);
+        below += (walk(ray) > 0) / double(samples);
+        // The same answer, whoever asked before.
+        passed += passes(ray, 7, 0.25f) / double(samples);
+        wrong += passes(ray, 7, 0.25f) != passes(path.ray(1), 7, 0.25f);
+        first += first_wavelength(path) / samples;
+        const Start plain = start(path, false), lens = start(path, true);
+        wrong += plain.film[0] != lens.film[0] || plain.light[0] != lens.lens[0] || lens.light[0] == lens.lens[0];
+        wrong += shutter_time(path, false) != plain.light[0] || shutter_time(path, true) == lens.lens[0];
+        wrong += trace(sampler, 3, 4, unsigned(i)) != trace(sampler, 3, 4, unsigned(i));
+    }
+    const auto near = [](double a, double b) { return std::fabs(a - b) < 0.004; };
+    wrong += !near(lights[0], 0.25) + !near(lights[1], 0.25) + !near(lights[2], 0.5) + !near(middle, 0.5);
+    wrong += !near(leaves[0], 0.125) + !near(leaves[1], 0.125) + !near(leaves[2], 0.5625) + !near(leaves[3], 0.1875);
+    // A length of 1 and a density of 0.5.
+    wrong += !near(crossed, std::exp(-0.5)) + !near(passed, 0.75) + !near(first, 0.5) + !(below > 0 && below < 1);
+    // Branches that go on where the last sample stopped are one sequence, as are those of a fixed count.
+    for (unsigned way = 0; way < 2; ++way) {
+        unsigned taken = 0, branches = 0;
+        std::vector<float> all;
+        for (unsigned index = 0; index < 16; ++index) {
+            const bn::Path path(sampler, 5, 6, index);
+            bn::Ray ray = path.ray(0);
+            const unsigned count = way ? 4 : 1 + index % 7;
+            bn::Ray again = path.ray(0);
+            const bn::Split split = way ? again.next_split(count) : again.next_split_from(branches);
+            for (unsigned k = 0; k < count; ++k) all.push_back(split[k].ray(0).draw_where()[0]);
+            branches += count;
+            way ? split_(ray, count) : split_by_weight(ray, count, taken);
+        }
+        wrong += !way && taken != branches;
+        // A (0,2)-sequence: of 32 numbers, one lies in each 32nd.
+        all.resize(32);
+        std::sort(all.begin(), all.end());
+        for (unsigned i = 0; i < 32; ++i) wrong += unsigned(32 * all[i]) != i;
+    }
+    std::printf("%d\\n", wrong);
+}
+"""
+
+
+def test_the_listings_work(static_library, tmp_path):
+    assert len(LISTINGS) == 11
+    text = "".join(LISTINGS).replace("float split(", "float split_(")
+    includes = "#include <bn/bn.hpp>\n#include <cmath>\n"
+    (tmp_path / "main.cpp").write_text(includes + text + MAIN)
+    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *static_library.pkg_config("--cflags"),
+        tmp_path / "main.cpp", "-o", tmp_path / "program", *static_library.pkg_config("--libs", "--static"), "-lm")
+    assert run(tmp_path / "program") == "0\n"
+
+
+def test_links_are_there():
+    links = re.findall(r"\]\(([^)#]+)", GUIDE)
+    assert [link for link in links if "://" not in link and not (ROOT / "docs" / link).exists()] == []
+    headings = {re.sub(r"[^a-z ]", "", line.lower()).strip().replace(" ", "-") for line in re.findall(r"^#+ (.*)$", GUIDE, re.M)}
+    assert set(re.findall(r"\]\(#([\w-]+)\)", GUIDE)) <= headings

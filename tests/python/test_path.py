@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Paths on arrays: the bits of bn_path.h, whose own tests judge the layout, shapes, and refusals with name and value."""
+
+import ctypes
+import doctest
+import os
+import subprocess
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+
+import bluenoise
+from bluenoise import Path, Sampler, _path
+
+ROOT = FilePath(__file__).resolve().parents[2]
+KINDS = ["blue", "sobol", "white", "zorder", "mask"]
+SEED = 9
+RANDOM = np.random.default_rng(4)
+EDGES = np.array([0, 1, -1, 2**31 - 1, -(2**31), 70001], np.int64)
+X, Y = np.concatenate([EDGES, RANDOM.integers(-5000, 5000, 24)]), np.concatenate([EDGES[::-1], RANDOM.integers(0, 4000, 24)])
+INDEX = np.concatenate([[0, 1, 255, 256, 2**27], RANDOM.integers(0, 300, 25)])
+FRAME = np.concatenate([[0, 0, 1, 2**32 - 1, 7], RANDOM.integers(0, 3, 25)])
+
+# For each lane: a ray with a bit of everything, then the same of branches of branches. `out` has 124 numbers.
+SOURCE = """
+    #include <bn/bn_path.h>
+    static float *put(float *out, const float *u, int count) {
+        for (int i = 0; i < count; ++i) *out++ = u[i];
+        return out;
+    }
+    static float *of_ray(const bn_draw_table *table, bn_ray *ray, float *out) {
+        float u[4];
+        bn_ray_draw(table, ray, u); out = put(out, u, 4);
+        bn_ray_draw_where(table, ray, u); out = put(out, u, 2);
+        bn_ray_draw_light(table, ray, u); out = put(out, u, 2);
+        for (int i = 0; i < 6; ++i) { *out++ = bn_ray_1d(table, ray); }
+        for (int i = 0; i < 3; ++i) { bn_ray_2d(table, ray, u); out = put(out, u, 2); }
+        for (int i = 0; i < 2; ++i) { bn_ray_4d(table, ray, u); out = put(out, u, 4); }
+        return out;
+    }
+    void draw(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t frame, uint32_t number,
+              uint32_t count, uint32_t k, float *out) {
+        float u[2];
+        bn_path path = bn_path_start(x, y, index, frame);
+        bn_ray ray = bn_path_ray(&path, number);
+        out = of_ray(table, &ray, out);
+        bn_split split = bn_ray_split(&ray, count);
+        bn_noise noise = bn_ray_noise(table, &ray);
+        bn_path branch = bn_split_path(&split, k);
+        bn_ray first = bn_path_ray(&branch, number % 5);
+        out = of_ray(table, &first, out);
+        for (int i = 0; i < 8; ++i) *out++ = bn_noise_1d(&noise);
+        bn_path_first_light(table, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
+        bn_path_time(table, &branch, u); out = put(out, u, 2);
+        bn_ray part = bn_ray_named(&ray, k);
+        out = of_ray(table, &part, out);
+        split = bn_ray_split_from(&ray, index % 1000);
+        branch = bn_split_path(&split, k);
+        first = bn_path_ray(&branch, 0);
+        of_ray(table, &first, out);
+    }
+    const bn_draw_table *table_of(int32_t kind, uint64_t seed) {
+        bn_sampler_options options = bn_sampler_options_default();
+        bn_sampler *sampler = 0;
+        options.kind = kind;
+        options.seed = seed;
+        return bn_sampler_create(&options, &sampler) == BN_SUCCESS ? bn_sampler_table(sampler) : 0;
+    }
+"""
+NUMBERS = 4 * 28 + 8 + 2 + 2
+
+
+@pytest.fixture(scope="module")
+def in_c(tmp_path_factory):
+    """bn_path.h and the library, compiled as a shared library of its own."""
+    archive = ROOT / "build/libbn/libbn.a"
+    if not archive.exists():
+        pytest.skip("no build/libbn/libbn.a; scripts/setup makes it")
+    folder = tmp_path_factory.mktemp("path")
+    (folder / "path.c").write_text(SOURCE)
+    command = [os.environ.get("CC", "cc"), "-std=c99", "-O1", "-shared", "-fPIC", "-I", ROOT / "libbn/include",
+               folder / "path.c", archive, "-lm", "-pthread", "-ldl", "-o", folder / "path.so"]
+    try:
+        subprocess.run(command, check=True)
+    except FileNotFoundError:
+        pytest.skip("no C compiler")
+    library = ctypes.CDLL(str(folder / "path.so"))
+    library.table_of.restype = ctypes.c_void_p
+    library.table_of.argtypes = [ctypes.c_int32, ctypes.c_uint64]
+    library.draw.argtypes = [ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32, *[ctypes.c_uint32] * 5,
+                             ctypes.POINTER(ctypes.c_float)]
+
+    def call(kind, *lane):
+        table = library.table_of(KINDS.index(kind), SEED)  # never destroyed: a few tables in a test
+        out = (ctypes.c_float * (len(X) * NUMBERS))()
+        for i in range(len(X)):
+            at = ctypes.cast(ctypes.byref(out, 4 * NUMBERS * i), ctypes.POINTER(ctypes.c_float))
+            library.draw(table, *(int(np.broadcast_to(each, X.shape)[i]) for each in (X, Y, INDEX, FRAME, *lane)), at)
+        return np.array(out, np.float32).reshape(len(X), NUMBERS)
+
+    return call
+
+
+def of_ray(ray):
+    singles = [ray.next_1d()[..., None] for _ in range(6)]
+    return [ray.draw(), ray.draw_where(), ray.draw_light(), *singles, *(ray.next_2d() for _ in range(3)),
+            *(ray.next_4d() for _ in range(2))]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("number", "count", "k"), [
+    (0, 4, 0), (2, 4, 3), (3, 1, 0), (7, 3, 11), (2**28 - 1, 0, 2), (RANDOM.integers(0, 9, len(X)), 5, RANDOM.integers(0, 20, len(X)))])
+def test_the_bits_are_those_of_c(in_c, kind, number, count, k):
+    path = Path(Sampler(kind, seed=SEED), X, Y, INDEX, FRAME)
+    ray = path.ray(number)
+    numbers = of_ray(ray)
+    split, noise = ray.next_split(count), ray.next_noise()
+    branch = split[k]
+    numbers += of_ray(branch.ray(np.asarray(number) % 5))
+    numbers += [noise.next_1d()[..., None] for _ in range(8)]
+    numbers += [path.first_light(max(count, 1), k % max(count, 1)), branch.time()]
+    numbers += of_ray(ray.named(k))
+    numbers += of_ray(ray.next_split_from(INDEX % 1000)[k].ray(0))
+    assert len(split) == count and path.shape == X.shape
+    result = np.concatenate(numbers, axis=-1)
+    assert result.dtype == np.float32 and all(each.dtype == np.float32 for each in numbers)
+    np.testing.assert_array_equal(result, in_c(kind, number, count, k))
+
+
+def test_shapes_broadcast():
+    sampler = Sampler(seed=3)
+    y, x = np.mgrid[0:4, 0:5]
+    path = Path(sampler, x, y, np.arange(3)[:, None, None])
+    assert path.shape == (3, 4, 5)
+    ray = path.ray(1)
+    split, noise = ray.next_split(2), ray.next_noise()
+    assert ray.draw().shape == (3, 4, 5, 4) and ray.draw_where().shape == ray.next_2d().shape == (3, 4, 5, 2)
+    assert [ray.next_1d().shape for _ in range(3)] == [(3, 4, 5)] * 3
+    assert [noise.next_1d().shape for _ in range(6)] == [(3, 4, 5)] * 6
+    branches = split[np.arange(2)[:, None, None, None]]
+    assert branches.shape == (2, 3, 4, 5)
+    each = [branch.ray(0).draw() for branch in split]
+    assert len(each) == 2
+    np.testing.assert_array_equal(branches.ray(0).draw(), each)
+    assert path.first_light(4, np.arange(4)[:, None, None, None]).shape == (4, 3, 4, 5, 2)
+    # Paths at different rays draw as each would alone.
+    number = np.arange(3)[:, None, None]
+    mixed = path.ray(number)
+    assert mixed.shape == (3, 4, 5)
+    for i in range(3):
+        alone = Path(sampler, x, y, i).ray(i)
+        np.testing.assert_array_equal(mixed.draw()[i], alone.draw())
+    assert ray.named([[7], [8], [9], [7]]).next_4d().shape == (3, 4, 5, 4)
+    one = Path(sampler, 1, 2, 3)
+    assert one.shape == () and one.ray(0).draw().shape == (4,) and one.ray(0).next_1d().shape == ()
+    assert one.ray(0).next_noise().next_1d().shape == () and one.time().shape == (2,)
+    assert Path(sampler, [], 0, 0).ray(0).next_split(2)[1].ray(0).draw().shape == (0, 4)
+
+
+def test_rays_count_what_they_hand_out():
+    path = Path(Sampler(seed=1), np.arange(1000), 0, 0)
+    ray, same, other = path.ray(2), path.ray(2), path.ray(3)
+    numbers = [ray.next_2d(), ray.next_2d(), ray.next_2d(), other.next_2d(), ray.next_4d()[:, :2], ray.draw_where(), ray.draw_light(),
+               ray.next_split(2)[0].ray(0).draw_where(), ray.next_split(2)[0].ray(0).draw_where(), path.first_light(), path.time()]
+    for i, one in enumerate(numbers):
+        for two in numbers[:i]:
+            assert not (one == two).all(axis=-1).any()
+    np.testing.assert_array_equal(same.next_2d(), numbers[0])
+    np.testing.assert_array_equal(ray.draw_light(), numbers[6])
+    # Values that were handed out before stay what they were.
+    first = same.next_1d()
+    kept = first.copy()
+    same.next_1d(), same.next_1d()
+    np.testing.assert_array_equal(first, kept)
+
+
+def test_noise_is_uniform_and_independent():
+    """Means of what comes after the sampler's four, and correlations between all, over neighbouring pixels: five standard
+    errors, which one run in 22,000 exceeds by chance; the runs are fixed."""
+    noise = Path(Sampler("sobol", seed=5), np.arange(20000), 3, 1).ray(1).next_noise()
+    numbers = np.array([noise.next_1d() for _ in range(12)], np.float64)
+    assert numbers.min() >= 0 and numbers.max() < 1
+    error = (numbers - 0.5).mean(axis=1) * np.sqrt(12 * 20000)
+    assert np.abs(error).max() < 5
+    correlation = np.corrcoef(numbers) - np.eye(12)
+    assert np.abs(correlation).max() * np.sqrt(20000) < 5
+
+
+def test_frames_and_samples_differ():
+    sampler = Sampler(seed=1)
+    seen = [tuple(Path(sampler, 5, 6, index, frame).ray(ray).draw()) for index in range(4) for frame in range(4) for ray in range(4)]
+    assert len(set(seen)) == 64
+    assert Path(sampler, 5, 6, 1, frame=[0, 0, 0]).time().shape == (3, 2)
+    both = Path(sampler, 5, 6, 1, frame=[0, 3]).ray(2).draw()
+    assert [tuple(row) for row in both] == [tuple(Path(sampler, 5, 6, 1, frame).ray(2).draw()) for frame in (0, 3)]
+
+
+def test_paths_keep_their_pixels():
+    x, index = np.arange(5, dtype=np.int32), np.arange(5, dtype=np.uint32)
+    path = Path(Sampler(), x, 0, index)
+    before = path.ray(1).draw()
+    x += 7
+    index += 1
+    np.testing.assert_array_equal(path.ray(1).draw(), before)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda p: Path("blue", 0, 0, 0), TypeError, ["sampler", "'blue'"]),
+        (lambda p: Path(Sampler(), 2**31, 0, 0), ValueError, ["x", str(2**31)]),
+        (lambda p: Path(Sampler(), 0, 0.5, 0), TypeError, ["y", "0.5"]),
+        (lambda p: Path(Sampler(), 0, 0, -1), ValueError, ["index", "-1"]),
+        (lambda p: Path(Sampler(), 0, 0, 0, 2**32), ValueError, ["frame", str(2**32)]),
+        (lambda p: Path(Sampler(), [0, 1], [0, 1, 2], 0), ValueError, ["x, y, index and frame", "(2,)", "(3,)"]),
+        (lambda p: p.ray(-1), ValueError, ["number", "-1"]),
+        (lambda p: p.ray(2**28), ValueError, ["number", str(2**28)]),
+        (lambda p: p.ray([0, 1]), ValueError, ["number", "(2,)", "(3,)"]),
+        (lambda p: p.ray(0).next_split(-1), ValueError, ["count", "-1"]),
+        (lambda p: p.ray(0).next_split(2.0), TypeError, ["count", "2.0"]),
+        (lambda p: p.ray(0).next_split(2)[-1], ValueError, ["k", "-1"]),
+        (lambda p: p.ray(0).next_split(2)[[0, 1]], ValueError, ["k", "(2,)"]),
+        (lambda p: p.ray(0).next_split(2**31)[0], ValueError, ["count", str(2**32), "index 2"]),
+        (lambda p: p.ray(0).next_split_from(-1), ValueError, ["first", "-1"]),
+        (lambda p: p.ray(0).next_split_from([0, 1]), ValueError, ["first", "(2,)"]),
+        (lambda p: p.ray(0).next_split_from(2**32 - 1)[1], ValueError, ["k", str(2**32)]),
+        (lambda p: len(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
+        (lambda p: list(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
+        (lambda p: p.ray(0).named(-1), ValueError, ["name", "-1"]),
+        (lambda p: p.ray(0).named([0, 1]), ValueError, ["name", "(2,)"]),
+        (lambda p: p.first_light(0), ValueError, ["count", "0"]),
+        (lambda p: p.first_light(2, 2), ValueError, ["k", "2"]),
+        (lambda p: p.first_light(4, [0, 1]), ValueError, ["k", "(2,)"]),
+        (lambda p: p.first_light(2**31), ValueError, ["count", str(2**32)]),
+    ],
+)
+def test_bad_arguments(call, error, words):
+    path = Path(Sampler(), [1, 2, 3], 0, [0, 1, 2])
+    with pytest.raises(error) as caught:
+        call(path)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_names():
+    path = Path(Sampler(seed=2), [0, 1], 0, 0)
+    ray = path.ray(0)
+    assert repr(ray) == "Ray(Path(Sampler('blue', seed=2), shape=(2,)), shape=(2,))"
+    assert repr(ray.next_split(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)), count=3)"
+    assert repr(ray.next_split_from(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)))"
+    assert repr(ray.next_noise()) == "Noise(shape=(2,), drawn=0)"
+    assert isinstance(ray, bluenoise.Ray) and isinstance(ray.next_noise(), bluenoise.Noise)
+
+
+def test_examples():
+    assert doctest.testmod(_path).attempted == 4 and doctest.testmod(_path).failed == 0

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the modules of scripts/ importable, and starts one browser for all tests."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from browser import Browser, chromium
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    program = chromium()
+    if program is None:
+        pytest.skip("no Chromium; scripts/shaders installs it (or set BN_CHROMIUM)")
+    browser = Browser(program, tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()
