@@ -63,10 +63,10 @@ Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCo
     const Vec2 pixel = {static_cast<float>(sample.x) + u.u[0],
                         static_cast<float>(sample.y) + u.u[1]};
     Path path{sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
-    // One time for the whole path, as bn_path_time() draws it. Time multiplies with the position in
-    // the pixel, so it could take the second pair of ray 0, as a lens does. In the scene `motion`
-    // that was no better: the light keeps the pair, and errors after a blur are a hundredth smaller
-    // over 1 to 64 samples, single pixels' up to a tenth.
+    // One time for the whole path. It multiplies with the position in the pixel, so it could take the
+    // second pair of ray 0, as a lens does, and where nothing else varies that is better by far
+    // (docs/paths.md). Then the first light loses the pair, though: in crops of `motion` after a
+    // blur, bn_path_time() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
     if (integrator.moves) path.ray.time = counted_draw(sample, integrator.camera, 4, counters).u[2];
     return path;
 }
