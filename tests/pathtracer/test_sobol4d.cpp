@@ -24,7 +24,7 @@ SamplerPointer sampler_named(const char *name, uint64_t seed = 1) {
 }
 
 Point point(const Sampler &sampler, int x, int y, uint32_t index, uint32_t key) {
-    const Draw d = draw({&sampler, x, y, index}, sampler.domain(key), 4);
+    const Draw d = draw({&sampler, x, y, index}, 4 * key, 4);
     return {d.u[0], d.u[1], d.u[2], d.u[3]};
 }
 
@@ -226,7 +226,7 @@ void test_dimensions_are_scrambled_apart() {
 
 void test_draws_of_two_dimensions_are_the_first_half() {
     const SamplerPointer sampler = sampler_named("sobol4d", 5);
-    const uint32_t domain = sampler->domain(3);
+    const uint32_t domain = camera_domain(*sampler);
     for (uint32_t i = 0; i < 64; ++i) {
         const PixelSample sample = {sampler.get(), -5, 9, i};
         const Draw two = draw(sample, domain, 2), four = draw(sample, domain, 4);
