@@ -40,7 +40,7 @@ def pillow() -> Any:
     try:
         from PIL import Image
     except ImportError:
-        raise ImportError("pictures need Pillow; run pip install 'bluenoise[image]'") from None
+        raise ImportError("pictures need Pillow; run pip install 'libbn[image]'") from None
     return Image
 
 
@@ -49,7 +49,7 @@ def openexr() -> Any:
     try:
         import OpenEXR
     except ImportError:
-        raise ImportError("EXR files need OpenEXR; run pip install 'bluenoise[exr]'") from None
+        raise ImportError("EXR files need OpenEXR; run pip install 'libbn[exr]'") from None
     return OpenEXR
 
 

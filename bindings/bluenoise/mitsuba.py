@@ -28,7 +28,7 @@ try:
     import drjit
     import mitsuba
 except ImportError as error:
-    raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'bluenoise[mitsuba]' ({error})") from None
+    raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
 from ._path import CAMERA_KEY, FRAMES_KEY, Path, Ray
 from ._sampler import Sampler
