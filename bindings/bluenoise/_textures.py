@@ -94,15 +94,20 @@ def _filled(folder: Path) -> Iterator[Path]:
         if not folder.absolute().parent.is_dir():
             raise FileNotFoundError(f"the folder {folder.absolute().parent} does not exist")
         folder.mkdir()
+    moved: list[Path] = []
     try:
         with tempfile.TemporaryDirectory(prefix=".bluenoise-", dir=folder) as beside:
             yield Path(beside)
             for path in sorted(Path(beside).iterdir()):
-                os.replace(path, folder / path.name)
+                moved.append(folder / path.name)
+                os.rename(path, moved[-1])
     except BaseException:
-        for path in folder.iterdir():  # it was empty
-            shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink()
-        if not there:
+        for path in moved:
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+        if not there and not any(folder.iterdir()):
             folder.rmdir()
         raise
 
@@ -197,7 +202,6 @@ _FRAGMENT = """\
 // SPDX-License-Identifier: Apache-2.0
 // The first two numbers of sample `index` of each pixel. GLSL itself has no #include: paste the file in its place.
 #version 330
-#extension GL_GOOGLE_include_directive : require
 uniform usampler2D bn_words; // draws.ktx2, R32_UINT, no filter
 #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
 // With draws.png instead, RGBA8 without sRGB: uniform sampler2D bn_bytes, and
