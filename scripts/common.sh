@@ -13,7 +13,8 @@ die() {
 
 # CMake, compilers and Python environments each trip over some of these characters, late and with other reasons.
 case $root in
-    *[\#\"\;\\:\[\]]* | *$'\n'*) die "cannot work in the folder $(printf %q "$root"); give it a name without # \" ; \\ : [ and ]" ;;
+    *[\#\"\;\\:\[\]\|\<\>\$]* | *[[:cntrl:]]*)
+        die "cannot work in the folder $(printf %q "$root"); give it a name without # \" ; \\ : [ ] | < > $ and tabs" ;;
 esac
 
 # A compiler needs about a gigabyte, so machines with little memory run fewer than they have cores.

@@ -13,6 +13,7 @@ import math
 import os
 import re
 import sys
+import unicodedata
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Callable, Iterator, NoReturn, Optional, Sequence, get_args
@@ -78,11 +79,16 @@ def _prepare() -> None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")
 
 
+def _plain(text: str) -> str:
+    """Names of files and what is in them may hold sequences that a terminal would obey."""
+    return "".join("?" if unicodedata.category(c) == "Cc" else c for c in text)
+
+
 def _say(text: str) -> None:
     """Prints a message. If nobody can read it, the exit status still tells."""
     _Bar.end_line()
     try:
-        print(f"bluenoise: {text}", file=sys.stderr, flush=True)
+        print(f"bluenoise: {_plain(text)}", file=sys.stderr, flush=True)
     except OSError:
         pass
 
@@ -121,7 +127,7 @@ class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+        self.exit(2, f"{self.prog}: {_plain(message)}; see {self.prog} --help\n")
 
     def _print_message(self, message: str, file: Any = None) -> None:
         """Of help and version, whose errors argparse swallows."""

@@ -26,6 +26,11 @@ def _child(domain: _Words, key: npt.ArrayLike) -> _Words:
     return np.asarray(_core.domain_child(domain, np.asarray(key, np.uint32)), np.uint32)
 
 
+def _kept(name: str, value: npt.ArrayLike, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
+    """A copy, which the caller cannot change."""
+    return np.array(arguments.integers(name, value, dtype, low, high))
+
+
 def _together(names: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes)
@@ -37,7 +42,7 @@ def _sequence(index: _Words, count: int, k: _Words) -> _Words:
     """The samples k of `count` that belong to sample `index` of a pixel."""
     at = index.astype(np.uint64) * np.uint64(count) + k
     if at.size and int(at.max()) > arguments.UINT32[1]:
-        raise ValueError(f"count must leave index * count below 2**32, not {count} with index {int(index.max())}")
+        raise ValueError(f"index * count + k must be below 2**32, not {int(at.max())} with index {int(index.max())}")
     return np.asarray(at, np.uint32)
 
 
@@ -48,6 +53,10 @@ class Path:
     where it goes and two for a light where it ends, and hands out as many more as are asked for. No two decisions share a
     number, and paths that drew differently at one ray agree again at the next. ``bn_path.h`` describes the layout; the bits
     are those of C, for samplers of every kind.
+
+    ``x``, ``y``, ``index`` and ``frame`` are integers or integer arrays that broadcast against each other; ``shape`` is what
+    they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
+    below, in which ``...`` is ``shape``.
 
     Parameters
     ----------
@@ -60,10 +69,6 @@ class Path:
     frame
         Frames that are averaged or compared have numbers of their own, integers from 0 to 2**32 - 1. A single picture is
         frame 0.
-
-    ``x``, ``y``, ``index`` and ``frame`` are integers or integer arrays that broadcast against each other; ``shape`` is what
-    they broadcast to. Every draw is one call of ``Sampler.sample`` for all paths, float32 in [0, 1), of the shapes given
-    below, in which ``...`` is ``shape``.
 
     Raises
     ------
@@ -92,15 +97,12 @@ class Path:
             raise TypeError(f"sampler must be a Sampler, not {reprlib.repr(sampler)}")
         frames = arguments.integers("frame", frame, np.uint32, *arguments.UINT32)
         root = np.zeros((), np.uint32)
-        domain = root
-        if frames.any():
-            domain = np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames))
         self._set(
             sampler,
-            arguments.integers("x", x, np.int32, *arguments.INT32),
-            arguments.integers("y", y, np.int32, *arguments.INT32),
-            arguments.integers("index", index, np.uint32, *arguments.UINT32),
-            domain,
+            _kept("x", x, np.int32, *arguments.INT32),
+            _kept("y", y, np.int32, *arguments.INT32),
+            _kept("index", index, np.uint32, *arguments.UINT32),
+            np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames)),
             "x, y, index and frame",
         )
 
@@ -192,16 +194,16 @@ class Ray:
 
     def next_split(self, count: int) -> Split:
         """A split into ``count`` branches, each a path of its own. ``count``, from 0 to 2**32 - 1, where 0 counts as 1, is
-        the same for all samples of a pixel."""
-        return Split(self, self._next_domain(), count)
+        the same for all samples of a pixel; where it varies, ``next_split_from`` is better."""
+        count = arguments.integer("count", count, *arguments.UINT32)
+        return Split(self, self._next_domain(), max(count, 1), count)
 
     def next_split_from(self, first: npt.ArrayLike) -> Split:
-        """A split whose number of branches varies: they are numbered on from ``first``, the number of branches that the
-        earlier samples of the pixel took here, 0 for its first sample. An array of ``first`` broadcasts with ``shape``.
-        Such a split has no length."""
-        numbers = arguments.integers("first", first, np.uint32, *arguments.UINT32)
-        _together("the ray and first", self.shape, numbers.shape)
-        return Split(self, self._next_domain(), None, numbers)
+        """A split into any number of branches. ``first``, an integer or an array that broadcasts with ``shape``, is the
+        number of branches that the earlier samples of the pixel took here: 0 for its first sample."""
+        taken = _kept("first", first, np.uint32, *arguments.UINT32)
+        _together("the ray and first", self.shape, taken.shape)
+        return Split(self, self._next_domain(), 0, None, taken)
 
     def next_noise(self) -> Noise:
         """The numbers of a loop without bound, such as tracking through a medium."""
@@ -230,46 +232,44 @@ class Ray:
 
 
 class Split:
-    """A path that goes on in several ways, from ``Ray.next_split``. ``split[k]`` is branch k, ``len(split)`` the number of
-    branches, and a loop over a split gives all of them."""
+    """A path that goes on in several ways. ``split[k]`` is branch k. With a count, from ``Ray.next_split``, ``len(split)`` is
+    the number of branches, and a loop over the split gives all of them; without one, from ``Ray.next_split_from``, both are
+    ``TypeError``."""
 
-    __slots__ = ("_count", "_domain", "_first", "_path", "_shape")
+    __slots__ = ("_count", "_domain", "_index", "_length", "_path", "_shape")
 
-    def __init__(self, ray: Ray, domain: _Words, count: Optional[int], first: Any = 0) -> None:
-        self._count = None if count is None else arguments.integer("count", count, *arguments.UINT32)
-        self._first = first
-        self._path, self._domain, self._shape = ray._path, domain, ray.shape
+    def __init__(
+        self, ray: Ray, domain: _Words, count: int, length: Optional[int], first: Optional[_Words] = None
+    ) -> None:
+        self._count, self._length = count, length
+        self._path, self._domain, self._shape = ray._path, _child(domain, count), ray.shape
+        self._index = ray._path._index if first is None else first
 
     def __len__(self) -> int:
-        if self._count is None:
+        if self._length is None:
             raise TypeError("a split from next_split_from has no length")
-        return self._count
+        return self._length
 
     def __getitem__(self, k: npt.ArrayLike) -> Path:
         """Branch ``k``, from 0 to 2**32 - 1, a path whose rays begin at 0. Paths that take fewer branches just stop early;
         those that take more go on with count and later. An array of ``k`` broadcasts with the ray's shape: an axis of
-        branches in front is ``split[np.arange(count)[:, None, None]]``. Raises ``ValueError`` if index * count reaches
-        2**32."""
+        branches in front is ``split[np.arange(count)[:, None, None]]``. Raises ``ValueError`` if index * count, or the sum of
+        ``first`` and ``k``, reaches 2**32."""
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
-        if self._count is None:
-            _together("the ray and k", self._shape, branches.shape)
-            at = np.asarray(self._first, np.uint64) + branches
-            if at.size and int(at.max()) > arguments.UINT32[1]:
-                raise ValueError(f"first + k must be below 2**32, not {int(at.max())}")
-            return self._path._like(at.astype(np.uint32), _child(self._domain, 0))
-        count = max(self._count, 1)
-        domain = _child(self._domain, count)
-        if (branches >= count).any():
-            more = _child(_child(domain, _MORE_KEY), branches // np.uint32(count))
-            domain = np.where(branches >= count, more, domain)
         _together("the ray and k", self._shape, branches.shape)
-        return self._path._like(_sequence(self._path._index, count, branches % np.uint32(count)), domain)
+        if self._count == 0:
+            return self._path._like(_sequence(self._index, 1, branches), self._domain)
+        count, domain = np.uint32(self._count), self._domain
+        if (branches >= count).any():
+            more = _child(_child(domain, _MORE_KEY), branches // count)
+            domain = np.where(branches >= count, more, domain)
+        return self._path._like(_sequence(self._index, self._count, branches % count), domain)
 
     def __iter__(self) -> Iterator[Path]:
         return (self[k] for k in range(len(self)))
 
     def __repr__(self) -> str:
-        return f"Split({self._path!r}, count={self._count})"
+        return f"Split({self._path!r}{'' if self._length is None else f', count={self._length}'})"
 
 
 class Noise:

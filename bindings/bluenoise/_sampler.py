@@ -26,8 +26,9 @@ class Sampler:
     Parameters
     ----------
     kind
-        ``"blue"``: the recommended sampler, progressive, with blue-noise errors on screen. ``"sobol"``: Owen-scrambled
-        Sobol', independent in each pixel. ``"white"``: independent uniform numbers. ``"zorder"``: one Sobol' sequence
+        ``"blue"``: the recommended sampler, progressive, with blue-noise errors on screen. ``"sobol"``: padded
+        Owen-scrambled Sobol', one sequence for each pair of dimensions, independent in each pixel. ``"white"``: independent
+        uniform numbers. ``"zorder"``: one Sobol' sequence
         along a Morton curve (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
         Hierarchical Ordering of Pixels", 2020), for exactly ``samples_per_pixel`` samples. ``"mask"``: a mask provides
         the first sample of each pixel and a Sobol' sequence the others, as with blue-noise textures.
@@ -224,6 +225,11 @@ class Sampler:
         domain: Any = 0
         for key in keys:
             array = arguments.integers("key", key, np.uint32, *arguments.UINT32)
+            try:
+                np.broadcast(domain, array)
+            except ValueError:
+                shapes = f"{np.shape(domain)} and {array.shape}"
+                raise ValueError(f"keys do not broadcast: shapes {shapes}") from None
             domain = _core.domain_child(domain, int(array) if array.ndim == 0 else array)
         return domain
 

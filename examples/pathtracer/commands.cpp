@@ -93,7 +93,8 @@ struct Picture {
     Crop crop;
     std::optional<Image> reference;
     ExrHead head;
-    Film film;
+    Film film;             // with --noise, of whole blocks around the crop
+    Film own;              // the crop alone, if that is less
     double samples_before; // already in the resumed picture
     RenderTotals totals;
     std::vector<ConvergenceRow> convergence;
@@ -128,6 +129,11 @@ uint32_t checked_spp(const Options &options, const Scene &scene, const Sampler &
     return spp;
 }
 
+NoiseSettings noise_settings(const Options &options) {
+    if (!(options.noise > 0)) return {};
+    return {options.noise, options.min_spp, options.exposure.value_or(0)};
+}
+
 // The picture's header, as far as it is known before rendering. The camera must be fitted already.
 ExrHead picture_settings(const Options &options, const Scene &scene, const Crop &crop) {
     ExrHead head{options.width, options.height, crop, {}};
@@ -144,6 +150,7 @@ ExrHead picture_settings(const Options &options, const Scene &scene, const Crop 
     a.light_samples = scene.light_samples;
     a.single_scatter = options.single_scatter;
     a.photometric = options.photometric;
+    a.noise = noise_settings(options);
     a.seed = options.sampler.seed;
     a.threads = options.threads;
     return head;
@@ -181,7 +188,17 @@ void prepare_film(Picture &p) {
     } else {
         p.film = film_create(p.options.width, p.options.height, p.crop);
     }
+    const Crop blocks = whole_blocks(p.crop, p.options.width, p.options.height);
+    if (p.options.noise > 0 && pixel_count(blocks) > pixel_count(p.crop))
+        p.film = film_with_crop(p.film, blocks);
     p.samples_before = sample_count(p.film);
+}
+
+// The film of the crop.
+const Film &own_pixels(Picture &p) {
+    if (pixel_count(p.film.crop) == pixel_count(p.crop)) return p.film;
+    p.own = film_with_crop(p.film, p.crop);
+    return p.own;
 }
 
 // ---- Rendering
@@ -197,15 +214,15 @@ void print_progress(double fraction, const RenderTotals &totals) {
 }
 
 // The header of the picture as rendered so far.
-ExrAttributes current_attributes(const Picture &p, const Integrator &integrator,
+ExrAttributes current_attributes(const Picture &p, const Film &own, const Integrator &integrator,
                                  const RenderSettings &settings) {
     ExrAttributes a = p.head.attributes;
-    a.spp = film_counts(p.film).most;
+    a.spp = film_counts(own).most;
     a.end_sample = uint64_t{p.options.first_sample} + a.spp;
     a.seconds = p.totals.seconds;
     a.ray_count = p.totals.counters.rays;
     a.sampling_share = sampling_share(integrator, settings, p.film, p.totals);
-    a.fireflies = film_fireflies(p.film);
+    a.fireflies = film_fireflies(own);
     if (p.resumed) add_cost(a, p.resumed->attributes);
     return a;
 }
@@ -222,22 +239,26 @@ Written render(Picture &p, const Outputs &outputs) {
     const Integrator integrator =
         integrator_create(p.scene, *geometry, p.sampler.get(), o.max_depth);
     const FrameSettings settings = {
-        {o.first_sample, o.threads}, p.spp, o.time_limit, o.write_interval};
-    const auto attributes = [&] { return current_attributes(p, integrator, settings.render); };
+        {o.first_sample, o.threads, noise_settings(o)}, p.spp, o.time_limit, o.write_interval};
+    const auto attributes = [&](const Film &own) {
+        return current_attributes(p, own, integrator, settings.render);
+    };
 
     const bool show_progress = !o.quiet && isatty(STDERR_FILENO);
     FrameEvents events;
     events.progress = [&](double fraction, const RenderTotals &so_far) {
         if (show_progress) print_progress(fraction, so_far);
     };
-    events.pass_done = [&](uint32_t count, const RenderTotals &so_far) {
-        if (outputs.wants_convergence())
-            p.convergence.push_back(
-                convergence_row(film_image(p.film), *p.reference, count, so_far.seconds));
+    events.pass_done = [&](uint32_t, const RenderTotals &so_far) {
+        if (!outputs.wants_convergence()) return;
+        const Film &own = own_pixels(p);
+        p.convergence.push_back(
+            convergence_row(film_image(own), *p.reference, film_mean_count(own), so_far.seconds));
     };
     events.write = [&](const RenderTotals &) {
         try {
-            outputs.write(p.film, attributes(), p.convergence);
+            const Film &own = own_pixels(p);
+            outputs.write(own, attributes(own), p.convergence);
         } catch (const Error &error) {
             // Hours of rendering may be at stake, and the disk may have room again by the end.
             say(std::string(error.what()) + "; rendering continues");
@@ -248,35 +269,41 @@ Written render(Picture &p, const Outputs &outputs) {
     if (end != FrameEnd::INTERRUPTED) events.progress(1, p.totals);
     if (show_progress) std::fprintf(stderr, "\n");
 
-    const ExrAttributes a = attributes();
-    return {end, a, outputs.write(p.film, a, p.convergence)};
+    const Film &own = own_pixels(p);
+    const ExrAttributes a = attributes(own);
+    return {end, a, outputs.write(own, a, p.convergence)};
 }
 
 // ---- After the last ray
 
-void report(const Picture &p, const Written &written) {
+void report(Picture &p, const Written &written) {
     const Options &o = p.options;
     const PathCounters &counters = p.totals.counters;
-    const SampleCounts counts = film_counts(p.film);
+    const Film &own = own_pixels(p);
+    const SampleCounts counts = film_counts(own);
     if (written.end == FrameEnd::INTERRUPTED)
         say("interrupted; " + o.output + " has the picture so far, " +
             std::to_string(counts.least) + " to " + std::to_string(counts.most) + " spp");
     if (!o.quiet) {
         const double samples = sample_count(p.film) - p.samples_before;
-        std::printf("%s: %s, %s, %u spp, %.2f s, %" PRIu64
-                    " rays, %.2f M rays/s, %.1f %% sampling, "
+        char mean[64] = "";
+        if (o.noise > 0)
+            std::snprintf(mean, sizeof mean, " to %u spp, %.6g on average", counts.most,
+                          film_mean_count(own));
+        std::printf("%s: %s, %s, %u%s, %.2f s, %" PRIu64 " rays, %.2f M rays/s, %.1f %% sampling, "
                     "%.2f %% cut off at depth %u, %" PRIu64 " fireflies\n",
                     without_controls(o.output).c_str(), without_controls(o.scene).c_str(),
-                    o.sampler.name.c_str(), counts.least, p.totals.seconds, counters.rays,
+                    o.sampler.name.c_str(), counts.least, o.noise > 0 ? mean : " spp",
+                    p.totals.seconds, counters.rays,
                     1e-6 * static_cast<double>(counters.rays) / p.totals.seconds,
                     100 * written.attributes.sampling_share,
                     100 * counters.cut_off / std::max(samples, 1.0), o.max_depth,
                     written.attributes.fireflies);
     }
-    warn(p.film, written.exposure, scene_extent_text(p.scene));
+    warn(own, written.exposure, scene_extent_text(p.scene));
     if (counters.lost > 0)
         say(std::to_string(counters.lost) + " samples were not finite and count as black");
-    if (p.reference) print_error(film_image(p.film), *p.reference);
+    if (p.reference) print_error(film_image(own), *p.reference);
 }
 
 } // namespace
@@ -296,7 +323,8 @@ int run_render(const Options &options) {
     Picture picture = prepare(options);
     const Outputs outputs(picture.options, picture.options.scene);
     prepare_film(picture);
-    report(picture, render(picture, outputs));
+    const Written written = render(picture, outputs);
+    report(picture, written);
     return interrupted;
 }
 

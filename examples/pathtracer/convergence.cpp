@@ -6,7 +6,7 @@
 
 #include "difference.h"
 
-ConvergenceRow convergence_row(const Image &image, const Image &reference, uint32_t spp,
+ConvergenceRow convergence_row(const Image &image, const Image &reference, double spp,
                                double seconds) {
     return {spp,
             seconds,
@@ -20,7 +20,7 @@ std::vector<char> convergence_csv(const std::vector<ConvergenceRow> &rows) {
     std::string text = "spp,seconds,rmse,relative_rmse,rmse_1.0,rmse_2.1\n";
     for (const ConvergenceRow &row : rows) {
         char line[160];
-        std::snprintf(line, sizeof line, "%u,%.6f,%.9g,%.9g,%.9g,%.9g\n", row.spp, row.seconds,
+        std::snprintf(line, sizeof line, "%.9g,%.6f,%.9g,%.9g,%.9g,%.9g\n", row.spp, row.seconds,
                       row.rmse, row.relative_rmse, row.rmse_1, row.rmse_2);
         text += line;
     }

@@ -8,14 +8,14 @@
 #include "image.h"
 
 struct ConvergenceRow {
-    uint32_t spp;
+    double spp;     // on average
     double seconds; // since rendering began
     double rmse;
     double relative_rmse;  // see difference.h
     double rmse_1, rmse_2; // after Gaussians of 1.0 and 2.1 pixels
 };
 
-ConvergenceRow convergence_row(const Image &image, const Image &reference, uint32_t spp,
+ConvergenceRow convergence_row(const Image &image, const Image &reference, double spp,
                                double seconds);
 
 // The rows as a CSV file with a header line.

@@ -185,6 +185,9 @@ ExrHead read_head(const Imf::Header &header) {
         if (!std::isfinite(value)) throw Error(std::string("its ") + name + " is not finite");
         return value;
     };
+    a.noise = {};
+    if (header.findTypedAttribute<Imf::FloatAttribute>("noise"))
+        a.noise = {real("noise"), whole("minSpp"), real("noiseExposure")};
     a.exposure = real("exposure");
     a.seconds = static_cast<double>(real("seconds"));
     a.ray_count = count_attribute(header, "rays", UINT64_MAX);
@@ -246,6 +249,11 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     count("lightSamples", attributes.light_samples);
     count("singleScatter", attributes.single_scatter);
     count("photometric", attributes.photometric);
+    if (attributes.noise.level > 0) {
+        real("noise", static_cast<double>(attributes.noise.level));
+        count("minSpp", attributes.noise.min_spp);
+        real("noiseExposure", static_cast<double>(attributes.noise.exposure));
+    }
     real("exposure", static_cast<double>(attributes.exposure));
     real("seconds", attributes.seconds);
     text("rays", std::to_string(attributes.ray_count));

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "adaptive.h"
 #include "film.h"
 #include "scene_camera.h"
 
@@ -25,6 +26,7 @@ struct ExrAttributes {
     uint32_t spp; // the highest count of any pixel
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     bool single_scatter, photometric;
+    NoiseSettings noise; // its level is 0 without adaptive sampling
     uint64_t end_sample; // all sample numbers are below this
     uint64_t seed;
     float exposure; // of the preview, in stops

@@ -27,6 +27,24 @@ Film film_create(int full_width, int full_height, const Crop &crop) {
     return {full_width, full_height, crop, std::vector<FilmPixel>(pixel_count(crop))};
 }
 
+FilmPixel &film_pixel(Film &film, int x, int y) {
+    const auto row = static_cast<size_t>(y - film.crop.y0);
+    const auto column = static_cast<size_t>(x - film.crop.x0);
+    return film.pixels[row * static_cast<size_t>(width(film.crop)) + column];
+}
+
+const FilmPixel &film_pixel(const Film &film, int x, int y) {
+    return film_pixel(const_cast<Film &>(film), x, y);
+}
+
+Film film_with_crop(const Film &film, const Crop &crop) {
+    Film result = film_create(film.full_width, film.full_height, crop);
+    for (int y = std::max(crop.y0, film.crop.y0); y < std::min(crop.y1, film.crop.y1); ++y)
+        for (int x = std::max(crop.x0, film.crop.x0); x < std::min(crop.x1, film.crop.x1); ++x)
+            film_pixel(result, x, y) = film_pixel(film, x, y);
+    return result;
+}
+
 void film_add(FilmPixel &pixel, const PathSample &sample) {
     const double share = 1.0 / ++pixel.count;
     const double radiance[3] = {static_cast<double>(sample.radiance.x),
@@ -67,6 +85,12 @@ SampleCounts film_counts(const Film &film) {
         counts.most = std::max(counts.most, pixel.count);
     }
     return counts;
+}
+
+double film_mean_count(const Film &film) {
+    double samples = 0;
+    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+    return samples / static_cast<double>(film.pixels.size());
 }
 
 Image film_image(const Film &film) {

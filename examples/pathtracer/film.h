@@ -28,6 +28,13 @@ struct Film {
 
 Film film_create(int full_width, int full_height, const Crop &crop);
 
+// The pixel (x, y) of the whole picture, which must be inside the film's crop.
+FilmPixel &film_pixel(Film &film, int x, int y);
+const FilmPixel &film_pixel(const Film &film, int x, int y);
+
+// The film of another crop: pixels of both keep their samples, others have none.
+Film film_with_crop(const Film &film, const Crop &crop);
+
 // Adds a sample to a pixel (Welford, "Note on a Method for Calculating Corrected Sums of Squares
 // and Products", 1962). Sample order affects only the last bits of the result.
 void film_add(FilmPixel &pixel, const PathSample &sample);
@@ -41,6 +48,9 @@ struct SampleCounts {
     uint32_t least, most;
 };
 SampleCounts film_counts(const Film &film);
+
+// Samples per pixel, on average.
+double film_mean_count(const Film &film);
 
 // The mean radiance; black where there are no samples.
 Image film_image(const Film &film);

@@ -60,7 +60,8 @@ FrameEnd render_frame(const Integrator &integrator, const FrameSettings &setting
         }
         count = next;
         events.pass_done(count, totals);
-        if (interrupted && count < settings.spp) return FrameEnd::INTERRUPTED;
+        if (!wants_samples(settings.render, settings.spp, film)) break;
+        if (interrupted) return FrameEnd::INTERRUPTED;
     }
     return FrameEnd::COMPLETE;
 }

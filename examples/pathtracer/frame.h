@@ -18,7 +18,7 @@ struct FrameSettings {
 struct FrameEvents {
     // Called often, with the fraction done, by samples or by time.
     std::function<void(double fraction, const RenderTotals &totals)> progress;
-    // Called when every pixel has `spp` samples: at 1, 2, 3, 4, 6, 8, 12, 16 and so on, and at the
+    // Called when every pixel has `spp` samples or its block is done: at 1, 2, 3, 4, 6, 8, 12, 16 and so on, and at the
     // final count.
     std::function<void(uint32_t spp, const RenderTotals &totals)> pass_done;
     // Called between samples, every write_interval seconds.
@@ -27,7 +27,8 @@ struct FrameEvents {
 
 enum class FrameEnd { COMPLETE, TIME_IS_UP, INTERRUPTED };
 
-// Fills the film, which may already hold samples, to `spp` samples per pixel. Passes always
+// Fills the film, which may already hold samples, to `spp` samples per pixel, or fewer where blocks
+// are done. Passes always
 // complete: with a time limit, the last pass takes as many samples as should fit, and at least one
 // pass runs. Returns soon after `interrupted` becomes non-zero.
 FrameEnd render_frame(const Integrator &integrator, const FrameSettings &settings, Film &film,

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program.
+#include <fcntl.h>
+
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -14,6 +17,22 @@
 #include "scene.h"
 
 namespace {
+
+// Closed standard streams get a file that takes nothing, so that no picture gets their number and
+// with it their text.
+void occupy_closed_streams() {
+    for (int descriptor = 0; descriptor < 3; ++descriptor)
+        if (fcntl(descriptor, F_GETFD) < 0) open("/dev/null", O_RDONLY);
+}
+
+// The exit status of a run that went well, if all that it printed has arrived.
+int status_of_output() {
+    const bool failed = std::ferror(stdout) != 0;
+    if (std::fflush(stdout) == 0 && !failed) return 0;
+    say(std::string("cannot write to standard output: ") +
+        (failed ? "not all of it arrived" : std::strerror(errno)));
+    return 1;
+}
 
 void print_list() {
     std::printf("scenes:\n");
@@ -36,6 +55,7 @@ void print_cameras(const Options &options) {
 } // namespace
 
 int main(int argc, char **argv) {
+    occupy_closed_streams();
     exit_where_it_would_abort();
 #ifdef SIGXFSZ
     // Treat a file size limit as an error, like a full disk, instead of dying with half a file.
@@ -57,7 +77,7 @@ int main(int argc, char **argv) {
             // The shell's convention: a script sees that the picture is incomplete.
             if (signal) return 128 + signal;
         }
-        return 0;
+        return status_of_output();
     } catch (const std::bad_alloc &) {
         say("out of memory; render the picture in parts with --crop");
     } catch (const std::exception &error) {

@@ -3,6 +3,7 @@
 #include "merge.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <numeric>
 
 #include "error.h"
@@ -15,6 +16,15 @@ bool overlap(const Crop &a, const Crop &b) {
 
 Crop around(const Crop &a, const Crop &b) {
     return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
+std::string noise_text(const NoiseSettings &noise) {
+    if (!(noise.level > 0)) return "off";
+    char text[96];
+    std::snprintf(text, sizeof text, "%.9g from %u spp on at exposure %.9g",
+                  static_cast<double>(noise.level), noise.min_spp,
+                  static_cast<double>(noise.exposure));
+    return text;
 }
 
 // The settings that parts of one picture must share, with names for the error message.
@@ -30,6 +40,7 @@ std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &hea
             {"seed", std::to_string(a.seed)},
             {"max depth", std::to_string(a.max_depth)},
             {"light samples", std::to_string(a.light_samples)},
+            {"noise", noise_text(a.noise)},
             {"single scatter", a.single_scatter ? "on" : "off"},
             {"photometric", a.photometric ? "on" : "off"}};
 }

@@ -9,11 +9,15 @@
 
 #include "error.h"
 #include "exr.h"
+#include "scene_file.h"
 
 namespace {
 
 constexpr int MAX_EXTENT = 65536; // pixels per side
 constexpr uint32_t MAX_SPP = 1u << 24;
+constexpr uint32_t MIN_SPP = 2; // for a variance
+constexpr uint32_t ADAPTIVE_SPP = 1024;
+constexpr float MAX_STOPS = 64;
 constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
 constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
@@ -26,7 +30,8 @@ const char *const WITH_VALUE[] = {
     "--seed",    "--first-sample",  "--size",     "--crop",    "--max-depth",
     "--threads", "--reference",     "--exposure", "--env",     "--light-samples",
     "--time",    "--write-partial", "--camera",   "--eye",     "--target",
-    "--fov",     "--convergence",   "--resume",   "-o"};
+    "--fov",     "--convergence",   "--resume",   "--noise",   "--min-spp",
+    "-o"};
 
 // Parses the whole text as a number in [low, high].
 template <typename Number>
@@ -104,9 +109,17 @@ void parse_exposure(Options &options, const std::string &text) {
     options.exposure.reset();
     if (options.auto_exposure) return;
     float stops = 0;
-    if (!parse_number(text, -64.0f, 64.0f, stops))
+    if (!parse_number(text, -MAX_STOPS, MAX_STOPS, stops))
         throw Error("--exposure takes stops from -64 to 64, or auto, not '" + text + "'");
     options.exposure = stops;
+}
+
+float parse_noise(const std::string &text) {
+    float level = 0;
+    if (!parse_number(text, 0.0f, 1.0f, level))
+        throw Error("--noise takes a relative error from 0 to 1, such as 0.05; 0 is off; not '" +
+                    text + "'");
+    return level;
 }
 
 double parse_seconds(const std::string &option, const std::string &text) {
@@ -117,6 +130,27 @@ double parse_seconds(const std::string &option, const std::string &text) {
         throw Error(option + " takes seconds, more than 0 and at most 10000000, not '" + text +
                     "'");
     return value;
+}
+
+// Of adaptive sampling.
+void check_noise(const Options &o) {
+    if (!(o.noise > 0)) {
+        if (o.given.count("--min-spp") > 0)
+            throw Error("--min-spp goes with --noise; add it, or leave out --min-spp");
+        return;
+    }
+    // Only a resumed picture can fail this.
+    if (o.noise > 1 || o.min_spp < MIN_SPP || o.min_spp > MAX_SPP ||
+        std::abs(o.exposure.value_or(0)) > MAX_STOPS)
+        throw Error(o.resume + " has impossible settings of --noise");
+    if (o.auto_exposure || (!o.exposure && is_scene_file(o.scene)))
+        throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
+    if (o.first_sample > 0)
+        throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
+                    "split the picture with --crop");
+    if (o.min_spp > o.spp && o.given.count("--min-spp") > 0)
+        throw Error("--min-spp " + std::to_string(o.min_spp) + " is more than --spp " +
+                    std::to_string(o.spp));
 }
 
 } // namespace
@@ -130,6 +164,7 @@ void check_options(const Options &o) {
     if (!o.merge.empty()) {
         if (!o.resume.empty()) throw Error("--merge does not render; leave out --resume");
         if (!o.convergence.empty()) throw Error("--merge does not render; leave out --convergence");
+        if (o.noise > 0) throw Error("--merge does not render; leave out --noise");
         return;
     }
     // Only a resumed picture can fail this; the command line is already range-checked.
@@ -144,6 +179,7 @@ void check_options(const Options &o) {
     if (pixel_count(crop) > MAX_PIXELS)
         throw Error("at most " + std::to_string(MAX_PIXELS) +
                     " pixels are rendered at once; render the picture in parts with --crop");
+    check_noise(o);
     if (o.first_sample > UINT32_MAX - (o.spp - 1))
         throw Error("--first-sample and --spp run past the last sample, number " +
                     std::to_string(UINT32_MAX));
@@ -165,6 +201,9 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --fov DEGREES          vertical angle of view; each of these three defaults to that of the scene's camera
   --sampler NAME         the sampler (default blue); see --list
   --spp N                samples per pixel (default 16)
+  --noise LEVEL          take fewer samples where the estimated relative error as displayed falls below LEVEL,
+                         such as 0.05; --spp is then the most (default 1024). Blocks of 8x8 pixels stop together
+  --min-spp N            samples per pixel before --noise may stop a block (default 16)
   --declare N            number of samples per pixel to optimise "zorder" for (default 256); other samplers
                          ignore it
   --mask NAME|FILE       mask for the sampler "mask": builtin (default), neural, or a greyscale PNG
@@ -235,6 +274,8 @@ Options parse_options(int argc, const char *const *argv) {
             if (is("--spp")) {
                 options.spp = number(name, value, 1u, MAX_SPP);
             }
+            if (is("--noise")) options.noise = parse_noise(value);
+            if (is("--min-spp")) options.min_spp = number(name, value, MIN_SPP, MAX_SPP);
             if (is("--declare")) options.sampler.declared_spp = number(name, value, 0u, UINT32_MAX);
             if (is("--mask")) options.sampler.mask = value;
             if (is("--seed")) options.sampler.seed = number<uint64_t>(name, value, 0, UINT64_MAX);
@@ -254,6 +295,7 @@ Options parse_options(int argc, const char *const *argv) {
             if (is("-o")) options.output = value;
         }
     }
+    if (options.noise > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
     if (options.time_limit > 0 && options.given.count("--spp") == 0)
         options.spp = std::min(MAX_SPP, UINT32_MAX - options.first_sample);
     if (!options.help && !options.list && !options.list_cameras &&

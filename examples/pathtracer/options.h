@@ -15,7 +15,9 @@ struct Options {
     std::string scene = "cornell";
     CameraChoice camera;
     SamplerSettings sampler;
-    uint32_t spp = 16; // with a time limit: unlimited unless given
+    uint32_t spp = 16;     // unless given: 1024 with --noise, unlimited with a time limit
+    float noise = 0;       // relative error at which blocks stop; 0: never
+    uint32_t min_spp = 16; // before the first look at a block
     uint32_t first_sample = 0;
     int width = 512, height = 512;
     std::optional<Crop> crop; // inside the picture

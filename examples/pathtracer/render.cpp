@@ -15,7 +15,9 @@
 
 namespace {
 
-constexpr int TILE_SIZE = 8; // pixels; small, so that the last tiles finish together
+// Small, so that the last tiles finish together. Tiles are blocks of adaptive sampling, on the same
+// grid over the whole picture.
+constexpr int TILE_SIZE = BLOCK_SIZE;
 
 using Clock = std::chrono::steady_clock;
 
@@ -29,6 +31,7 @@ struct Job {
     uint32_t count;
     Film *film;
     int tiles_x, tile_count;
+    Crop blocks; // the film's crop, enlarged to whole tiles
     std::atomic<int> next_tile{0};
     std::atomic<bool> stop{false};
     std::mutex mutex;
@@ -38,11 +41,9 @@ struct Job {
     unsigned threads_left = 0;
 };
 
-void render_pixel(const Job &job, int x, int y, PathCounters &counters) {
-    const Crop &crop = job.film->crop;
-    const auto row = static_cast<size_t>(y - crop.y0), column = static_cast<size_t>(x - crop.x0);
-    FilmPixel &pixel = job.film->pixels[row * static_cast<size_t>(width(crop)) + column];
-    while (pixel.count < job.count) {
+void render_pixel(const Job &job, int x, int y, uint32_t count, PathCounters &counters) {
+    FilmPixel &pixel = film_pixel(*job.film, x, y);
+    while (pixel.count < count) {
         const uint32_t index = job.settings->first_sample + pixel.count;
         PathSample sample = trace_path(*job.integrator, x, y, index, counters);
         // One such sample would spoil the pixel for good. Count it; the total is reported at the
@@ -55,18 +56,52 @@ void render_pixel(const Job &job, int x, int y, PathCounters &counters) {
     }
 }
 
+void render_tile(const Job &job, const Crop &tile, uint32_t count, PathCounters &counters) {
+    for (int y = tile.y0; y < tile.y1; ++y)
+        for (int x = tile.x0; x < tile.x1; ++x) render_pixel(job, x, y, count, counters);
+}
+
+uint32_t most_samples(const Film &film, const Crop &tile) {
+    uint32_t most = 0;
+    for (int y = tile.y0; y < tile.y1; ++y)
+        for (int x = tile.x0; x < tile.x1; ++x) most = std::max(most, film_pixel(film, x, y).count);
+    return most;
+}
+
+// Up to the job's count, or to a look that finds enough samples. Pixels of a block that a resumed
+// picture does not have catch up with the others first.
+void render_block(const Job &job, const Crop &block, PathCounters &counters) {
+    const NoiseSettings &noise = job.settings->noise;
+    uint32_t count = most_samples(*job.film, block);
+    for (;;) {
+        render_tile(job, block, count, counters);
+        if (count >= job.count || is_done(noise, *job.film, block, count)) return;
+        count = std::min(next_look(noise, count), job.count);
+    }
+}
+
+Crop tile_of(const Film &film, const Crop &blocks, int tiles_x, int tile) {
+    const int x0 = blocks.x0 + tile % tiles_x * TILE_SIZE;
+    const int y0 = blocks.y0 + tile / tiles_x * TILE_SIZE;
+    return {std::max(x0, film.crop.x0), std::max(y0, film.crop.y0),
+            std::min(x0 + TILE_SIZE, film.crop.x1), std::min(y0 + TILE_SIZE, film.crop.y1)};
+}
+
+int tiles_along(int length) {
+    return (length + TILE_SIZE - 1) / TILE_SIZE;
+}
+
 void render_tiles(Job &job) {
     geometry_thread_begin();
-    const Crop &crop = job.film->crop;
     while (!job.stop.load(std::memory_order_relaxed)) {
         const int tile = job.next_tile.fetch_add(1, std::memory_order_relaxed);
         if (tile >= job.tile_count) break;
-        const int x0 = crop.x0 + tile % job.tiles_x * TILE_SIZE;
-        const int y0 = crop.y0 + tile / job.tiles_x * TILE_SIZE;
+        const Crop pixels = tile_of(*job.film, job.blocks, job.tiles_x, tile);
         PathCounters counters;
-        for (int y = y0; y < std::min(y0 + TILE_SIZE, crop.y1); ++y)
-            for (int x = x0; x < std::min(x0 + TILE_SIZE, crop.x1); ++x)
-                render_pixel(job, x, y, counters);
+        if (job.settings->noise.level > 0)
+            render_block(job, pixels, counters);
+        else
+            render_tile(job, pixels, job.count, counters);
         const std::lock_guard<std::mutex> lock(job.mutex);
         job.counters += counters;
         ++job.tiles_done;
@@ -87,8 +122,9 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
     job.settings = &settings;
     job.count = count;
     job.film = &film;
-    job.tiles_x = (width(film.crop) + TILE_SIZE - 1) / TILE_SIZE;
-    job.tile_count = job.tiles_x * ((height(film.crop) + TILE_SIZE - 1) / TILE_SIZE);
+    job.blocks = whole_blocks(film.crop, film.full_width, film.full_height);
+    job.tiles_x = tiles_along(width(job.blocks));
+    job.tile_count = job.tiles_x * tiles_along(height(job.blocks));
 
     std::vector<std::thread> threads;
     {
@@ -117,6 +153,18 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
     totals.counters += job.counters;
     totals.seconds += seconds_since(start);
     return job.tiles_done == job.tile_count;
+}
+
+bool wants_samples(const RenderSettings &settings, uint32_t count, const Film &film) {
+    if (!(settings.noise.level > 0)) return film_counts(film).least < count;
+    const Crop blocks = whole_blocks(film.crop, film.full_width, film.full_height);
+    const int tiles_x = tiles_along(width(blocks));
+    for (int tile = 0; tile < tiles_x * tiles_along(height(blocks)); ++tile) {
+        const Crop block = tile_of(film, blocks, tiles_x, tile);
+        const uint32_t most = most_samples(film, block);
+        if (most < count && !is_done(settings.noise, film, block, most)) return true;
+    }
+    return false;
 }
 
 double sampling_share(const Integrator &integrator, const RenderSettings &settings,

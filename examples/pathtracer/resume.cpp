@@ -31,6 +31,15 @@ void check_inside(const Options &options, const std::string &option,
     }
 }
 
+// Whether a picture that was rendered with `before` is an earlier state of one with `now`: no block
+// may have more samples than it would get.
+bool noise_continues(const NoiseSettings &before, const NoiseSettings &now, uint32_t spp) {
+    if (!(now.level > 0)) return true;
+    if (!(before.level > 0)) return spp <= next_look(now, 0);
+    return now.level <= before.level && now.min_spp >= before.min_spp &&
+           !(now.exposure < before.exposure || now.exposure > before.exposure);
+}
+
 } // namespace
 
 ExrHead resume_settings(Options &options) {
@@ -59,6 +68,10 @@ ExrHead resume_settings(Options &options) {
     unless_given("--first-sample", options.first_sample, a.first_sample);
     unless_given("--max-depth", options.max_depth, a.max_depth);
     unless_given("--light-samples", options.light_samples, a.light_samples);
+    unless_given("--noise", options.noise, a.noise.level);
+    unless_given("--min-spp", options.min_spp, a.noise.min_spp);
+    if (a.noise.level > 0 && options.noise > 0)
+        unless_given("--exposure", options.exposure, std::optional<float>(a.noise.exposure));
     options.single_scatter = options.single_scatter || a.single_scatter;
     options.photometric = options.photometric || a.photometric;
     if (!(options.time_limit > 0)) unless_given("--spp", options.spp, std::max(a.spp, 1u));
@@ -68,7 +81,10 @@ ExrHead resume_settings(Options &options) {
 }
 
 void resume_check(const std::string &path, const ExrHead &picture, const ExrHead &wanted) {
-    std::string difference = settings_difference(picture, wanted);
+    ExrHead earlier = picture;
+    if (noise_continues(picture.attributes.noise, wanted.attributes.noise, picture.attributes.spp))
+        earlier.attributes.noise = wanted.attributes.noise;
+    std::string difference = settings_difference(earlier, wanted);
     const uint32_t first = picture.attributes.first_sample;
     const Crop &a = picture.crop, &b = wanted.crop;
     if (difference.empty() && first != wanted.attributes.first_sample)

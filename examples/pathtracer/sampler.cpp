@@ -54,10 +54,12 @@ const std::vector<SamplerEntry> &sampler_entries() {
     static const std::vector<SamplerEntry> entries = [] {
         std::vector<SamplerEntry> all = {
             {"blue", "progressive blue noise in both pairs of every domain", BN_SAMPLER_BLUE},
-            {"sobol", "Owen-scrambled Sobol', independent in each pixel", BN_SAMPLER_SOBOL},
+            {"sobol", "padded Owen-scrambled Sobol', independent in each pixel", BN_SAMPLER_SOBOL},
             {"white", "independent uniform numbers", BN_SAMPLER_WHITE},
             {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
-            {"mask", "a blue-noise mask drives Sobol'", BN_SAMPLER_MASK},
+            {"mask", "a blue-noise mask drives padded Sobol'", BN_SAMPLER_MASK},
+            {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
+             sobol4d_create},
         };
         for (const SamplerEntry &entry : openqmc_entries()) all.push_back(entry);
         return all;

@@ -29,8 +29,8 @@
 
 #include "math.h"
 
-// A sampler from another library, for comparison. Each half of a 4-D draw is a decision with a key
-// of its own there: `key` for dimensions 0 and 1, `key + 1` for 2 and 3.
+// A sampler that is not in libbn, for comparison. Each half of a 4-D draw may be a decision with a
+// key of its own there: `key` for dimensions 0 and 1, `key + 1` for 2 and 3.
 class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
@@ -58,11 +58,14 @@ struct SamplerEntry {
     const char *name;
     const char *summary;
     int32_t kind;                                 // BN_SAMPLER_..., for libbn's samplers
-    PeerPointer (*peer)(uint64_t seed) = nullptr; // creates another library's sampler
+    PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
 };
 
-// libbn's samplers, then OpenQMC's if the build includes it, in the order of --list.
+// libbn's samplers, sobol4d, then OpenQMC's if the build includes it, in the order of --list.
 const std::vector<SamplerEntry> &sampler_entries();
+
+// In sobol4d.cpp.
+PeerPointer sobol4d_create(uint64_t seed);
 
 // In openqmc.cpp; empty in a build without OpenQMC.
 std::vector<SamplerEntry> openqmc_entries();

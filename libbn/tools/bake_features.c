@@ -235,8 +235,8 @@ static int fewer(const bake_options *options, int full, int least) {
     return n > least ? n : least;
 }
 
-void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
-                            int member, int what) {
+void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_options *options,
+                          int member, int what) {
     /* At 1, 2, 4 ... 256 samples, then at the counts between. */
     static const double
         plane_weight[LEVELS + PARTIALS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
@@ -301,17 +301,32 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
             }
         }
     }
-    f->width = what == FEATURES_OWN ? fewer(options, 336, 32) / LANES * LANES
-                                    : fewer(options, 80, 32) / LANES * LANES;
-    f->rows = bake_allocate((size_t)PIXELS * f->width, sizeof *f->rows);
-    project(m.rows, PIXELS, 1, m.stride, f->width, f->rows);
-    free(m.rows);
+    e->width = m.stride;
+    e->rows = m.rows;
 }
 
-void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
-                          int first, int second) {
+/* Projects `count` rows, which are freed. */
+static void make_features(bake_features *f, bake_features errors, int count, int step, int width) {
+    f->width = width;
+    f->rows = bake_allocate((size_t)count * width, sizeof *f->rows);
+    project(errors.rows, count, step, errors.width, width, f->rows);
+    free(errors.rows);
+}
+
+void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
+                            int member, int what) {
+    bake_features errors;
+    bake_errors_of_label(&errors, table, options, member, what);
+    int width = fewer(options, what == FEATURES_OWN ? 336 : 80, 32) / LANES * LANES;
+    make_features(f, errors, PIXELS, 1, width);
+}
+
+enum { PLACES = BLOCKS * 16 * 16 };
+
+void bake_errors_of_two(bake_features *e, const bake_table *table, const bake_options *options,
+                        int first, int second) {
     /* Of the counts between powers of two, the first few. */
-    enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40, PLACES = BLOCKS * 16 * 16 };
+    enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40 };
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
     static const double weight[COLUMNS] = {1.1, 1.2, 1.2, 1.1, 1, 1, 1, .5, .4, .4, .3, .3, .3, .3};
     static bake_plane plane[2][MOST];
@@ -354,10 +369,15 @@ void bake_features_of_two(bake_features *f, const bake_table *table, const bake_
         }
     }
     weigh(&m, PLACES, 0, COLUMNS, weight);
-    f->width = fewer(options, 112, 32) / LANES * LANES;
-    f->rows = bake_allocate((size_t)PLACES * f->width, sizeof *f->rows);
-    project(m.rows, PLACES, 5, m.stride, f->width, f->rows);
-    free(m.rows);
+    e->width = m.stride;
+    e->rows = m.rows;
     free(bits[0]);
     free(bits[1]);
+}
+
+void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
+                          int first, int second) {
+    bake_features errors;
+    bake_errors_of_two(&errors, table, options, first, second);
+    make_features(f, errors, PLACES, 5, fewer(options, 112, 32) / LANES * LANES);
 }

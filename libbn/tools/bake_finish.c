@@ -18,6 +18,13 @@ static void exchange(pole_vectors *v, int pair) {
     }
 }
 
+void bake_exchange(bake_table *table) {
+    for (int member = 0; member < MEMBERS; ++member) {
+        if (member & 1) exchange(&table->member[member], 1);
+        if (member & 2) exchange(&table->member[member], 0);
+    }
+}
+
 void bake_finish(bake_table *table, const bake_options *options) {
     bake_random r = bake_random_make(options->seed, 9, 0);
     for (int member = 0; member < MEMBERS; ++member) {
@@ -29,7 +36,6 @@ void bake_finish(bake_table *table, const bake_options *options) {
                 }
             }
         }
-        if (member & 1) exchange(v, 1);
-        if (member & 2) exchange(v, 0);
     }
+    bake_exchange(table);
 }

@@ -35,7 +35,21 @@ typedef struct {
     uint16_t label[PIXELS];
 } arrangement;
 
-/* ---- Kernels and products ---- */
+/* ---- Terms, kernels and products ---- */
+
+int bake_terms(int member, bake_term terms[BAKE_MOST_TERMS]) {
+    int n = 0;
+    terms[n++] = (bake_term){FEATURES_OWN, 0, 1, {3, 0}, 0.25};
+    for (int a = 0; a < member; ++a) {
+        terms[n++] = (bake_term){FEATURES_OF_TWO, a, 2.0 / member, {3, 0}, 0.25};
+    }
+    terms[n++] = (bake_term){FEATURES_AXES, 0, member == 0 ? 0.4 : 0.12, {1, 2}, 0};
+    /* Steps of dimension 0 lie along columns, of dimension 1 along rows. */
+    for (int axis = 0; axis < 2 && member == 0; ++axis) {
+        terms[n++] = (bake_term){FEATURES_STEP_X + axis, 0, 1.1, {2 - axis, 0}, 0.2};
+    }
+    return n;
+}
 
 void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight) {
     for (int dy = -REACH; dy <= REACH; ++dy) {
@@ -43,7 +57,7 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
             double d = dx * dx + dy * dy;
             if ((axes == 1 && dy != 0) || (axes == 2 && dx != 0)) continue;
             double k = (1 - narrow) * exp(-d / (4 * SIGMA * SIGMA)) + narrow * exp(-d / 4);
-            if (k < 0.003) continue;
+            if (k < BAKE_LEAST_TAP) continue;
             kernel->tap[dy + REACH][dx + REACH] += (float)(weight * k);
         }
     }
@@ -258,29 +272,24 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
         free(t.group[i].gram);
     }
     t.groups = 0;
-    bake_features f;
-    feature_group *g = add_group(&t);
-    bake_kernel_add(&g->kernel, 3, 0.25, 1);
-    bake_features_of_label(&f, table, options, member, FEATURES_OWN);
-    add_set(g, f, NULL);
-    for (int a = 0; a < member; ++a) {
-        bake_features_of_two(&f, table, options, a, member);
-        float w = (float)sqrt(2.0 / member);
-        for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
-        add_set(g, f, table->label[a]);
-        g->crossed = 1;
-    }
-    bake_features_of_label(&f, table, options, member, FEATURES_AXES);
-    g = add_group(&t);
-    for (int axis = 1; axis <= 2; ++axis) {
-        bake_kernel_add(&g->kernel, axis, 0, member == 0 ? 0.4 : 0.12);
-    }
-    add_set(g, f, NULL);
-    for (int axis = 0; axis < 2 && member == 0; ++axis) {
-        /* Steps of dimension 0 lie along columns, of dimension 1 along rows. */
-        bake_features_of_label(&f, table, options, member, FEATURES_STEP_X + axis);
+    bake_term terms[BAKE_MOST_TERMS];
+    int count = bake_terms(member, terms);
+    feature_group *g = NULL;
+    for (const bake_term *term = terms; term < terms + count; ++term) {
+        bake_features f;
+        if (term->what == FEATURES_OF_TWO) {
+            bake_features_of_two(&f, table, options, term->other, member);
+            float w = (float)sqrt(term->weight);
+            for (size_t i = 0; i < (size_t)BLOCKS * 256 * f.width; ++i) f.rows[i] *= w;
+            add_set(g, f, table->label[term->other]);
+            g->crossed = 1;
+            continue;
+        }
+        bake_features_of_label(&f, table, options, member, term->what);
         g = add_group(&t);
-        bake_kernel_add(&g->kernel, 2 - axis, 0.2, 1.1);
+        for (int k = 0; k < 2 && term->axes[k] != 0; ++k) {
+            bake_kernel_add(&g->kernel, term->axes[k], term->narrow, term->weight);
+        }
         add_set(g, f, NULL);
     }
     return &t;

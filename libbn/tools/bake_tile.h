@@ -126,6 +126,7 @@ double bake_mean_square(const float *image, int count);
  * along rows (1), columns (2) or both (3), scaled to 1 for the same pixel, with a share of a narrow
  * one of one pixel. */
 enum { BAKE_REACH = 11, BAKE_TAPS = 2 * BAKE_REACH + 1 };
+static const double BAKE_LEAST_TAP = 0.003; /* what is smaller is left out */
 
 typedef struct {
     float tap[BAKE_TAPS][BAKE_TAPS];
@@ -154,6 +155,8 @@ void bake_blocks(bake_table *table, const bake_options *options);
 void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts);
 /* Lower digits, and which coordinate is which: what the search does not look at. */
 void bake_finish(bake_table *table, const bake_options *options);
+/* The latter alone. Twice, it changes nothing. */
+void bake_exchange(bake_table *table);
 /* Errors of half-planes on one pair at the counts of LEVELS over those of Sobol', after the blur and
  * in the pixel: for stages that must keep them. */
 typedef struct bake_planes bake_planes;
@@ -165,21 +168,38 @@ void bake_report(const bake_table *table);
 
 /* ---- Features: what labels are compared by ---- */
 
-/* Rows of `width` numbers, a multiple of 16. */
+/* Rows of `width` numbers: errors, or features, their projection to a multiple of 16. */
 typedef struct {
     int width;
     float *rows;
 } bake_features;
 
-enum { FEATURES_OWN, FEATURES_STEP_X, FEATURES_STEP_Y, FEATURES_AXES };
+enum { FEATURES_OWN, FEATURES_STEP_X, FEATURES_STEP_Y, FEATURES_AXES, FEATURES_OF_TWO };
 
-/* Errors of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1
- * of the pair (0, 1), or steps in the pairs whose axes must be alike. */
+/* Of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of the
+ * pair (0, 1), or steps in the pairs whose axes must be alike. */
+void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_options *options,
+                          int member, int what);
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what);
-/* Errors of products over two members, a row for each block and two places in it, the first
- * member's place outside. */
+/* Of products over two members, a row for each block and two places in it, the first member's place
+ * outside. */
+void bake_errors_of_two(bake_features *e, const bake_table *table, const bake_options *options,
+                        int first, int second);
 void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
                           int first, int second);
+
+/* A term of the energy of a member's labels: inner products of features, times a weight and the sum
+ * of kernels along two axes (the same once if the second is 0). Those of two members have the kernel
+ * of the term before them. */
+typedef struct {
+    int what, other; /* the other member of FEATURES_OF_TWO */
+    double weight;
+    int axes[2];
+    double narrow;
+} bake_term;
+
+enum { BAKE_MOST_TERMS = 5 };
+int bake_terms(int member, bake_term terms[BAKE_MOST_TERMS]);
 
 #endif

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import unicodedata
 from pathlib import Path
 
 from report.progress import Progress, duration
@@ -121,7 +122,9 @@ def run_pathtracer(program, arguments, folder=None):
     if done.returncode in (128 + signal.SIGINT, -signal.SIGINT):
         raise KeyboardInterrupt
     if done.returncode:
-        raise FarmError(done.stderr.strip().removeprefix("pathtracer: ") or f"{program} failed with {done.returncode}")
+        # The last line is the error, those before it notes on the scene.
+        said = done.stderr.strip().rpartition("\n")[2].removeprefix("pathtracer: ")
+        raise FarmError(said or f"{program} failed with {done.returncode}")
     return done
 
 
@@ -199,6 +202,11 @@ def run(arguments):
         print(f"farm: {progress.made:.3g} million samples in {duration(progress.busy)}, {rate:.3g} million a second")
 
 
+def plain(text):
+    """Names of files may hold line breaks, and sequences that a terminal would obey."""
+    return "".join("?" if unicodedata.category(c) == "Cc" else c for c in str(text))
+
+
 def terminate(*_):
     raise KeyboardInterrupt
 
@@ -208,12 +216,12 @@ def main():
     try:
         run(sys.argv[1:])
     except KeyboardInterrupt as stop:
-        print(f"farm: interrupted; {stop or 'nothing was rendered'}", file=sys.stderr)
+        print("farm: interrupted;", plain(stop) or "nothing was rendered", file=sys.stderr)
         return 130
     except (FarmError, worker.WorkerError) as error:
-        print(f"farm: {error}", file=sys.stderr)
+        print("farm:", plain(error), file=sys.stderr)
     except OSError as error:
-        print(f"farm: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        print("farm:", plain(f"{error.filename or ''}: {error.strerror or error}"), file=sys.stderr)
     else:
         return 0
     return 1

@@ -89,7 +89,7 @@ class PartsFolder:
             raise FarmError(f"{self.path}, where parts are kept, is a symbolic link; remove it, or choose another output")
         record, text = self.path / "picture.json", json.dumps(settings, indent=1, sort_keys=True) + "\n"
         try:
-            same = record.read_text(encoding="utf-8") == text
+            same = record.read_bytes() == text.encode()
         except FileNotFoundError:
             same = not self.path.exists() or not any(self.path.iterdir())
         if not same:

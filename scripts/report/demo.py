@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from . import comparison, curves, page
-from .contact_sheet import enlarged_part, grey, preview, sheet, zoomed
+from .contact_sheet import grey, preview, sheet, zoomed
 from .convergence import headlines
 from .files import read_exr, sha256_of, write_exr, write_image, write_rows, write_text, written_beside
 from .image_error import SIGMAS, blurred, error_image, luminance_error, rmse
@@ -36,12 +36,6 @@ REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 2048
 # Where a penumbra, the edge of a box and flat faces meet: left, top, width, height in pixels.
 PART = (64, 166, 64, 64)
 PARTS = 64
-# The README's picture: a soft shadow at one sample per pixel, where the difference is obvious. Its size, the part shown,
-# the magnification, and the blur that simulates a step back.
-PICTURE_SCENE, PICTURE_COUNT, PICTURE_SIZE, PICTURE_SEED = "penumbra", 1, (384, 288), 0
-PICTURE_PART, PICTURE_FACTOR, PICTURE_BLUR = (120, 92, 116, 110), 2, 1.0
-PICTURE_FILE = "noise.png"
-PICTURE_NAMES = {"white": "white noise", "sobol": "Sobol'", "blue": "blue noise"}
 
 
 def seeds_at(spp):
@@ -138,17 +132,6 @@ def write_csv(path, rows):
         writer.writerow(["sampler", "spp", *(f"rmse_sigma_{sigma}" for sigma in SIGMAS), "seconds"])
         for row in rows:
             writer.writerow([row["sampler"], row["spp"], *row["rmse"], row["seconds"]])
-
-
-def readme_picture(renderer):
-    """Part of a picture, pixel by pixel, and blurred in linear light as if seen from further away."""
-    rows = ([], [])
-    for sampler in SAMPLERS:
-        request = Request(sampler, PICTURE_COUNT, PICTURE_SEED, PICTURE_SCENE, *PICTURE_SIZE)
-        light = np.clip(read_exr(renderer.render(request, f"readme/{sampler}.exr"))[0], 0, 1)
-        for row, sigma in zip(rows, (0.0, PICTURE_BLUR)):
-            row.append([enlarged_part(preview(blurred(light, sigma)), PICTURE_PART, PICTURE_FACTOR)])
-    return sheet(rows, ("each pixel", "from\nfurther\naway"), [PICTURE_NAMES[sampler] for sampler in SAMPLERS])
 
 
 def gallery(pictures, reference, spp):
@@ -275,15 +258,9 @@ def main():
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--pathtracer", type=Path, required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="output folder (default out/demo)")
-    parser.add_argument("--picture", action="store_true", help=f"only draw the README's picture, docs/{PICTURE_FILE}")
     options = parser.parse_args()
 
-    root, renderer = Path(__file__).resolve().parents[2], Renderer(options.pathtracer, options.out)
-    if options.picture:
-        # 256 colours suffice for pixels this large.
-        write_image(root / "docs" / PICTURE_FILE, readme_picture(renderer).quantize(256, dither=0))
-        print(f"Written: docs/{PICTURE_FILE}")
-        return
+    renderer = Renderer(options.pathtracer, options.out)
     rows, notes = render_all(renderer)
     print(text_table(rows))
     for note in notes:

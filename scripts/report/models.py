@@ -171,7 +171,7 @@ def report_text(options, found, names, sources, failures):
              + f", each in four crops of {options.crop[0]}x{options.crop[1]} pixels out of a picture of "
              f"{options.size[0]}x{options.size[1]}: one in each quarter of its middle, without a margin of "
              f"{100 * MARGIN:.0f} % on each side, placed by a hash before anything was rendered. "
-             f"{options.seeds} seeds, against references with {options.reference_spp} samples per pixel (`sobol`, a different seed). "
+             f"{options.seeds} seeds, against references with {options.reference_spp} samples per pixel (`sobol`, padded, a different seed). "
              "No choice of the library has seen these models. The camera is the file's own, or one that "
              "frames the model; the light comes from the file, or from the path tracer's sky if the file has none. \"As displayed\" "
              "means at the exposure that the path tracer picks for the picture (`--exposure auto`).", "",

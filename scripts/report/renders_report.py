@@ -342,7 +342,7 @@ class Report:
                  f"Each figure comes from {seeds} seed{'s' if seeds > 1 else ''} (`mask`: at most {SIDE_SEEDS}; FLIP: {FLIP_SEEDS}, at "
                  f"{', '.join(map(str, FLIP_COUNTS))} samples). `blue`, `sobol`, `white`, `mask` and OpenQMC's samplers render one "
                  "progressive run, measured at each sample count; `zorder` renders each count separately, because it must know the "
-                 "count.", "",
+                 "count. `sobol` is padded: its two pairs of dimensions are sequences of their own.", "",
                  "## Error reduction", "",
                  "Each number says how many times smaller blue's error is: geometric means over scenes, pictures, crops and seeds, "
                  "with 95 % intervals of a bootstrap that resamples all four. A crop is excluded where blue's error is less than "

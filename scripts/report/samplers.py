@@ -24,7 +24,7 @@ from report.palette import plain_numbers, style
 from report.plots import plt, save
 from report.renders_report import md_table
 
-SAMPLERS = ("white", "sobol", "zorder", "mask", "blue")
+SAMPLERS = ("white", "sobol", "sobol4d", "zorder", "mask", "blue")
 BASE = "sobol"  # the baseline of all ratios
 QUICK = ("white", BASE, "blue")
 SIZE, DOMAINS, INTEGRANDS = 128, 16, 48  # as in bench_samplers
@@ -36,6 +36,7 @@ FIGURES = {
     "steps": "Steps along the axes, at the position in the pixel",
     "discs": "Discs in dimensions (0,1)",
     "smooth": "Smooth bumps in dimensions (0,1)",
+    "smooth-products": "Smooth bumps in both pairs of a domain, multiplied",
 }
 WHAT = {
     "products": "Half-planes in (0,1) and in (2,3) of one domain, multiplied.",
@@ -44,9 +45,9 @@ WHAT = {
              "the sides of the picture.",
 }
 PLOTTED = ("half-planes-01", "products")
-EVERY = ("half-planes-01", "discs", "smooth", "products", "siblings")  # in the table and the plot of every count
+EVERY = ("half-planes-01", "discs", "smooth", "products", "siblings", "smooth-products")  # in the table and the plot of every count
 EVERY_DOMAINS, EVERY_COUNTS = 4, (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64)
-EVERY_SAMPLERS = ("white", BASE, "zorder", "blue")
+EVERY_SAMPLERS = ("white", BASE, "sobol4d", "zorder", "blue")
 BLURS = ("2.1", "1.0", "0.0")
 SPECTRA_COUNTS = (1, 4, 16)
 # Centres and radii of the discs for the spectra (the first is shown), and the positions of the steps.
@@ -127,7 +128,7 @@ def line(name, names):
 
 def plot_spp(rows, path):
     """Error after a blur of 2.1 pixels against every count."""
-    figure, axes = plt.subplots(2, 3, figsize=(13, 8.4), layout="constrained")
+    figure, axes = plt.subplots(2, 3, figsize=(13, 8.8), layout="constrained")
     names = names_in(rows)
     for axis, what in zip(axes.flat, EVERY):
         for name in names:
@@ -137,8 +138,7 @@ def plot_spp(rows, path):
         axis.set_xscale("log", base=2)
         axis.grid(True, which="major", alpha=0.25)
         plain_numbers(axis.xaxis, axis.yaxis)
-    axes.flat[-1].axis("off")
-    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="center", bbox_to_anchor=(5 / 6, 0.25))
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(names))
     save(figure, path, laid_out=True)
 
 
@@ -146,8 +146,9 @@ def every_text(rows, command, commit):
     names = names_in(rows)
     parts = ["# Error at every count", "", f"Printed by `{command}`.", "",
              f"RMSE after a blur of 2.1 pixels, `{BASE}` at one sample = 1 (that of white noise), as on [the samplers' page](samplers.md), over",
-             f"{EVERY_DOMAINS} domains. `sobol` is padded: its two pairs of dimensions are independent (0,2)-sequences. `zorder` is",
-             "declared at each count. Discs and bumps lie in (0,1). Products over two domains of a family take all pairs in turn.", ""]
+             f"{EVERY_DOMAINS} domains. `sobol` is padded: its two pairs of dimensions are independent (0,2)-sequences; `sobol4d` is one",
+             "four-dimensional Owen-scrambled Sobol' sequence in each pixel. `zorder` is declared at each count. Discs and bumps lie",
+             "in (0,1). Products over two domains of a family take all pairs in turn.", ""]
     if commit:
         parts += [f"OpenQMC is at commit {commit}.", ""]
     parts += ["![Error against every count](samplers_spp.png)", ""]
@@ -302,10 +303,11 @@ def plot_spectra(program, names, path):
 def report_text(rows, draws, unlike, command):
     names = names_in(rows)
     parts = ["# Screen-space error of the samplers", "", f"Printed by `{command}`.", "",
-             f"Every figure is an error relative to that of `{BASE}` (independent Owen-scrambled Sobol' in each pixel) in the same",
-             "run; below 1 is better. Every pixel integrates the same function. The image of per-pixel errors is blurred with a",
-             f"Gaussian of sigma pixels; its RMSE is taken over {SIZE}x{SIZE} pixels without a margin of 8 and averaged over",
-             f"{INTEGRANDS} integrands of a kind in each of {DOMAINS} domains. Each domain has its own seed, and domains cycle through",
+             f"Every figure is an error relative to that of `{BASE}` (Owen-scrambled Sobol', independent in each pixel and padded: its two",
+             "pairs of dimensions are sequences of their own) in the same run; below 1 is better. `sobol4d` is Sobol' in four dimensions",
+             "at once, in each pixel on its own, as in the path tracer. Every pixel integrates the same function. The image of",
+             f"per-pixel errors is blurred with a Gaussian of sigma pixels; its RMSE is taken over {SIZE}x{SIZE} pixels without a margin of 8 and",
+             f"averaged over {INTEGRANDS} integrands of a kind in each of {DOMAINS} domains. Each domain has its own seed, and domains cycle through",
              "the members of their families. Sigma 0.0 is the error without blur. Samplers run progressively and are measured at",
              "every sample count; `zorder` is run for each count separately, because it must know the count.", ""]
     if set(peers.PEERS) & set(names):

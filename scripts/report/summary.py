@@ -16,17 +16,17 @@ from .tables import TableError, update_table
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 3, 4, 6, 16, 64)
 MEASURES = {"displayed_2.1": "as displayed", "rmse_2.1": "raw"}
-OURS = {"white": "white", "sobol": "Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
+OURS = {"white": "white", "sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
     ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", OURS),
     ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
-        "independent": "white (`independent`)", "paddedsobol": "Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
+        "independent": "white (`independent`)", "paddedsobol": "padded Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
         "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
     ("third-party models", "models_headline.csv", "scripts/bench models FOLDER", OURS),
 )
 # What the README shows of it: of errors as displayed, these rows.
-SHORT = (("our path tracer", "white", "white noise"), ("our path tracer", "sobol", "Sobol'"), ("our path tracer", BEST_PEER, BEST_PEER),
+SHORT = (("our path tracer", "white", "white noise"), ("our path tracer", "sobol", "padded Sobol'"), ("our path tracer", BEST_PEER, BEST_PEER),
          ("pbrt-v4", "independent", "white noise"), ("pbrt-v4", "zsobol", "its default, Z-order"),
          ("pbrt-v4", "best of pbrt", "the best of its seven"))
 

@@ -16,11 +16,12 @@
  *                                      rows, in (0,1) of domains with keys 4 k: edges of a picture
  *                                      that are parallel to its sides
  *     discs, smooth                    discs and Gaussian bumps in (0,1)
+ *     smooth-products                  Gaussian bumps in both pairs of a domain, multiplied
  *
  * Steps are at irrational places: nets are exact at multiples of 1/16. One run of a sampler is
  * stopped at every count; zorder, which is made for one count, gets a run of its own for each.
  * --every measures every count from 1 to 64, at sigma 2.1 alone.
- * OpenQMC's samplers are measured too in builds with -DBN_OPENQMC=DIR. --samples writes what a
+ * sobol4d is the path tracer's. OpenQMC's samplers are measured too in builds with -DBN_OPENQMC=DIR. --samples writes what a
  * sampler draws in second members of 16 families instead, as float32 [16][128][128][SPP][4]
  * without a header. The protocol is that of Heitz and Belcour, "Distributing Monte Carlo Errors as
  * a Blue Noise in Screen Space by Permuting Pixel Seeds Between Frames", 2019, widened. */
@@ -30,10 +31,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../examples/pathtracer/sobol4d.h"
 #include "bench_openqmc.h"
 
 enum { SIZE = 128, PIXELS = SIZE * SIZE, MARGIN = 8, INTEGRANDS = 48, DOMAINS = 16, MEMBERS = 4 };
-enum { KINDS = 5, SIGMAS = 3, MOST = 256, EVERY = 64, COUNTS = EVERY };
+enum { KINDS = 6, SIGMAS = 3, MOST = 256, EVERY = 64, COUNTS = EVERY };
 static const double sigmas[SIGMAS] = {2.1, 1.0, 0.0};
 static uint32_t counts[COUNTS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
 
@@ -45,10 +47,12 @@ typedef enum figure {
     STEPS,
     DISCS,
     SMOOTH,
+    SMOOTH_PRODUCTS,
     FIGURES
 } figure;
-static const char *const figure_names[FIGURES] = {
-    "half-planes-01", "half-planes-23", "products", "siblings", "steps", "discs", "smooth"};
+static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
+                                                  "siblings",       "steps",          "discs",
+                                                  "smooth",         "smooth-products"};
 
 /* ---- Integrands */
 
@@ -98,7 +102,7 @@ static double bump_mean(double centre, double sigma) {
 static half_plane round_make(figure what, int domain, int k) {
     const double point = k + INTEGRANDS * domain, u = fraction(0.5 + 0.7548776662466927 * point),
                  v = fraction(0.5 + 0.5698402909980532 * point);
-    if (what == SMOOTH) {
+    if (what == SMOOTH || what == SMOOTH_PRODUCTS) {
         const double sigma = 0.1 + 0.3 * (k + 0.5) / INTEGRANDS;
         return (half_plane){(float)u, (float)v, (float)(0.5 / (sigma * sigma)),
                             bump_mean(u, sigma) * bump_mean(v, sigma)};
@@ -128,11 +132,12 @@ static integrand integrand_make(figure what, int domain, int k) {
                    half_plane_make(domain, k, 0),
                    half_plane_make(domain, k, 1),
                    {own, own + 2},
-                   what == PRODUCTS || what == SIBLINGS,
+                   what == PRODUCTS || what == SIBLINGS || what == SMOOTH_PRODUCTS,
                    ALONG_ROWS | ALONG_COLUMNS,
                    0.0};
-    if (what == DISCS || what == SMOOTH) {
+    if (what == DISCS || what == SMOOTH || what == SMOOTH_PRODUCTS) {
         f.first = round_make(what, domain, k);
+        f.second = round_make(what, domain, (k + INTEGRANDS / 3) % INTEGRANDS);
     } else if (what == STEPS) {
         f.first = step_make(domain, k);
         f.directions = k % 2 == 0 ? ALONG_COLUMNS : ALONG_ROWS;
@@ -155,6 +160,17 @@ typedef struct source {
     int32_t kind;
     const bench_peer *peer; /* or null: libbn's sampler of this kind */
 } source;
+
+static void sobol4d_read_row(uint32_t seed, uint32_t parent, uint32_t key, int32_t y, int32_t width,
+                             uint32_t count, float *out) {
+    (void)parent; /* the key of its child is different for every parent here */
+    for (int32_t x = 0; x < width; ++x) {
+        for (uint32_t index = 0; index < count; ++index, out += 4)
+            sobol4d_draw(seed, x, y, index, key, out);
+    }
+}
+
+static const bench_peer sobol4d = {"sobol4d", {NULL, NULL, NULL}, sobol4d_read_row};
 
 static int is_declared(const source *s) {
     return s->peer == NULL && s->kind == BN_SAMPLER_ZORDER;
@@ -218,6 +234,14 @@ static double sum_values(const integrand *f, float u[][MOST], uint32_t i, uint32
     if (f->what == SMOOTH) {
         double bumps = 0.0;
         for (; i < end; ++i) bumps += expf(-g.c * squared_distance(x[i], y[i], &g));
+        return bumps;
+    }
+    if (f->what == SMOOTH_PRODUCTS) {
+        double bumps = 0.0;
+        for (; i < end; ++i) {
+            bumps += expf(-g.c * squared_distance(x[i], y[i], &g) -
+                          h.c * squared_distance(z[i], w[i], &h));
+        }
         return bumps;
     }
     if (f->what == DISCS) {
@@ -346,11 +370,10 @@ static int is_listed(const char *list, const char *name) {
 }
 
 int main(int argc, char **argv) {
-    source known[KINDS + BENCH_PEERS] = {{"white", BN_SAMPLER_WHITE, NULL},
-                                         {"sobol", BN_SAMPLER_SOBOL, NULL},
-                                         {"zorder", BN_SAMPLER_ZORDER, NULL},
-                                         {"mask", BN_SAMPLER_MASK, NULL},
-                                         {"blue", BN_SAMPLER_BLUE, NULL}};
+    source known[KINDS + BENCH_PEERS] = {
+        {"white", BN_SAMPLER_WHITE, NULL}, {"sobol", BN_SAMPLER_SOBOL, NULL},
+        {"sobol4d", 0, &sobol4d},          {"zorder", BN_SAMPLER_ZORDER, NULL},
+        {"mask", BN_SAMPLER_MASK, NULL},   {"blue", BN_SAMPLER_BLUE, NULL}};
     int known_count = KINDS, n = 0, blurs = SIGMAS;
     unsigned long max_spp = MOST, domains = DOMAINS;
     const char *samplers = NULL, *figures = NULL;

@@ -114,31 +114,6 @@ def test_a_small_run_grows_from_pictures_to_the_whole_page(pathtracer, tmp_path,
     assert lost.read_bytes() == before
 
 
-def test_readme_picture_shows_a_difference_that_a_step_back_keeps(pathtracer, tmp_path):
-    """The picture shows white and blue noise, and after the blur blue noise is much closer to the reference."""
-    renderer = demo.Renderer(pathtracer, tmp_path)
-    assert demo.readme_picture(renderer).width <= 840  # what a README's column shows without resampling
-    left, top, width, height = demo.PICTURE_PART
-    assert left + width <= demo.PICTURE_SIZE[0] and top + height <= demo.PICTURE_SIZE[1]
-    truth = renderer.render(demo.Request("sobol", 64, 9, demo.PICTURE_SCENE, *demo.PICTURE_SIZE), "truth.exr")
-
-    def seen(path):
-        part = np.clip(demo.read_exr(path)[0], 0, 1)[top:top + height, left:left + width]
-        return demo.blurred(part, demo.PICTURE_BLUR)
-
-    errors = {sampler: np.sqrt(np.mean((seen(tmp_path / f"readme/{sampler}.exr") - seen(truth)) ** 2))
-              for sampler in demo.SAMPLERS}
-    assert errors["blue"] < 0.75 * errors["white"] and errors["blue"] < 0.75 * errors["sobol"]
-
-
-def test_the_readme_shows_its_picture():
-    root = demo.Path(demo.__file__).resolve().parents[2]
-    assert f"docs/{demo.PICTURE_FILE}" in (root / "README.md").read_text(encoding="utf-8")
-    picture = root / "docs" / demo.PICTURE_FILE
-    Image.open(picture).verify()
-    assert picture.stat().st_size < 250_000
-
-
 def test_page_asks_nothing_of_the_network():
     black = Image.new("RGB", (3, 2))
     text = page.page("a < b", [("one", [page.table(("x", "y"), [("<1>", 2)]), page.paragraph("p & q"),

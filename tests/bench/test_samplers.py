@@ -53,7 +53,7 @@ def test_every_figure_is_measured(programs):
 
 def test_samples_are_uniform_and_differ(programs, pathtracer):
     drawn = [samplers.draw_samples(programs["bench_samplers"], name, 2)
-             for name in ("white", "sobol", "zorder", *peers.listed(pathtracer))]
+             for name in ("white", "sobol", "sobol4d", "zorder", *peers.listed(pathtracer))]
     for samples in drawn:
         assert samples.min() >= 0 and samples.max() < 1
         # Of 2 * 16384 independent numbers the mean scatters by 0.0016; there are 16 domains and 4 dimensions.
@@ -133,7 +133,7 @@ def test_peers_stand_in_every_table_and_plot_or_in_none(tmp_path, monkeypatch, o
     assert len(legends) == 2 and all(legend == {"white", "blue", "sobol", *others} for legend in legends)
     text = (tmp_path / "out" / "samplers.md").read_text()
     tables = text.split("| sampler |")[1:]
-    assert len(tables) == 2 + 7 * 3  # axes and times, seven figures with three blurs
+    assert len(tables) == 2 + 8 * 3  # axes and times, eight figures with three blurs
     for name in peers.PEERS:
         assert all((f"| {name} |" in part) == (name in others) for part in tables)
     assert ("`scripts/bench samplers --quick --openqmc DIR`" in text) == bool(others)

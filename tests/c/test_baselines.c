@@ -77,16 +77,17 @@ static void test_sobol_scrambling(void) {
 
 /* ---- WHITE */
 
-static uint32_t inverse_of(uint32_t odd) {
-    uint32_t v = odd;
-    for (int i = 0; i < 5; ++i) v *= 2u - odd * v;
+/* The number whose product with `odd` is 1, modulo 2^64 and so modulo 2^32 too. */
+static uint64_t inverse_of(uint64_t odd) {
+    uint64_t v = odd;
+    for (int i = 0; i < 6; ++i) v *= 2u - odd * v;
     return v;
 }
 
 /* The number that bn_hash32() maps to `v`. */
 static uint32_t before_hash(uint32_t v) {
-    v = (v ^ (v >> 15) ^ (v >> 30)) * inverse_of(0xd35a2d97u);
-    v = (v ^ (v >> 15) ^ (v >> 30)) * inverse_of(0x21f0aaadu);
+    v = (v ^ (v >> 15) ^ (v >> 30)) * (uint32_t)inverse_of(0xd35a2d97u);
+    v = (v ^ (v >> 15) ^ (v >> 30)) * (uint32_t)inverse_of(0x21f0aaadu);
     return v ^ (v >> 16);
 }
 
@@ -173,16 +174,10 @@ static void test_digits(void) {
 
 /* ---- Seeds */
 
-static uint64_t inverse_of_64(uint64_t odd) {
-    uint64_t v = odd;
-    for (int i = 0; i < 6; ++i) v *= 2u - odd * v;
-    return v;
-}
-
 /* The seed whose hash is `key`: that of SplitMix64, undone. */
 static uint64_t seed_of(uint64_t key) {
-    key = (key ^ (key >> 31) ^ (key >> 62)) * inverse_of_64(0x94d049bb133111ebu);
-    key = (key ^ (key >> 27) ^ (key >> 54)) * inverse_of_64(0xbf58476d1ce4e5b9u);
+    key = (key ^ (key >> 31) ^ (key >> 62)) * inverse_of(0x94d049bb133111ebu);
+    key = (key ^ (key >> 27) ^ (key >> 54)) * inverse_of(0xbf58476d1ce4e5b9u);
     return (key ^ (key >> 30) ^ (key >> 60)) - 0x9e3779b97f4a7c15u;
 }
 

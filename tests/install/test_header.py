@@ -40,7 +40,7 @@ def test_the_cpp_header_says_which_standard_it_needs(compiler, tmp_path):
     source.write_text("#include <bn/bn.hpp>\n")
     done = subprocess.run([compiler, "-x", "c++", "-std=c++11", "-fsyntax-only", "-I", INCLUDE, source],
                           capture_output=True, text=True, check=False)
-    errors = [line for line in done.stderr.splitlines() if "error" in line.partition("#")[0]]
+    errors = [line for line in done.stderr.splitlines() if ": error:" in line.partition("#")[0]]
     assert len(errors) == 1 and "needs C++17" in errors[0]
 
 

@@ -127,6 +127,30 @@ def test_files_of_scenes(tmp_path):
     assert names == {"a.gltf": {"a.gltf", "b c.bin", "t/d.png"}, "o.obj": {"o.obj", "my lib.mtl", "t/d.png"}}
 
 
+@pytest.mark.parametrize("name, text", [("a.obj", "\n" * 10**6), ("a.mtl", "\n" * 10**6), ("a.mtl", "map_Kd " + "a b " * 10**6),
+                                        ("a.obj", "mtllib a" + " " * 10**6 + "b"), ("a.gltf", '{"uri": "' + "a" * 5000 + '"}')])
+def test_scenes_with_long_texts_and_names(name, text, tmp_path):
+    """In linear time, else these would take hours. A name that no file can have is none."""
+    (tmp_path / name).write_text(text)
+    program = "import sys; from render_farm.inputs import files_of; print(*files_of(sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", program, name], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(SCRIPTS)},
+                          capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, f"{name}\n"), done
+
+
+def test_a_damaged_record_of_parts_is_another_picture(tmp_path):
+    (tmp_path / "out.exr.parts").mkdir()
+    (tmp_path / "out.exr.parts" / "picture.json").write_bytes(b"\xff\x00")
+    with pytest.raises(FarmError, match="remove it"):
+        PartsFolder(tmp_path / "out.exr", {})
+
+
+def test_errors_are_one_line_without_control_characters(pathtracer):
+    name = "a\x1b[31m\nb.exr"
+    (pathtracer.folder / name).mkdir()
+    assert "a?[31m?b.exr is a folder" in refused(pathtracer, "-o", name)
+
+
 def test_options_are_sorted(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sky.exr").write_bytes(b"")

@@ -8,7 +8,9 @@ import stat
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
+from pathtracer_driver import read_exr
 from scene_files import floor
 from test_command_line import failure
 
@@ -136,3 +138,26 @@ def test_a_killed_merge_leaves_no_temporary_file(pathtracer, way):
                           preexec_fn=lambda: signal.signal(getattr(signal, way), signal.SIG_DFL))
     assert done.returncode == -getattr(signal, way)
     assert sorted(os.listdir(pathtracer.folder)) == sorted([*before, "killed.c", "killed.so"])
+
+
+@pytest.mark.parametrize("arguments", [["--list"], ["--help"], ["--list-cameras"], [*SIZE, "-o", "out.exr"],
+                                       [*SIZE, "--reference", "reference.exr", "--quiet", "-o", "out.exr"]])
+@pytest.mark.parametrize("closed", [False, True])
+def test_text_that_does_not_arrive_is_an_error(arguments, closed, pathtracer):
+    """Standard output is full or closed. The pictures are written all the same."""
+    pathtracer.render(*SIZE).rename(pathtracer.folder / "reference.exr")
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([pathtracer.binary, *map(str, arguments)], cwd=pathtracer.folder, stdout=full, stderr=subprocess.PIPE,
+                              text=True, preexec_fn=(lambda: os.close(1)) if closed else None)
+    assert done.returncode == 1
+    reason = "Bad file descriptor" if closed else "No space left on device"
+    assert done.stderr.splitlines()[-1] == f"pathtracer: cannot write to standard output: {reason}"
+    if "-o" in arguments:
+        assert pathtracer.run("--resume", "out.exr", "--spp", 64, "-o", "out.exr").returncode == 0
+
+
+def test_without_standard_streams_the_picture_is_the_same(pathtracer):
+    """No file of the run takes their numbers."""
+    picture = pathtracer.render(*SIZE)
+    assert pathtracer.run("--quiet", *SIZE, "-o", "out.exr", preexec_fn=lambda: os.closerange(0, 3)).returncode == 0
+    np.testing.assert_array_equal(read_exr(picture)[0], read_exr(pathtracer.folder / "out.exr")[0])

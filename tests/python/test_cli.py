@@ -445,6 +445,20 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
     assert list(tmp_path.iterdir()) == [out]
 
 
+@pytest.mark.parametrize("arguments", [("measure", "{}"), ("measure", "m.npy", "{}"), ("mask", "--size", "300", "-o", "{}")])
+def test_no_control_characters_reach_the_terminal(arguments, tmp_path, capsys, monkeypatch):
+    """Neither those of ASCII nor the second set of Unicode."""
+    monkeypatch.chdir(tmp_path)
+    name = "a\x1b[31mb\x9bc\n.png"
+    try:
+        main([argument.format(name) for argument in arguments])
+    except SystemExit as end:
+        assert end.code == 2
+    said = capsys.readouterr().err
+    assert "a?[31mb?c" in said
+    assert said.endswith("\n") and said[:-1].isprintable()
+
+
 def test_an_output_that_is_a_link_is_replaced_not_followed(tmp_path):
     victim, out = tmp_path / "victim.npy", tmp_path / "mask.npy"
     victim.write_bytes(b"precious")

@@ -179,6 +179,11 @@ def test_domains():
     assert len(keys) > 4090  # 4,096 hashes of 32 bits: 0.002 collisions expected
 
 
+def test_keys_that_do_not_broadcast():
+    with pytest.raises(ValueError, match=r"keys do not broadcast: shapes \(2,\) and \(3,\)"):
+        Sampler().domain([1, 2], [1, 2, 3])
+
+
 def test_domains_are_uncorrelated():
     sampler = Sampler("blue", seed=1)
     a = sampler.block(0, 0, 128, 128, 0, 1, sampler.domain(1))[..., 0, 0].ravel()

@@ -112,7 +112,8 @@ static uint32_t path_words(const uint32_t *words, uint32_t *record) {
     const bn_path path = bn_path_start((int32_t)record[1], (int32_t)record[2], record[3], frame);
     bn_ray ray = bn_path_ray(&path, number);
     ray.splits = k;
-    const bn_split split = bn_ray_split(&ray, count);
+    const bn_split split =
+        count > 0 ? bn_ray_split(&ray, count) : bn_ray_split_from(&ray, path.index);
     const bn_path branch = bn_split_path(&split, k);
     const bn_path last = bn_path_branch(branch, split.domain, count, count);
     return 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray.domain +

@@ -34,7 +34,8 @@ static void test_path(const bn_sampler *s, const uint32_t *words, int32_t kind, 
     float u[4];
     for (uint32_t k = 0; k < 9; ++k) {
         glsl_path found = glsl_path_words(words, x, y, path->index, frame, number, 2 * k, count, k);
-        bn_split split = bn_ray_split(&ray, count);
+        const bn_split split =
+            count > 0 ? bn_ray_split(&ray, count) : bn_ray_split_from(&ray, path->index);
         const bn_path branch = bn_split_path(&split, k);
         CHECK(found.branch_index == branch.index && found.branch_domain == branch.domain);
         const bn_ray first = bn_path_ray(&branch, 0);

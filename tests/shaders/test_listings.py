@@ -4,6 +4,7 @@
 import os
 import re
 
+import pytest
 from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, need_module, need_vulkan, run
 from test_device_code import compile_with_nvrtc
 from test_shaders import with_texts
@@ -22,9 +23,10 @@ def test_upload(tmp_path):
         "-o", tmp_path / "upload.o")
 
 
-def test_glsl(tmp_path):
+@pytest.mark.parametrize("name", ["example.comp", "path.comp"])
+def test_glsl(tmp_path, name):
     need(GLSLANG, "glslangValidator")
-    (tmp_path / "a.comp").write_text(with_texts(listing("example.comp")))
+    (tmp_path / "a.comp").write_text(with_texts(listing(name)))
     run(GLSLANG, tmp_path / "a.comp")
     run(GLSLANG, "-V", "-o", tmp_path / "a.spv", tmp_path / "a.comp")
 

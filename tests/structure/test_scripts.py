@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and os.access(path, os.X_OK))
 HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"], ["convergence", "cornell", "--help"],
-        ["demo", "--picture", "--help"], ["farm", "--spp", "4", "-h"]]
+        ["demo", "--out", "--help"], ["farm", "--spp", "4", "-h"]]
 
 
 def clone(folder):
@@ -45,7 +45,7 @@ def test_help_makes_nothing(command, tmp_path):
     assert sorted(folder.rglob("*")) == before
 
 
-@pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]"])
+@pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]", "a|b", "a<b", "a>b", "$(b)", "a\tb"])
 def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
     folder = clone(tmp_path / name)
     for script in ("demo", "real_setup", "farm"):

@@ -155,7 +155,8 @@ enum {
      * construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
-     * of renderers, as a baseline. */
+     * of renderers, as a baseline. Padded: dimensions (0, 1) and (2, 3) are two sequences in
+     * unrelated orders, each well stratified, the two together not at all. */
     BN_SAMPLER_SOBOL = 1,
     /* Independent uniform random numbers. */
     BN_SAMPLER_WHITE = 2,

@@ -26,7 +26,15 @@
 #error "bn.hpp needs C++17 (-std=c++17 or /std:c++17); C++11 can use bn.h"
 #else
 
+/* Clang would warn of the casts of headers that C includes too. */
+#if defined(__clang__)
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wold-style-cast"
+#endif
 #include <bn/bn_path.h>
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#endif
 
 #include <array>
 #include <cassert>

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Adaptive sampling, --noise: where blocks stop, that pictures do not depend on how they are rendered, and that they are right.
+
+Statistical tests use fixed seeds; the rates stated are the chances of a false alarm had they been drawn anew.
+"""
+
+import csv
+
+import numpy as np
+import pytest
+from pathtracer_driver import read_exr, read_layers
+from test_command_line import failure
+
+SCENE = ["--scene", "penumbra", "--size", "45x37", "--max-depth", 1]
+NOISE = ["--noise", 0.1, "--min-spp", 4, "--spp", 64]
+BLOCK = 8
+
+
+def displayed_error(layers, exposure=0.0):
+    """As adaptive.h defines it, of one block."""
+    mean = np.stack([layers[c] for c in "RGB"]).astype(np.float64) * 2.0**exposure
+    variance = np.stack([layers[f"variance.{c}"] for c in "RGB"]).astype(np.float64) * 4.0**exposure
+    error = np.sqrt(variance / layers["count"])
+    shown = (np.minimum(mean + 2 * error, 1) - np.minimum(mean - 2 * error, 1)) / 4
+    return np.sqrt(np.mean(shown**2)) / (np.minimum(mean, 1).mean() + 0.02)
+
+
+def blocks(layers):
+    height, width = layers["count"].shape
+    for y in range(0, height, BLOCK):
+        for x in range(0, width, BLOCK):
+            yield {name: values[y:y + BLOCK, x:x + BLOCK] for name, values in layers.items()}
+
+
+def same(one, other):
+    assert sorted(one) == sorted(other)
+    for name, values in one.items():
+        assert np.array_equal(values, other[name]), name
+
+
+def near(one, other):
+    """The same counts, and values through single precision."""
+    assert np.array_equal(one["count"], other["count"])
+    for name, values in one.items():
+        scale = max(1.0, float(np.abs(values).max()))
+        np.testing.assert_allclose(other[name], values, rtol=1e-5, atol=1e-6 * scale, err_msg=name)
+
+
+@pytest.mark.parametrize(("exposure", "least"), [(0, 4), (-2, 4), (2, 8)])
+def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, least):
+    """At powers of two from --min-spp on, the first at which it is, or at --spp."""
+    options = [*NOISE, "--min-spp", least, "--exposure", exposure]
+    layers = read_layers(pathtracer.render(*SCENE, *options))
+    prefixes = {n: list(blocks(read_layers(pathtracer.render(*SCENE, "--spp", n)))) for n in (4, 8, 16, 32, 64)}
+    counts = []
+    for k, block in enumerate(blocks(layers)):
+        count = int(block["count"].flat[0])
+        assert (block["count"] == count).all()
+        wanted = next((n for n in (4, 8, 16, 32) if n >= least and displayed_error(prefixes[n][k], exposure) < 0.1), 64)
+        assert count == wanted, k
+        same(block, prefixes[count][k])  # the samples are those of a plain picture
+        counts.append(count)
+    assert len(set(counts)) > 2 and (64 in counts or exposure)
+
+
+def test_layers_and_attributes_say_what_was_done(pathtracer):
+    path = pathtracer.render(*SCENE, *NOISE, "--exposure", 1)
+    header = read_exr(path)[1]
+    most = int(read_layers(path)["count"].max())
+    assert header["spp"] == most > 4 and header["endSample"] == str(most) and header["minSpp"] == 4
+    assert header["noise"] == pytest.approx(0.1) and header["noiseExposure"] == 1
+    done = pathtracer.run(*SCENE, *NOISE, "-o", "out.exr")
+    mean = read_layers(pathtracer.folder / "out.exr")["count"].mean()
+    assert f"8 to 64 spp, {mean:.6g} on average" in done.stdout
+
+
+def test_level_0_is_plain(pathtracer):
+    plain, path = (pathtracer.render(*SCENE, "--spp", 9, *more) for more in ([], ["--noise", 0]))
+    same(read_layers(plain), read_layers(path))
+    assert set(read_exr(plain)[1]) == set(read_exr(path)[1]) and "noise" not in read_exr(path)[1]
+
+
+@pytest.mark.parametrize("sampler", ["blue", "white", "zorder", "sobol4d"])
+def test_pictures_do_not_depend_on_threads_crops_and_writes(pathtracer, sampler):
+    common = [*SCENE, *NOISE, "--sampler", sampler]
+    whole = read_layers(pathtracer.render(*common))
+    same(whole, read_layers(pathtracer.render(*common, "--threads", 1)))
+    same(whole, read_layers(pathtracer.render(*common, "--threads", 7, "--write-partial", 0.001)))
+    for x0, y0, x1, y1 in ((5, 9, 21, 30), (8, 8, 16, 16), (44, 36, 45, 37), (3, 3, 4, 4)):
+        crop = read_layers(pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}", "--threads", 2))
+        same({name: values[y0:y1, x0:x1] for name, values in whole.items()}, crop)
+
+
+def test_merged_regions_equal_the_whole(pathtracer):
+    """Regions that cut through blocks."""
+    whole = read_layers(pathtracer.render(*SCENE, *NOISE))
+    parts = [pathtracer.render(*SCENE, *NOISE, "--crop", c) for c in ("0,0,20,37", "20,0,45,11", "20,11,45,37")]
+    near(whole, read_layers(pathtracer.render("--merge", *parts)))
+    out = ["-o", "out.exr"]
+    for other in ([], ["--noise", 0.2, "--min-spp", 4], ["--noise", 0.1, "--min-spp", 8], [*NOISE, "--exposure", 1]):
+        part = pathtracer.render(*SCENE, "--spp", 64, *other, "--crop", "0,0,20,37")
+        assert "noise" in failure(pathtracer, "--merge", part, *parts[1:], *out)
+
+
+def test_resumed_pictures_equal_whole_ones(pathtracer):
+    """Of a crop that cuts through blocks too: pixels around it are drawn again."""
+    for crop in ([], ["--crop", "5,9,21,30"]):
+        common = [*SCENE, *crop]
+        whole = read_layers(pathtracer.render(*common, *NOISE))
+        for begun, options in (
+                ([*NOISE, "--spp", 6], ["--spp", 64]),  # stopped between looks
+                ([*NOISE, "--spp", 16], ["--spp", 64]),
+                ([*NOISE, "--noise", 0.3], ["--noise", 0.1, "--spp", 64]),
+                ([*NOISE, "--noise", 0.3, "--min-spp", 2], [*NOISE]),
+                (["--spp", 3], NOISE), (["--spp", 4], NOISE)):
+            near(whole, read_layers(pathtracer.render("--resume", pathtracer.render(*common, *begun), *options)))
+        adaptive = pathtracer.render(*common, *NOISE)
+        near(whole, read_layers(pathtracer.render("--resume", adaptive)))  # nothing is left to do
+        even = read_layers(pathtracer.render("--resume", adaptive, "--noise", 0))
+        near(read_layers(pathtracer.render(*common, "--spp", 64)), even)
+
+
+def test_what_cannot_be_continued_is_refused(pathtracer):
+    out = ["-o", "out.exr"]
+    adaptive = pathtracer.render(*SCENE, *NOISE)
+    for change in (["--noise", 0.2], ["--min-spp", 2], ["--exposure", 1]):
+        assert "noise" in failure(pathtracer, "--resume", adaptive, "--spp", 128, *change, *out)
+    plain = pathtracer.render(*SCENE, "--spp", 5)
+    assert "noise 'off'" in failure(pathtracer, "--resume", plain, *NOISE, *out)
+
+
+@pytest.mark.parametrize(("options", "said"), [
+    (["--noise", "x"], "--noise takes"), (["--noise", -0.1], "--noise takes"), (["--noise", 1.5], "--noise takes"),
+    (["--noise", "nan"], "--noise takes"), (["--noise", "0.1x"], "--noise takes"), (["--min-spp", 8], "--noise"),
+    (["--noise", 0.1, "--min-spp", 1], "--min-spp takes"), (["--noise", 0.1, "--min-spp", 32, "--spp", 16], "more than --spp"),
+    (["--noise", 0.1, "--first-sample", 4], "--first-sample"), (["--noise", 0.1, "--exposure", "auto"], "--exposure EV"),
+    (["--noise", 0.1, "--scene", "a.gltf"], "--exposure EV")])
+def test_bad_values_are_refused_in_one_line(pathtracer, options, said):
+    assert said in failure(pathtracer, *options, "-o", "out.exr")
+
+
+def test_rows_of_convergence_have_mean_counts(pathtracer):
+    reference = pathtracer.render(*SCENE, "--seed", 9, "--spp", 64)
+    rows = pathtracer.folder / "rows.csv"
+    path = pathtracer.render(*SCENE, *NOISE, "--reference", reference, "--convergence", rows)
+    with open(rows, newline="") as file:
+        counts = [float(row["spp"]) for row in csv.DictReader(file)]
+    assert counts[:4] == [1, 2, 3, 4] and counts == sorted(counts)
+    assert counts[-1] == pytest.approx(read_layers(path)["count"].mean())
+
+
+@pytest.mark.parametrize("sampler", ["white", "blue"])
+def test_means_are_right(pathtracer, sampler):
+    """Adaptive pictures against plain ones of other seeds, in dark and in bright pixels: Welch's z over 40 seeds below 4.5, a
+    false alarm once in 70,000. With these spreads a bias of one percent of the light is found 99 times in 100."""
+    common = ["--scene", "penumbra", "--size", "48x40", "--sampler", sampler]
+    plain = [pathtracer.image(*common, "--spp", 16, "--seed", 100 + seed) for seed in range(40)]
+    adaptive = [pathtracer.image(*common, "--noise", 0.25, "--min-spp", 4, "--spp", 64, "--seed", seed) for seed in range(40)]
+    mean = np.mean(plain, axis=0, dtype=np.float64)
+    dark = mean.sum(axis=2) < np.median(mean.sum(axis=2))
+    for where in (dark, ~dark):
+        a, b = ([float(picture[where].mean(dtype=np.float64)) for picture in pictures] for pictures in (adaptive, plain))
+        spread = np.sqrt((np.var(a, ddof=1) + np.var(b, ddof=1)) / len(a))
+        assert (4.5 + 2.33) * spread < 0.01 * np.mean(b), "too weak a test"
+        assert abs(np.mean(a) - np.mean(b)) < 4.5 * spread
