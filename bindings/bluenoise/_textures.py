@@ -49,8 +49,8 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
     with _filled(folder) as beside:
         files: list[dict[str, Any]] = []
         sheet: dict[tuple[int, int], arguments.Ranks] = {}
-        # Annealing takes nearly all of the time, in proportion to texels, channels and sweeps.
-        costs = {(size, channels): size * size * (channels if channels > 1 else 0.02) for size in sizes for channels in CHANNELS}
+        # Annealing takes nearly all of the time, in proportion to texels and sweeps.
+        costs = {(size, channels): size * size * (1 if channels > 1 else 0.02) for size in sizes for channels in CHANNELS}
         done, total = 0.0, sum(costs.values())
         (beside / "masks").mkdir()
         for (size, channels), cost in costs.items():
