@@ -20,11 +20,11 @@ from .image_error import displayed_rmse
 from .renderer import Renderer, RenderError, Request
 
 NAMES = {"white": "white noise", "sobol": "Sobol', padded", "blue": "blue"}
-SCENE, SIZE, SPP, SEED = "interior", (960, 640), 4, 0
+SCENE, SIZE, SPP, SEED = "lens", (960, 640), 4, 0
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 256
 SIGMA = 2.1
 # Left and top of the parts that are enlarged, in pixels of the scene.
-PARTS, PART_SIZE, FACTOR = ((330, 380), (560, 170)), (104, 64), 3
+PARTS, PART_SIZE, FACTOR = ((400, 40), (735, 505)), (104, 64), 3
 BAR = 34  # pixels, of labels
 FILE = "picture.png"
 
