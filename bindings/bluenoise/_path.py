@@ -124,7 +124,7 @@ class Path:
         return Ray(self, number)
 
     def first_light(self, count: int = 1, k: npt.ArrayLike = 0) -> _Floats:
-        """The light that is tried where ray 0 ends, (..., 2), if a lens or time has taken its pair, or if it is split into
+        """The light that is tried where ray 0 ends, (..., 2), if a lens has taken its pair, or if it is split into
         ``count`` points: then ``k`` is 0 to count - 1. ``count`` is the same for all samples of a pixel, and index * count
         below 2**32. An array of ``k`` broadcasts with ``shape``."""
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
@@ -133,7 +133,7 @@ class Path:
         return self._draw(_child(self._domain, CAMERA_KEY), _sequence(self._index, count, points), pair=0)
 
     def time(self) -> _Floats:
-        """(..., 2): time, where a lens has taken the second pair of ray 0, and wavelength."""
+        """(..., 2): the time of the path, and wavelength."""
         return self._draw(_child(self._domain, CAMERA_KEY), self._index, pair=1)
 
     def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:

@@ -7,6 +7,7 @@
 // A ray. The direction is a unit vector.
 struct Ray {
     Vec3 origin, direction;
+    float time = 0; // in [0, 1): when the shutter was open
 };
 
 struct Camera {

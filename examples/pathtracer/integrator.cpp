@@ -7,6 +7,7 @@
 // pixel only: splatting would correlate neighbours and spoil the blue noise.
 #include "integrator.h"
 
+#include <limits>
 #include <optional>
 
 #include "distribution.h"
@@ -47,6 +48,7 @@ struct Path {
     // rays.
     float scatter_pdf = 1, light_samples = 0;
     bool seen_by_camera = true; // directly, or through mirrors and smooth glass
+    bool ends = false;          // where it arrives: only lights are still added
 };
 
 Draw counted_draw(const PixelSample &sample, uint32_t domain, int dimensions,
@@ -60,7 +62,13 @@ Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCo
     const Draw u = counted_draw(sample, domains.ray, domains.dimensions, counters);
     const Vec2 pixel = {static_cast<float>(sample.x) + u.u[0],
                         static_cast<float>(sample.y) + u.u[1]};
-    return {sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
+    Path path{sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
+    // One time for the whole path. It multiplies with the position in the pixel, so it could take the
+    // second pair of ray 0, as a lens does, and where nothing else varies that is better by far
+    // (docs/paths.md). Then the first light loses the pair, though: in crops of `motion` after a
+    // blur, bn_path_time() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
+    if (integrator.moves) path.ray.time = counted_draw(sample, integrator.camera, 4, counters).u[2];
+    return path;
 }
 
 // ---- Light that a ray hits
@@ -101,7 +109,7 @@ void add_emission(const Scene &scene, Path &path, const Hit &hit) {
     add_found_light(path, pdf, emitted);
 }
 
-// ---- The surface that a ray hits
+// ---- The surface that a ray hits, or the particle
 
 struct Vertex {
     Vec3 point;
@@ -146,6 +154,27 @@ const Material &material_of_hit(const Scene &scene, const Hit &hit,
     return *textured;
 }
 
+// How far the path's ray flies through the medium until it meets a particle before `end`, or
+// infinity. Loop 0 of a ray; loop k + 1 is for light sample k where it ends.
+float free_flight(const Integrator &integrator, const Path &path, uint32_t bounce, float end) {
+    const uint32_t ray = integrator.rays[bounce].ray;
+    LoopNumbers numbers = loop_start(path.sample, loop_domain(*integrator.sampler, ray, 0));
+    ++path.counters->draws_4d;
+    return medium_free_flight(*integrator.scene->medium, path.ray, end, numbers);
+}
+
+// A particle is a vertex whose normal points back along the ray: its material needs no other.
+Vertex vertex_in_medium(const Ray &ray, float distance) {
+    Vertex v{};
+    v.point = ray.origin + distance * ray.direction;
+    v.distance = distance;
+    v.front = true;
+    v.normal = v.shading_normal = -ray.direction;
+    v.frame = frame_around(v.normal);
+    v.wo = {0, 0, 1};
+    return v;
+}
+
 // ---- Next event estimation
 
 // The sampled point, moved off the light to the side that emits towards the surface.
@@ -155,9 +184,10 @@ Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the contribution of one of `count` light samples, chosen by u.
+// Adds the contribution of one of `count` light samples, chosen by u. `loop` is the domain of a
+// walk to it.
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
-                      const Material &material, Vec2 u, uint32_t count) {
+                      const Material &material, Vec2 u, uint32_t count, uint32_t loop) {
     const Scene &scene = *integrator.scene;
     const Light &light = choose_light(scene, u);
     const LightSample sample = light_sample(light, v.point, u);
@@ -166,7 +196,15 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const Vec3 scattered = material_eval(material, v.front, v.wo, wi);
     if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
     ++path.counters->rays;
-    if (occluded(*integrator.geometry, v.start(wi), shadow_ray_end(light, sample))) return;
+    const Ray shadow = {v.start(wi), sample.direction, path.ray.time};
+    const Vec3 end = shadow_ray_end(light, sample);
+    if (occluded(*integrator.geometry, shadow.origin, end, shadow.time)) return;
+    float passed = 1;
+    if (scene.medium) {
+        LoopNumbers numbers = loop_start(path.sample, loop);
+        ++path.counters->draws_4d;
+        passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), numbers);
+    }
     const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
     const float weight = light_has_extent(light)
                              ? power_heuristic(pdf, material_pdf(material, v.front, v.wo, wi))
@@ -174,7 +212,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const Vec3 emitted = light.mapped
                              ? emission_at(scene, {light.triangle, sample.place.x, sample.place.y})
                              : sample.radiance;
-    path.radiance += (weight / pdf) * (path.throughput * scattered * emitted);
+    path.radiance += (passed * weight / pdf) * (path.throughput * scattered * emitted);
 }
 
 // Adds a vertex's light samples. Returns how many.
@@ -187,9 +225,10 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
         Vec2 u = pair23(path.u);
         if (bounce == 0 && integrator.first_light_apart) {
             ++path.counters->draws_2d;
-            u = pair01(draw_split(path.sample, integrator.first_light, count, k));
+            u = pair01(draw_split(path.sample, integrator.camera, count, k));
         }
-        add_light_sample(integrator, path, v, material, u, count);
+        const uint32_t loop = loop_domain(*integrator.sampler, integrator.rays[bounce].ray, k + 1);
+        add_light_sample(integrator, path, v, material, u, count, loop);
     }
     return count;
 }
@@ -219,7 +258,7 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         if (choices.u[1] >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;
     }
-    path.ray = {v.start(sample.wi), direction};
+    path.ray = {v.start(sample.wi), direction, path.ray.time};
     path.scatter_pdf = sample.pdf;
     path.seen_by_camera = path.seen_by_camera && material_is_smooth(material);
     return true;
@@ -236,7 +275,8 @@ Integrator integrator_create(const Scene &scene, const Geometry &geometry, const
                       max_depth,
                       {},
                       camera_domain(*sampler),
-                      lens || scene.light_samples > 1};
+                      lens || scene.light_samples > 1,
+                      !scene.motions.empty()};
     for (uint32_t ray = 0; ray <= max_depth; ++ray) {
         const bool with_light = !scene.lights.empty() && ray < max_depth;
         const bool both = ray > 0 ? with_light : lens || (with_light && !result.first_light_apart);
@@ -255,27 +295,43 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
         ++counters.rays;
-        if (!intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit)) {
-            add_environment(scene, path);
-            break;
-        }
-        add_emission(scene, path, hit);
+        const bool met = intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit);
+        const float infinite = std::numeric_limits<float>::infinity();
+        const float flight =
+            scene.medium ? free_flight(integrator, path, bounce, met ? hit.distance : infinite)
+                         : infinite;
+        const bool in_medium = flight < infinite;
         std::optional<Material> textured;
-        const Material &material = material_of_hit(scene, hit, textured);
-        const Vertex vertex = vertex_at(scene, path.ray, hit);
-        if (bounce == 0) {
+        const Material *material = nullptr;
+        Vertex vertex;
+        if (met && (bounce == 0 || !in_medium)) {
+            material = &material_of_hit(scene, hit, textured);
+            vertex = vertex_at(scene, path.ray, hit);
+        }
+        if (bounce == 0 && met) {
+            // What lies behind fog, too: it has no noise, and denoisers want none.
             result.hit = true;
-            result.albedo = material_albedo(material);
+            result.albedo = material_albedo(*material);
             result.normal = vertex.shading_normal;
             result.depth = dot(vertex.point - camera.position, camera.forward);
         }
+        if (in_medium) {
+            material = &scene.medium->material;
+            vertex = vertex_in_medium(path.ray, flight);
+        } else if (met) {
+            add_emission(scene, path, hit);
+        } else {
+            add_environment(scene, path);
+        }
+        if (path.ends || !(met || in_medium)) break;
         if (bounce == integrator.max_depth) {
             counters.cut_off += static_cast<double>(luminance(path.throughput));
             break;
         }
         if (!(vertex.wo.z > 0)) break;
-        const uint32_t count = add_light_samples(integrator, path, vertex, material, bounce);
-        if (!scatter(integrator, path, vertex, material, bounce)) break;
+        const uint32_t count = add_light_samples(integrator, path, vertex, *material, bounce);
+        if (!scatter(integrator, path, vertex, *material, bounce)) break;
+        path.ends = in_medium && scene.single_scatter;
         path.light_samples = static_cast<float>(count); // 0 after a mirror
     }
     result.radiance = path.radiance;

@@ -61,7 +61,7 @@ void pass_through(const RTCFilterFunctionNArguments *query) {
     if (query->valid[0] != 0 && is_cut_out(scene, {triangle, u, v})) query->valid[0] = 0;
 }
 
-RTCRay make_ray(Vec3 origin, Vec3 direction, float far) {
+RTCRay make_ray(Vec3 origin, Vec3 direction, float far, float time) {
     RTCRay ray;
     ray.org_x = origin.x;
     ray.org_y = origin.y;
@@ -70,7 +70,7 @@ RTCRay make_ray(Vec3 origin, Vec3 direction, float far) {
     ray.dir_x = direction.x;
     ray.dir_y = direction.y;
     ray.dir_z = direction.z;
-    ray.time = 0;
+    ray.time = time;
     ray.tfar = far;
     ray.mask = 0xffffffffu;
     ray.id = 0;
@@ -95,6 +95,13 @@ GeometryPointer geometry_build(const Scene &scene) {
     RTCGeometry mesh = rtcNewGeometry(geometry->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     void *vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                              sizeof(Vec3), scene.vertices.size());
+    // Where things move, Embree interpolates the vertices between two steps of time.
+    void *ends = vertices;
+    if (!scene.motions.empty()) {
+        rtcSetGeometryTimeStepCount(mesh, 2);
+        ends = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3,
+                                       sizeof(Vec3), scene.vertices.size());
+    }
     void *triangles = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               sizeof(Triangle), scene.triangles.size());
     if (scene.has_cut_outs || scene.has_single_sided) {
@@ -102,10 +109,13 @@ GeometryPointer geometry_build(const Scene &scene) {
         rtcSetGeometryIntersectFilterFunction(mesh, pass_through);
         if (scene.has_cut_outs) rtcSetGeometryOccludedFilterFunction(mesh, pass_through);
     }
-    if (vertices && triangles) {
+    if (vertices && ends && triangles) {
         std::copy(scene.vertices.begin(), scene.vertices.end(), static_cast<Vec3 *>(vertices));
         std::copy(scene.triangles.begin(), scene.triangles.end(),
                   static_cast<Triangle *>(triangles));
+        if (!scene.motions.empty())
+            std::transform(scene.vertices.begin(), scene.vertices.end(), scene.motions.begin(),
+                           static_cast<Vec3 *>(ends), [](Vec3 v, Vec3 by) { return v + by; });
         rtcCommitGeometry(mesh);
         rtcAttachGeometry(geometry->scene, mesh);
         rtcCommitScene(geometry->scene);
@@ -126,7 +136,8 @@ void geometry_thread_begin() {
 
 bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hit &hit) {
     RTCRayHit query;
-    query.ray = make_ray(ray.origin, ray.direction, std::numeric_limits<float>::infinity());
+    query.ray =
+        make_ray(ray.origin, ray.direction, std::numeric_limits<float>::infinity(), ray.time);
     if (seen_by_camera) query.ray.id = SEES_FRONTS;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -146,8 +157,8 @@ bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hi
     return true;
 }
 
-bool occluded(const Geometry &geometry, Vec3 from, Vec3 to) {
-    RTCRay ray = make_ray(from, to - from, 1);
+bool occluded(const Geometry &geometry, Vec3 from, Vec3 to, float time) {
+    RTCRay ray = make_ray(from, to - from, 1, time);
 #if BN_EMBREE_MAJOR == 4
     rtcOccluded1(geometry.scene, &ray);
 #else

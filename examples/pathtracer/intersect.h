@@ -32,8 +32,8 @@ void geometry_thread_begin();
 // through the backs of single-sided surfaces.
 bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hit &hit);
 
-// Whether anything blocks the segment between two points.
-bool occluded(const Geometry &geometry, Vec3 from, Vec3 to);
+// Whether anything blocks the segment between two points at this time.
+bool occluded(const Geometry &geometry, Vec3 from, Vec3 to, float time);
 
 // Moves a point off its surface, along the unit normal, so that rays from it do not hit the
 // surface again. The distance is a few times the rounding error of the hit point, which grows with

@@ -13,6 +13,7 @@
 #include "material.h"
 
 #include "facet_energy.h"
+#include "medium.h"
 #include "microfacet.h"
 #include "mixture.h"
 
@@ -241,6 +242,7 @@ void material_prepare(Material &m) {
 
 Vec3 specular_eval(const Material &m, bool front, Vec3 wo, Vec3 wi) {
     if (material_is_smooth(m) || wi.z == 0) return {0, 0, 0};
+    if (m.kind == Material::PHASE) return phase_pdf(m.anisotropy, wi) * m.albedo;
     if (m.kind == Material::DIELECTRIC) return dielectric_eval(m, front, wo, wi);
     if (m.kind == Material::METALLIC_ROUGHNESS)
         return wi.z > 0 ? mixture_value(m, wo, wi).eval : Vec3{0, 0, 0};
@@ -249,6 +251,7 @@ Vec3 specular_eval(const Material &m, bool front, Vec3 wo, Vec3 wi) {
 
 float specular_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi) {
     if (material_is_smooth(m) || wi.z == 0) return 0;
+    if (m.kind == Material::PHASE) return phase_pdf(m.anisotropy, wi);
     if (m.kind == Material::DIELECTRIC) return dielectric_pdf(m, front, wo, wi);
     if (m.kind == Material::METALLIC_ROUGHNESS) return wi.z > 0 ? mixture_value(m, wo, wi).pdf : 0;
     return wi.z > 0 ? conductor_pdf(m, wo, wi) : 0;
@@ -257,6 +260,10 @@ float specular_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi) {
 MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {
     if (material_is_smooth(m)) return sample_smooth(m, front, wo, u.x);
     if (m.kind == Material::METALLIC_ROUGHNESS) return mixture_sample(m, wo, u);
+    if (m.kind == Material::PHASE) {
+        const Vec3 wi = phase_sample(m.anisotropy, u);
+        return {wi, m.albedo, phase_pdf(m.anisotropy, wi), false};
+    }
     Vec3 wi;
     if (!sample_rough(m, front, wo, u, lobe, wi)) return nothing();
     const float pdf = specular_pdf(m, front, wo, wi);

@@ -27,21 +27,23 @@ struct DielectricEnergy {
 
 struct Material {
     enum Kind : uint32_t {
-        DIFFUSE,           // Lambert, the same on both sides
-        CONDUCTOR,         // metal: GGX, the same on both sides
-        DIELECTRIC,        // glass: GGX, reflects and transmits; the back is the inside
-        METALLIC_ROUGHNESS // glTF: from GGX-coated Lambert to metal, the same on both sides
+        DIFFUSE,            // Lambert, the same on both sides
+        CONDUCTOR,          // metal: GGX, the same on both sides
+        DIELECTRIC,         // glass: GGX, reflects and transmits; the back is the inside
+        METALLIC_ROUGHNESS, // glTF: from GGX-coated Lambert to metal, the same on both sides
+        PHASE               // no surface, but a particle of a medium: medium.h. `wo` is +z
     };
     Kind kind = DIFFUSE;
     Vec3 albedo = {0.5f, 0.5f, 0.5f}; // DIFFUSE: reflectance. CONDUCTOR: at normal incidence.
                                       // DIELECTRIC: transmission tint.
-                                      // METALLIC_ROUGHNESS: base colour
+                                      // METALLIC_ROUGHNESS: base colour. PHASE: scattered share
     Vec3 edge = {1, 1, 1};            // CONDUCTOR: reflectance at 82 degrees relative to Schlick's
-    float roughness = 0; // in [0, 1]; alpha is its square. Below SMOOTH: a mirror, except
-                         // METALLIC_ROUGHNESS, which is clamped to SMOOTH
-    float metallic = 0;  // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
-    float ior = 1.5f;    // index of refraction, inside over outside. DIELECTRIC, and the coat of
-                         // METALLIC_ROUGHNESS
+    float roughness = 0;  // in [0, 1]; alpha is its square. Below SMOOTH: a mirror, except
+                          // METALLIC_ROUGHNESS, which is clamped to SMOOTH
+    float metallic = 0;   // METALLIC_ROUGHNESS: fraction of metal, in [0, 1]
+    float ior = 1.5f;     // index of refraction, inside over outside. DIELECTRIC, and the coat of
+                          // METALLIC_ROUGHNESS
+    float anisotropy = 0; // PHASE: the mean cosine between light's ways in and out
     bool single_sided = false;   // the camera does not see its back
     bool single_scatter = false; // multiply scattered light stays lost
     int32_t maps = -1;           // varying properties: index into Scene::maps, or -1

@@ -211,12 +211,12 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --first-sample N       index of the first sample of each pixel (default 0)
   --size WxH             size of the picture in pixels (default 512x512)
   --crop x0,y0,x1,y1     render only the pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
-  --max-depth N          surface bounces (default 8); 0 shows only light that is seen directly
+  --max-depth N          bounces, off surfaces and in fog (default 8); 0 shows only light that is seen directly
   --light-samples N      light samples at the first surface of each path (default: set by the scene)
   --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
   --photometric          the file's punctual lights are in candela and lux: divide them by 683
   --allow-outside        let a scene file, or the picture of --resume, name files outside its folder
-  --single-scatter       leave multiple scattering out of rough materials
+  --single-scatter       leave multiple scattering out of rough materials and of fog
   --threads N            number of threads (default: number of cores)
   --resume a.exr         continue this picture, with its settings, to --spp N samples in each pixel
   --time SECONDS         stop after this time; without --spp there is no other limit

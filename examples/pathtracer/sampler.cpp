@@ -83,11 +83,10 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
             if (given)
                 throw Error(std::string(option) + " is for the samplers of libbn, not for '" +
                             settings.name + "'; leave it out");
-        return std::make_unique<Sampler>(Sampler{nullptr, chosen->peer(settings.seed)});
     }
 
     bn_sampler_options options = bn_sampler_options_default();
-    options.kind = chosen->kind;
+    options.kind = chosen->peer ? BN_SAMPLER_WHITE : chosen->kind;
     options.samples_per_pixel = settings.declared_spp;
     options.seed = settings.seed;
     std::vector<uint32_t> ranks;
@@ -109,5 +108,6 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     if (result != BN_SUCCESS)
         throw Error("the sampler '" + settings.name +
                     "' cannot be created: " + bn_result_string(result));
-    return std::make_unique<Sampler>(Sampler{{sampler, {}}, nullptr});
+    Sampler created{{sampler, {}}, chosen->peer ? chosen->peer(settings.seed) : nullptr};
+    return std::make_unique<Sampler>(std::move(created));
 }

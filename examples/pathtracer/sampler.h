@@ -6,7 +6,9 @@
 //     camera ray      (0,1) position in the pixel   (2,3) light where it ends, or lens
 //     scattered ray   (0,1) direction               (2,3) light where it ends
 //       choices       (0) lobe of rough glass       (1) roulette
-//     first light     (0,1), if the lens has taken its place or it is split
+//     camera          (0,1) first light, if the lens has taken its place or it is split
+//                     (2) time, where things move
+//     loops           four numbers, and then a generator: free flight, transmittance
 //
 // So one domain serves a ray: its direction, and the point on a light that is tried where it ends.
 // The two multiply in a path's contribution, and pairs (0,1) and (2,3) of one domain are stratified
@@ -49,8 +51,8 @@ struct SamplerDelete {
 };
 
 struct Sampler {
-    std::unique_ptr<bn_sampler, SamplerDelete> library;
-    PeerPointer peer; // null if `library` draws
+    std::unique_ptr<bn_sampler, SamplerDelete> library; // of kind WHITE if a peer draws
+    PeerPointer peer;                                   // null if `library` draws
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -87,13 +89,18 @@ inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
     return sampler.peer ? 4 * (ray < BN_PATH_CAMERA_KEY ? ray : ray + 1)
                         : bn_path_ray_domain(bn_path_start(0, 0, 0, 0), ray);
 }
-// Dimensions (0, 1) are for the first light where it is apart.
+// Dimensions (0, 1) are for the first light where it is apart, (2) is for time.
 inline uint32_t camera_domain(const Sampler &sampler) {
     return sampler.peer ? 4 * BN_PATH_CAMERA_KEY : bn_path_camera_domain(bn_path_start(0, 0, 0, 0));
 }
 // Two further numbers of a ray, from its domain.
 inline uint32_t choices_domain(const Sampler &sampler, uint32_t ray) {
     return sampler.peer ? ray + 2 : bn_ray_1d_domain(ray, 0);
+}
+
+// Loop k of a ray, from its domain. Peers' keys of rays lie below 2^14.
+inline uint32_t loop_domain(const Sampler &sampler, uint32_t ray, uint32_t k) {
+    return sampler.peer ? ray + ((k + 1) << 14) : bn_ray_split_domain(ray, k);
 }
 
 // One sample of one pixel, with its sampler.
@@ -112,7 +119,7 @@ struct Draw {
 inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
     Draw result{};
     const bn_sampler *library = s.sampler->library.get();
-    if (!library)
+    if (s.sampler->peer)
         s.sampler->peer->draw(s.x, s.y, s.index, domain, dimensions, result.u);
     else if (dimensions == 2)
         bn_sample_2d(library, s.x, s.y, s.index, domain, result.u);
@@ -123,11 +130,30 @@ inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
 
 // The first two dimensions of part k when this sample is split into `count` parts.
 inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, uint32_t k) {
-    if (count == 1 || s.sampler->library)
+    if (count == 1 || !s.sampler->peer)
         return draw({s.sampler, s.x, s.y, s.index * count + k}, domain, 2);
     Draw result{};
     s.sampler->peer->draw_split(s.x, s.y, s.index, domain, count, k, result.u);
     return result;
+}
+
+// The numbers of a loop without bound, such as a walk through a medium: four from the sampler, which
+// are stratified, and from then on libbn's generator. This is bn_ray_noise() for all samplers.
+using LoopNumbers = bn_noise;
+
+inline LoopNumbers loop_start(const PixelSample &s, uint32_t domain) {
+    const uint32_t *words = bn_sampler_table(s.sampler->library.get())->words;
+    const auto x = static_cast<uint32_t>(s.x), y = static_cast<uint32_t>(s.y);
+    const Draw first = draw(s, domain, 4);
+    return {{first.u[0], first.u[1], first.u[2], first.u[3]},
+            bn_draw_white_key(words, x, y, domain),
+            bn_draw_white_other_key(words, x, y, domain),
+            s.index,
+            0};
+}
+
+inline float loop_next(LoopNumbers &numbers) {
+    return bn_noise_1d(&numbers);
 }
 
 inline Vec2 pair01(const Draw &d) {

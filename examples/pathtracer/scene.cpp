@@ -19,11 +19,14 @@ struct Extent {
 Extent extent_of(const Scene &scene) {
     const float infinity = std::numeric_limits<float>::infinity();
     Extent e = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-    for (const Vec3 v : scene.vertices) {
+    const auto include = [&](Vec3 v) {
         e.low = {std::min(e.low.x, v.x), std::min(e.low.y, v.y), std::min(e.low.z, v.z)};
         e.high = {std::max(e.high.x, v.x), std::max(e.high.y, v.y), std::max(e.high.z, v.z)};
-    }
-    if (scene.vertices.empty()) e = {{0, 0, 0}, {0, 0, 0}};
+    };
+    for (const Vec3 v : scene.vertices) include(v);
+    for (size_t i = 0; i < scene.motions.size(); ++i) include(scene.vertices[i] + scene.motions[i]);
+    if (scene.medium) include(scene.medium->low), include(scene.medium->high);
+    if (!(e.low.x <= e.high.x)) e = {{0, 0, 0}, {0, 0, 0}};
     return e;
 }
 
@@ -102,6 +105,7 @@ void scene_finish(Scene &scene) {
     for (const Vec3 v : scene.vertices)
         if (!is_finite(v)) throw Error("the scene has a vertex that is not a finite number");
     if (!scene.normals.empty()) scene.normals.resize(scene.vertices.size(), {0, 0, 0});
+    if (!scene.motions.empty()) scene.motions.resize(scene.vertices.size(), {0, 0, 0});
     drop_triangles_without_area(scene);
     prepare_lights(scene);
     for (Material &material : scene.materials) material_prepare(material);
@@ -175,8 +179,10 @@ const std::vector<SceneEntry> &scene_entries() {
         {"glossy", "Veach's plates: four lights mirrored by metal of four roughnesses",
          scene_glossy},
         {"lens", "depth of field under a sky with a sun", scene_lens},
+        {"motion", "things that move in many directions while the shutter is open", scene_motion},
         {"glass", "smooth and rough glass: light that only scattered rays find", scene_glass},
         {"interior", "a room lit through a small window: many bounces", scene_interior},
+        {"fog", "two lamps in drifting fog, whose beams pillars cut", scene_fog},
         {"furnace", "a closed glowing cube of known radiance: a check", scene_furnace},
     };
     return entries;
@@ -187,6 +193,7 @@ namespace {
 void finish_chosen(Scene &scene, const SceneOptions &options) {
     scene_choose_camera(scene, options.camera);
     for (Material &material : scene.materials) material.single_scatter = options.single_scatter;
+    scene.single_scatter = options.single_scatter;
     scene_finish(scene);
 }
 

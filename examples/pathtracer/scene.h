@@ -10,6 +10,7 @@
 #include "camera.h"
 #include "light.h"
 #include "material.h"
+#include "medium.h"
 #include "surface_maps.h"
 #include "texture.h"
 
@@ -35,6 +36,8 @@ struct Scene {
     std::vector<Vec3> vertices;
     std::vector<Vec3> normals; // for smooth shading: one per vertex, or none. Zero length
                                // means the triangle's own normal
+    std::vector<Vec3> motions; // of each vertex while the shutter is open, on a straight line, or
+                               // none if all stands still. Lights do not move
     std::vector<Vec2> texture_coordinates[2]; // two sets, each one per vertex, or none
     std::vector<Vec3> colours;                // likewise; linear
     std::vector<Triangle> triangles;
@@ -46,6 +49,8 @@ struct Scene {
     bool has_single_sided = false; // any material is
     std::vector<Light> lights;
     std::shared_ptr<const Environment> environment; // null: rays that escape see black
+    std::shared_ptr<const Medium> medium;           // null: all of space is clear
+    bool single_scatter = false;                    // the medium scatters a path once at most
     uint32_t light_samples = 1;                     // at a path's first surface; one at all others
 
     // Set by scene_finish.

@@ -166,3 +166,9 @@ void add_profile(Scene &scene, uint32_t material, float x0, float x1,
         add_triangle(scene, {material, -1}, p, p + 3, p + 1);
     }
 }
+
+void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end) {
+    scene.motions.resize(scene.vertices.size(), {0, 0, 0});
+    for (size_t i = first; i < scene.vertices.size(); ++i)
+        scene.motions[i] = end(scene.vertices[i]) - scene.vertices[i];
+}

@@ -2,6 +2,8 @@
 // Functions that build scenes in code.
 #pragma once
 
+#include <functional>
+
 #include "scene.h"
 
 uint32_t add_diffuse(Scene &scene, Vec3 albedo);
@@ -38,3 +40,7 @@ void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int 
 // increases along the profile.
 void add_profile(Scene &scene, uint32_t material, float x0, float x1,
                  const std::vector<Vec2> &profile);
+
+// Lets everything added since vertex number `first` move: `end` is where a point at the start of
+// the exposure is at its end.
+void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end);

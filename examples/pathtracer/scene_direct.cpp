@@ -166,3 +166,103 @@ Scene scene_lens() {
     }
     return scene;
 }
+
+namespace {
+
+// A point turned about an axis through `middle`, which is a unit vector.
+Vec3 turned(Vec3 point, Vec3 middle, Vec3 axis, float angle) {
+    const Vec3 p = point - middle;
+    const Vec3 along = dot(p, axis) * axis;
+    return middle + along + std::cos(angle) * (p - along) + std::sin(angle) * cross(axis, p);
+}
+
+} // namespace
+
+// Balls in flight, a pinwheel, a tumbling die and a shuttle of thin rods under soft light, with the
+// shutter open. Included because time multiplies with the position in the pixel: what an edge
+// uncovers depends on both, and each moves at its own speed in its own direction.
+Scene scene_motion() {
+    Scene scene;
+    scene.camera = camera_look_at({0.1f, 1.5f, 6.0f}, {0, 0.93f, 0}, {0, 1, 0}, 0.225f);
+
+    const uint32_t paper = add_diffuse(scene, {0.50f, 0.50f, 0.49f});
+    const uint32_t red = add_diffuse(scene, {0.62f, 0.10f, 0.07f});
+    const uint32_t yellow = add_diffuse(scene, {0.75f, 0.48f, 0.08f});
+    const uint32_t teal = add_diffuse(scene, {0.06f, 0.34f, 0.36f});
+    const uint32_t white = add_diffuse(scene, {0.74f, 0.73f, 0.70f});
+    const uint32_t dark = add_diffuse(scene, {0.07f, 0.07f, 0.08f});
+    const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
+
+    std::vector<Vec2> sheet = {{-3.4f, 9}};
+    for (int i = 0; i <= 24; ++i) {
+        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
+        sheet.push_back({-1.6f - 1.8f * std::cos(angle), 1.8f - 1.8f * std::sin(angle)});
+    }
+    sheet.push_back({9, 0});
+    add_profile(scene, paper, -9, 9, sheet);
+    add_light_towards(scene, lamp, {46, 41, 34}, {-3.2f, 4.6f, 2.2f}, {0, 0.7f, 0}, 1.5f, 1.5f);
+    add_light_towards(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f,
+                      2.6f);
+
+    size_t first = scene.vertices.size();
+    const auto flies = [&](Vec3 by) {
+        add_motion(scene, first, [by](Vec3 p) { return p + by; });
+        first = scene.vertices.size();
+    };
+    const auto turns = [&](Vec3 middle, Vec3 axis, float angle, Vec3 by) {
+        add_motion(scene, first,
+                   [=](Vec3 p) { return turned(p, middle, normalize(axis), angle) + by; });
+        first = scene.vertices.size();
+    };
+
+    // Balls thrown from the left, each farther along and slower to rise than the one before.
+    for (int i = 0; i < 5; ++i) {
+        const float t = static_cast<float>(i) / 4;
+        add_sphere(scene, i % 2 ? yellow : red,
+                   {-0.72f + 1.6f * t, 0.62f + 2.6f * t * (1 - t) + 0.15f * t, 0.7f - 0.2f * t},
+                   0.15f);
+        flies({0.22f, 0.36f * (1 - 2 * t), -0.03f});
+    }
+
+    // A pinwheel: its post stands still.
+    const Vec3 hub = {-1.22f, 1.35f, -0.35f};
+    add_bar(scene, dark, {hub.x, 0, hub.z - 0.08f}, hub - Vec3{0, 0, 0.08f}, 0.03f);
+    first = scene.vertices.size();
+    for (int i = 0; i < 6; ++i) {
+        const float angle = PI * static_cast<float>(i) / 3;
+        const Vec3 out = {std::cos(angle), std::sin(angle), 0};
+        const Vec3 side = {-out.y, out.x, 0.25f};
+        const Vec3 tip = hub + 0.66f * out, foot = hub + 0.06f * out;
+        add_quad(scene, i % 2 ? white : teal, foot, tip - 0.02f * side, tip + 0.2f * side,
+                 foot + 0.05f * side);
+    }
+    turns(hub, {0, 0, 1}, 0.32f, {0, 0, 0});
+
+    // A die that tumbles down on the right.
+    const Vec3 die = {1.28f, 1.25f, 0.1f};
+    add_box(scene, white, die, {0.21f, 0.08f, 0.06f}, {-0.08f, 0.2f, 0.08f},
+            {-0.02f, -0.09f, 0.2f});
+    turns(die, {0.3f, 0.2f, 1}, 0.35f, {0.05f, -0.28f, 0.1f});
+
+    // A shuttle of rods that slides to the left, between rods that do not move.
+    for (int i = 0; i < 9; ++i) {
+        const float x = 0.35f + 0.16f * static_cast<float>(i);
+        add_bar(scene, i % 2 ? teal : yellow, {x, 0, -0.7f}, {x, 0.8f, -0.7f}, 0.025f);
+        if (i % 2) flies({-0.2f, 0, 0});
+        first = scene.vertices.size();
+    }
+
+    // A pendulum that swings to the right; it hangs from above the picture.
+    const Vec3 pivot = {0.62f, 3.2f, -0.6f}, bob = {0.40f, 1.76f, -0.6f};
+    add_bar(scene, dark, pivot, bob, 0.012f);
+    add_sphere(scene, teal, bob, 0.13f);
+    turns(pivot, {0, 0, 1}, 0.15f, {0, 0, 0});
+
+    // Low over the floor: one ball rolls towards the camera, one away, one stands.
+    add_sphere(scene, teal, {-0.35f, 0.2f, 1.05f}, 0.2f);
+    flies({-0.30f, 0, 0.22f});
+    add_sphere(scene, yellow, {0.75f, 0.14f, 1.0f}, 0.14f);
+    flies({0.32f, 0, -0.25f});
+    add_sphere(scene, red, {0.2f, 0.12f, 1.35f}, 0.12f);
+    return scene;
+}

@@ -9,8 +9,12 @@ Scene scene_cornell();
 Scene scene_penumbra();
 Scene scene_glossy();
 Scene scene_lens();
+Scene scene_motion();
 
 // scene_indirect.cpp
 Scene scene_glass();
 Scene scene_interior();
 Scene scene_furnace();
+
+// scene_fog.cpp
+Scene scene_fog();

@@ -48,7 +48,7 @@ def load_mitsuba():
 
 def our_pictures(program, scene, folder, size, spp, sampler, seeds):
     """Yields float arrays (height, width, 3)."""
-    path = write_obj(scene, folder)
+    path = scene.built_in or write_obj(scene, folder)
     eye, target, fov = scene.camera
     camera = ("--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), "--fov", str(fov))
     single = ("--single-scatter",) if scene.rough else ()
@@ -64,13 +64,15 @@ def mitsuba_scene(mitsuba, scene, folder, size):
     result = {
         "type": "scene",
         # Mitsuba counts path segments, we count surfaces.
-        "integrator": {"type": "path", "max_depth": scene.depth + 1},
+        "integrator": {"type": "volpath" if scene.fog else "path", "max_depth": scene.depth + 1},
         "sensor": {"type": "perspective", "fov": fov, "fov_axis": "y",
                    "to_world": mitsuba.ScalarTransform4f().look_at(list(eye), list(target), [0, 1, 0]),
                    "sampler": {"type": "independent"},
                    "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "pixel_format": "rgb",
                             "component_format": "float32", "rfilter": {"type": "box"}}},
     }
+    if scene.fog:
+        result["fog"] = scene.fog.for_mitsuba(mitsuba)
     for i, part in enumerate(scene.parts):
         write_obj(dataclasses.replace(scene, parts=(part,)), folder, f"part{i}", with_materials=False)
         shape = {"type": "obj", "filename": str(folder / f"part{i}.obj"), "face_normals": True,

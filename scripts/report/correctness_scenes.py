@@ -64,6 +64,8 @@ class Scene:
     depth: int = 8  # maximum number of surfaces on a path
     rough: bool = False  # compared with single scattering between facets
     tolerance: float = 0.0  # accepted relative difference between the models
+    built_in: str | None = None  # the path tracer's scene of this name, which the parts repeat, instead of an OBJ
+    fog: object = None  # a Fog that surrounds the parts
 
 
 def quad(*corners):
@@ -114,6 +116,66 @@ def lamp(half, radiance, height=1.98):
                 Material("lambert", (0.5, 0.5, 0.5)), radiance)
 
 
+def fog_parts():
+    """The pergola of the path tracer's scene `fog`, from the same numbers."""
+    stone, ground, black = Material("lambert", (0.42, 0.38, 0.33)), Material("lambert", (0.28, 0.26, 0.24)), Material("lambert", (0.02,) * 3)
+    boxes = []
+    for z in (-1.6, 1.2):
+        for i in range(4):
+            x = -2.55 + 1.7 * i
+            boxes += [box((x, 1.2, z), (0.11, 1.2, 0.11)), box((x, 0.07, z), (0.19, 0.07, 0.19))]
+        boxes.append(box((0, 2.5, z), (2.9, 0.1, 0.12)))
+    boxes += [box((-2.72 + 0.68 * i, 2.66, -0.2), (0.16, 0.06, 1.9)) for i in range(9)]
+
+    def lamp_towards(radiance, middle, target, side):
+        middle, target = np.array(middle, float), np.array(target, float)
+        normal = (target - middle) / np.linalg.norm(target - middle)
+        x = np.cross((0, 1, 0), normal)
+        x *= 0.5 * side / np.linalg.norm(x)
+        y = np.cross(normal, x)
+        return Part((quad(middle - x - y, middle + x - y, middle + x + y, middle - x + y),), black, radiance)
+
+    return (Part((quad((-40, 0, 40), (40, 0, 40), (40, 0, -40), (-40, 0, -40)),), ground),
+            *(Part(faces, stone) for faces in boxes),
+            lamp_towards((1700, 950, 400), (-4.2, 7.6, -6.5), (0.2, 0.8, 0), 0.7),
+            lamp_towards((80, 150, 270), (6.8, 5.6, 0.8), (0, 0.8, 0.4), 0.8))
+
+
+@dataclasses.dataclass(frozen=True)
+class Fog:
+    """The medium of the scene `fog`: a box of cells, linear between their middles."""
+
+    low: tuple = (-6, -0.1, -6)
+    high: tuple = (6, 4.4, 6)
+    size: tuple = (96, 40, 96)
+    albedo: tuple = (0.92, 0.94, 0.96)
+    anisotropy: float = 0.5
+
+    def density(self):
+        """At the middles of the cells: (z, y, x)."""
+        axes = [low + (high - low) * (np.arange(count) + 0.5) / count for low, high, count in zip(self.low, self.high, self.size)]
+        z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+        sin = np.sin
+        qx = x + 0.9 * sin(1.1 * z + 0.5) + 0.4 * sin(2.3 * y)
+        qy = 1.6 * y + 0.5 * sin(1.3 * x + 0.7 * z)
+        qz = z + 0.8 * sin(0.9 * x - 0.4) + 0.4 * sin(1.9 * y + 1)
+        waves = (sin(1.3 * qx + 0.3) * sin(1.5 * qy) * sin(1.2 * qz) + 0.5 * sin(2.9 * qx + qz) * sin(3.1 * qz - qy + 1)
+                 + 0.25 * sin(6.1 * qy + qx) * sin(5.7 * qz + 2.1 * qx))
+        return 0.16 * np.maximum(0.45 + 0.7 * waves, 0.04) * np.exp(-np.maximum(y, 0) / 1.8) + 0.012
+
+    def for_mitsuba(self, mitsuba):
+        """A box whose inside is the medium."""
+        transform = mitsuba.ScalarTransform4f()
+        size = [high - low for low, high in zip(self.low, self.high)]
+        grid = {"type": "gridvolume", "grid": mitsuba.VolumeGrid(self.density()[..., None].astype(np.float32)),
+                "to_world": transform.translate(list(self.low)).scale(size)}
+        medium = {"type": "heterogeneous", "sigma_t": grid, "phase": {"type": "hg", "g": self.anisotropy},
+                  "albedo": {"type": "constvolume", "value": {"type": "rgb", "value": list(self.albedo)}}}
+        middle = [(low + high) / 2 for low, high in zip(self.low, self.high)]
+        return {"type": "cube", "to_world": transform.translate(middle).scale([side / 2 for side in size]),
+                "bsdf": {"type": "null"}, "interior": medium}
+
+
 WHITE = Material("lambert", (0.72, 0.71, 0.68))
 SCENES = (
     Scene("box", "a box with a small lamp and two blocks, Lambertian only", (
@@ -133,6 +195,8 @@ SCENES = (
         *room(), lamp(0.8, (3, 3, 3)), Part(ball((-0.4, 0.5, 0.1), 0.4), Material("glass", roughness=0.3)),
         Part(box((0.45, 0.35, 0), (0.25, 0.34, 0.25), 30), Material("glass", roughness=0.5))),
         depth=12, rough=True, tolerance=0.005),
+    Scene("fog", "the path tracer's own scene `fog`: a medium of varying density, two lamps", fog_parts(),
+          ((-0.6, 2, 8.8), (0, 1.2, 0), 29.684453), built_in="fog", fog=Fog()),
 )
 
 

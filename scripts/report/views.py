@@ -19,8 +19,8 @@ from pathlib import Path
 from .convergence import parse_size
 from .renderer import Request
 
-DIRECT = ("cornell", "penumbra", "glossy", "lens")  # mostly direct lighting
-SCENES = (*DIRECT, "glass", "interior")
+DIRECT = ("cornell", "penumbra", "glossy", "lens", "motion")  # mostly direct lighting
+SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
 
 # Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
 CAMERAS = {
@@ -30,6 +30,8 @@ CAMERAS = {
     "lens": ((0, 0.8, 4.2), (0, 0.33, 0), 25.90553),
     "glass": ((0, 1.45, 5), (0.02, 0.42, 0), 29.68445),
     "interior": ((1.9, 1.5, 2.6), (-0.5, 1.1, -1.6), 49.40486),
+    "motion": ((0.1, 1.5, 6), (0, 0.93, 0), 25.360766),
+    "fog": ((-0.6, 2, 8.8), (0, 1.2, 0), 29.684453),
 }
 # Exposure of a scene's displayed picture, in stops.
 EXPOSURES = {"cornell": 1.0, "interior": 1.0}
@@ -41,7 +43,7 @@ CAMERA_SCALE, FIRST_CAMERA = 2.0, 1000  # how far cameras move, as a multiple of
 
 # Of small pictures: pairwise coprime, and one larger picture of each scene.
 SIZES = (121, 125, 127, 128, 131, 137, 139, 149, 151, 157, 163, 167, 169, 173)
-LARGE = ((397, 269), (389, 271), (383, 277), (379, 281), (373, 283), (367, 293))
+LARGE = ((397, 269), (389, 271), (383, 277), (379, 281), (373, 283), (367, 293), (359, 307), (353, 311))
 NAMES = "abcdefgh"
 TURN, SHIFT, ZOOM = 3.0, 0.02, 0.06  # degrees, share of the distance to the target, share of the angle of view
 

@@ -36,7 +36,7 @@ int main() {
         first += first_wavelength(path) / samples;
         const Start plain = start(path, false), lens = start(path, true);
         wrong += plain.film[0] != lens.film[0] || plain.light[0] != lens.lens[0] || lens.light[0] == lens.lens[0];
-        wrong += shutter_time(path, false) != plain.light[0] || shutter_time(path, true) == lens.lens[0];
+        wrong += shutter_time(path) != path.time()[0] || shutter_time(path) == lens.lens[0];
         wrong += trace(sampler, 3, 4, unsigned(i)) != trace(sampler, 3, 4, unsigned(i));
     }
     const auto near = [](double a, double b) { return std::fabs(a - b) < 0.004; };

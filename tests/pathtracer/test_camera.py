@@ -7,7 +7,7 @@ from pathtracer_driver import read_exr, read_layers
 from scene_files import CORNELL_CAMERA, DOWN, QUAD, Gltf, cornell, floor
 
 SMALL = ["--size", "24x24", "--spp", 1]
-SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace")
+SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 
 
 def options_of(line):

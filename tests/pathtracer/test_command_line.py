@@ -37,7 +37,7 @@ def test_help_and_list(pathtracer):
         assert option in text.stdout
     listing = pathtracer.run("--list")
     assert listing.returncode == 0 and listing.stderr == ""
-    scenes = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace")
+    scenes = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
     for name in (*scenes, "blue", "sobol", "white", "zorder", "mask"):
         assert name in listing.stdout.split()
 

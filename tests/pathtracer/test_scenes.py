@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 from scipy import stats
 
-SCENES = ["cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace"]
+SCENES = ["cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace"]
 SAMPLERS = ["blue", "sobol", "white", "zorder", "mask"]
 SEEDS = 16
 SIZE = ["--size", "24x24", "--threads", 1]

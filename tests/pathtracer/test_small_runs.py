@@ -9,7 +9,7 @@ from scene_files import DOWN, FOUR, ball, cornell_obj, textured_floor, write_env
 TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
 
-@pytest.mark.parametrize("scene", ["cornell", "penumbra", "glossy", "lens", "glass", "interior", "furnace"])
+@pytest.mark.parametrize("scene", ["cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace"])
 def test_built_in_scenes(pathtracer, scene):
     pathtracer.render(*TINY, "--scene", scene, "--light-samples", 2)
 

@@ -90,6 +90,16 @@ Scene transformed(Scene scene, double scale, double shift_in_sizes) {
         light.edge_v = factor * light.edge_v;
         light.area *= factor * factor;
     }
+    for (Vec3 &motion : scene.motions) motion = factor * motion;
+    if (scene.medium) {
+        Medium medium = *scene.medium;
+        medium.low = move(medium.low);
+        medium.high = move(medium.high);
+        for (float &density : medium.density) density = density / factor;
+        for (Medium::Range &range : medium.ranges)
+            range = {range.least / factor, range.most / factor};
+        scene.medium = std::make_shared<Medium>(std::move(medium));
+    }
     scene.camera.position = move(scene.camera.position);
     scene.camera.lens_radius *= factor;
     scene.camera.focus_distance *= factor;

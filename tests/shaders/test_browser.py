@@ -16,15 +16,13 @@ OPTIONS = ["--headless=new", "--disable-dev-shm-usage", "--no-first-run", "--ena
            "--use-webgpu-adapter=swiftshader", "--use-angle=swiftshader"]
 
 
-@pytest.fixture(scope="module")
-def posted(cases, tmp_path_factory):
-    """What browser.html posts, {path: bytes}."""
+KINDS = {"/": "text/html; charset=utf-8", ".js": "text/javascript"}
+
+
+def posted_by(served, profile):
+    """What the page served["/"] posts until it posts to /end, {path: bytes}."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     need(chromium, "Chromium")
-    served = {"/": (HERE / "browser.html").read_bytes(), "/draw.wgsl": wgsl().encode(), "/cdf": cases.cdf.tobytes(),
-              "/draw.frag": with_texts((HERE / "draw.frag").read_text()).encode()}
-    for seed in range(3):
-        served |= {f"/words{seed}": cases.words[seed].tobytes(), f"/cases{seed}": cases.asked[seed].tobytes()}
     results, ended = {}, threading.Event()
 
     class Handler(http.server.BaseHTTPRequestHandler):
@@ -39,7 +37,8 @@ def posted(cases, tmp_path_factory):
 
         def answer(self, body):
             self.send_response(404 if body is None else 200)
-            self.send_header("Content-Type", "text/html; charset=utf-8" if self.path == "/" else "application/octet-stream")
+            kind = next((kind for end, kind in KINDS.items() if self.path.endswith(end)), "application/octet-stream")
+            self.send_header("Content-Type", kind)
             self.end_headers()
             self.wfile.write(body or b"")
 
@@ -49,7 +48,7 @@ def posted(cases, tmp_path_factory):
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         root = ["--no-sandbox"] if os.geteuid() == 0 else []  # Chromium has no sandbox for root
-        browser = subprocess.Popen([chromium, *OPTIONS, *root, f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+        browser = subprocess.Popen([chromium, *OPTIONS, *root, f"--user-data-dir={profile}",
                                     f"http://127.0.0.1:{server.server_port}/"],
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
@@ -59,6 +58,16 @@ def posted(cases, tmp_path_factory):
             browser.wait()
             server.shutdown()
     return results
+
+
+@pytest.fixture(scope="module")
+def posted(cases, tmp_path_factory):
+    """What browser.html posts, {path: bytes}."""
+    served = {"/": (HERE / "browser.html").read_bytes(), "/draw.wgsl": wgsl().encode(), "/cdf": cases.cdf.tobytes(),
+              "/draw.frag": with_texts((HERE / "draw.frag").read_text()).encode()}
+    for seed in range(3):
+        served |= {f"/words{seed}": cases.words[seed].tobytes(), f"/cases{seed}": cases.asked[seed].tobytes()}
+    return posted_by(served, tmp_path_factory.mktemp("profile"))
 
 
 @pytest.mark.parametrize("name", ["webgpu", "webgl"])

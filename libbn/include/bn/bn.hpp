@@ -306,13 +306,13 @@ class Path {
 
     // Ray 0 leaves the camera, ray d the d-th surface.
     Ray ray(uint32_t number) const noexcept { return Ray(table_, bn_path_ray(&state_, number)); }
-    // The light tried where ray 0 ends, if a lens or time has taken its pair, or if it is split.
+    // The light tried where ray 0 ends, if a lens has taken its pair, or if it is split.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
         bn_path_first_light(table_, &state_, count, k, out.data());
         return out;
     }
-    // [0]: time, where a lens has taken the second pair of ray 0. [1]: wavelength.
+    // [0]: the time of the path. [1]: wavelength.
     std::array<float, 2> time() const noexcept {
         std::array<float, 2> out{};
         bn_path_time(table_, &state_, out.data());

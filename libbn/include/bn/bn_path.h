@@ -22,9 +22,9 @@
  * The two multiply in what the path contributes, so they are stratified together. Rays 0, 1 and 2
  * and bn_path_first_light() are a family, the next best thing; so are each next four rays.
  *
- * A lens, or time where things move, takes the second pair of ray 0: its effect multiplies with the
- * position in the pixel. The first light then comes from bn_path_first_light(), and so it does where
- * it is split into several. What is left of time and wavelength comes from bn_path_time().
+ * A lens takes the second pair of ray 0: its effect multiplies with the position in the pixel. The
+ * first light then comes from bn_path_first_light(), and so it does where it is split into several.
+ * Time, where things move, and wavelength come from bn_path_time().
  *
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
  * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
@@ -207,7 +207,7 @@ static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[
 
 /* ---- What only the camera's ray draws */
 
-/* The light tried where ray 0 ends, if a lens or time has taken its pair, or if it is split into
+/* The light tried where ray 0 ends, if a lens has taken its pair, or if it is split into
  * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel; 0
  * counts as 1. */
 static inline void bn_path_first_light(const bn_draw_table *table, const bn_path *path,
@@ -216,7 +216,7 @@ static inline void bn_path_first_light(const bn_draw_table *table, const bn_path
                  path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0, out);
 }
 
-/* out[0]: time, where a lens has taken the second pair of ray 0. out[1]: wavelength. */
+/* out[0]: the time of the path. out[1]: wavelength. */
 static inline void bn_path_time(const bn_draw_table *table, const bn_path *path, float out[2]) {
     bn_path_draw_pair(table, path, bn_path_camera_domain(*path), 1, out);
 }

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walks through a medium: from block to block, and within each by exponential steps.
+#include "medium.h"
+
+#include <limits>
+
+namespace {
+
+constexpr float INFINITE = std::numeric_limits<float>::infinity();
+
+struct Axes {
+    float at[3];
+};
+
+Axes axes(Vec3 v) {
+    return {{v.x, v.y, v.z}};
+}
+
+size_t index_of(const int (&size)[3], int x, int y, int z) {
+    return (static_cast<size_t>(z) * static_cast<size_t>(size[1]) + static_cast<size_t>(y)) *
+               static_cast<size_t>(size[0]) +
+           static_cast<size_t>(x);
+}
+
+// The least and the largest density that interpolation can give in a block: it reads one cell
+// beyond the block.
+Medium::Range range_of(const Medium &m, const int (&block)[3]) {
+    int first[3], last[3];
+    for (int i = 0; i < 3; ++i) {
+        first[i] = std::max(block[i] * Medium::BLOCK - 1, 0);
+        last[i] = std::min((block[i] + 1) * Medium::BLOCK, m.size[i] - 1);
+    }
+    Medium::Range range = {INFINITE, 0};
+    for (int z = first[2]; z <= last[2]; ++z)
+        for (int y = first[1]; y <= last[1]; ++y)
+            for (int x = first[0]; x <= last[0]; ++x) {
+                const float density = m.density[index_of(m.size, x, y, z)];
+                range = {std::min(range.least, density), std::max(range.most, density)};
+            }
+    return range;
+}
+
+// Calls visit(from, to, range) for each block that the ray crosses before `end`, in order, until
+// it returns false (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987).
+template <typename Visit>
+void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
+    const Axes origin = axes(ray.origin), direction = axes(ray.direction);
+    const Axes low = axes(m.low), high = axes(m.high);
+    float from = 0;
+    for (int i = 0; i < 3; ++i) {
+        if (direction.at[i] == 0) {
+            if (!(origin.at[i] >= low.at[i] && origin.at[i] <= high.at[i])) return;
+            continue;
+        }
+        const float a = (low.at[i] - origin.at[i]) / direction.at[i];
+        const float b = (high.at[i] - origin.at[i]) / direction.at[i];
+        from = std::max(from, std::min(a, b));
+        end = std::min(end, std::max(a, b));
+    }
+    if (!(from < end)) return;
+
+    int block[3], step[3];
+    float next[3], length[3]; // where the ray leaves the block on each axis, and crosses one
+    for (int i = 0; i < 3; ++i) {
+        const float side = (high.at[i] - low.at[i]) * Medium::BLOCK / static_cast<float>(m.size[i]);
+        const float place = (origin.at[i] + from * direction.at[i] - low.at[i]) / side;
+        block[i] = std::clamp(static_cast<int>(place), 0, m.blocks[i] - 1);
+        step[i] = direction.at[i] < 0 ? -1 : 1;
+        const float face = low.at[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
+        const bool crosses = direction.at[i] != 0;
+        next[i] = crosses ? (face - origin.at[i]) / direction.at[i] : INFINITE;
+        length[i] = crosses ? side / std::abs(direction.at[i]) : INFINITE;
+    }
+    while (from < end) {
+        const int axis =
+            next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
+        const float to = std::min(next[axis], end);
+        if (to > from) {
+            if (!visit(from, to, m.ranges[index_of(m.blocks, block[0], block[1], block[2])]))
+                return;
+            from = to;
+        }
+        block[axis] += step[axis];
+        if (block[axis] < 0 || block[axis] >= m.blocks[axis]) return;
+        next[axis] += length[axis];
+    }
+}
+
+// Meetings are apart by exponentially distributed amounts of rate times length, which go on from
+// block to block: a number decides one meeting, however many blocks lie before it.
+struct Meetings {
+    LoopNumbers *numbers;
+    float left = -1; // until the next meeting; below 0: not drawn yet
+
+    // Calls meet(distance) at each meeting from `from` to `to`, until it returns false.
+    template <typename Meet>
+    bool operator()(float from, float to, float rate, Meet meet) {
+        if (!(rate > 0)) return true;
+        if (left < 0) left = -std::log(1 - loop_next(*numbers));
+        while (left < rate * (to - from)) {
+            from += left / rate;
+            if (!meet(from)) return false;
+            left = -std::log(1 - loop_next(*numbers));
+        }
+        left -= rate * (to - from);
+        return true;
+    }
+};
+
+} // namespace
+
+Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, float anisotropy,
+                     const std::function<float(Vec3)> &density) {
+    Medium m{};
+    m.low = low;
+    m.high = high;
+    m.material.kind = Material::PHASE;
+    m.material.albedo = albedo;
+    m.material.anisotropy = anisotropy;
+    for (int i = 0; i < 3; ++i) {
+        m.size[i] = size[i];
+        m.blocks[i] = (size[i] + Medium::BLOCK - 1) / Medium::BLOCK;
+    }
+    const auto middle = [](int i, int count, float a, float b) {
+        return a + (b - a) * (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
+    };
+    for (int z = 0; z < size[2]; ++z)
+        for (int y = 0; y < size[1]; ++y)
+            for (int x = 0; x < size[0]; ++x)
+                m.density.push_back(
+                    density({middle(x, size[0], low.x, high.x), middle(y, size[1], low.y, high.y),
+                             middle(z, size[2], low.z, high.z)}));
+    for (int z = 0; z < m.blocks[2]; ++z)
+        for (int y = 0; y < m.blocks[1]; ++y)
+            for (int x = 0; x < m.blocks[0]; ++x) m.ranges.push_back(range_of(m, {x, y, z}));
+    return m;
+}
+
+float medium_density(const Medium &m, Vec3 point) {
+    const Axes p = axes(point), low = axes(m.low), high = axes(m.high);
+    int before[3], after[3];
+    float rest[3];
+    for (int i = 0; i < 3; ++i) {
+        const auto count = static_cast<float>(m.size[i]);
+        const float place = (p.at[i] - low.at[i]) / (high.at[i] - low.at[i]) * count - 0.5f;
+        const float inside = std::clamp(place, 0.0f, count - 1);
+        before[i] = static_cast<int>(inside);
+        after[i] = std::min(before[i] + 1, m.size[i] - 1);
+        rest[i] = inside - static_cast<float>(before[i]);
+    }
+    const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+    const auto row = [&](int y, int z) {
+        return mix(m.density[index_of(m.size, before[0], y, z)],
+                   m.density[index_of(m.size, after[0], y, z)], rest[0]);
+    };
+    return mix(mix(row(before[1], before[2]), row(after[1], before[2]), rest[1]),
+               mix(row(before[1], after[2]), row(after[1], after[2]), rest[1]), rest[2]);
+}
+
+float medium_free_flight(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
+    float found = INFINITE;
+    Meetings meetings{&numbers};
+    walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
+        return meetings(from, to, range.most, [&](float distance) {
+            const float density = medium_density(medium, ray.origin + distance * ray.direction);
+            if (loop_next(numbers) * range.most >= density) return true;
+            found = distance;
+            return false;
+        });
+    });
+    return found;
+}
+
+float medium_transmittance(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
+    float passed = 1, even = 0;
+    Meetings meetings{&numbers};
+    walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
+        even += range.least * (to - from);
+        const float rate = range.most - range.least;
+        return meetings(from, to, rate, [&](float distance) {
+            const float density = medium_density(medium, ray.origin + distance * ray.direction);
+            passed *= std::clamp((range.most - density) / rate, 0.0f, 1.0f);
+            return passed > 0;
+        });
+    });
+    return passed * std::exp(-even);
+}
+
+float phase_pdf(float g, Vec3 wi) {
+    const float squared = std::max(1 + g * g + 2 * g * wi.z, 1e-12f);
+    return (1 - g * g) / (4 * PI * squared * std::sqrt(squared));
+}
+
+Vec3 phase_sample(float g, Vec2 u) {
+    // A disc's squared radius is uniform, and its angle keeps neighbours together.
+    const Vec2 d = square_to_disc(u);
+    const float squared = std::min(d.x * d.x + d.y * d.y, 1.0f);
+    float cosine = 2 * squared - 1;
+    if (std::abs(g) > 1e-3f) {
+        const float root = (1 - g * g) / (1 + g - 2 * g * squared);
+        cosine = std::clamp((root * root - 1 - g * g) / (2 * g), -1.0f, 1.0f);
+    }
+    const float sine = std::sqrt(1 - cosine * cosine);
+    const float scale = squared > 0 ? sine / std::sqrt(squared) : 0;
+    return {scale * d.x, scale * d.y, cosine};
+}

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The inline functions of bn_path.h as symbols, which Rust needs. src/lib.rs repeats their types, so
+ * a change of one must not go unnoticed. */
+#include "bn.h"
+#include <stddef.h>
+
+#define BN_SAME(condition) _Static_assert(condition, "src/lib.rs has another type: " #condition)
+BN_SAME(sizeof(bn_path) == 16 && offsetof(bn_path, index) == 8 && offsetof(bn_path, domain) == 12);
+BN_SAME(sizeof(bn_ray) == 40 && offsetof(bn_ray, domain) == 16 && offsetof(bn_ray, splits) == 32);
+BN_SAME(sizeof(bn_split) == 24 && offsetof(bn_split, domain) == 16);
+BN_SAME(sizeof(bn_noise) == 32 && offsetof(bn_noise, key) == 16 && offsetof(bn_noise, drawn) == 28);
+BN_SAME(sizeof(void *) != 8 || sizeof(bn_sampler_options) == 40);
+BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler_options, mask_width) == 32);
+
+bn_path bn_rs_path_start(int32_t x, int32_t y, uint32_t index, uint32_t frame) {
+    return bn_path_start(x, y, index, frame);
+}
+
+bn_ray bn_rs_path_ray(const bn_path *path, uint32_t ray) {
+    return bn_path_ray(path, ray);
+}
+
+bn_ray bn_rs_ray_named(const bn_ray *ray, uint32_t name) {
+    return bn_ray_named(ray, name);
+}
+
+bn_split bn_rs_ray_split(bn_ray *ray, uint32_t count) {
+    return bn_ray_split(ray, count);
+}
+
+bn_split bn_rs_ray_split_from(bn_ray *ray, uint32_t first) {
+    return bn_ray_split_from(ray, first);
+}
+
+bn_path bn_rs_split_path(const bn_split *split, uint32_t k) {
+    return bn_split_path(split, k);
+}
+
+void bn_rs_ray_draw(const bn_draw_table *table, const bn_ray *ray, float out[4]) {
+    bn_ray_draw(table, ray, out);
+}
+
+void bn_rs_ray_draw_where(const bn_draw_table *table, const bn_ray *ray, float out[2]) {
+    bn_ray_draw_where(table, ray, out);
+}
+
+void bn_rs_ray_draw_light(const bn_draw_table *table, const bn_ray *ray, float out[2]) {
+    bn_ray_draw_light(table, ray, out);
+}
+
+float bn_rs_ray_1d(const bn_draw_table *table, bn_ray *ray) {
+    return bn_ray_1d(table, ray);
+}
+
+void bn_rs_ray_2d(const bn_draw_table *table, bn_ray *ray, float out[2]) {
+    bn_ray_2d(table, ray, out);
+}
+
+void bn_rs_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[4]) {
+    bn_ray_4d(table, ray, out);
+}
+
+void bn_rs_path_first_light(const bn_draw_table *table, const bn_path *path, uint32_t count,
+                            uint32_t k, float out[2]) {
+    bn_path_first_light(table, path, count, k, out);
+}
+
+void bn_rs_path_time(const bn_draw_table *table, const bn_path *path, float out[2]) {
+    bn_path_time(table, path, out);
+}
+
+bn_noise bn_rs_ray_noise(const bn_draw_table *table, bn_ray *ray) {
+    return bn_ray_noise(table, ray);
+}
+
+float bn_rs_noise_1d(bn_noise *noise) {
+    return bn_noise_1d(noise);
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Blue noise for path tracers: the samplers and the paths of libbn.
+//!
+//! ```
+//! use bluenoise::{Path, Sampler};
+//!
+//! fn trace(sampler: &Sampler, x: i32, y: i32, index: u32) -> f32 {
+//!     let path = Path::new(sampler, x, y, index);
+//!     let mut sum = 0.0;
+//!     for depth in 0..8 {
+//!         let mut ray = path.ray(depth); // ray 0 leaves the camera, ray d the d-th surface
+//!         let [u, v, s, t] = ray.draw(); // where it goes; the light that is tried where it ends
+//!         sum += u * v + s * t + ray.next_1d() * ray.next_1d(); // ... your renderer
+//!     }
+//!     sum
+//! }
+//! # let sampler = Sampler::new(1)?;
+//! # assert_eq!(trace(&sampler, 3, 4, 5), trace(&sampler, 3, 4, 5));
+//! # Ok::<(), bluenoise::Error>(())
+//! ```
+//!
+//! All numbers lie in [0, 1) and are those of C, bit for bit. A [`Sampler`] never changes, so threads share it. Draws
+//! cannot fail, allocate nothing and take no locks. docs/paths.md of libbn goes through the decisions of a renderer.
+
+mod path;
+mod sampler;
+
+pub use path::{Noise, Path, Ray, Split};
+pub use sampler::{Block, Domain, Kind, Sampler, Samples};
+
+use bluenoise_sys as sys;
+use std::ffi::CStr;
+use std::fmt;
+
+/// Why a sampler or a block could not be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A count or an extent is zero, or a block runs past the last coordinate or index.
+    InvalidArgument,
+    /// Slices differ in length.
+    SizeMismatch,
+    OutOfMemory,
+    /// The ranks of a mask are not a permutation.
+    BadData,
+    Unsupported,
+    /// Another result of bn.h.
+    Other(i32),
+}
+
+impl Error {
+    fn check(result: i32) -> Result<(), Error> {
+        Err(match result {
+            sys::BN_SUCCESS => return Ok(()),
+            sys::BN_ERROR_INVALID_ARGUMENT => Error::InvalidArgument,
+            sys::BN_ERROR_SIZE_MISMATCH => Error::SizeMismatch,
+            sys::BN_ERROR_OUT_OF_MEMORY => Error::OutOfMemory,
+            sys::BN_ERROR_BAD_DATA => Error::BadData,
+            sys::BN_ERROR_UNSUPPORTED => Error::Unsupported,
+            other => Error::Other(other),
+        })
+    }
+
+    /// BN_ERROR_... of bn.h.
+    pub fn code(self) -> i32 {
+        match self {
+            Error::InvalidArgument => sys::BN_ERROR_INVALID_ARGUMENT,
+            Error::SizeMismatch => sys::BN_ERROR_SIZE_MISMATCH,
+            Error::OutOfMemory => sys::BN_ERROR_OUT_OF_MEMORY,
+            Error::BadData => sys::BN_ERROR_BAD_DATA,
+            Error::Unsupported => sys::BN_ERROR_UNSUPPORTED,
+            Error::Other(code) => code,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        // SAFETY: never null, and the text is constant.
+        let text = unsafe { CStr::from_ptr(sys::bn_result_string(self.code())) };
+        f.write_str(&text.to_string_lossy())
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Samplers, domains and blocks of samples.
+
+use crate::Error;
+use bluenoise_sys as sys;
+use std::marker::PhantomData;
+use std::ops::Range;
+use std::ptr::{null, null_mut, NonNull};
+
+/// What to draw from; bn.h says what each is for.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum Kind<'a> {
+    /// Progressive blue noise: the one to use.
+    Blue,
+    Sobol,
+    White,
+    /// Tuned for one number of samples; 0 means 256.
+    ZOrder {
+        samples_per_pixel: u32,
+    },
+    /// The built-in mask of 64 x 64 texels, then Sobol'.
+    Mask,
+    /// A mask of yours, row by row: a permutation of 0 to width * height - 1. It is copied.
+    MaskOf {
+        ranks: &'a [u32],
+        width: u32,
+        height: u32,
+    },
+}
+
+/// The name of one decision. [`crate::Path`] derives them for you.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Domain(pub u32);
+
+impl Domain {
+    /// All domains descend from it.
+    pub const ROOT: Domain = Domain(0);
+
+    /// The child with a key. Keys 4 k to 4 k + 3 are a family, stratified together as far as that goes.
+    pub fn child(self, key: u32) -> Domain {
+        // SAFETY: a pure function.
+        Domain(unsafe { sys::bn_domain_child(self.0, key) })
+    }
+}
+
+/// What draws need of a sampler, for as long as the sampler lives.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Table<'s> {
+    pub(crate) pointer: *const sys::bn_draw_table,
+    sampler: PhantomData<&'s Sampler>,
+}
+
+// SAFETY: the table is constant.
+unsafe impl Send for Table<'_> {}
+unsafe impl Sync for Table<'_> {}
+
+/// A sampler of about 45 KiB. It never changes: all threads may share it.
+#[derive(Debug)]
+pub struct Sampler {
+    pointer: NonNull<sys::bn_sampler>,
+}
+
+// SAFETY: C promises that all threads may draw from one sampler at once, and any may destroy it in the end.
+unsafe impl Send for Sampler {}
+unsafe impl Sync for Sampler {}
+
+impl Drop for Sampler {
+    fn drop(&mut self) {
+        // SAFETY: it is ours, and nothing that borrows it is left.
+        unsafe { sys::bn_sampler_destroy(self.pointer.as_ptr()) }
+    }
+}
+
+impl Sampler {
+    /// Blue noise. Different seeds give independent pictures.
+    pub fn new(seed: u64) -> Result<Sampler, Error> {
+        Sampler::with_kind(Kind::Blue, seed)
+    }
+
+    pub fn with_kind(kind: Kind, seed: u64) -> Result<Sampler, Error> {
+        let mut options = sys::bn_sampler_options {
+            struct_size: std::mem::size_of::<sys::bn_sampler_options>(),
+            kind: sys::BN_SAMPLER_BLUE,
+            samples_per_pixel: 0,
+            seed,
+            mask_ranks: null(),
+            mask_width: 0,
+            mask_height: 0,
+        };
+        match kind {
+            Kind::Blue => {}
+            Kind::Sobol => options.kind = sys::BN_SAMPLER_SOBOL,
+            Kind::White => options.kind = sys::BN_SAMPLER_WHITE,
+            Kind::ZOrder { samples_per_pixel } => {
+                options.kind = sys::BN_SAMPLER_ZORDER;
+                options.samples_per_pixel = samples_per_pixel;
+            }
+            Kind::Mask => options.kind = sys::BN_SAMPLER_MASK,
+            Kind::MaskOf { ranks, width, height } => {
+                if u64::from(width) * u64::from(height) != ranks.len() as u64 {
+                    return Err(Error::SizeMismatch);
+                }
+                options.kind = sys::BN_SAMPLER_MASK;
+                options.mask_ranks = ranks.as_ptr();
+                options.mask_width = width;
+                options.mask_height = height;
+            }
+        }
+        let mut pointer = null_mut();
+        // SAFETY: mask_ranks is null or has width * height elements.
+        Error::check(unsafe { sys::bn_sampler_create(&options, &mut pointer) })?;
+        Ok(Sampler { pointer: NonNull::new(pointer).ok_or(Error::OutOfMemory)? })
+    }
+
+    pub(crate) fn table(&self) -> Table<'_> {
+        // SAFETY: a valid sampler; the table lives as long as it.
+        Table { pointer: unsafe { sys::bn_sampler_table(self.pointer.as_ptr()) }, sampler: PhantomData }
+    }
+
+    /// Sample `index` of pixel (x, y) in a domain: four numbers.
+    pub fn sample(&self, x: i32, y: i32, index: u32, domain: Domain) -> [f32; 4] {
+        let mut out = [0.0; 4];
+        // SAFETY: a valid sampler, and room for four.
+        unsafe { sys::bn_sample_4d(self.pointer.as_ptr(), x, y, index, domain.0, out.as_mut_ptr()) }
+        out
+    }
+
+    /// One pair of them alone: the first with `pair` 0, the second with 1.
+    pub fn sample_pair(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
+        let mut out = [0.0; 2];
+        // SAFETY: as above.
+        unsafe { sys::bn_sample_pair(self.pointer.as_ptr(), x, y, index, domain.0, pair, out.as_mut_ptr()) }
+        out
+    }
+
+    /// 32 bits each.
+    pub fn sample_u32(&self, x: i32, y: i32, index: u32, domain: Domain) -> [u32; 4] {
+        let mut out = [0; 4];
+        // SAFETY: as above.
+        unsafe { sys::bn_sample_4d_u32(self.pointer.as_ptr(), x, y, index, domain.0, out.as_mut_ptr()) }
+        out
+    }
+
+    /// The samples of a pixel one after the other, from `first` to the last there is.
+    pub fn samples(&self, x: i32, y: i32, first: u32, domain: Domain) -> Samples<'_> {
+        Samples { sampler: self, x, y, domain, next: Some(first) }
+    }
+
+    /// The samples of a rectangle of pixels, faster than one by one.
+    pub fn block(&self, x: Range<i32>, y: Range<i32>, index: Range<u32>, domain: Domain) -> Result<Block, Error> {
+        let width = extent(&x)?;
+        let height = extent(&y)?;
+        let depth = index.end.checked_sub(index.start).filter(|&n| n > 0).ok_or(Error::InvalidArgument)?;
+        let count = [width, height, depth].iter().try_fold(1usize, |n, &extent| n.checked_mul(extent as usize));
+        let count = count.ok_or(Error::OutOfMemory)?;
+        let mut samples: Vec<[f32; 4]> = Vec::new();
+        samples.try_reserve_exact(count).map_err(|_| Error::OutOfMemory)?;
+        samples.resize(count, [0.0; 4]);
+        // SAFETY: a valid sampler, and room for 4 * count.
+        Error::check(unsafe {
+            sys::bn_sample_block(
+                self.pointer.as_ptr(),
+                x.start,
+                y.start,
+                width,
+                height,
+                index.start,
+                depth,
+                domain.0,
+                samples.as_mut_ptr().cast(),
+                4 * count,
+            )
+        })?;
+        Ok(Block { x, y, index, samples })
+    }
+
+    /// Sample `index[i]` of pixel `(x[i], y[i])` in `domain[i]` for each lane i of a wavefront, in any order.
+    pub fn sample_many(
+        &self,
+        x: &[i32],
+        y: &[i32],
+        index: &[u32],
+        domain: &[Domain],
+        out: &mut [[f32; 4]],
+    ) -> Result<(), Error> {
+        let count = out.len();
+        if [x.len(), y.len(), index.len(), domain.len()] != [count; 4] {
+            return Err(Error::SizeMismatch);
+        }
+        // SAFETY: all have `count` elements; a Domain is a u32.
+        Error::check(unsafe {
+            sys::bn_sample_many(
+                self.pointer.as_ptr(),
+                count,
+                x.as_ptr(),
+                y.as_ptr(),
+                index.as_ptr(),
+                domain.as_ptr().cast(),
+                4,
+                out.as_mut_ptr().cast(),
+                4 * count,
+            )
+        })
+    }
+
+    /// The tables for shaders (docs/shaders.md of libbn).
+    pub fn table_words(&self) -> Result<Vec<u32>, Error> {
+        let mut count = 0;
+        // SAFETY: asks for the number alone.
+        Error::check(unsafe { sys::bn_sampler_table_words(self.pointer.as_ptr(), null_mut(), 0, &mut count) })?;
+        let mut words = vec![0; count];
+        // SAFETY: room for `count`.
+        Error::check(unsafe {
+            sys::bn_sampler_table_words(self.pointer.as_ptr(), words.as_mut_ptr(), count, null_mut())
+        })?;
+        Ok(words)
+    }
+}
+
+fn extent(range: &Range<i32>) -> Result<u32, Error> {
+    u32::try_from(i64::from(range.end) - i64::from(range.start)).ok().filter(|&n| n > 0).ok_or(Error::InvalidArgument)
+}
+
+/// The samples of one pixel in one domain.
+#[derive(Debug)]
+pub struct Samples<'s> {
+    sampler: &'s Sampler,
+    x: i32,
+    y: i32,
+    domain: Domain,
+    next: Option<u32>,
+}
+
+impl Iterator for Samples<'_> {
+    type Item = [f32; 4];
+
+    fn next(&mut self) -> Option<[f32; 4]> {
+        let index = self.next?;
+        self.next = index.checked_add(1);
+        Some(self.sampler.sample(self.x, self.y, index, self.domain))
+    }
+}
+
+/// The samples of a rectangle of pixels: rows, pixels of a row, samples of a pixel.
+#[derive(Clone, Debug)]
+pub struct Block {
+    x: Range<i32>,
+    y: Range<i32>,
+    index: Range<u32>,
+    samples: Vec<[f32; 4]>,
+}
+
+impl Block {
+    /// The samples of one pixel, in the order of their indices. Panics outside the block.
+    pub fn pixel(&self, x: i32, y: i32) -> &[[f32; 4]] {
+        assert!(self.x.contains(&x) && self.y.contains(&y), "({x}, {y}) is outside the block");
+        let distance = |from: i32, to: i32| (i64::from(to) - i64::from(from)) as usize;
+        let width = distance(self.x.start, self.x.end);
+        let (column, row) = (distance(self.x.start, x), distance(self.y.start, y));
+        let depth = (self.index.end - self.index.start) as usize;
+        &self.samples[(row * width + column) * depth..][..depth]
+    }
+
+    /// All of them: `[height][width][count]`.
+    pub fn as_slice(&self) -> &[[f32; 4]] {
+        &self.samples
+    }
+
+    /// Pixels in their order, each with its samples.
+    pub fn pixels(&self) -> impl Iterator<Item = ((i32, i32), &[[f32; 4]])> {
+        let places = self.y.clone().flat_map(move |y| self.x.clone().map(move |x| (x, y)));
+        places.zip(self.samples.chunks_exact((self.index.end - self.index.start) as usize))
+    }
+}

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The safe functions give the bits of C, in the order in which C hands them out.
+
+use bluenoise::{Domain, Error, Kind, Path, Sampler};
+use bluenoise_sys as sys;
+use std::ptr::{null, null_mut};
+
+/// bn_sample_4d() of the C library by itself: no type and no function of the safe crate.
+struct C(*mut sys::bn_sampler);
+
+impl C {
+    fn new(kind: i32, seed: u64) -> C {
+        let size = std::mem::size_of::<sys::bn_sampler_options>();
+        let options = sys::bn_sampler_options {
+            struct_size: size,
+            kind,
+            samples_per_pixel: 0,
+            seed,
+            mask_ranks: null(),
+            mask_width: 0,
+            mask_height: 0,
+        };
+        let mut sampler = null_mut();
+        assert_eq!(unsafe { sys::bn_sampler_create(&options, &mut sampler) }, sys::BN_SUCCESS);
+        C(sampler)
+    }
+
+    fn draw(&self, x: i32, y: i32, index: u32, domain: u32) -> [f32; 4] {
+        let mut out = [0.0; 4];
+        unsafe { sys::bn_sample_4d(self.0, x, y, index, domain, out.as_mut_ptr()) };
+        out
+    }
+}
+
+impl Drop for C {
+    fn drop(&mut self) {
+        unsafe { sys::bn_sampler_destroy(self.0) }
+    }
+}
+
+fn child(domain: u32, key: u32) -> u32 {
+    unsafe { sys::bn_domain_child(domain, key) }
+}
+
+const KINDS: [(Kind, i32); 5] = [
+    (Kind::Blue, sys::BN_SAMPLER_BLUE),
+    (Kind::Sobol, sys::BN_SAMPLER_SOBOL),
+    (Kind::White, sys::BN_SAMPLER_WHITE),
+    (Kind::ZOrder { samples_per_pixel: 0 }, sys::BN_SAMPLER_ZORDER),
+    (Kind::Mask, sys::BN_SAMPLER_MASK),
+];
+const PLACES: [(i32, i32, u32); 5] =
+    [(0, 0, 0), (3, 4, 5), (-7, 200, 300), (i32::MIN, i32::MAX, u32::MAX / 16), (64, -1, 16)];
+
+// What tests/install/rust_draws.c prints with an argument. They change only with the draws of libbn.
+const GOLDEN_ROOT: [u32; 4] = [0x78b90503, 0x10aca8b7, 0xb1e278ba, 0xac7ae932];
+const GOLDEN_RAY: [u32; 4] = [0x3f09779e, 0x3f52ed43, 0x3e4f7230, 0x3ef6016e];
+const GOLDEN_NUMBERS: [u32; 3] = [0x3d09b140, 0x3f770eeb, 0x3f55ad6e];
+
+#[test]
+fn golden_bits() {
+    let sampler = Sampler::new(1).unwrap();
+    assert_eq!(sampler.sample_u32(3, 4, 5, Domain::ROOT), GOLDEN_ROOT);
+    let mut ray = Path::new(&sampler, 3, 4, 5).ray(2);
+    assert_eq!(ray.draw().map(f32::to_bits), GOLDEN_RAY);
+    assert_eq!([ray.next_1d(), ray.next_1d(), ray.next_1d()].map(f32::to_bits), GOLDEN_NUMBERS);
+}
+
+#[test]
+fn samples_are_those_of_c() {
+    for (kind, number) in KINDS {
+        let (safe, c) = (Sampler::with_kind(kind, 9).unwrap(), C::new(number, 9));
+        for (x, y, index) in PLACES {
+            let domain = Domain::ROOT.child(6).child(index);
+            assert_eq!(domain.0, child(child(0, 6), index));
+            let expected = c.draw(x, y, index, domain.0);
+            assert_eq!(safe.sample(x, y, index, domain), expected);
+            assert_eq!(safe.sample_u32(x, y, index, domain).map(|v| (v >> 8) as f32 / 16777216.0), expected);
+            assert_eq!(safe.sample_pair(x, y, index, domain, 0), expected[..2]);
+            assert_eq!(safe.sample_pair(x, y, index, domain, 1), expected[2..]);
+            for (k, sample) in (0..5).zip(safe.samples(x, y, index, domain)) {
+                assert_eq!(sample, c.draw(x, y, index + k, domain.0));
+            }
+        }
+        assert_eq!(safe.samples(0, 0, u32::MAX - 1, Domain::ROOT).count(), 2);
+    }
+}
+
+#[test]
+fn rays_hand_out_what_the_layout_says() {
+    for (kind, number) in KINDS {
+        let (safe, c) = (Sampler::with_kind(kind, 2).unwrap(), C::new(number, 2));
+        for (x, y, index) in PLACES {
+            for frame in [0, 7] {
+                let parent = if frame == 0 { 0 } else { child(child(0, 0x8000_0000), frame) };
+                let path = Path::in_frame(&safe, x, y, index, frame);
+                let draw = |domain| c.draw(x, y, index, domain);
+                assert_eq!(path.time(), draw(child(parent, 3))[2..]);
+                for count in [1, 3] {
+                    assert_eq!(path.first_light(count, 0), c.draw(x, y, index * count, child(parent, 3))[..2]);
+                }
+                for depth in [0, 2, 3, 40] {
+                    let domain = child(parent, if depth < 3 { depth } else { depth + 1 });
+                    let mut ray = path.ray(depth);
+                    assert_eq!(ray.draw(), draw(domain));
+                    assert_eq!(ray.draw_where(), draw(domain)[..2]);
+                    assert_eq!(ray.draw_light(), draw(domain)[2..]);
+                    for k in 0..9 {
+                        assert_eq!(ray.next_1d(), draw(child(domain, k & !3))[k as usize & 3]);
+                        let pair = k as usize % 2 * 2;
+                        assert_eq!(ray.next_2d(), draw(child(domain, k / 2 * 4 + 1))[pair..pair + 2]);
+                        assert_eq!(ray.next_4d(), draw(child(domain, k * 4 + 2)));
+                    }
+                    let split = ray.next_split(4);
+                    let branches = child(child(domain, 3), 4);
+                    for (k, branch) in (0..).zip(split.paths(4)) {
+                        assert_eq!(branch.ray(1).draw(), c.draw(x, y, index * 4 + k, child(branches, 1)));
+                    }
+                    let split = ray.next_split_from(11);
+                    let expected = c.draw(x, y, 13, child(child(child(domain, 7), 0), 0));
+                    assert_eq!(split.path(2).ray(0).draw(), expected);
+                    let numbers: Vec<f32> = ray.next_noise().take(6).collect();
+                    assert_eq!(numbers[..4], draw(child(domain, 11)));
+                    assert!(numbers[4..].iter().all(|&v| (0.0..1.0).contains(&v)) && numbers[4] != numbers[5]);
+                    let named = child(child(domain, 0x8000_0000), 12);
+                    assert_eq!(ray.named(12).draw(), draw(named));
+                    assert_eq!(ray.named(12).next_1d(), draw(child(named, 0))[0]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn blocks_and_wavefronts_are_single_samples() {
+    let sampler = Sampler::new(4).unwrap();
+    let domain = Domain::ROOT.child(1);
+    let block = sampler.block(-2..3, 5..9, 10..13, domain).unwrap();
+    assert_eq!((block.as_slice().len(), block.pixels().count()), (60, 20));
+    let (mut x, mut y, mut index, mut expected) = (vec![], vec![], vec![], vec![]);
+    for ((px, py), samples) in block.pixels() {
+        assert_eq!(block.pixel(px, py), samples);
+        for (i, &sample) in (10..).zip(samples) {
+            assert_eq!(sample, sampler.sample(px, py, i, domain));
+            x.push(px);
+            y.push(py);
+            index.push(i);
+            expected.push(sample);
+        }
+    }
+    let mut out = vec![[9.0; 4]; 60];
+    sampler.sample_many(&x, &y, &index, &[domain; 60], &mut out).unwrap();
+    assert_eq!(out, expected);
+    assert_eq!(sampler.sample_many(&x, &y, &index, &[domain; 59], &mut out), Err(Error::SizeMismatch));
+    assert_eq!(sampler.sample_many(&[], &[], &[], &[], &mut []), Ok(()));
+    assert_eq!(sampler.table_words().unwrap().len(), 10754);
+}
+
+#[test]
+#[should_panic(expected = "outside the block")]
+fn a_pixel_outside_a_block() {
+    Sampler::new(4).unwrap().block(0..2, 0..2, 0..1, Domain::ROOT).unwrap().pixel(2, 0);
+}
+
+#[test]
+fn errors_are_results() {
+    let sampler = Sampler::new(0).unwrap();
+    let root = Domain::ROOT;
+    #[allow(clippy::reversed_empty_ranges)]
+    for (x, y, index) in [(0..0, 0..1, 0..1), (0..1, 1..0, 0..1), (0..1, 0..1, 3..3), (0..1, 0..1, 4..3)] {
+        assert_eq!(sampler.block(x, y, index, root).unwrap_err(), Error::InvalidArgument);
+    }
+    let all = i32::MIN..i32::MAX;
+    assert_eq!(sampler.block(all.clone(), all, 0..u32::MAX, root).unwrap_err(), Error::OutOfMemory);
+    let mask = |ranks, width, height| Sampler::with_kind(Kind::MaskOf { ranks, width, height }, 0).map(|_| ());
+    assert_eq!(mask(&[0, 3, 2, 1], 2, 2), Ok(()));
+    assert_eq!(mask(&[0, 3, 2, 1], 2, 3), Err(Error::SizeMismatch));
+    assert_eq!(mask(&[0, 3, 2, 1], u32::MAX, u32::MAX), Err(Error::SizeMismatch));
+    assert_eq!(mask(&[0, 3, 3, 1], 2, 2), Err(Error::BadData));
+    assert_eq!(mask(&[], 0, 0), Err(Error::InvalidArgument));
+    assert!(!Error::BadData.to_string().is_empty() && Error::BadData.to_string() != Error::OutOfMemory.to_string());
+}
+
+#[test]
+fn threads_share_a_sampler_and_move_rays() {
+    let sampler = Sampler::new(5).unwrap();
+    let expected = Path::new(&sampler, 1, 2, 3).ray(0).next_4d();
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            let mut ray = Path::new(&sampler, 1, 2, 3).ray(0);
+            scope.spawn(move || assert_eq!(ray.next_4d(), expected));
+        }
+    });
+}

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The crates of examples/rust: their own tests, and the draws of a path beside those of a C program."""
+
+import os
+import re
+import shutil
+
+import pytest
+from conftest import ROOT, run
+
+CRATES = ROOT / "examples" / "rust"
+HERE = ROOT / "tests" / "install"
+
+pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo")
+
+
+@pytest.fixture(scope="module")
+def cargo(tmp_path_factory):
+    """Runs Cargo without a network, on a copy of the crates, as in a project without the checkout."""
+    folder = tmp_path_factory.mktemp("rust")
+    shutil.copytree(CRATES, folder / "crates", ignore=shutil.ignore_patterns("target"))
+    run(ROOT / "scripts" / "amalgamate", "--output", folder / "amalgamation")
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target"), "BN_AMALGAMATION": str(folder / "amalgamation")}
+
+    def cargo(*arguments, **changes):
+        return run("cargo", *arguments, "--offline", cwd=folder / "crates", env={**environment, **changes})
+
+    return cargo
+
+
+def test_the_crates_own_tests(cargo):
+    passed = re.findall(r"test result: ok\. (\d+) passed", cargo("test", "--quiet", "--locked", RUSTFLAGS="-D warnings"))
+    assert sum(map(int, passed)) >= 10
+
+
+def test_rust_draws_what_c_draws(cargo, static_library, tmp_path):
+    static_library.compile(HERE / "rust_draws.c", tmp_path / "draws", "-Wall", "-Wextra", "-Werror")
+    expected = run(tmp_path / "draws")
+    assert len(expected.splitlines()) == 96
+    assert cargo("run", "--quiet", "--example", "draws", RUSTFLAGS="-D warnings") == expected
+    golden = run(tmp_path / "draws", "golden")
+    assert golden in (CRATES / "bluenoise" / "tests" / "draws.rs").read_text(), "write these lines there"
+
+
+def test_the_version_is_the_librarys():
+    header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
+    version = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M))
+    for file in ("bluenoise/Cargo.toml", "bluenoise-sys/Cargo.toml", "Cargo.lock"):
+        assert set(re.findall(r'^version = "(\S+)"$', (CRATES / file).read_text(), re.M)) == {version}, file
+
+
+def test_the_readmes_program(cargo, tmp_path):
+    (text,) = re.findall(r"^```rust\n(.*?)^```", (CRATES / "README.md").read_text(encoding="utf-8"), re.M | re.S)
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "main.rs").write_text(text)
+    (tmp_path / "Cargo.toml").write_text('[package]\nname = "readme"\nversion = "0.1.0"\nedition = "2021"\n'
+                                         f'[dependencies]\nbluenoise = {{ path = "{CRATES / "bluenoise"}" }}\n[workspace]\n')
+    printed = cargo("run", "--quiet", "--manifest-path", str(tmp_path / "Cargo.toml"), RUSTFLAGS="-D warnings")
+    assert len(printed.splitlines()) == 3
+
+
+def test_a_wrong_folder_is_one_clear_line(cargo, tmp_path):
+    with pytest.raises(AssertionError, match=r"bluenoise-sys: no bn\.c in BN_AMALGAMATION="):
+        cargo("build", "--locked", BN_AMALGAMATION=str(tmp_path), CARGO_TARGET_DIR=str(tmp_path / "target"))

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package, its GLSL as C, draw what
+ * bn_path.h hands out in C. With a folder, writes the cases for the tests in Python, as 32-bit words:
+ *
+ *     words.bin     [10754]: of bn_sampler_table_words()
+ *     asked.bin     [cases][8]: x, y, index, bounce, effect, three zeros
+ *     expected.bin  [cases][16]: ten floats and six zeros
+ *
+ * Built twice: RANDOM_WITH_LENS is 0 for a renderer without a lens, and 1 for one that has it. */
+#include "../c/check.h"
+#include "random_in_c.h"
+#include <bn/bn_path.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { WORDS = 10754, ASKED = 8, EXPECTED = 16, CASES = 4096 };
+
+static void copy(float *out, const float *from, size_t count) {
+    memcpy(out, from, count * sizeof *out);
+}
+
+/* The layout of paths.md, with bn_path.h alone. */
+static void expect(const bn_draw_table *table, const uint32_t *asked, float *out) {
+    const int lens = RANDOM_WITH_LENS;
+    const uint32_t bounce = asked[3], effect = asked[4];
+    const bn_path path = bn_path_start((int32_t)asked[0], (int32_t)asked[1], asked[2], 0);
+    const bn_ray ray = bn_path_ray(&path, bounce), next = bn_path_ray(&path, bounce + 1);
+    const bn_ray named = bn_ray_named(&ray, effect), light = bn_ray_named(&ray, RANDOM_LIGHT);
+    float u[4], v[4];
+    bn_ray_draw(table, &named, u);
+    out[0] = u[0];
+    copy(out + 1, u, 2);
+    copy(out + 3, u, 3);
+    copy(out + 6, u, 4);
+    if (effect == RANDOM_DIRECTION) bn_ray_draw_where(table, &next, out + 1);
+    if (effect == RANDOM_PIXEL && bounce == 0) bn_ray_draw_where(table, &ray, out + 1);
+    if (effect == RANDOM_LENS && bounce == 0 && lens) {
+        bn_ray_draw_light(table, &ray, out + 1);
+        copy(out + 3, out + 1, 2);
+        out[5] = u[0];
+    }
+    if (effect == RANDOM_LIGHT || (effect == RANDOM_ENVIRONMENT && lens)) {
+        if (lens && bounce == 0)
+            bn_path_first_light(table, &path, 1, 0, out + 1);
+        else
+            bn_ray_draw_light(table, &ray, out + 1);
+    }
+    if (effect == RANDOM_LIGHT) {
+        out[3] = u[2];
+        copy(out + 4, u, 2);
+    }
+    if (effect == RANDOM_CHOICE && lens) {
+        bn_ray_draw(table, &light, v);
+        out[0] = v[3];
+    }
+}
+
+static void ask(uint32_t number, uint32_t *asked) {
+    static const uint32_t bounces[] = {0, 0, 0, 1, 2, 3, 4, 50};
+    static const uint32_t indices[] = {0, 1, 2, 5, 64, 255, 256, 1000, 1u << 20, UINT32_MAX};
+    const uint32_t hash = number * 0x9e3779b9u ^ number >> 5;
+    asked[0] = number % 7 ? hash >> 20 : 0u - number;
+    asked[1] = hash & 1023u;
+    asked[2] = indices[number % 10];
+    asked[3] = bounces[number / 10 % 8];
+    asked[4] = number % 3 ? number / 3 % 9 : 50 + (hash >> number % 32);
+}
+
+static void put(const char *folder, const char *name, const void *data, size_t size) {
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "wb");
+    CHECK(file != NULL && fwrite(data, 1, size, file) == size && fclose(file) == 0);
+}
+
+int main(int count, char **arguments) {
+    static uint32_t words[WORDS], all_asked[CASES][ASKED];
+    static float all_expected[CASES][EXPECTED];
+    bn_sampler_options options = bn_sampler_options_default();
+    bn_sampler *sampler = NULL;
+    options.seed = UINT64_MAX;
+    CHECK(bn_sampler_create(&options, &sampler) == BN_SUCCESS);
+    CHECK(bn_sampler_table_words(sampler, words, WORDS, NULL) == BN_SUCCESS);
+    const bn_draw_table *table = bn_sampler_table(sampler);
+    for (uint32_t i = 0; i < CASES; ++i) {
+        float got[RANDOM_NUMBERS];
+        ask(i, all_asked[i]);
+        expect(table, all_asked[i], all_expected[i]);
+        random_glsl(words, all_asked[i], got);
+        CHECK(memcmp(got, all_expected[i], sizeof got) == 0);
+    }
+    bn_sampler_destroy(sampler);
+    if (count > 1) {
+        put(arguments[1], "words.bin", words, sizeof words);
+        put(arguments[1], "asked.bin", all_asked, sizeof all_asked);
+        put(arguments[1], "expected.bin", all_expected, sizeof all_expected);
+    }
+    return check_result();
+}
