@@ -25,6 +25,7 @@ from . import mask as make_mask
 from . import measure as measure_mask
 from . import points as make_points
 from . import _arguments as arguments
+from . import _textures
 from ._arguments import NeuralProvider
 from ._masks import METHODS, auto_method
 from ._plot import plot_spectrum
@@ -225,7 +226,38 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--quiet", action="store_true", help="do not show progress")
     _add_output(command, _POINTS_SUFFIXES, "csv")
     command.set_defaults(run=_points)
+
+    command = commands.add_parser(
+        "textures",
+        help="write a folder of textures for engines",
+        description="Writes masks of 1, 2 and 4 channels in 8 and 16 bits as PNG, KTX2 and EXR, the table of the draws as a texture "
+        "with shaders that read it, a contact sheet, a README and the licence (CC0). Needs Pillow, and OpenEXR for EXR.",
+    )
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="a new or empty folder")
+    command.add_argument("--sizes", type=_list(_textures.SIZES), default=_textures.SIZES, metavar="N,N...",
+                         help=f"of {','.join(map(str, _textures.SIZES))} (default all)")
+    command.add_argument("--formats", type=_list(_textures.FORMATS), default=_textures.FORMATS, metavar="F,F...",
+                         help=f"of {','.join(_textures.FORMATS)} (default all)")
+    command.add_argument("--sweeps", type=_positive, default=_textures.SWEEPS, help="of annealing 2 and 4 channels: trial swaps per texel "
+                         f"(default {_textures.SWEEPS})")
+    command.add_argument("--seed", default=1, type=_seed, help="0 to 2**64 - 1, or random (default 1)")
+    command.add_argument("--json", action="store_true", help="print the contents of pack.json")
+    command.add_argument("--quiet", action="store_true", help="do not show progress")
+    command.set_defaults(run=_write_textures)
     return parser
+
+
+def _list(known: Sequence[Any]) -> Callable[[str], tuple[Any, ...]]:
+    """Reads some of the known values with commas between them; they come in the known order."""
+
+    def read(text: str) -> tuple[Any, ...]:
+        given = text.split(",")
+        wrong = [each for each in given if each not in map(str, known)]
+        if wrong:
+            raise argparse.ArgumentTypeError(f"{wrong[0]!r} is not one of {', '.join(map(str, known))}")
+        return tuple(each for each in known if str(each) in given)
+
+    return read
 
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
@@ -407,6 +439,13 @@ def _dither(options: argparse.Namespace) -> None:
         ranks = ranks if len(ranks) > 1 else ranks[0]
     result = dither(picture, options.levels, mask=ranks, srgb=options.srgb)
     _files.save_picture(path, suffix, result, picture)
+
+
+def _write_textures(options: argparse.Namespace) -> None:
+    pack = _textures.write(options.folder, options.formats, options.sizes, options.seed, options.sweeps, __version__,
+                           _progress(options.quiet))
+    if options.json:
+        _print(json.dumps(pack))
 
 
 def _points(options: argparse.Namespace) -> None:

@@ -40,7 +40,7 @@ def pillow() -> Any:
     try:
         from PIL import Image
     except ImportError:
-        raise ImportError("pictures need Pillow; run pip install 'bluenoise[image]'") from None
+        raise ImportError("pictures need Pillow; run pip install 'libbn[image]'") from None
     return Image
 
 
@@ -49,7 +49,7 @@ def openexr() -> Any:
     try:
         import OpenEXR
     except ImportError:
-        raise ImportError("EXR files need OpenEXR; run pip install 'bluenoise[exr]'") from None
+        raise ImportError("EXR files need OpenEXR; run pip install 'libbn[exr]'") from None
     return OpenEXR
 
 
@@ -364,8 +364,7 @@ def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int,
         texels = np.moveaxis(ranks, 0, -1) if ranks.ndim == 3 else np.atleast_2d(ranks)[:, :, None]
         count = texels.shape[0] * texels.shape[1]
         if suffix == ".png":
-            values = (2 * texels.astype(np.uint64) + 1) * np.uint64(2 ** (bits - 1)) // np.uint64(count)
-            beside.write_bytes(_png(values.astype(f">u{bits // 8}"), description))
+            beside.write_bytes(_png(quantized(ranks, bits).astype(f">u{bits // 8}"), description))
             return
         names = _EXR_CHANNELS[texels.shape[2]]
         planes = {name: to_float(texels[:, :, i], count) for i, name in enumerate(names)}
@@ -376,6 +375,15 @@ def save_mask(path: Path, suffix: str, ranks: npt.NDArray[np.uint32], bits: int,
                 file.write(str(beside))
             except RuntimeError as error:
                 raise OSError(str(error).replace(str(beside), path.name)) from None
+
+
+def quantized(ranks: npt.NDArray[np.uint32], bits: int) -> npt.NDArray[Any]:
+    """Ranks of shape (height, width) or (channels, height, width) as texels (height, width, channels) of 8 or 16 bits:
+    (rank + 0.5) / n * 2**bits, rounded down."""
+    texels = np.moveaxis(ranks, 0, -1) if ranks.ndim == 3 else np.atleast_2d(ranks)[:, :, None]
+    count = np.uint64(texels.shape[0] * texels.shape[1])
+    values = (2 * texels.astype(np.uint64) + 1) * np.uint64(2 ** (bits - 1)) // count
+    return values.astype(f"u{bits // 8}")
 
 
 def _png(values: npt.NDArray[Any], description: str) -> bytes:

@@ -16,7 +16,7 @@ def plot_spectrum(mask: npt.ArrayLike, path: Path) -> None:
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError("plots need Matplotlib; run pip install 'bluenoise[plot]'") from None
+        raise ImportError("plots need Matplotlib; run pip install 'libbn[plot]'") from None
     power = np.fft.fftshift(power_spectrum(mask))
     frequency, radial = radial_power(mask)
     figure = Figure(figsize=(9, 4), dpi=150, layout="constrained")

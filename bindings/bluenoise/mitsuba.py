@@ -28,7 +28,7 @@ try:
     import drjit
     import mitsuba
 except ImportError as error:
-    raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'bluenoise[mitsuba]' ({error})") from None
+    raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
 from ._path import CAMERA_KEY, FRAMES_KEY, Path, Ray
 from ._sampler import Sampler
@@ -150,18 +150,27 @@ class _Film:
         return int(x0), int(y0), int(width), int(height)
 
 
+def _sensor(number: int) -> Any:
+    """The sensor that Dr.Jit's registry has under a number, or None.
+
+    Vectorised variants number the sensors that exist from 1, and an array of sensors is an array of these numbers. A sampler is
+    not told its sensor, and Mitsuba has no list of sensors without a scene, so this array of one number is the way to ask."""
+    try:
+        return dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
+    except RuntimeError:  # nothing has the number
+        return None
+
+
 def _registered_film(sampler: Any) -> Any:
-    """The film of the sensor that uses this sampler, from the registry of vectorised variants."""
-    missing = number = 0
-    while missing < 64:  # numbers of deleted sensors stay unused for a while
+    """The film of the sensor that uses this sampler, in vectorised variants; None if there is none yet."""
+    number = last = 0
+    while number < last + 64:  # numbers of deleted sensors stay unused for a while
         number += 1
-        try:
-            sensor = dr.reinterpret_array(mi.SensorPtr, mi.UInt32(number))[0]
-        except RuntimeError:
-            missing += 1
+        sensor = _sensor(number)
+        if sensor is None:
             continue
-        missing = 0
-        if sensor is not None and sensor.sampler() is sampler:
+        last = number
+        if sensor.sampler() is sampler:
             return sensor.film()
     return None
 

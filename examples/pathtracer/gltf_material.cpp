@@ -84,6 +84,42 @@ std::string unreadable_picture(const tinygltf::Model &model, const tinygltf::Tex
     return "textures without a picture";
 }
 
+// The alpha of glTF's base colour.
+double alpha_of(const tinygltf::Material &source) {
+    const std::vector<double> &factor = source.pbrMetallicRoughness.baseColorFactor;
+    return factor.size() == 4 ? factor[3] : 1.0;
+}
+
+// How strong the coat is that reflects without colour.
+float coat_of(const tinygltf::Material &source) {
+    return within(gltf_number(source.extensions, "KHR_materials_specular", "specularFactor", 1), 0,
+                  1);
+}
+
+// Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
+// also blends with an alpha below 1, it means glass.
+bool transmits_light(const tinygltf::Material &source, float metallic) {
+    const double factor =
+        gltf_number(source.extensions, "KHR_materials_transmission", "transmissionFactor", 0);
+    const bool blended = source.alphaMode == "BLEND" && alpha_of(source) < 1;
+    return factor >= 0.5 && (metallic < 0.5f || blended);
+}
+
+Material factors_of(const tinygltf::Material &source) {
+    const tinygltf::PbrMetallicRoughness &pbr = source.pbrMetallicRoughness;
+    Material m;
+    m.albedo = colour(pbr.baseColorFactor, 1);
+    m.metallic = within(pbr.metallicFactor, 0, 1);
+    m.roughness = within(pbr.roughnessFactor, 0, 1);
+    m.ior = within(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
+    const float coat = coat_of(source);
+    if (coat < 1) { // a weaker coat acts like a lower index of refraction
+        const float root = std::sqrt(coat) * (m.ior - 1) / (m.ior + 1);
+        m.ior = (1 + root) / (1 - root);
+    }
+    return m;
+}
+
 } // namespace
 
 double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extension,
@@ -167,63 +203,29 @@ uint32_t GltfMaterials::get(int material, bool vertex_colours) {
     return materials_[{material, vertex_colours}] = read(material, vertex_colours);
 }
 
-uint32_t GltfMaterials::read(int index, bool vertex_colours) {
-    const tinygltf::Material standard;
-    const tinygltf::Material &source =
-        index < 0 ? standard : gltf_at(model_.materials, index, "material");
-    const tinygltf::PbrMetallicRoughness &pbr = source.pbrMetallicRoughness;
-
-    Material m;
-    m.albedo = colour(pbr.baseColorFactor, 1);
-    m.metallic = within(pbr.metallicFactor, 0, 1);
-    m.roughness = within(pbr.roughnessFactor, 0, 1);
-    m.ior = within(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
-    const char *const specular = "KHR_materials_specular";
-    const float coat = within(gltf_number(source.extensions, specular, "specularFactor", 1), 0, 1);
-    if (coat < 1) { // a weaker coat acts like a lower index of refraction
-        const float root = std::sqrt(coat) * (m.ior - 1) / (m.ior + 1);
-        m.ior = (1 + root) / (1 - root);
+void GltfMaterials::read_glass(const tinygltf::Material &source, Material &m) {
+    m.kind = Material::DIELECTRIC;
+    if (source.alphaMode == "BLEND") { // the uncovered part passes all colours
+        const float cover = within(alpha_of(source), 0, 1);
+        m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
     }
-    for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
-        if (member(source.extensions, specular, name))
-            draft_.ignored.insert("colours and textures of coats");
-    SurfaceMaps maps;
-    maps.vertex_colours = vertex_colours;
-    maps.colour = texture(pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
-                          pbr.baseColorTexture.extensions, true);
-    const double alpha = pbr.baseColorFactor.size() == 4 ? pbr.baseColorFactor[3] : 1.0;
-    const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
-    // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if
-    // it also blends with an alpha below 1, it means glass.
-    const bool transmits = gltf_number(source.extensions, "KHR_materials_transmission",
-                                       "transmissionFactor", 0) >= 0.5 &&
-                           (m.metallic < 0.5f || (blend && alpha < 1));
-    if (transmits) {
-        m.kind = Material::DIELECTRIC;
-        if (blend) { // the uncovered part passes all colours
-            const float cover = within(alpha, 0, 1);
-            m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
-        }
-        if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
-            draft_.ignored.insert("textures of transmission");
-        if (pbr.metallicRoughnessTexture.index >= 0)
-            draft_.ignored.insert("textures of roughness on what transmits");
-    } else {
-        maps.metallic_roughness =
-            texture(pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord,
-                    pbr.metallicRoughnessTexture.extensions, false);
-        const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
-        const bool bare = m.metallic == 0 && coat == 0;
-        m.kind = all_metal ? Material::CONDUCTOR
-                 : bare    ? Material::DIFFUSE
-                           : Material::METALLIC_ROUGHNESS;
-    }
-    // Glass stays two-sided: what is inside is seen through its back faces.
-    m.single_sided = !source.doubleSided && !transmits;
-    maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
-                          source.normalTexture.extensions, false);
-    maps.normal_scale = within(source.normalTexture.scale, -100, 100);
+    if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
+        draft_.ignored.insert("textures of transmission");
+    if (source.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
+        draft_.ignored.insert("textures of roughness on what transmits");
+}
 
+void GltfMaterials::read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps) {
+    const tinygltf::TextureInfo &info = source.pbrMetallicRoughness.metallicRoughnessTexture;
+    maps.metallic_roughness = texture(info.index, info.texCoord, info.extensions, false);
+    const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
+    const bool bare = m.metallic == 0 && coat_of(source) == 0;
+    m.kind = all_metal ? Material::CONDUCTOR
+             : bare    ? Material::DIFFUSE
+                       : Material::METALLIC_ROUGHNESS;
+}
+
+Emission GltfMaterials::read_emission(const tinygltf::Material &source, SurfaceMaps &maps) {
     Emission emission;
     emission.both_sides = source.doubleSided;
     const double strength =
@@ -234,17 +236,51 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
     if (max_component(emission.radiance) > 0)
         maps.emission = texture(source.emissiveTexture.index, source.emissiveTexture.texCoord,
                                 source.emissiveTexture.extensions, true);
+    return emission;
+}
 
+// Where the surface has holes: alpha below the cutoff, of which blending is taken as one half.
+void GltfMaterials::read_holes(const tinygltf::Material &source, bool transmits,
+                               SurfaceMaps &maps) {
+    const double alpha = alpha_of(source);
+    const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
     const bool picture_has_holes =
         maps.colour.texture >= 0 &&
         draft_.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;
-    if (mask || (blend && !transmits && (alpha < 1 || picture_has_holes))) {
-        maps.alpha = within(alpha, 0, 1);
-        maps.alpha_cutoff = mask ? within(source.alphaCutoff, 0, 2) : 0.5f;
-        if (picture_has_holes) maps.cut_out = maps.colour;
-        if (blend) draft_.ignored.insert("blending (what covers less than half is cut out)");
-    }
+    if (!mask && !(blend && !transmits && (alpha < 1 || picture_has_holes))) return;
+    maps.alpha = within(alpha, 0, 1);
+    maps.alpha_cutoff = mask ? within(source.alphaCutoff, 0, 2) : 0.5f;
+    if (picture_has_holes) maps.cut_out = maps.colour;
+    if (blend) draft_.ignored.insert("blending (what covers less than half is cut out)");
+}
+
+uint32_t GltfMaterials::read(int index, bool vertex_colours) {
+    const tinygltf::Material standard;
+    const tinygltf::Material &source =
+        index < 0 ? standard : gltf_at(model_.materials, index, "material");
+    const tinygltf::TextureInfo &base = source.pbrMetallicRoughness.baseColorTexture;
+    for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
+        if (member(source.extensions, "KHR_materials_specular", name))
+            draft_.ignored.insert("colours and textures of coats");
     for (const auto &[extension, name] : UNKNOWN_PARTS)
         if (source.extensions.count(extension) > 0) draft_.ignored.insert(name);
+
+    Material m = factors_of(source);
+    const bool transmits = transmits_light(source, m.metallic);
+    SurfaceMaps maps;
+    maps.vertex_colours = vertex_colours;
+    maps.colour = texture(base.index, base.texCoord, base.extensions, true);
+    if (transmits) {
+        read_glass(source, m);
+    } else {
+        read_opaque(source, m, maps);
+    }
+    // Glass stays two-sided: what is inside is seen through its back faces.
+    m.single_sided = !source.doubleSided && !transmits;
+    maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
+                          source.normalTexture.extensions, false);
+    maps.normal_scale = within(source.normalTexture.scale, -100, 100);
+    const Emission emission = read_emission(source, maps);
+    read_holes(source, transmits, maps);
     return draft_add_material(draft_, m, emission, maps);
 }

@@ -71,6 +71,10 @@ class GltfMaterials {
 
   private:
     uint32_t read(int material, bool vertex_colours);
+    void read_glass(const tinygltf::Material &source, Material &m);
+    void read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps);
+    Emission read_emission(const tinygltf::Material &source, SurfaceMaps &maps);
+    void read_holes(const tinygltf::Material &source, bool transmits, SurfaceMaps &maps);
     TextureUse texture(int index, int set, const tinygltf::ExtensionMap &extensions, bool srgb);
     int32_t load(int index, bool srgb);
 

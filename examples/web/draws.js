@@ -4,8 +4,7 @@
 
 // libbn/include/bn/bn_draw.glsl, Apache-2.0. It says how to include it.
 const BN_DRAW_GLSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL, HLSL, Metal, CUDA and C. They",
+  "/* The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL, HLSL, Metal, CUDA and C. They",
   " * are bit-equal to bn_sample_4d(). bn_draw.h compiles this text as C and CUDA, bn_draw.hlsl and",
   " * bn_draw.metal as their languages; libbn/tools/make_wgsl.py writes bn_draw.wgsl from it. See",
   " * docs/shaders.md.",
@@ -423,8 +422,7 @@ const BN_DRAW_GLSL = [
 
 // libbn/include/bn/bn_path.glsl, Apache-2.0: which domain each decision of a path draws from.
 const BN_PATH_GLSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * Which domain each decision of a path draws from, in the common subset of GLSL, HLSL, Metal, CUDA",
+  "/* Which domain each decision of a path draws from, in the common subset of GLSL, HLSL, Metal, CUDA",
   " * and C. bn_path.h compiles this text as C and CUDA, bn_path.hlsl and bn_path.metal as their",
   " * languages; libbn/tools/make_wgsl.py writes bn_path.wgsl from it. bn_path.h explains the layout,",
   " * docs/paths.md how to use it.",

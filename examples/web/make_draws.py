@@ -11,6 +11,7 @@ import argparse
 import base64
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -23,7 +24,9 @@ COLUMNS = 120
 
 
 def text_of(name):
-    lines = (INCLUDE / name).read_text(encoding="utf-8").rstrip("\n").split("\n")
+    text = (INCLUDE / name).read_text(encoding="utf-8").rstrip("\n")
+    # Without its line about the licence, which is that of the page's file.
+    lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", text).split("\n")
     return ",\n".join(f"  {json.dumps(line)}" for line in lines)
 
 

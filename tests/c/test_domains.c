@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Domains are independent, or stratified together within a family: over random call trees, how
  * often two of them read the tables of BLUE alike, how much their samples correlate, and how well
- * products over two of them converge. Everything is seeded; false-alarm rates are for fresh seeds.
- * */
+ * products over two of them converge. Everything is seeded; false-alarm rates are for fresh seeds. */
 #include "check.h"
 #include <bn/bn_draw.h>
 #include <math.h>

@@ -10,7 +10,7 @@ import shutil
 
 import pytest
 from conftest import ROOT, run
-from test_readme import program
+from test_readme import program as readmes_program
 from test_symbols import DRAWS, declared, symbols
 
 HERE = ROOT / "tests" / "install"
@@ -54,7 +54,7 @@ def test_one_command_compiles_a_program(folder, static_library, tmp_path):
 
 def test_the_readmes_program_compiles_unchanged(folder, tmp_path):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.o"))
-    (tmp_path / "main.cpp").write_text(program())
+    (tmp_path / "main.cpp").write_text(readmes_program())
     assert run(os.environ.get("CC", "cc"), "-O2", "-c", "bn.c", cwd=tmp_path) == ""
     assert run(os.environ.get("CXX", "c++"), "-std=c++17", "-I.", "main.cpp", "bn.o", "-lm", cwd=tmp_path) == ""
     assert len(run(tmp_path / "a.out").splitlines()) == 4

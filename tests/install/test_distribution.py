@@ -11,8 +11,8 @@ from conftest import ROOT, run
 pytest.importorskip("scikit_build_core")
 
 # What is not of the library, of the package or of the tests of these.
-TOP = {"CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json", "LICENSE", "PKG-INFO", "README.md", "SECURITY.md", "bindings",
-       "libbn", "pyproject.toml", "tests"}
+TOP = {"CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json", "CITATION.cff", "LICENSE", "LICENSES", "PKG-INFO", "README.md",
+       "REUSE.toml", "SECURITY.md", "THIRD-PARTY.md", "bindings", "libbn", "pyproject.toml", "tests"}
 WHOLE = ("bindings", "libbn", "tests/c", "tests/python", "tests/quality", "tests/shaders", "tests/simd")
 
 
@@ -33,7 +33,7 @@ def unpacked(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sdist")
     program = f"import os, scikit_build_core.build as b; os.chdir({str(ROOT)!r}); print(b.build_sdist({str(folder)!r}))"
     run(sys.executable, "-c", program, cwd=folder)
-    (archive,) = folder.glob("bluenoise-*.tar.gz")
+    (archive,) = folder.glob("libbn-*.tar.gz")
     assert archive.stat().st_size < 1 << 20
     run("tar", "xf", archive, "-C", folder)
     return folder / archive.name[:-len(".tar.gz")]
@@ -55,10 +55,11 @@ def test_it_has_all_sources_and_nothing_else(unpacked):
 def test_licences_and_description_are_in_its_metadata(unpacked):
     name = backend(f"prepare_metadata_for_build_wheel({str(unpacked.parent)!r})", unpacked)
     metadata = (unpacked.parent / name / "METADATA").read_text(encoding="utf-8")
-    assert "License-Expression: Apache-2.0 AND CC0-1.0" in metadata
+    assert "License-Expression: Apache-2.0 AND CC0-1.0 AND BSD-3-Clause\n" in metadata
+    assert "Name: libbn\n" in metadata
     assert (ROOT / "bindings" / "README.md").read_text(encoding="utf-8") in metadata
-    licences = {path.read_text() for path in (unpacked.parent / name / "licenses").rglob("LICENSE")}
-    assert licences == {(ROOT / path).read_text() for path in ("LICENSE", "libbn/data/LICENSE")}
+    licences = {path.read_text() for path in (unpacked.parent / name / "licenses").rglob("*") if path.is_file()}
+    assert licences == {(ROOT / path).read_text() for path in ("LICENSE", "libbn/data/LICENSE", "THIRD-PARTY.md")}
 
 
 def test_cmake_finds_every_source_in_it(unpacked, tmp_path):

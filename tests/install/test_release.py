@@ -6,9 +6,10 @@ import importlib.util
 import json
 import os
 import re
+import shutil
 
 import pytest
-from conftest import ROOT
+from conftest import ROOT, run
 
 PACKAGING = ROOT / "scripts" / "packaging"
 WORKFLOWS = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / ".github/workflows").glob("*.yml")}
@@ -65,11 +66,15 @@ def tree(tmp_path):
     return tmp_path
 
 
-def notes(*arguments):
-    loader = importlib.machinery.SourceFileLoader("release_notes", str(ROOT / "scripts/release-notes"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("release_notes", loader))
+def script(name):
+    loader = importlib.machinery.SourceFileLoader(name.replace("-", "_"), str(ROOT / "scripts" / name))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
     loader.exec_module(module)
-    return module.notes(*arguments)
+    return module
+
+
+def notes(*arguments):
+    return script("release-notes").notes(*arguments)
 
 
 def test_release_notes_are_the_section_of_the_changelog(tree):
@@ -91,3 +96,74 @@ def test_what_is_not_ready_is_named(tree, tag, file, old, new, message):
         (tree / file).write_text(text.replace(old, new))
     with pytest.raises(ValueError, match=re.escape(message)):
         notes(tag, tree)
+
+
+# ---- Licences, and who publishes
+
+
+def test_licences_are_whole_and_known():
+    assert (ROOT / "LICENSES/Apache-2.0.txt").read_text() == (ROOT / "LICENSE").read_text()
+    assert (ROOT / "libbn/data/LICENSE").read_text().endswith((ROOT / "LICENSES/CC0-1.0.txt").read_text())
+    known = {path.stem for path in (ROOT / "LICENSES").iterdir()} | {"BSD-3-Clause"}  # pybind11, in the wheel alone
+    for path, key in (("scripts/packaging/vcpkg/libbn/vcpkg.json", r'"license": "(.+)"'), ("pyproject.toml", r'^license = "(.+)"'),
+                      ("scripts/packaging/conan/conanfile.py", r'\blicense = "(.+)"')):
+        (expression,) = re.findall(key, (ROOT / path).read_text(encoding="utf-8"), re.M)
+        assert {"Apache-2.0", "CC0-1.0"} <= set(expression.split(" AND ")) <= known, path
+
+
+def test_every_file_has_a_licence():
+    reuse = shutil.which("reuse")
+    if reuse is None:
+        pytest.skip("reuse is not installed")
+    run(reuse, "--root", ROOT, "lint", cwd=ROOT)
+
+
+@pytest.fixture
+def published(tmp_path):
+    """What scripts/publisher reads and writes, with a publisher of its own."""
+    publisher = script("publisher")
+    for path in (*publisher.PLACES, publisher.PUBLISHER):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / path, tmp_path / path)
+    return publisher, tmp_path
+
+
+def said(root, publisher, **values):
+    path = root / publisher.PUBLISHER
+    path.write_text(json.dumps({**json.loads(path.read_text()), **values}))
+
+
+def test_every_file_names_the_publisher(published):
+    publisher, root = published
+    assert publisher.changed(ROOT) == {}
+    new = {"holder": "Ada & Co.", "maintainer": "Ada", "email": "ada@lovelace.org", "repository": "https://code.org/ada/libbn"}
+    old = json.loads((root / publisher.PUBLISHER).read_text())
+    said(root, publisher, **new)
+    texts = publisher.changed(root)
+    assert set(texts) == set(publisher.PLACES) and publisher.unfilled(root) == []
+    for path, text in texts.items():
+        assert not any(value in text for value in old.values()), path
+        (root / path).write_text(text)
+    assert publisher.changed(root) == {}
+    assert texts["pyproject.toml"].count("https://code.org/ada/libbn") == 4
+
+
+@pytest.mark.parametrize("values, message", [
+    ({"email": "nobody"}, "no address"), ({"repository": "http://code.org/x"}, "https://"), ({"repository": "https://code.org/x/"}, "end"),
+    ({"holder": ""}, "holder"), ({"maintainer": 'A "B"'}, "maintainer"), ({"email": None}, "email"),
+])
+def test_a_publisher_that_cannot_be_written_is_refused(published, values, message):
+    publisher, root = published
+    said(root, publisher, **values)
+    with pytest.raises(ValueError, match=message):
+        publisher.changed(root)
+
+
+def test_placeholders_and_lost_places_are_noticed(published):
+    publisher, root = published
+    said(root, publisher, **publisher.PLACEHOLDERS)
+    assert publisher.unfilled(root) == ["maintainer", "email", "repository"]
+    text = (root / "CITATION.cff").read_text()
+    (root / "CITATION.cff").write_text(text.replace("repository-code", "somewhere"))
+    with pytest.raises(ValueError, match="CITATION.cff has no place"):
+        publisher.changed(root)

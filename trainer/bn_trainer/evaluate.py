@@ -33,7 +33,7 @@ def bluenoise() -> Any:
     try:
         import bluenoise as package
     except ImportError:
-        raise TrainerError("evaluation needs the package bluenoise; run pip install . in the repository") from None
+        raise TrainerError("evaluation needs the package bluenoise; run pip install libbn, or pip install . in the repository") from None
     return package
 
 

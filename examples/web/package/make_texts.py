@@ -10,6 +10,7 @@ import argparse
 import base64
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -23,7 +24,8 @@ COLUMNS = 120
 
 
 def export(name, path):
-    lines = path.read_text(encoding="utf-8").rstrip("\n").split("\n")
+    # Without its line about the licence, which is that of texts.js.
+    lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", path.read_text(encoding="utf-8").rstrip("\n")).split("\n")
     text = ",\n".join(f"  {json.dumps(line)}" for line in lines)
     return f'// {path.name}, Apache-2.0.\nexport const {name} = [\n{text},\n  "",\n].join("\\n");\n'
 

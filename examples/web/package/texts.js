@@ -3,8 +3,7 @@
 
 // bn_draw.glsl, Apache-2.0.
 export const BN_DRAW_GLSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL, HLSL, Metal, CUDA and C. They",
+  "/* The draws of BLUE, SOBOL and WHITE, in the common subset of GLSL, HLSL, Metal, CUDA and C. They",
   " * are bit-equal to bn_sample_4d(). bn_draw.h compiles this text as C and CUDA, bn_draw.hlsl and",
   " * bn_draw.metal as their languages; libbn/tools/make_wgsl.py writes bn_draw.wgsl from it. See",
   " * docs/shaders.md.",
@@ -423,8 +422,7 @@ export const BN_DRAW_GLSL = [
 
 // bn_path.glsl, Apache-2.0.
 export const BN_PATH_GLSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * Which domain each decision of a path draws from, in the common subset of GLSL, HLSL, Metal, CUDA",
+  "/* Which domain each decision of a path draws from, in the common subset of GLSL, HLSL, Metal, CUDA",
   " * and C. bn_path.h compiles this text as C and CUDA, bn_path.hlsl and bn_path.metal as their",
   " * languages; libbn/tools/make_wgsl.py writes bn_path.wgsl from it. bn_path.h explains the layout,",
   " * docs/paths.md how to use it.",
@@ -557,8 +555,7 @@ export const BN_PATH_GLSL = [
 
 // random.glsl, Apache-2.0.
 export const RANDOM_GLSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * The random numbers of a path tracer in a shader, by the decision that they are for: over bn_draw.glsl",
+  "/* The random numbers of a path tracer in a shader, by the decision that they are for: over bn_draw.glsl",
   " * and bn_path.glsl, which come before this text. GLSL ES 3.00 and GLSL 3.30. random.wgsl is the same.",
   " *",
   " *     rngInit(uvec2(gl_FragCoord.xy), sampleNumber, 0u);",
@@ -662,8 +659,7 @@ export const RANDOM_GLSL = [
 
 // bn_draw.wgsl, Apache-2.0.
 export const BN_DRAW_WGSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * The draws of BLUE, SOBOL and WHITE in WGSL: bn_draw.glsl, translated by libbn/tools/make_wgsl.py.",
+  "/* The draws of BLUE, SOBOL and WHITE in WGSL: bn_draw.glsl, translated by libbn/tools/make_wgsl.py.",
   " * Put this text in front of yours or behind it, and declare the words of bn_sampler_table_words(),",
   " * in the group and binding of your choice:",
   " *",
@@ -1007,8 +1003,7 @@ export const BN_DRAW_WGSL = [
 
 // bn_path.wgsl, Apache-2.0.
 export const BN_PATH_WGSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * Which domain each decision of a path draws from, in WGSL: bn_path.glsl, translated by",
+  "/* Which domain each decision of a path draws from, in WGSL: bn_path.glsl, translated by",
   " * libbn/tools/make_wgsl.py. Put this text beside that of bn_draw.wgsl. bn_path.h explains the layout.",
   " *",
   " *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);",
@@ -1132,8 +1127,7 @@ export const BN_PATH_WGSL = [
 
 // random.wgsl, Apache-2.0.
 export const RANDOM_WGSL = [
-  "/* SPDX-License-Identifier: Apache-2.0",
-  " * The random numbers of a path tracer in a shader, by the decision that they are for: over bn_draw.wgsl",
+  "/* The random numbers of a path tracer in a shader, by the decision that they are for: over bn_draw.wgsl",
   " * and bn_path.wgsl, in any order. random.glsl is the same in GLSL, and says what the effects are.",
   " *",
   " *     rngInit(pixel, sampleNumber, 0u);",

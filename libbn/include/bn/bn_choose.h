@@ -92,6 +92,7 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #define BN_CHOOSE_FUNCTION BN_DEVICE_INLINE
 #define BN_CHOOSE_U float *u
 #define BN_CHOOSE_GET_U (*u)
+/* The first parameter, with its comma, where shaders have the place of the table instead. */
 #define BN_CHOOSE_TABLE const float *cdf,
 #define BN_CHOOSE_LIMIT(i) cdf[i]
 #define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)

@@ -88,6 +88,8 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #define BN_DRAW_IN_C
 #define BN_UINT uint32_t
 #define BN_FUNCTION BN_DEVICE_INLINE
+/* The first parameter and argument of every draw, each with its comma: in shaders, which reach the
+ * table through BN_WORD alone, both are empty. */
 #define BN_TABLE const uint32_t *bn_words,
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]

@@ -274,62 +274,108 @@ static int rank_bucket(ranking *r, uint32_t bucket, sorter *s) {
     return count == 0 || rank_keys(s, keys, count, range, begin);
 }
 
+/* What one thread of the team does, with its share of the values. */
+typedef struct share {
+    ranking *r;
+    bn_team *team;
+    uint32_t index, threads;
+    size_t begin, end;
+} share;
+
+static void find_range(const share *s) {
+    const float *values = s->r->values;
+    key_range range = {INT32_MAX, INT32_MIN};
+    for (size_t i = s->begin; i < s->end; ++i) range = widened(range, key_at(values, i));
+    s->r->ranges[s->index] = range;
+}
+
+static key_range range_of_all(const share *s) {
+    key_range range = s->r->ranges[0];
+    for (uint32_t t = 1; t < s->threads; ++t)
+        range = widened(widened(range, s->r->ranges[t].low), s->r->ranges[t].high);
+    return range;
+}
+
+/* Notes the bucket of each value and how many go to each. */
+static void choose_buckets(const share *s) {
+    const ranking *r = s->r;
+    const float *values = r->values;
+    uint32_t *mine = r->ends[s->index];
+    uint8_t *buckets = r->bucket_of;
+    const uint32_t least = r->least, cell_shift = r->cell_shift, *cells = r->cells;
+    memset(mine, 0, sizeof r->ends[s->index]);
+    for (size_t i = s->begin; i < s->end; ++i) {
+        const uint32_t to = bucket_of(cells, cell_shift, (uint32_t)key_at(values, i) - least);
+        buckets[i] = (uint8_t)to;
+        ++mine[to];
+    }
+}
+
+static void fill_buckets(const share *s) {
+    const float *values = s->r->values;
+    const uint8_t *buckets = s->r->bucket_of;
+    uint32_t *keys = s->r->keys, *mine = s->r->ends[s->index];
+    for (size_t i = s->begin; i < s->end; ++i) {
+        const uint32_t at = mine[buckets[i]]++;
+        PREFETCH_WRITE(keys + at + BN_AHEAD);
+        keys[at] = (uint32_t)key_at(values, i);
+    }
+}
+
+/* Ranks whole buckets, whichever is next, until none is left or memory runs out. */
+static void rank_buckets(const share *s) {
+    ranking *r = s->r;
+    uint32_t bucket;
+    while ((bucket = bn_team_next(s->team)) < r->buckets) {
+        if (!rank_bucket(r, bucket, &r->sorters[s->index])) {
+            r->results[s->index] = BN_ERROR_OUT_OF_MEMORY;
+            bn_team_stop(s->team);
+        }
+    }
+}
+
+/* Backwards, each thread passes what it added to the buckets, from the last key to the first. */
+static void read_ranks(const share *s) {
+    const uint8_t *buckets = s->r->bucket_of;
+    uint32_t *keys = s->r->keys, *ranks = s->r->ranks, *mine = s->r->ends[s->index];
+    for (size_t i = s->end; i-- > s->begin;) {
+        const uint32_t at = --mine[buckets[i]];
+        PREFETCH_READ(keys + at - BN_AHEAD);
+        ranks[i] = keys[at];
+    }
+}
+
+/* The steps of ranking. Each reads what all threads wrote in the one before, so that they wait for
+ * each other in between; all of them see the same reason to give up, and leave together. */
 static void work(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     ranking *r = user;
-    const size_t begin = (size_t)((uint64_t)r->count * index / threads);
-    const size_t end = (size_t)((uint64_t)r->count * (index + 1) / threads);
-    const float *values = r->values;
-    key_range range = {INT32_MAX, INT32_MIN};
-    for (size_t i = begin; i < end; ++i) range = widened(range, key_at(values, i));
-    r->ranges[index] = range;
+    const share s = {r,
+                     team,
+                     index,
+                     threads,
+                     (size_t)((uint64_t)r->count * index / threads),
+                     (size_t)((uint64_t)r->count * (index + 1) / threads)};
+    find_range(&s);
     bn_team_wait(team);
-    for (uint32_t t = 0; t < threads; ++t)
-        range = widened(widened(range, r->ranges[t].low), r->ranges[t].high);
+    const key_range range = range_of_all(&s);
     if (has_nan(range)) {
         r->results[index] = BN_ERROR_BAD_DATA;
         return;
     }
     if (index == 0) divide(r, range);
     bn_team_wait(team);
-
-    uint32_t *mine = r->ends[index];
-    uint8_t *buckets = r->bucket_of;
-    const uint32_t least = r->least, cell_shift = r->cell_shift, *cells = r->cells;
-    memset(mine, 0, sizeof r->ends[index]);
-    for (size_t i = begin; i < end; ++i) {
-        const uint32_t to = bucket_of(cells, cell_shift, (uint32_t)key_at(values, i) - least);
-        buckets[i] = (uint8_t)to;
-        ++mine[to];
-    }
+    choose_buckets(&s);
     bn_team_wait(team);
     if (index == 0) sum_counts(r, threads);
     bn_team_wait(team);
-    uint32_t *keys = r->keys;
-    for (size_t i = begin; i < end; ++i) {
-        const uint32_t at = mine[buckets[i]]++;
-        PREFETCH_WRITE(keys + at + BN_AHEAD);
-        keys[at] = (uint32_t)key_at(values, i);
-    }
+    fill_buckets(&s);
     bn_team_wait(team);
-
-    uint32_t bucket;
-    while ((bucket = bn_team_next(team)) < r->buckets) {
-        if (!rank_bucket(r, bucket, &r->sorters[index])) {
-            r->results[index] = BN_ERROR_OUT_OF_MEMORY;
-            bn_team_stop(team);
-        }
-    }
+    rank_buckets(&s);
     bn_team_wait(team);
     for (uint32_t t = 0; t < threads; ++t) {
         if (r->results[t] != BN_SUCCESS) return;
     }
-    /* Backwards, each thread passes what it added to the buckets, from the last key to the first. */
-    uint32_t *ranks = r->ranks;
-    for (size_t i = end; i-- > begin;) {
-        const uint32_t at = --mine[buckets[i]];
-        PREFETCH_READ(keys + at - BN_AHEAD);
-        ranks[i] = keys[at];
-    }
+    read_ranks(&s);
 }
 
 static bn_result rank_many(const float *values, size_t count, uint32_t threads, uint32_t *ranks) {

@@ -7,8 +7,7 @@
  * void-and-cluster has at the usual density of the initial pattern. That keeps the pattern blue at
  * every grey level down to single points. Points are sorted into cells as large as the kernel's
  * reach. Energies are integers that only decrease, so the next point comes from a bucket queue
- * whose entries are corrected when they reach the front. Time and memory are linear in the points.
- * */
+ * whose entries are corrected when they reach the front. Time and memory are linear in the points. */
 #include "masks/thin.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -111,13 +110,11 @@ static void visit_torus(thin *t, uint32_t slot, const bn_thin_range *r, int coll
 /* The same with a distance in the plane, where t->limit is not 0. */
 static inline void visit_plane(thin *t, uint32_t slot, const bn_thin_range *r, int collect) {
     const uint32_t *xs = t->x, *ys = t->y, x = xs[slot] + r->x, y = ys[slot] + r->y;
-    const uint32_t *end = t->weight + t->limit, limit = t->limit;
+    const uint32_t *weights = t->weight, limit = t->limit;
     uint32_t *energy = t->energy, sum = 0;
     for (uint32_t other = r->first; other < r->last; ++other) {
         const uint32_t dx = x - xs[other], dy = y - ys[other], square = dx * dx + dy * dy;
-        /* A branch would be unpredictable, and compilers make one of a comparison. */
-        const int32_t below = (int32_t)(square - limit);
-        const uint32_t weight = end[below & below >> 31];
+        const uint32_t weight = weights[square < limit ? square : limit];
         energy[other] += collect ? weight : 0 - weight;
         sum += weight;
     }
@@ -175,8 +172,9 @@ static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], bn_thin_ra
 static inline uint32_t ranges_around(const thin *t, const uint32_t home[3],
                                      bn_thin_range ranges[18]) {
     const uint32_t *cells = t->cells;
-    /* 0 - 1 is a large number: false for cells at an edge. */
-    if (t->limit != 0 && home[0] - 1 < cells[0] - 2 && home[1] - 1 < cells[1] - 2) {
+    const int inside =
+        home[0] > 0 && home[0] + 1 < cells[0] && home[1] > 0 && home[1] + 1 < cells[1];
+    if (t->limit != 0 && inside) {
         const uint32_t *row = t->cell_start + (home[1] - 1) * cells[0] + home[0] - 1;
         for (int y = 0; y < 3; ++y, row += cells[0])
             ranges[y] = (bn_thin_range){row[0], row[3], 0, 0};

@@ -22,8 +22,7 @@ static int read_decimal(span s, uint32_t *value) {
     return 1;
 }
 
-/* BN_MODEL_QUANTILES integers with commas between them, in ascending order, as multiples of 2^-24.
- * */
+/* BN_MODEL_QUANTILES ascending integers with commas between them, as multiples of 2^-24. */
 static int read_quantiles(span s, float quantiles[BN_MODEL_QUANTILES]) {
     for (int i = 0; i < BN_MODEL_QUANTILES; ++i) {
         uint32_t size;

@@ -6,8 +6,7 @@
  * nothing spins in the host's process, and the number of threads does not change results. Tensors
  * are in main memory; ONNX Runtime copies them to a GPU and back. It has one reference-counted
  * environment per process, of which every network holds a reference. A library in which an
- * environment was created is never unloaded, as it may have left threads or exit handlers behind.
- * */
+ * environment was created is never unloaded, as it may have left threads or exit handlers. */
 #define _POSIX_C_SOURCE 200809L
 #include "neural/onnxruntime.h"
 #include "base/memory.h"

@@ -18,6 +18,8 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at);
 #define BN_DRAW_IN_C
 #define BN_UINT bn_u32v
 #define BN_FUNCTION BN_INLINE
+/* The first parameter and argument of every draw, each with its comma: in shaders, which reach the
+ * table through BN_WORD alone, both are empty. */
 #define BN_TABLE const uint32_t *bn_words,
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) _Generic((i), uint32_t : word_at, bn_u32v : u32_gather)(bn_words, i)
