@@ -25,7 +25,7 @@ int main() {
         const bn::Path path(sampler, i % 64, i / 64 % 64, unsigned(i / 4096));
         bn::Ray ray = path.ray(1);
         float point[2];
-        lights[choose_light(ray, cdf, 3, point)] += 1.0 / samples;
+        lights[choose_light(ray.draw_light(), cdf, 3, point)] += 1.0 / samples;
         middle += (point[0] + point[1]) / 2 / samples;
         leaves[descend(ray, left, 2, point)] += 1.0 / samples;
         crossed += (free_flight(ray, 2, half_density, 1) >= 1) / double(samples);

@@ -167,7 +167,7 @@ enum {
     BN_SAMPLER_ZORDER = 3,
     /* The usual use of a blue-noise texture, without its loss at higher counts: the mask gives the
      * first sample of every pixel, and a digitally shifted, scrambled Sobol' (0, 2)-sequence gives
-     * the others. Blue at 1 sample, slightly blue at 2 and 3, like SOBOL from 4 samples on. */
+     * the others. Blue at 1 sample, fading to SOBOL at 16. */
     BN_SAMPLER_MASK = 4
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The decisions of a path as an object: every number that a path tracer draws, by the name of what
- * it is for, so that no two decisions share one. Inline over bn_draw.h:
+ * it is for, so that no two decisions of a path share one. Inline over bn_draw.h:
  *
  *     const bn_draw_table *table = bn_sampler_table(sampler);
  *     bn_path path = bn_path_start(x, y, index, frame);
@@ -24,7 +24,8 @@
  *
  * A lens takes the second pair of ray 0: its effect multiplies with the position in the pixel. The
  * first light then comes from bn_path_first_light(), and so it does where it is split into several.
- * Time, where things move, and wavelength come from bn_path_time().
+ * Time, where things move, and wavelength come from bn_path_time(): take them once, and hand them to
+ * the branches of the path, whose own would differ.
  *
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
  * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
@@ -41,8 +42,8 @@
  *
  * `count` is the same for all samples of the pixel. Where it varies, keep for each pixel how many
  * branches its earlier samples took, and begin there: bn_ray_split_from(&ray, taken). Without such a
- * number, give a count that few paths exceed. Those that take fewer branches stop early; those that
- * take more go on with k = count and later.
+ * number, give a count near the mean. Those that take fewer branches stop early; those that take
+ * more go on with k = count and later.
  *
  * Decisions that neighbours meet in another order, such as the transparency of layers, are named
  * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
