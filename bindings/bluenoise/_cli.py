@@ -58,7 +58,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
         _say("interrupted")
         return 130
     except BrokenPipeError:
-        _drop_output()  # the reader is gone
+        _drop(sys.stdout)  # the reader is gone
         return 1
     except (ValueError, TypeError, MemoryError, OSError, ImportError, RuntimeError) as error:
         if isinstance(error, OSError) and error.filename is not None and error.strerror:
@@ -90,7 +90,7 @@ def _say(text: str) -> None:
     try:
         print(f"bluenoise: {_plain(text)}", file=sys.stderr, flush=True)
     except OSError:
-        pass
+        _drop(sys.stderr)
 
 
 @contextmanager
@@ -101,7 +101,7 @@ def _standard_output() -> Iterator[None]:
     except BrokenPipeError:
         raise
     except OSError as error:
-        _drop_output()
+        _drop(sys.stdout)
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
@@ -118,9 +118,9 @@ def _flush() -> None:
             sys.stdout.flush()
 
 
-def _drop_output() -> None:
-    """Python would complain again when it flushes standard output at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _drop(stream: Any) -> None:
+    """Python would complain again when it flushes the stream at exit, with an exit status of its own."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 class _Parser(argparse.ArgumentParser):

@@ -66,7 +66,8 @@ def test_solids_are_closed_and_face_outward(faces, area):
 def test_the_path_tracer_reads_every_scene(scene, pathtracer, tmp_path):
     picture, = correctness.our_pictures(pathtracer, scene, tmp_path, (16, 16), 16, "sobol", 1)
     assert picture.mean() > 0.02 and (picture > 0).mean() > 0.9
-    assert (tmp_path / "scene.mtl").read_text().count("newmtl") == len(scene.parts)
+    if scene.name != "fog":  # a scene of the path tracer's own
+        assert (tmp_path / "scene.mtl").read_text().count("newmtl") == len(scene.parts)
 
 
 def test_parts_have_no_materials(tmp_path):
