@@ -7,8 +7,7 @@ from PIL import Image
 from .contact_sheet import grey, preview, sheet
 from .files import write_image
 from .gains import BEST_PEER, HEADLINE_MEASURES
-from .image_error import blurred, error_image, luminance_error, measure_name, radial_spectrum
-from .judge import SHOWN_COUNTS
+from .image_error import blurred, error_image, luminance_error, measure_name
 from .palette import style
 from .plots import finish, plt, save
 from .views import EXPOSURES
@@ -20,7 +19,6 @@ def draw_all(report, folder, large):
     """Writes the plots to `folder` and the contact sheet to `large`."""
     plot_gains(report.gains, report.counts, folder / "renders_gain.png")
     plot_views(report, folder / "renders_views.png")
-    plot_spectra(report, folder / "renders_spectra.png")
     # 256 colours suffice for a contact sheet, at a third of the size.
     write_image(large / "renders_pictures.png", picture_sheet(report).quantize(256, dither=0))
     write_image(large / "renders_crops.png", crop_sheet(report))
@@ -68,31 +66,6 @@ def plot_views(report, path):
     for axis in axes[-1]:
         axis.set_xlabel("samples per pixel")
     figure.suptitle(f"{measure_name(measure)}: one line per crop", fontsize=10)
-    save(figure, path)
-
-
-def plot_spectra(report, path):
-    """Error spectra of each scene's first view."""
-    counts = [spp for spp in SHOWN_COUNTS if spp in report.counts]
-    figure, axes = plt.subplots(len(counts), len(report.scenes), figsize=(2.4 * len(report.scenes) + 1, 2.3 * len(counts)),
-                                sharex=True, sharey=True, squeeze=False)
-    for axis, scene in zip(axes[0], report.scenes):
-        axis.set_title(report.first_view(scene).label)
-    for row, spp in zip(axes, counts):
-        for axis, scene in zip(row, report.scenes):
-            view = report.first_view(scene)
-            level = np.mean(report.cells.get(view, "white", spp, "spectrum"))
-            frequency = radial_spectrum(np.eye(*view.size[::-1]))[0]
-            for label in report.labels:
-                found = report.cells.get(view, label, spp, "spectrum")
-                if found:
-                    axis.semilogy(frequency, np.mean(found, axis=0) / level,
-                                  **{**style(label, report.labels), "marker": None})
-            axis.grid(True, alpha=.25)
-        row[0].set_ylabel(f"{spp} spp\npower, white = 1")
-    for axis in axes[-1]:
-        axis.set_xlabel("cycles per pixel")
-    axes[0][0].legend(fontsize=6)
     save(figure, path)
 
 

@@ -363,9 +363,7 @@ class Report:
                   "## Targets", "", md_table(["what", "target", "measured", ""], [list(row) for row in self.aims()]), "",
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
-        spectra = self.plot("Spectra", "renders_spectra.png")
-        parts += [*(["## Spectra of the error", "", *spectra] if spectra else []),
-                  "## Never worse than sobol", "", self.worse_text(), "",
+        parts += ["## Never worse than sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.bias_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",
                   "## The error of the references", "",
