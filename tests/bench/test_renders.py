@@ -181,9 +181,9 @@ def test_what_misses_its_aim_is_said():
 
 def test_plots_that_lie_elsewhere_are_not_shown():
     report = made_up(0.25)
-    assert report.text().count("![") >= 3 and "## Spectra" in report.text()
+    assert report.text().count("![") >= 2
     report.options.plots = "elsewhere"
-    assert "![" not in report.text() and "## Spectra" not in report.text()
+    assert "![" not in report.text()
 
 
 def test_times_are_said_with_those_after_the_denoiser(tmp_path):
