@@ -221,7 +221,8 @@ def mask(
     options = {name: value for name, value in given.items() if name not in ("shape", "method", "seed", "out")}
     for name, value in options.items():
         if name not in METHODS[method]:
-            raise TypeError(f"method {method!r} has no option {name} (given as {value!r})")
+            having = ", ".join(repr(each) for each in METHODS if name in METHODS[each])
+            raise TypeError(f"method {method!r} has no option {name} (given as {value!r}); {having} have it")
     return _MAKERS[method](extents, seed, out, **options)
 
 

@@ -148,6 +148,9 @@ void check_noise(const Options &o) {
     if (o.first_sample > 0)
         throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
                     "split the picture with --crop");
+    if (o.spp <= o.min_spp && o.given.count("--min-spp") == 0 && o.resume.empty())
+        throw Error("--noise looks at pixels from --min-spp " + std::to_string(o.min_spp) +
+                    " on; give more --spp than that, or a smaller --min-spp");
     if (o.min_spp > o.spp && o.given.count("--min-spp") > 0)
         throw Error("--min-spp " + std::to_string(o.min_spp) + " is more than --spp " +
                     std::to_string(o.spp));

@@ -254,15 +254,21 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     parser.add_argument("--reference-share", type=float, default=1.0, metavar="X",
                         help="share of the references' samples, between 0 and 1 (default 1)")
     parser.add_argument("--quick", action="store_true",
-                        help="a trial of minutes: one crop of a scene, 2 seeds, to 16 samples, poorer references; writes to out/pbrt")
+                        help="a trial of some minutes once pbrt is built: one crop of a scene, 2 seeds, to 16 samples, poorer references")
     parser.add_argument("--sheet", metavar="FILE", help="only render every scene once, small, and write a picture of them")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
                         help="processes at a time, one thread each (default: one per core)")
-    parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
-    parser.add_argument("--pages", type=Path, default=Path("out/pbrt"), metavar="FOLDER", help="folder for the CSV of all figures")
+    parser.add_argument("--out", type=Path, help="folder for the report (default: docs/report for the whole comparison, which also updates "
+                        "the table in examples/pbrt/README.md, else the folder of --pages)")
+    parser.add_argument("--pages", type=Path, default=Path("out/pbrt"), metavar="FOLDER",
+                        help="folder for the CSV of all figures (default out/pbrt)")
     parser.add_argument("--guide", type=Path, default=Path("examples/pbrt/README.md"), help=argparse.SUPPRESS)
     parser.add_argument("--program", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
+    # Only the whole comparison goes to docs/report.
+    options.whole = options.views == "final" and not options.quick and all(
+        getattr(options, name) == parser.get_default(name)
+        for name in ("scenes", "samplers", "spp", "seeds", "crops", "reference_share"))
     for name, known in (("scenes", TUNING if options.views == "tuning" else SCENES), ("samplers", SAMPLERS)):
         chosen = getattr(options, name).split(",") if getattr(options, name) else list(known)
         for one in chosen:
@@ -274,8 +280,6 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
         options.crops, options.reference_share = 1, 0.125
-    # Only the whole comparison goes to docs/report.
-    options.whole = options.views == "final" and not options.quick and "--scenes" not in " ".join(arguments)
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
     shown = arguments_that_count(arguments)
     for i, word in enumerate(shown):

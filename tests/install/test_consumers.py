@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Programs of other projects that use libbn in each way the README shows."""
 
+import json
 import os
 import re
 import subprocess
@@ -86,6 +87,15 @@ def test_a_project_of_cpp_alone(way, static_library, expected, tmp_path):
 def test_shared_libraries_as_the_user_says(options, shared, tmp_path):
     run("cmake", "-S", HERE / "add_subdirectory", "-B", tmp_path, "-G", "Unix Makefiles", f"-DBN_SOURCE_DIR={ROOT}", *options)
     assert ("-DBN_SHARED" in (tmp_path / "CMakeFiles/consumer.dir/flags.make").read_text()) == shared
+
+
+@pytest.mark.parametrize(("type_of_build", "optimised"), [((), True), (("-DCMAKE_BUILD_TYPE=Debug",), False)])
+def test_a_project_without_a_build_type_gets_fast_draws(type_of_build, optimised, tmp_path):
+    run("cmake", "-S", HERE / "add_subdirectory", "-B", tmp_path, f"-DBN_SOURCE_DIR={ROOT}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
+        *type_of_build)
+    commands = json.loads((tmp_path / "compile_commands.json").read_text())
+    (command,) = [each["command"] for each in commands if each["file"].endswith("src/sampler/sampler.c")]
+    assert ("-O2" in command.split()) == optimised
 
 
 def test_library_without_the_network(expected, tmp_path):
