@@ -45,6 +45,14 @@ def test_help_makes_nothing(command, tmp_path):
     assert sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.parametrize("options", [[], ["--spp", "4"]], ids=" ".join)
+def test_a_farm_without_an_output_is_refused_before_set_up(options, tmp_path):
+    folder = clone(tmp_path / "clone")
+    done = run(folder, "farm", *options)
+    assert (done.returncode, done.stdout) == (1, "") and done.stderr.count("\n") == 1 and "required: -o" in done.stderr
+    assert not (folder / "set-up-was-run").exists()
+
+
 @pytest.mark.parametrize("name", ["a#b", 'a"b', "a;b", "a\\b", "a:b", "a[b]", "a|b", "a<b", "a>b", "$(b)", "a\tb"])
 def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
     folder = clone(tmp_path / name)
