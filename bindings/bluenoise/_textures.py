@@ -81,6 +81,9 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
     return pack
 
 
+_UNFINISHED = ".bluenoise-"
+
+
 @contextmanager
 def _filled(folder: Path) -> Iterator[Path]:
     """Yields an empty folder. What it holds at the end moves to `folder`, which is made if it does not exist; after an error
@@ -88,15 +91,17 @@ def _filled(folder: Path) -> Iterator[Path]:
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder} exists and is not a folder")
     there = folder.is_dir()
-    if there and any(folder.iterdir()):
-        raise FileExistsError(f"{folder} has other files; give the name of a new folder, or of an empty one")
+    # A run that was killed may have left its unfinished files.
+    others = sorted(path.name for path in folder.iterdir() if not path.name.startswith(_UNFINISHED)) if there else []
+    if others:
+        raise FileExistsError(f"{folder} has other files, such as {others[0]}; give the name of a new folder, or of an empty one")
     if not there:
         if not folder.absolute().parent.is_dir():
             raise FileNotFoundError(f"the folder {folder.absolute().parent} does not exist")
         folder.mkdir()
     moved: list[Path] = []
     try:
-        with tempfile.TemporaryDirectory(prefix=".bluenoise-", dir=folder) as beside:
+        with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=folder) as beside:
             yield Path(beside)
             for path in sorted(Path(beside).iterdir()):
                 moved.append(folder / path.name)

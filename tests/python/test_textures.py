@@ -176,7 +176,7 @@ def test_the_sheet_shows_every_size(pack):
 
 def test_formats_and_sizes_can_be_chosen(tmp_path, capsys):
     folder = tmp_path / "empty"
-    folder.mkdir()
+    (folder / ".bluenoise-killed").mkdir(parents=True)  # what a killed run leaves
     assert main(["textures", str(folder), "--sizes", "16", "--formats", "ktx2", "--sweeps", "1", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts == json.loads((folder / "pack.json").read_text())
@@ -188,7 +188,7 @@ def test_formats_and_sizes_can_be_chosen(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("arguments", "status", "message"), [
-    (["used"], 1, "other files"), (["file"], 1, "not a folder"), (["no/where"], 1, "does not exist"), (["new", "--sizes", "17"], 2, "'17'"),
+    (["used"], 1, "other files, such as mine.txt"), (["file"], 1, "not a folder"), (["no/where"], 1, "does not exist"), (["new", "--sizes", "17"], 2, "'17'"),
     (["new", "--formats", "dds"], 2, "'dds'"), (["new", "--sweeps", "0"], 2, "less than 1"), (["new", "--seed", "-1"], 1, "seed"),
 ])
 def test_what_is_wrong_is_said_in_one_line(tmp_path, monkeypatch, capsys, arguments, status, message):
