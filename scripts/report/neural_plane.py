@@ -71,7 +71,7 @@ def measure(models, provider, quick):
             count = windows if chosen == "cpu" else 8 * windows
             seconds = time_windows(generator, extent, count)
             rows.append({"network": name, "device": device, "threads": threads or min(cores, 4), "extent": extent,
-                         "windows": count, "seconds": f"{seconds:.6f}"})
+                         "windows": count, "seconds": f"{max(seconds, 1e-9):.9f}"})
             print(f"bench: endless plane, {name}, {device}, {rows[-1]['threads']} threads: {number(rate(rows[-1]))} gigatexels/s",
                   flush=True)
     return rows
