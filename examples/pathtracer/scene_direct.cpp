@@ -4,6 +4,24 @@
 #include "scene_builder.h"
 #include "scene_groups.h"
 
+namespace {
+
+// A sheet across the picture, `half_width` to both sides, that curves up behind everything: from
+// `top` along a quarter of a circle to `front`, as seen from the side.
+void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
+                  float radius, Vec2 front) {
+    constexpr int PARTS = 24;
+    std::vector<Vec2> sheet = {top};
+    for (int i = 0; i <= PARTS; ++i) {
+        const float angle = 0.5f * PI * static_cast<float>(i) / PARTS;
+        sheet.push_back({centre.x - radius * std::cos(angle), centre.y - radius * std::sin(angle)});
+    }
+    sheet.push_back(front);
+    add_profile(scene, material, -half_width, half_width, sheet);
+}
+
+} // namespace
+
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
 // Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer
 // Graphics, spectra as the linear RGB in common use). Included because everybody knows it: soft
@@ -58,13 +76,7 @@ Scene scene_penumbra() {
     const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
 
     // A paper backdrop that curves up behind everything.
-    std::vector<Vec2> sheet = {{-3.4f, 9}};
-    for (int i = 0; i <= 24; ++i) {
-        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
-        sheet.push_back({-1.6f - 1.8f * std::cos(angle), 1.8f - 1.8f * std::sin(angle)});
-    }
-    sheet.push_back({9, 0});
-    add_profile(scene, paper, -9, 9, sheet);
+    add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
 
     add_light_towards(scene, lamp, {16, 19, 23}, {-3.4f, 4.4f, -0.6f}, {0, 0.3f, 0}, 1.8f, 1.8f);
     add_light_towards(scene, lamp, {2000, 1450, 860}, {3.2f, 3.2f, -0.9f}, {0, 0.3f, 0}, 0.18f,
@@ -101,13 +113,7 @@ Scene scene_glossy() {
 
     const uint32_t wall = add_diffuse(scene, {0.30f, 0.31f, 0.34f});
     const uint32_t black = add_diffuse(scene, {0.02f, 0.02f, 0.02f});
-    std::vector<Vec2> sheet = {{-2.6f, 9}};
-    for (int i = 0; i <= 24; ++i) {
-        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
-        sheet.push_back({-1.4f - 1.2f * std::cos(angle), 1.0f - 1.2f * std::sin(angle)});
-    }
-    sheet.push_back({10, -0.2f});
-    add_profile(scene, wall, -12, 12, sheet);
+    add_backdrop(scene, wall, 12, {-2.6f, 9}, {-1.4f, 1.0f}, 1.2f, {10, -0.2f});
 
     const float sides[4] = {0.16f, 0.3f, 0.55f, 1.0f};
     const float places[4] = {-2.45f, -1.05f, 0.35f, 2.05f};
@@ -193,13 +199,7 @@ Scene scene_motion() {
     const uint32_t dark = add_diffuse(scene, {0.07f, 0.07f, 0.08f});
     const uint32_t lamp = add_diffuse(scene, {0.1f, 0.1f, 0.1f});
 
-    std::vector<Vec2> sheet = {{-3.4f, 9}};
-    for (int i = 0; i <= 24; ++i) {
-        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
-        sheet.push_back({-1.6f - 1.8f * std::cos(angle), 1.8f - 1.8f * std::sin(angle)});
-    }
-    sheet.push_back({9, 0});
-    add_profile(scene, paper, -9, 9, sheet);
+    add_backdrop(scene, paper, 9, {-3.4f, 9}, {-1.6f, 1.8f}, 1.8f, {9, 0});
     add_light_towards(scene, lamp, {46, 41, 34}, {-3.2f, 4.6f, 2.2f}, {0, 0.7f, 0}, 1.5f, 1.5f);
     add_light_towards(scene, lamp, {3.6f, 4.8f, 6.6f}, {4.6f, 3.0f, 1.5f}, {0, 0.8f, 0}, 2.0f,
                       2.6f);
