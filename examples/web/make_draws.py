@@ -18,21 +18,26 @@ from pathlib import Path
 import bluenoise
 
 HERE = Path(__file__).resolve().parent
-INCLUDE = HERE.parents[1] / "libbn" / "include" / "bn"
+ROOT = HERE.parents[1]
+INCLUDE = ROOT / "libbn" / "include" / "bn"
 SEED = 1
 COLUMNS = 120
 
 
-def text_of(name):
-    text = (INCLUDE / name).read_text(encoding="utf-8").rstrip("\n")
-    # Without its line about the licence, which is that of the page's file.
-    lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", text).split("\n")
+def quoted(path):
+    """A shader's lines as JavaScript strings, without its line about the licence, which is that of the file they go to."""
+    lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", path.read_text(encoding="utf-8").rstrip("\n")).split("\n")
     return ",\n".join(f"  {json.dumps(line)}" for line in lines)
 
 
+def quoted_words(seed):
+    """What bn_sampler_table_words() writes, little-endian, in base64, as JavaScript strings."""
+    words = base64.b64encode(bluenoise.Sampler("blue", seed=seed).table_words().astype("<u4").tobytes()).decode()
+    return ",\n".join(f'  "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
+
+
 def draws():
-    words = base64.b64encode(bluenoise.Sampler("blue", seed=SEED).table_words().astype("<u4").tobytes()).decode()
-    rows = ",\n".join(f'  "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
+    rows = quoted_words(SEED)
     return f"""\
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
 // Made by make_draws.py: the draws and paths of libbn for WebGL 2.
@@ -40,12 +45,12 @@ def draws():
 
 // libbn/include/bn/bn_draw.glsl, Apache-2.0. It says how to include it.
 const BN_DRAW_GLSL = [
-{text_of("bn_draw.glsl")}
+{quoted(INCLUDE / "bn_draw.glsl")}
 ].join("\\n");
 
 // libbn/include/bn/bn_path.glsl, Apache-2.0: which domain each decision of a path draws from.
 const BN_PATH_GLSL = [
-{text_of("bn_path.glsl")}
+{quoted(INCLUDE / "bn_path.glsl")}
 ].join("\\n");
 
 // What bn_sampler_table_words() writes for seed {SEED}, little-endian, CC0-1.0: BN_WORD(i) in the text.
@@ -59,13 +64,13 @@ const BN_TABLE_WORDS = (() => {{
 """
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail if draws.js is not up to date")
-    path, text = HERE / "draws.js", draws()
+def main(script, path, text, about):
+    """Writes text to path, or with --check only compares. script: the file of the program, which is named in messages."""
+    parser = argparse.ArgumentParser(description=about.split("\n")[0])
+    parser.add_argument("--check", action="store_true", help=f"write nothing; fail if {path.name} is not up to date")
     if parser.parse_args().check:
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            sys.exit("make_draws.py: examples/web/draws.js is not up to date; run .venv/bin/python examples/web/make_draws.py")
+            sys.exit(f"{script.name}: {path.name} is not up to date; run .venv/bin/python {script.relative_to(ROOT)}")
         return
     beside = path.with_suffix(".new")
     beside.write_text(text, encoding="utf-8")
@@ -73,4 +78,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(__file__).resolve(), HERE / "draws.js", draws(), __doc__)
