@@ -172,15 +172,23 @@ static integrand integrand_make(figure what, uint32_t member, int k) {
     return f;
 }
 
+static const double sigmas[] = {0.0, 1.0, 2.1}; /* 0: none */
+enum { SIGMAS = sizeof sigmas / sizeof *sigmas };
+typedef double figures[SIGMAS][COUNTS];
+
+/* The cells of `figures` that have a limit; only these are measured. */
+typedef int cells[SIGMAS][COUNTS];
+
 static float errors[PLANES][COUNTS][PIXELS];
 
-static void make_errors(const bn_sampler *sampler, uint32_t parent, const integrand *f) {
+static void make_errors(const bn_sampler *sampler, uint32_t parent, const integrand *f,
+                        uint32_t most) {
     static float samples[MEMBERS][MOST][4];
     for (int p = 0; p < PIXELS; ++p) {
         for (uint32_t member = 0; member < MEMBERS; ++member) {
-            if (bn_sample_block(sampler, p % SIZE, p / SIZE, 1, 1, 0, MOST,
+            if (bn_sample_block(sampler, p % SIZE, p / SIZE, 1, 1, 0, most,
                                 bn_domain_child(parent, member), samples[member][0],
-                                4 * (size_t)MOST) != BN_SUCCESS) {
+                                4 * (size_t)most) != BN_SUCCESS) {
                 exit(1);
             }
         }
@@ -188,7 +196,7 @@ static void make_errors(const bn_sampler *sampler, uint32_t parent, const integr
             const float *u = samples[f[k].at[0] / 4u][0] + f[k].at[0] % 4u;
             const float *v = samples[f[k].at[1] / 4u][0] + f[k].at[1] % 4u;
             uint32_t sum = 0, i = 0;
-            for (int c = 0; c < COUNTS; ++c) {
+            for (int c = 0; c < COUNTS && counts[c] <= most; ++c) {
                 for (; i < counts[c]; ++i) {
                     sum += inside(&f[k].first, u + 4 * (size_t)i) &&
                            (!f[k].product || inside(&f[k].second, v + 4 * (size_t)i));
@@ -199,10 +207,6 @@ static void make_errors(const bn_sampler *sampler, uint32_t parent, const integr
     }
 }
 
-static const double sigmas[] = {0.0, 1.0, 2.1}; /* 0: none */
-enum { SIGMAS = sizeof sigmas / sizeof *sigmas };
-typedef double figures[SIGMAS][COUNTS];
-
 /* The logarithm of the ratio of the powers along columns and along rows, of steps in x. */
 static double axes_ratio(int k, int c, double sigma) {
     double gain, columns = blurred_square(errors[k][c], sigma, ALONG_COLUMNS, &gain);
@@ -210,17 +214,23 @@ static double axes_ratio(int k, int c, double sigma) {
     return (k % 2 == 0 ? 1.0 : -1.0) * log(columns / rows);
 }
 
-static void measure(const bn_sampler *sampler, figure what, figures result) {
+static void measure(const bn_sampler *sampler, figure what, cells wanted, figures result) {
     static figures error, white;
+    uint32_t most = 1;
     memset(error, 0, sizeof error);
     memset(white, 0, sizeof white);
+    for (int s = 0; s < SIGMAS; ++s) {
+        for (int c = 0; c < COUNTS; ++c) {
+            if (wanted[s][c] && counts[c] > most) most = counts[c];
+        }
+    }
     for (uint32_t domain = 0; domain < DOMAINS; ++domain) {
         integrand f[PLANES];
         for (int k = 0; k < PLANES; ++k) f[k] = integrand_make(what, domain % MEMBERS, k);
-        make_errors(sampler, bn_domain_child(BN_DOMAIN_ROOT, 4u * domain + 400u), f);
+        make_errors(sampler, bn_domain_child(BN_DOMAIN_ROOT, 4u * domain + 400u), f, most);
         for (int s = 0; s < SIGMAS; ++s) {
             for (int c = 0; c < COUNTS; ++c) {
-                for (int k = 0; k < PLANES; ++k) {
+                for (int k = 0; wanted[s][c] && k < PLANES; ++k) {
                     double gain, variance = f[k].mean * (1.0 - f[k].mean) / counts[c];
                     if (what == AXES) {
                         error[s][c] += axes_ratio(k, c, sigmas[s]);
@@ -279,39 +289,56 @@ static bn_sampler *make(const row *r) {
     return sampler;
 }
 
-/* The figures of a row, measured anew when they are not those of the row before. */
-static const figures *figures_of(const row *r) {
+enum { MOST_ROWS = 1024 };
+
+static int same_run(const row *a, const row *b) {
+    return strcmp(a->sampler, b->sampler) == 0 && strcmp(a->figure, b->figure) == 0 &&
+           a->declared == b->declared;
+}
+
+/* The figures of a row and of all later rows of the same run, measured anew where a run begins. */
+static const figures *figures_of(const row *rows, int count, int at) {
     static figures result;
-    static row measured;
-    if (strcmp(r->sampler, measured.sampler) != 0 || strcmp(r->figure, measured.figure) != 0 ||
-        r->declared != measured.declared) {
+    const row *r = &rows[at];
+    if (at == 0 || !same_run(r, &rows[at - 1])) {
         bn_sampler *sampler = make(r);
+        cells wanted = {{0}};
         int what = 0;
         while (what < FIGURES && strcmp(r->figure, figure_names[what]) != 0) ++what;
         if (sampler == NULL || what == FIGURES) return NULL;
-        measure(sampler, (figure)what, result);
+        for (int i = at; i < count && same_run(r, &rows[i]); ++i) {
+            wanted[position_of_sigma(rows[i].sigma)][position_of_count(rows[i].spp)] = 1;
+        }
+        measure(sampler, (figure)what, wanted, result);
         bn_sampler_destroy(sampler);
-        measured = *r;
     }
     return (const figures *)&result;
 }
 
 int main(int argc, char **argv) {
+    static row rows[MOST_ROWS];
     if (argc < 2) return 2;
     FILE *file = fopen(argv[1], "r");
-    int print = argc > 2 && strcmp(argv[2], "--print") == 0, rows = 0, failed = 0;
+    int print = argc > 2 && strcmp(argv[2], "--print") == 0, count = 0, failed = 0;
     char line[256];
     if (file == NULL || fgets(line, sizeof line, file) == NULL) return 2;
     if (print) fputs(line, stdout);
     while (fgets(line, sizeof line, file) != NULL) {
-        row r;
-        const figures *all = read_row(line, &r) ? figures_of(&r) : NULL;
+        if (count == MOST_ROWS || !read_row(line, &rows[count])) {
+            fprintf(stderr, "not a row, or one too many: %s", line);
+            return 2;
+        }
+        ++count;
+    }
+    fclose(file);
+    for (int i = 0; i < count; ++i) {
+        const row r = rows[i];
+        const figures *all = figures_of(rows, count, i);
         if (all == NULL) {
-            fprintf(stderr, "not a row: %s", line);
+            fprintf(stderr, "no such sampler or figure: %s, %s\n", r.sampler, r.figure);
             return 2;
         }
         double ratio = (*all)[position_of_sigma(r.sigma)][position_of_count(r.spp)];
-        ++rows;
         if (print) {
             printf("%s,%u,%s,%u,%.1f,%.3f\n", r.sampler, r.declared, r.figure, r.spp, r.sigma,
                    1.03 * ratio);
@@ -325,7 +352,6 @@ int main(int argc, char **argv) {
                    r.declared, r.figure, r.spp, r.sigma, ratio, r.limit);
         }
     }
-    fclose(file);
-    if (!print) printf("%d limits, %d exceeded\n", rows, failed);
-    return rows > 0 && failed == 0 ? 0 : 1;
+    if (!print) printf("%d limits, %d exceeded\n", count, failed);
+    return count > 0 && failed == 0 ? 0 : 1;
 }
