@@ -28,6 +28,12 @@ job_count() {
     echo "$cores"
 }
 
+# With ccache, what was compiled before is not compiled again, in whichever folder; CMake takes it from these variables.
+if command -v ccache >/dev/null 2>&1; then
+    export CMAKE_C_COMPILER_LAUNCHER=${CMAKE_C_COMPILER_LAUNCHER-ccache}
+    export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}
+fi
+
 # run_logged "description" command...: runs quietly; on failure shows the last lines of its output,
 # shown_lines of them (default 30).
 run_logged() {
