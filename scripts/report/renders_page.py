@@ -66,7 +66,7 @@ def gain_rows(report, measure):
 def html_page(report):
     counts = [spp for spp in SHOWN_COUNTS if spp in report.counts]
     facts, first = headlines(report, counts), HEADLINE_MEASURES[0]
-    side = [slider(report, counts)]
+    side = [page.paragraph(report.short().replace("`", "")), slider(report, counts)]
     if facts:
         side += [page.facts(facts, len(counts)), page.paragraph(
             f"The sampler blue, {measure_name('displayed_2.1')}: geometric means over {len(report.scenes)} scenes and "
@@ -80,9 +80,6 @@ def html_page(report):
     for measure in HEADLINE_MEASURES if "blue" in report.labels else ():
         figures += [page.paragraph(f"Error reduction of blue over each of these, {measure_name(measure)}:"),
                     page.table(("samples per pixel", *report.gains.thans()), gain_rows(report, measure))]
-    aims = report.aims()
-    figures += [page.paragraph("Targets; missed ones are highlighted:"),
-                page.table(("what", "target", "measured", ""), aims, [i for i, row in enumerate(aims) if row[3] != "met"])]
     lead = ("The built-in scenes of libbn's example path tracer. Drag the divider, or move it with the arrow keys; the blur "
             "shows what remains visible from a distance. The pictures show each scene's first crop, the figures cover all.")
     return page.page("Samplers in rendered scenes", [("Side by side", side), ("Plots", plots), ("Tables", figures)], lead,

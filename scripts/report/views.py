@@ -19,7 +19,6 @@ from pathlib import Path
 from .convergence import parse_size
 from .renderer import Request
 
-DIRECT = ("cornell", "penumbra", "glossy", "lens", "motion")  # mostly direct lighting
 SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
 
 # Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
