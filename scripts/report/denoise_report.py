@@ -182,6 +182,21 @@ class Report:
 
     # ---- Text
 
+    def short(self):
+        """What the denoiser leaves of the advantage, in a paragraph."""
+        measure = "displayed_2.1" if "displayed_2.1" in self.measures("plain") else "displayed"
+        counts = ", ".join(map(str, self.counts))
+        parts = []
+        for than in ("white", "sobol", "zorder", BEST_PEER):
+            found = [gain for spp in self.counts if (gain := self.gain("plain", spp, measure, than))] if (
+                than in self.labels or than == BEST_PEER and self.gains.peers) else []
+            if found:
+                parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} times less than {than if than == BEST_PEER else f'`{than}`'}")
+        better, worse = self.cells_apart_from_one("plain", measure)
+        return (f"What remains of the difference between samplers after Open Image Denoise, {MEASURE_NAMES[measure]}, at {counts} samples: the "
+                f"error of `blue` is {'; '.join(parts)}. Against `sobol`, by scene and count, it is smaller beyond doubt in {len(better)} cases and "
+                f"larger in {len(worse)}.")
+
     def text(self):
         options = self.options
         seeds = f"{options.seeds} seed{'s' if options.seeds > 1 else ''}"
@@ -191,6 +206,7 @@ class Report:
         cost = ", ".join(f"{scene} {PRIMARY_RAYS / rays:.1f}" for scene, rays in per_path.items())
         parts = [
             "# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
+            self.short(), "", "![sobol / blue after the denoiser](denoise.png)", "",
             f"{len(self.references)} {'crops' if next(iter(self.references)).crop else 'whole pictures'} of {len(self.scenes)} built-in "
             f"scenes (the set *{options.views}*, {SETS[options.views]}), {seeds} of each, against references with "
             f"{options.reference_spp} samples per pixel. Crops are denoised by themselves. Ratios say how many times smaller the error "
@@ -199,8 +215,7 @@ class Report:
             f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy."
             + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
             "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
-            "## Where blue noise helps and where it hurts", "", self.verdicts(), "",
-            "![sobol / blue after the denoiser](denoise.png)", ""]
+            "## Where blue noise helps and where it hurts", "", self.verdicts(), ""]
         if self.trials:
             parts += [
                 "## Why", "",
@@ -260,7 +275,7 @@ class Report:
             axis.axhline(1, color="0.5", linewidth=.8)
             finish(axis, way, "samples per pixel")
         axes[0].set_ylabel("relative RMSE, sobol / blue")
-        axes[0].legend(fontsize="small")
+        axes[-1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.02, 0.5))
         save(figure, folder / "denoise.png")
         self.draw_sheet(pages / "denoise_pictures.png")
 

@@ -32,7 +32,6 @@ QUALITY_SHAPES = ((64, 64), (128, 128), (256, 256), (97, 61), (65, 300), (16, 16
 FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", "e_1", "e_1.5", "flop_per_texel")
 COLOURS = {"network": "tab:red", "fast network": "tab:pink", "vector network": "tab:purple", "void-and-cluster": "tab:blue", "relax": "tab:green",
            "anneal": "tab:orange", "white": "0.6"}
-PAPER_COLOURS = ("tab:brown", "tab:olive", "tab:cyan", "black")
 
 # Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a disc of radius 5 for each texel it
 # sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15 before and
@@ -173,81 +172,44 @@ def table(rows):
     return "\n".join(lines)
 
 
-def colour_of(row, others):
-    return COLOURS.get(row["method"]) or PAPER_COLOURS[others.index(row["method"]) % len(PAPER_COLOURS)]
-
-
 def plot(rows, sizes, path):
-    """Error against time per texel, at the size of the other networks' results and at a large size, and time against
-    size, with one legend."""
-    others = [name for name in dict.fromkeys(row["method"] for row in rows) if name not in COLOURS]
-    rows = [row for row in rows if row["method"] != "white"]
-    marks = {}
-    for row in rows:
-        marks.setdefault(row["method"], []).append(row["options"])
-    figure, axes = plt.subplots(1, 3, figsize=(15, 6.4))
-    shown = (128 if 128 in sizes else sizes[0], 1024 if 1024 in sizes else sizes[-1])
-    for axis, size in zip(axes, shown):
-        for row in rows:
-            if int(row["width"]) != size or int(row["threads"]) != 1:
-                continue
-            for error, style in (("e_1", "full"), ("e_1.5", "none")):
-                axis.plot(microseconds(row), float(row[error]), fillstyle=style, linestyle="none",
-                          **style_of(row, others, marks))
-        axis.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (filled), E_1.5 (open)",
-                 ylim=(0, None), title=f"{size}x{size}: error against time, one thread")
+    """Error against time per texel, and time against size, of the methods of CHOICES; points and lines bear their names."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6), gridspec_kw={"width_ratios": (6, 5)})
+    size = 128 if 128 in sizes else sizes[0]
+    chosen = [row for row in rows if row["method"] in CHOICES and row["options"] == CHOICES[row["method"]][0]]
+    for row in chosen:
+        if int(row["width"]) == size and int(row["threads"]) == 1:
+            x, y = microseconds(row), float(row["e_1"])
+            left.plot(x, y, "o", color=COLOURS[row["method"]])
+            above = row["method"] != "void-and-cluster"  # the others near it are above it
+            left.annotate(label(row), (x, y), xytext=(0, 7 if above else -15), textcoords="offset points", ha="center", fontsize=9)
+    left.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (lower is better)",
+             title=f"error against time, {size}x{size}, one thread")
+    left.margins(x=0.25, y=0.15)
+    ends = []
+    for method in CHOICES:
+        best = {}
+        for row in chosen:
+            if row["method"] == method:
+                width, taken = int(row["width"]), 1e3 * float(row["seconds"])
+                best[width] = min(taken, best.get(width, taken))
+        if best:
+            right.plot(list(best), list(best.values()), ".-", color=COLOURS[method])
+            ends.append((max(best), best[max(best)], method))
+    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds",
+              title="time of a mask, all cores")
+    right.set_xlim(right=4.5 * right.get_xlim()[1])
+    right.set_ylim(top=3 * right.get_ylim()[1])
+    # Names that would meet are moved apart.
+    lowest = 0.0
+    for x, y, method in sorted(ends, key=lambda end: end[1]):
+        at = right.transData.transform((x, y))[1]
+        lowest = max(at, lowest + 14)
+        right.annotate(method, (x, y), xytext=(6, (lowest - at) * 72 / figure.dpi - 3), textcoords="offset points", fontsize=9, color=COLOURS[method])
+    for axis in (left, right):
         axis.grid(True, which="both", alpha=0.25)
-    for name in dict.fromkeys(label(row) for row in rows):
-        chosen = [row for row in rows if label(row) == name]
-        axes[2].plot([int(row["width"]) for row in chosen], [1e3 * float(row["seconds"]) for row in chosen], label=name,
-                     markersize=4, linestyle=":" if int(chosen[0]["threads"]) > 1 else "-",
-                     **style_of(chosen[0], others, marks))
-    axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="wall-clock milliseconds",
-                title="time against size")
-    axes[2].grid(True, which="both", alpha=0.25)
-    figure.legend(*axes[2].get_legend_handles_labels(), loc="lower center", ncol=5, fontsize=8)
-    figure.tight_layout(rect=(0, 0.16, 1, 1))
+    figure.tight_layout()
     save(figure, path, laid_out=True)
-
-
-def style_of(row, others, marks):
-    options = list(dict.fromkeys(marks[row["method"]]))
-    return {"color": colour_of(row, others), "marker": "o^sD"[options.index(row["options"]) % 4]}
-
-
-# ---- Aims
-
-#: Of each network: time relative to void-and-cluster at 1024x1024 on one thread, and errors at 128x128.
-AIMS = {"fast network": (0.8, 0.0415, 0.0195), "network": (1.5, 0.0395, 0.0175)}
-REFERENCE = "void-and-cluster"
-
-
-def aim_table(rows, threads):
-    """The aims beside what was reached."""
-    def row_of(method, size, threads=1):
-        return next((r for r in rows if r["method"] == method and not r["options"] and int(r["width"]) == size
-                     and int(r["threads"]) == threads), None)
-
-    def line(what, aim, reached, digits):
-        verdict = "yes" if round(reached, digits) <= aim else "no"
-        lines.append(f"| {what} | {aim:.{digits}f} | {reached:.{digits}f} | {verdict} |")
-
-    lines = ["| | at most | reached | met |", "| --- | ---: | ---: | --- |"]
-    for method, (time_aim, near_aim, far_aim) in AIMS.items():
-        large, reference, small = row_of(method, 1024), row_of(REFERENCE, 1024), row_of(method, 128)
-        if large and reference:
-            ratio = float(large["cpu_seconds"]) / float(reference["cpu_seconds"])
-            line(f"{method}: time at 1024x1024 over {REFERENCE}'s, one thread", time_aim, ratio, 2)
-        if small:
-            line(f"{method}: E_1 at 128x128", near_aim, float(small["e_1"]), 4)
-            line(f"{method}: E_1.5 at 128x128", far_aim, float(small["e_1.5"]), 4)
-        for size in (512, 1024, 2048):
-            many, reference = row_of(method, size, threads), row_of(REFERENCE, size)
-            if many and reference:
-                ratio = float(many["seconds"]) / float(reference["seconds"])
-                line(f"{method}: wall-clock time at {size}x{size} over {REFERENCE}'s, {threads} threads", 1.0, ratio, 2)
-    met = sum(line.endswith("| yes |") for line in lines)
-    return "\n".join([*lines, "", f"Met: {met} of {len(lines) - 2}."])
 
 
 # ---- The choice of a method
@@ -280,6 +242,20 @@ def choice_table(rows, threads):
             cells.append(time_text(float(best[0]["seconds"])) if best else "")
         lines.append(f"| {', '.join(filter(None, (method, options)))} | " + " | ".join(cells + abilities) + " |")
     return "\n".join(lines)
+
+
+def answer(rows, sizes, threads):
+    """What the report found, in a paragraph."""
+    size = 1024 if 1024 in sizes else max(sizes)
+
+    def of(method):
+        own = [row for row in rows if row["method"] == method and row["options"] == CHOICES[method][0] and int(row["width"]) == size]
+        return f"{time_text(min(float(row['seconds']) for row in own))} for an E_1 of {float(own[0]['e_1']):.4f}"
+
+    return [f"For a single mask the network is not the best tool: at {size}x{size}, on {threads} threads, `void-and-cluster` takes",
+            f"{of('void-and-cluster')}, `relax` {of('relax')}, the network {of('network')}.",
+            "Both of the former have the same bits everywhere and need no ONNX Runtime. A network is for what they cannot do: windows of",
+            "a plane without end or period, and two channels that are blue together, for which annealing takes far longer (see Vectors).", ""]
 
 
 # ---- Quality of the built-in network
@@ -336,8 +312,16 @@ def level_table(groups):
 
 
 def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, levels, vectors, command, threads):
-    parts = ["# Neural masks: time against error", "",
-             f"Printed by `{command}`. Times are minima over repeats of wall-clock time and of CPU time (summed over",
+    parts = ["# Neural masks: time against error", "", f"Printed by `{command}`.", "", *answer(rows, sizes, threads),
+             "![Error against time, time against size](neural.png)", "", "## Which method", "",
+             "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*:",
+             "vectors that are blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h.",
+             "All methods make any size.", "",
+             choice_table(rows, threads), "",
+             "`bluenoise mask --method auto` chooses by shape and channels: for one channel, relaxation for two-dimensional masks of more",
+             "than 512x512 texels and void-and-cluster otherwise; for two, the vector network; for more, annealing with 100 sweeps.", "",
+             "## How it was measured", "",
+             "Times are minima over repeats of wall-clock time and of CPU time (summed over",
              "threads, and more reliable on a busy machine), on 1 thread unless stated otherwise",
              f"({threads} threads are all cores of the machine); the methods for one size were interleaved. Time per texel is",
              "CPU time. Errors are means of `bn_mask_error` over seeds; lower is better. FLOP per texel counts the",
@@ -348,18 +332,7 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
         content = (path or ROOT / "libbn/data/neural.onnx").read_bytes()
         parts.append(f"* {name}: {len(content)} bytes, {cost(content)[0]} FLOP per texel, receptive radius "
                      f"{metadata(content)['bn.receptive_radius']} texels.")
-    parts += ["", "![Error against time, time against size](neural.png)", "", "## Which method", "",
-              "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*:",
-              "vectors that are blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h.",
-              "All methods make any size.", "",
-              choice_table(rows, threads), "",
-              "For a single mask, `void-and-cluster` has the least error of the fast methods; `relax` is quicker, most of all at large",
-              "sizes, where it also gains from several cores, for a slightly larger error. Both have the same bits everywhere and need",
-              "no ONNX Runtime. A network is the right tool for what they cannot do: windows of a plane without end or period, and two",
-              "channels that are blue together, for which annealing takes far longer (see Vectors). `bluenoise mask --method auto`",
-              "chooses by shape and channels: for one channel, relaxation for two-dimensional masks of more than 512x512 texels and",
-              "void-and-cluster otherwise; for two, the vector network; for more, annealing with 100 sweeps.", "", "## Aims", "",
-              "The targets that were set for the networks, and what they reach in this run.", "", aim_table(rows, threads), ""]
+    parts.append("")
     for size in sizes:
         parts += [f"## {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
     decibels = ", ".join(f"{name} {value:.1f}" for name, value in anisotropy.items())
