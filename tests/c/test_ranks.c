@@ -3,6 +3,7 @@
 #include "check.h"
 #include "masks.h"
 #ifdef BN_TEST_INTERNALS
+#include "base/threads.h"
 #include "masks/ranks.h"
 #endif
 #include <math.h>
@@ -163,6 +164,48 @@ static void test_bad_input(void) {
     CHECK(ranks[0] == 7 && ranks[1] == 7 && ranks[2] == 7);
 }
 
+#ifdef BN_TEST_INTERNALS
+enum { ROUNDS = 200, TEAM = 7, PIECES = 1000 };
+
+typedef struct shared_work {
+    uint32_t written[TEAM], wrong[TEAM], taken[TEAM][PIECES], taken_count[TEAM], size;
+} shared_work;
+
+/* Each member reads in every round what all others wrote in it, and takes pieces until there are
+ * none. */
+static void member(void *user, bn_team *team, uint32_t index, uint32_t size) {
+    shared_work *w = user;
+    if (index == 0) w->size = size;
+    for (uint32_t round = 1; round <= ROUNDS; ++round) {
+        w->written[index] = round;
+        bn_team_wait(team);
+        for (uint32_t i = 0; i < size; ++i) w->wrong[index] += w->written[i] != round;
+        bn_team_wait(team);
+    }
+    for (uint32_t piece; (piece = bn_team_next(team)) != UINT32_MAX;) {
+        if (piece + 1 >= PIECES) bn_team_stop(team);
+        if (piece < PIECES) w->taken[index][w->taken_count[index]++] = piece;
+    }
+}
+
+static void test_team(void) {
+    CHECK(bn_thread_count() >= 1 && bn_thread_count() <= 64);
+    for (uint32_t threads = 1; threads <= TEAM; threads += 3) {
+        static shared_work w;
+        static uint32_t times[PIECES];
+        memset(&w, 0, sizeof w);
+        memset(times, 0, sizeof times);
+        bn_team_run(threads, member, &w);
+        CHECK(w.size == threads);
+        for (uint32_t i = 0; i < threads; ++i) {
+            CHECK(w.wrong[i] == 0);
+            for (uint32_t k = 0; k < w.taken_count[i]; ++k) ++times[w.taken[i][k]];
+        }
+        for (uint32_t piece = 0; piece < PIECES; ++piece) CHECK(times[piece] == 1);
+    }
+}
+#endif
+
 static void test_to_float(void) {
     CHECK(bn_rank_to_float(0, 1) == 0.5f);
     CHECK(bn_rank_to_float(1, 2) == 0.75f);
@@ -189,5 +232,8 @@ int main(void) {
     test_bad_input();
     test_large_bad_input();
     test_to_float();
+#ifdef BN_TEST_INTERNALS
+    test_team();
+#endif
     return check_result();
 }

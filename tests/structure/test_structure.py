@@ -15,7 +15,7 @@ PACKAGES = {"bluenoise": ROOT / "bindings" / "bluenoise", "bn_trainer": ROOT / "
 # What one file of libbn/src does for all of it.
 KEEPERS = {
     r"\b(?:malloc|calloc|realloc|aligned_alloc|free)\s*\(": "base/memory.c",
-    r"\bpthread_\w+|<threads\.h>": "base/threads.c",
+    r"\bpthread_\w+|<threads\.h>|\bCreateThread\b|\bSRWLOCK\b": "base/threads.c",
     r"\bdlopen\b|\bsetenv\b": "neural/onnxruntime.c",
     r"<stdio\.h>": "neural/files.c",
 }

@@ -1,37 +1,80 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Teams of POSIX threads, with a barrier made of a mutex and a condition (the POSIX barrier is
- * optional). */
+ * Teams of threads, with a barrier made of a lock and a condition: POSIX has its own barrier as an option
+ * only, Windows only from version 8 on. Locks, conditions and threads are those of the system. */
 #define _POSIX_C_SOURCE 200809L
 #define _DARWIN_C_SOURCE 1 /* the number of processors, on macOS */
 #include "base/threads.h"
 
+enum { BN_THREADS_MOST = 64 };
+
+typedef struct team_member {
+    bn_team *team;
+    uint32_t index;
+} team_member;
+
+static void member_run(team_member *member);
+
+/* ---- What the system has */
+
 #if defined(_WIN32)
 
-struct bn_team {
-    uint32_t next;
-    int stopped;
-};
+#define WIN32_LEAN_AND_MEAN
+#ifndef _WIN32_WINNT
+#define _WIN32_WINNT 0x0601 /* Windows 7: slim locks and conditions */
+#endif
+#include <windows.h>
 
-uint32_t bn_thread_count(void) {
+typedef SRWLOCK lock;
+typedef CONDITION_VARIABLE condition;
+typedef HANDLE thread;
+
+/* Neither holds anything that has to be given back. */
+static int both_init(lock *l, condition *c) {
+    InitializeSRWLock(l);
+    InitializeConditionVariable(c);
     return 1;
 }
 
-void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
-    bn_team team = {0, 0};
-    (void)threads;
-    work(user, &team, 0, 1);
+static void both_destroy(lock *l, condition *c) {
+    (void)l;
+    (void)c;
 }
 
-void bn_team_wait(bn_team *team) {
-    (void)team;
+static void lock_take(lock *l) {
+    AcquireSRWLockExclusive(l);
 }
 
-uint32_t bn_team_next(bn_team *team) {
-    return team->stopped ? UINT32_MAX : team->next++;
+static void lock_leave(lock *l) {
+    ReleaseSRWLockExclusive(l);
 }
 
-void bn_team_stop(bn_team *team) {
-    team->stopped = 1;
+static void condition_wait(condition *c, lock *l) {
+    SleepConditionVariableSRW(c, l, INFINITE, 0);
+}
+
+static void condition_wake_all(condition *c) {
+    WakeAllConditionVariable(c);
+}
+
+static DWORD WINAPI run(void *member) {
+    member_run(member);
+    return 0;
+}
+
+static int thread_start(thread *t, team_member *member) {
+    *t = CreateThread(NULL, 0, run, member, 0, NULL);
+    return *t != NULL;
+}
+
+static void thread_join(thread t) {
+    WaitForSingleObject(t, INFINITE);
+    CloseHandle(t);
+}
+
+static long processor_count(void) {
+    SYSTEM_INFO info;
+    GetSystemInfo(&info);
+    return (long)info.dwNumberOfProcessors;
 }
 
 #else
@@ -39,11 +82,63 @@ void bn_team_stop(bn_team *team) {
 #include <pthread.h>
 #include <unistd.h>
 
-enum { BN_THREADS_MOST = 64 };
+typedef pthread_mutex_t lock;
+typedef pthread_cond_t condition;
+typedef pthread_t thread;
+
+static int both_init(lock *l, condition *c) {
+    if (pthread_mutex_init(l, NULL) != 0) return 0;
+    if (pthread_cond_init(c, NULL) == 0) return 1;
+    pthread_mutex_destroy(l);
+    return 0;
+}
+
+static void both_destroy(lock *l, condition *c) {
+    pthread_cond_destroy(c);
+    pthread_mutex_destroy(l);
+}
+
+static void lock_take(lock *l) {
+    pthread_mutex_lock(l);
+}
+
+static void lock_leave(lock *l) {
+    pthread_mutex_unlock(l);
+}
+
+static void condition_wait(condition *c, lock *l) {
+    pthread_cond_wait(c, l);
+}
+
+static void condition_wake_all(condition *c) {
+    pthread_cond_broadcast(c);
+}
+
+static void *run(void *member) {
+    member_run(member);
+    return NULL;
+}
+
+static int thread_start(thread *t, team_member *member) {
+    return pthread_create(t, NULL, run, member) == 0;
+}
+
+static void thread_join(thread t) {
+    pthread_join(t, NULL);
+}
+
+static long processor_count(void) {
+    return sysconf(_SC_NPROCESSORS_ONLN);
+}
+
+#endif
+
+/* ---- Teams */
 
 struct bn_team {
-    pthread_mutex_t mutex;
-    pthread_cond_t changed;
+    lock own;
+    condition changed;
+    int alone;     /* one member, which needs no lock */
     uint32_t size; /* 0 until all threads have been started */
     uint32_t waiting, generation, next;
     int stopped;
@@ -51,74 +146,76 @@ struct bn_team {
     void *user;
 };
 
-typedef struct team_member {
-    bn_team *team;
-    uint32_t index;
-    pthread_t thread;
-} team_member;
+static void team_lock(bn_team *team) {
+    if (!team->alone) lock_take(&team->own);
+}
+
+static void team_unlock(bn_team *team) {
+    if (!team->alone) lock_leave(&team->own);
+}
 
 uint32_t bn_thread_count(void) {
-    long count = sysconf(_SC_NPROCESSORS_ONLN);
+    long count = processor_count();
     return count < 1 ? 1 : count > BN_THREADS_MOST ? BN_THREADS_MOST : (uint32_t)count;
 }
 
 void bn_team_wait(bn_team *team) {
-    pthread_mutex_lock(&team->mutex);
+    if (team->alone) return;
+    lock_take(&team->own);
     const uint32_t generation = team->generation;
     if (++team->waiting == team->size) {
         team->waiting = 0;
         ++team->generation;
-        pthread_cond_broadcast(&team->changed);
+        condition_wake_all(&team->changed);
     } else {
-        while (generation == team->generation) pthread_cond_wait(&team->changed, &team->mutex);
+        while (generation == team->generation) condition_wait(&team->changed, &team->own);
     }
-    pthread_mutex_unlock(&team->mutex);
+    lock_leave(&team->own);
 }
 
 uint32_t bn_team_next(bn_team *team) {
-    pthread_mutex_lock(&team->mutex);
+    team_lock(team);
     const uint32_t next = team->stopped ? UINT32_MAX : team->next++;
-    pthread_mutex_unlock(&team->mutex);
+    team_unlock(team);
     return next;
 }
 
 void bn_team_stop(bn_team *team) {
-    pthread_mutex_lock(&team->mutex);
+    team_lock(team);
     team->stopped = 1;
-    pthread_mutex_unlock(&team->mutex);
+    team_unlock(team);
 }
 
-static void *run(void *user) {
-    team_member *m = user;
-    bn_team *team = m->team;
-    pthread_mutex_lock(&team->mutex);
-    while (team->size == 0) pthread_cond_wait(&team->changed, &team->mutex);
+static void member_run(team_member *member) {
+    bn_team *team = member->team;
+    lock_take(&team->own);
+    while (team->size == 0) condition_wait(&team->changed, &team->own);
     const uint32_t size = team->size;
-    pthread_mutex_unlock(&team->mutex);
-    team->work(team->user, team, m->index, size);
-    return NULL;
+    lock_leave(&team->own);
+    team->work(team->user, team, member->index, size);
 }
 
 void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
     team_member members[BN_THREADS_MOST];
+    thread started[BN_THREADS_MOST];
     bn_team team = {.work = work, .user = user};
     uint32_t size = 1;
-    if (pthread_mutex_init(&team.mutex, NULL) != 0 || pthread_cond_init(&team.changed, NULL) != 0) {
-        threads = 1;
+    if (threads < 2 || !both_init(&team.own, &team.changed)) {
+        team.alone = 1;
+        team.size = 1;
+        work(user, &team, 0, 1);
+        return;
     }
     for (; size < threads && size < BN_THREADS_MOST; ++size) {
         members[size].team = &team;
         members[size].index = size;
-        if (pthread_create(&members[size].thread, NULL, run, &members[size]) != 0) break;
+        if (!thread_start(&started[size], &members[size])) break;
     }
-    pthread_mutex_lock(&team.mutex);
+    lock_take(&team.own);
     team.size = size;
-    pthread_cond_broadcast(&team.changed);
-    pthread_mutex_unlock(&team.mutex);
+    condition_wake_all(&team.changed);
+    lock_leave(&team.own);
     work(user, &team, 0, size);
-    for (uint32_t i = 1; i < size; ++i) pthread_join(members[i].thread, NULL);
-    pthread_cond_destroy(&team.changed);
-    pthread_mutex_destroy(&team.mutex);
+    for (uint32_t i = 1; i < size; ++i) thread_join(started[i]);
+    both_destroy(&team.own, &team.changed);
 }
-
-#endif

@@ -13,8 +13,7 @@ typedef void (*bn_team_work)(void *user, bn_team *team, uint32_t index, uint32_t
 /* The number of processors, at least 1. */
 uint32_t bn_thread_count(void);
 
-/* Runs work on `threads` threads, or on as many as the system allows, and waits for all of them.
- * Systems without POSIX threads use only the calling thread. */
+/* Runs work on `threads` threads, or on as many as the system allows, and waits for all of them. */
 void bn_team_run(uint32_t threads, bn_team_work work, void *user);
 
 /* A barrier: waits until all members have called it. What they wrote before is visible to all of
