@@ -9,6 +9,7 @@ import pytest
 from report import paths
 
 bluenoise = pytest.importorskip("bluenoise")
+PROGRAM = paths.ROOT / "build/tests/bench/bench_splits"
 GUIDE = (Path(__file__).resolve().parents[2] / "docs" / "paths.md").read_text(encoding="utf-8")
 
 
@@ -52,6 +53,27 @@ def test_what_the_guide_advises_is_best(tables):
     splitting = list(tables["splitting"].values())
     fixed, running, others = splitting[0][2], splitting[3][2], [row[2] for row in splitting[4:]]
     assert running < 1.15 * fixed and running < min(others) * 2 / 3
+
+
+@pytest.mark.parametrize("varies", paths.VARIES)
+def test_splitting_in_a_scene(varies):
+    """In one small crop: no way is biased, and going on where earlier samples ended is better than a domain for each branch."""
+    if not PROGRAM.is_file():
+        pytest.skip("bench_splits is not built")
+    found = paths.penumbra_errors(PROGRAM, varies, 4, paths.CROPS[:1], (48, 36), 1024)
+    assert found["from"][16] < 0.75 * found["domains"][16]
+    means = [np.mean([paths.split_pictures(PROGRAM, varies, way, seed, 16, paths.CROPS[0])[-1].mean() for seed in range(4)])
+             for way in (*paths.WAYS, "generator", "white")]
+    assert np.ptp(means) < 0.003 * np.mean(means)
+
+
+def test_the_guide_says_what_splitting_costs_in_a_scene():
+    text = GUIDE.split(f"<!-- table: {paths.COMMAND}: {paths.PENUMBRA} -->\n")[1].split("<!-- end")[0]
+    rows = {way: [float(number) for number in numbers] for way, *numbers in
+            re.findall(r"^\| (.*?) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", text, re.M)}
+    assert list(rows) == [f"{what}: {way}" for what in paths.VARIES.values() for way in paths.WAYS.values()]
+    fixed, running, apart = list(rows.values())[:3]
+    assert all(r < 1.15 * f and r < a * 2 / 3 for r, f, a in zip(running, fixed, apart))
 
 
 def test_errors_are_those_of_the_guide(tables):
