@@ -53,6 +53,11 @@ ExrHead resume_settings(Options &options) {
     if (options.given.count("--size") == 0) {
         options.width = head.full_width;
         options.height = head.full_height;
+    } else if (options.width != head.full_width || options.height != head.full_height) {
+        // Before the file's crop meets the other size.
+        throw Error(options.resume + " is of a picture of " + std::to_string(head.full_width) +
+                    "x" + std::to_string(head.full_height) +
+                    " pixels; leave out --size, or give that size");
     }
     unless_given("--crop", options.crop, std::optional<Crop>(head.crop));
     unless_given("--scene", options.scene, a.scene);
