@@ -14,7 +14,7 @@ namespace {
     try {
         if (std::current_exception()) std::rethrow_exception(std::current_exception());
     } catch (const std::bad_alloc &) {
-        why = "out of memory";
+        why = "out of memory; --max-memory allows more, where there is more";
     } catch (...) {
     }
     std::fprintf(stderr, "pathtracer: %s\n", why);

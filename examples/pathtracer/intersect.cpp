@@ -84,7 +84,8 @@ GeometryPointer geometry_build(const Scene &scene) {
     std::string error;
     GeometryPointer geometry(new Geometry);
     geometry->device = rtcNewDevice(nullptr);
-    if (!geometry->device) throw Error("Embree cannot start on this machine");
+    if (!geometry->device)
+        throw Error("Embree cannot start on this machine, or not with so little --max-memory");
     rtcSetDeviceErrorFunction(geometry->device, record_error, &error);
 
     // Robust mode: rays must not slip through the seam between neighbouring triangles.

@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "error.h"
 #include "interior.h"
+#include "memory_limit.h"
 #include "output_file.h"
 #include "sampler.h"
 #include "scene.h"
@@ -64,6 +65,7 @@ int main(int argc, char **argv) {
     remove_temporary_files_when_killed();
     try {
         const Options options = parse_options(argc, argv);
+        memory_limit(options.max_memory);
         if (options.help) {
             std::fputs(options_help(), stdout);
         } else if (options.list) {
@@ -79,7 +81,8 @@ int main(int argc, char **argv) {
         }
         return status_of_output();
     } catch (const std::bad_alloc &) {
-        say("out of memory; render the picture in parts with --crop");
+        say("out of memory; render the picture in parts with --crop, or allow more with "
+            "--max-memory");
     } catch (const std::exception &error) {
         say(error.what());
     }

@@ -9,6 +9,7 @@
 
 #include "error.h"
 #include "exr.h"
+#include "memory_limit.h"
 #include "scene_file.h"
 
 namespace {
@@ -22,16 +23,19 @@ constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
 constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
 constexpr double MAX_SECONDS = 1e7;
+constexpr double MIN_GIB = 0.25, MAX_GIB = 1e6;
 constexpr double MAX_COORDINATE = 1e15;
 constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
 
-const char *const WITH_VALUE[] = {
-    "--scene",   "--sampler",       "--spp",      "--declare", "--mask",
-    "--seed",    "--first-sample",  "--size",     "--crop",    "--max-depth",
-    "--threads", "--reference",     "--exposure", "--env",     "--light-samples",
-    "--time",    "--write-partial", "--camera",   "--eye",     "--target",
-    "--fov",     "--convergence",   "--resume",   "--noise",   "--min-spp",
-    "-o"};
+const char *const WITH_VALUE[] = {"--scene",        "--sampler",       "--spp",
+                                  "--declare",      "--mask",          "--seed",
+                                  "--first-sample", "--size",          "--crop",
+                                  "--max-depth",    "--threads",       "--reference",
+                                  "--exposure",     "--env",           "--light-samples",
+                                  "--time",         "--write-partial", "--camera",
+                                  "--eye",          "--target",        "--fov",
+                                  "--convergence",  "--resume",        "--noise",
+                                  "--min-spp",      "--max-memory",    "-o"};
 
 // Parses the whole text as a number in [low, high].
 template <typename Number>
@@ -132,6 +136,14 @@ double parse_seconds(const std::string &option, const std::string &text) {
     return value;
 }
 
+double parse_gib(const std::string &text) {
+    double value = 0;
+    if (!parse_number(text, MIN_GIB, MAX_GIB, value) && !(parse_number(text, 0.0, 0.0, value)))
+        throw Error("--max-memory takes GiB, from 0.25 to 1000000, or 0 for no bound, not '" +
+                    text + "'");
+    return value;
+}
+
 // Of adaptive sampling.
 void check_noise(const Options &o) {
     if (!(o.noise > 0)) {
@@ -221,6 +233,8 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --allow-outside        let a scene file, or the picture of --resume, name files outside its folder
   --single-scatter       leave multiple scattering out of rough materials and of fog
   --threads N            number of threads (default: number of cores)
+  --max-memory GIB       end with an error before the program takes more memory than this (default: half of the
+                         machine's; 0: no bound)
   --resume a.exr         continue this picture, with its settings, to --spp N samples in each pixel
   --time SECONDS         stop after this time; without --spp there is no other limit
   --write-partial S      write the picture so far every S seconds
@@ -238,6 +252,7 @@ picture that was stopped. When interrupted, it writes the picture so far.
 Options parse_options(int argc, const char *const *argv) {
     Options options;
     options.threads = std::max(1u, std::thread::hardware_concurrency());
+    options.max_memory = memory_default();
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
         const auto is = [&](const char *other) { return name == other; };
@@ -290,6 +305,7 @@ Options parse_options(int argc, const char *const *argv) {
                 options.light_samples = number(name, value, 1u, MAX_LIGHT_SAMPLES);
             if (is("--env")) options.environment = value;
             if (is("--threads")) options.threads = number(name, value, 1u, MAX_THREADS);
+            if (is("--max-memory")) options.max_memory = parse_gib(value);
             if (is("--time")) options.time_limit = parse_seconds(name, value);
             if (is("--write-partial")) options.write_interval = parse_seconds(name, value);
             if (is("--reference")) options.reference = value;

@@ -28,6 +28,7 @@ struct Options {
     bool allow_outside = false; // scenes and resumed pictures may name files outside their folder
     std::string environment;    // an EXR file, or empty: the scene's own
     unsigned threads;           // default: one per core
+    double max_memory;          // GiB; default: half of the machine's; 0: no bound
     double time_limit = 0;      // seconds; 0: none
     double write_interval = 0;  // seconds between partial pictures; 0: none
     std::optional<float> exposure; // stops, if given

@@ -232,6 +232,6 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     } catch (const Error &error) {
         throw Error(path + ": " + error.what());
     } catch (const std::bad_alloc &) {
-        throw Error(path + ": needs more memory than is available");
+        throw Error(path + ": needs more memory than there is, or than --max-memory allows");
     }
 }

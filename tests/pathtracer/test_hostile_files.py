@@ -6,6 +6,7 @@ import os
 import shutil
 import struct
 import subprocess
+import sys
 import zlib
 
 import numpy as np
@@ -473,3 +474,19 @@ def test_no_control_characters_reach_the_terminal(pathtracer):
     assert "]0;1m.obj" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)
     other = pathtracer.render(*size)
     assert "]0;1m.obj" in said("--merge", begun, other, "-o", "out.exr", code=1)
+
+
+# ---- A bound for memory
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux keeps the bound")
+def test_a_scene_that_takes_more_than_max_memory(pathtracer):
+    """Two million triangles, which take a third of a GiB: with less it ends in one line, with enough it is rendered."""
+    rows = np.arange(1000)
+    points = "\n".join(f"v {x} {z} {(x * z) % 7}" for x in rows for z in rows)
+    faces = "\n".join(f"f {i} {i + 1} {i + 1001} {i + 1000}" for x in range(999) for i in range(1000 * x + 1, 1000 * x + 1000))
+    (pathtracer.folder / "large.obj").write_text(f"{points}\n{faces}\n")
+    assert "--max-memory" in peak_memory(pathtracer, "--scene", "large.obj", "--max-memory", 0.25)[1]
+    taken, _ = peak_memory(pathtracer, "--scene", "large.obj", "--max-memory", 4, code=0)
+    assert 0.25 * 2**30 < taken < 4 * 2**30
+    assert "--max-memory takes GiB" in one_line(pathtracer, "--max-memory", "much")
