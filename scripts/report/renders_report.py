@@ -127,8 +127,10 @@ class Report:
         if max(self.options.seeds.values()) > 1:
             certain, _ = worse_cells(self.losses, picture_tests.FALSE_ALARMS)
             biased = picture_tests.biased(self.biases)
-            parts.append(f"Of {len(self.losses)} tests for a loss to `sobol` {len(certain) or 'none'} found one; of {len(self.biases)} for a "
-                         f"bias {len(biased) or 'none'} did.")
+            unblurred = sum(measure == "rmse" for *_, measure in certain)
+            where = f", {unblurred} of them in single pixels, without a blur" if certain else ""
+            parts.append(f"Of {len(self.losses)} tests for a loss to `sobol` {len(certain) or 'none'} found one{where}; of {len(self.biases)} "
+                         f"for a bias {len(biased) or 'none'} did.")
         return " ".join(parts)
 
     # ---- Tests
@@ -322,7 +324,7 @@ class Report:
         parts += [*self.plot("Every view", "renders_views.png"),
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
-        parts += ["## Never worse than sobol", "", self.worse_text(), "",
+        parts += ["## Losses to sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.bias_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",
                   "## The error of the references", "",
