@@ -168,9 +168,16 @@ def report_text(command, options, results):
                      f"{100 * (scene.tolerance or PRECISION):g} %", f"{comparison.worst:.2f}", f"{comparison.limit:.2f}",
                      f"{comparison.scatter:.2f}", "agrees" if comparison.agrees else f"**{comparison.outside} blocks differ**"])
     size = "x".join(map(str, options.size))
+    apart = [scene.name for scene, comparison in results if not comparison.agrees]
+    most = max(abs(ratio - 1) for _, comparison in results for ratio in comparison.ratio)
+    answer = (f"The two renderers agree in {len(results) - len(apart)} of {len(results)} scenes" +
+              (f", and not in {', '.join(f'`{name}`' for name in apart)}" if apart else ", in every block of every picture") +
+              f"; means of whole pictures differ by at most {100 * most:.2f} %.")
     what = [f"- `{scene.name}`: {scene.summary}" for scene, _ in results]
     return "\n".join([
-        "# The path tracer and Mitsuba 3", "", f"Printed by `{command}` with Mitsuba {options.version}.", "",
+        "# The path tracer and Mitsuba 3", "", f"Printed by `{command}` with Mitsuba {options.version}.", "", answer, "",
+        "![Ours, Mitsuba's, the difference](correctness.png)", "",
+        "*Ours, Mitsuba's, the difference of the means of blocks: grey is none, white and black are 5 %.*", "",
         f"Each scene in both renderers, {size} pixels, {options.seeds} seeds with {options.spp} samples per pixel "
         f"(`{options.sampler}` here, independent samples in Mitsuba).", "", *what, "",
         md_table(["scene", *(f"ours / Mitsuba, {c}" for c in CHANNELS), "tolerance", "worst block, z", "limit of z",
@@ -182,9 +189,7 @@ def report_text(command, options, results):
         "to 1 if only chance contributes.", "",
         "Mitsuba uses the separable Smith shadowing-masking term, the path tracer the height-correlated one; the tolerance of "
         "rough materials allows for this. They are compared with `--single-scatter`, because Mitsuba ignores multiple "
-        "scattering between facets.", "",
-        "![Ours, Mitsuba's, the difference](correctness.png)", "",
-        "The difference is that of block means: grey is none, white and black are 5 %.", ""])
+        "scattering between facets.", ""])
 
 
 def parse_options(arguments):

@@ -148,12 +148,27 @@ def paragraph(text):
     return textwrap.wrap(text, 130, break_long_words=False, break_on_hyphens=False)
 
 
+def answer(results):
+    """Two sentences: variances of the most points over white noise's, the mean over the functions."""
+    over = {name: np.exp(np.mean([np.log(values[-1] / results["white"][function][-1]) for function, values in by_function.items()]))
+            for name, by_function in results.items() if name != "white"}
+    return ("The variance of a mean over the most points is this share of white noise's, on average over three functions: "
+            + ", ".join(f"{name} {share:.2g}" for name, share in over.items())
+            + ". To integrate in a pixel use a sampler, and `blue` for errors that are blue *between* pixels; point sets are for placing "
+            "things, [also on a surface](../points.md).")
+
+
 def report_text(results, spectra, sets, offset_count, counts, command):
     lines = [
         "# Point sets", "",
         *paragraph(f"Printed by `{command}`. The sets are those of `bluenoise.points`, with white noise and one pixel's samples of "
                    "`sobol` and `blue` for comparison."), "",
+        *paragraph(answer(results)), "",
         "![256 points of each set, their spectra, and the variance of three integrals](points.png)", "",
+        *paragraph(
+            "The variance follows from the power of the set at the frequencies of the function. Best candidates and Poisson disks keep "
+            "some power at the lowest frequencies, so without a step in the function their error falls about as fast as that of white "
+            "noise, from a lower start. Points of a mask have less there, and the nets `sobol` and `blue` have least."), "",
         "## Spectrum", "",
         *paragraph(f"The curves are periodograms of {SPECTRUM_COUNT} points, averaged over rings of frequencies and {sets} sets. Here, "
                    "the mean power below half the principal frequency, where white noise has 1; less is better:"), "",
@@ -171,12 +186,6 @@ def report_text(results, spectra, sets, offset_count, counts, command):
         cells = [cell for function, values in by_function.items()
                  for cell in (f"{values[-1] / results['white'][function][-1]:.2g}", f"{rate(counts, values):.1f}")]
         lines.append("| " + " | ".join([name, *cells]) + " |")
-    lines += ["", *paragraph(
-        "The variance follows from the power of the set at the frequencies of the function. Best candidates and Poisson disks keep "
-        "some power at the lowest frequencies, so without a step in the function their error falls about as fast as that of white "
-        "noise, from a lower start. Points of a mask have less there. The nets `sobol` and `blue` have least: to integrate in one "
-        "pixel, use a sampler. `blue` makes the error blue *between* pixels. Use point sets to place things, [also on a "
-        "surface](../points.md)."), ""]
     return "\n".join(lines)
 
 
