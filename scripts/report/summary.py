@@ -2,7 +2,8 @@
 """The first table of docs/report and the README's: `scripts/bench summary` writes both
 
 It reads what `scripts/bench renders --views held-out`, `scripts/bench pbrt` and `scripts/bench models` wrote to docs/report:
-how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on.
+how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
+first was run with times, and `scripts/bench denoise --views held-out`, it also writes how long each sampler takes to an error.
 """
 
 import argparse
@@ -29,6 +30,14 @@ PARTS = (
 SHORT = (("our path tracer", "white", "white noise"), ("our path tracer", "sobol", "padded Sobol'"), ("our path tracer", BEST_PEER, BEST_PEER),
          ("pbrt-v4", "independent", "white noise"), ("pbrt-v4", "zsobol", "its default, Z-order"),
          ("pbrt-v4", "best of pbrt", "the best of its seven"))
+
+
+# Equal quality: file, measure, and the count at which white noise has the error to be reached.
+TIME_COMMAND = f"{COMMAND}: time"
+TIMES = {"white noise's error at 16 samples": ("held-out/renders_headline.csv", "seconds:displayed_2.1", 16),
+         "at 64": ("held-out/renders_headline.csv", "seconds:displayed_2.1", 64),
+         "at 16, after Open Image Denoise": ("held-out/denoise.csv", "seconds:plain:displayed_2.1", 16)}
+TIMED = {"sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: "the best of OpenQMC", "blue": "`blue`"}
 
 
 def over(gains):
@@ -64,6 +73,23 @@ def short_table(parts):
     return md_table(["times less error than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
 
 
+def time_table(folder):
+    """Processor time to an error over white noise's, from what TIMES names; None without times."""
+    columns = []
+    for name, measure, spp in TIMES.values():
+        rows = read_rows(folder / name) if (folder / name).is_file() else {}
+        column = {label: gain for (own, count, label, _), gain in rows.items() if (own, count) == (measure, spp)}
+        peers = [gain for label, gain in column.items() if label.startswith("openqmc-")]
+        if peers:
+            column[BEST_PEER] = max(peers, key=lambda gain: gain.value)
+        columns.append(column)
+    if not columns[0]:
+        return None
+    return md_table(["processor time, white noise = 1, to", *TIMES], [
+        [name, *(f"{1 / column[label].value:.2f} ({1 / column[label].high:.2f} to {1 / column[label].low:.2f})" if label in column else ""
+                 for column in columns)] for label, name in TIMED.items()])
+
+
 def read_parts(folder):
     parts = {where: read_rows(folder / name) for where, name, _, _ in PARTS if (folder / name).is_file()}
     missing = [f"{folder / name} is missing; run {command}" for where, name, command, _ in PARTS if where not in parts]
@@ -85,6 +111,8 @@ def main(arguments=None):
         if not options.print:
             update_table(options.report / "README.md", COMMAND, text)
             update_table(options.readme, COMMAND, short_table(parts))
+            if time_table(options.report):
+                update_table(options.report / "README.md", TIME_COMMAND, time_table(options.report))
     except (TableError, OSError) as error:
         sys.exit(f"bench: {error}")
     for line in missing:

@@ -111,6 +111,9 @@ def summary_files(folder):
                                          for measure in (*summary.MEASURES, "rmse") for spp in counts for than in thans])
 
     write("held-out/renders_headline.csv", ("white", "sobol", "zorder", gains.BEST_PEER), judge.COUNTS, 2.0)
+    times = {"sobol": 2.0, "openqmc-a": 2.5, "openqmc-b": 4.0, "blue": 5.0}
+    gains.write_rows(folder / "held-out/denoise.csv", [gains.row_of(gain(what, 6, 24), "seconds:plain:displayed_2.1", 16, label, "white")
+                                                       for label, what in times.items()])
     write("pbrt_headline.csv", ("independent", "zsobol", "sobol", "halton", "best of pbrt"), judge.COUNTS, 1.5)
     write("models_headline.csv", ("white",), (4,), 1.2)
 
@@ -131,6 +134,17 @@ def test_summary_of_both_path_tracers_and_models(tmp_path, capsys):
     text = (tmp_path / "front.md").read_text(encoding="utf-8")
     rows = [line for line in text.splitlines() if line.startswith("| ")][2:]
     assert len(rows) == 6 and sum("in our path tracer |" in row for row in rows) == 3 and "models" not in text
+
+
+def test_summary_of_times(tmp_path):
+    """White noise's time over a sampler's is printed the other way round, and so is its interval."""
+    summary_files(tmp_path)
+    assert summary.time_table(tmp_path) is None  # the first column is missing: a run without times
+    path = tmp_path / "held-out/renders_headline.csv"
+    gains.write_rows(path, [gains.row_of(gain(4.0, 6, 24), "seconds:displayed_2.1", 16, "blue", "white")])
+    rows = summary.time_table(tmp_path).splitlines()
+    assert rows[-1] == "| `blue` | 0.25 (0.24 to 0.26) |  | 0.20 (0.20 to 0.20) |"
+    assert rows[-2] == "| the best of OpenQMC |  |  | 0.25 (0.24 to 0.26) |"
 
 
 def test_pages_without_marks_are_left_alone(tmp_path):
