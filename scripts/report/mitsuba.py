@@ -174,7 +174,7 @@ def table(result):
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=positive, default=64, metavar="N", help="side of the pictures (default 64)")
+    parser.add_argument("--size", type=positive, default=160, metavar="N", help="side of the pictures (default 160)")
     parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="pictures of each sampler (default 16)")
     parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
                         help=f"samples per pixel of references (default {REFERENCE_SPP})")

@@ -142,16 +142,26 @@ def plot_spp(rows, path):
     save(figure, path, laid_out=True)
 
 
+def worst_step(found):
+    """The largest ratio of the errors at a count and at the one before, and that count."""
+    counts = list(found)
+    return max((found[spp] / found[before], spp) for before, spp in zip(counts, counts[1:]))
+
+
 def every_text(rows, command, commit):
     names = names_in(rows)
+    rise, spp = worst_step(errors(rows, "blue", "half-planes-01", "2.1"))
+    other, other_spp = worst_step(errors(rows, BASE, "half-planes-01", "2.1"))
     parts = ["# Error at every count", "", f"Printed by `{command}`.", "",
+             f"From one count to the next the error of `blue` on half-planes grows by at most {100 * (rise - 1):.0f} %, at {spp} samples; that of",
+             f"padded Sobol' by {100 * (other - 1):.0f} %, at {other_spp}.", "",
+             "![Error against every count](samplers_spp.png)", "",
              f"RMSE after a blur of 2.1 pixels, `{BASE}` at one sample = 1 (that of white noise), as on [the samplers' page](samplers.md), over",
              f"{EVERY_DOMAINS} domains. `sobol` is padded: its two pairs of dimensions are independent (0,2)-sequences; `sobol4d` is one",
              "four-dimensional Owen-scrambled Sobol' sequence in each pixel. `zorder` is declared at each count. Discs and bumps lie",
              "in (0,1). Products over two domains of a family take all pairs in turn.", ""]
     if commit:
         parts += [f"OpenQMC is at commit {commit}.", ""]
-    parts += ["![Error against every count](samplers_spp.png)", ""]
     for what in EVERY:
         base = errors(rows, BASE, what, "2.1")[1]
         found = {name: errors(rows, name, what, "2.1") for name in names}
@@ -300,9 +310,29 @@ def plot_spectra(program, names, path):
     return unlike
 
 
+def answer(rows):
+    """What the tables after the blur say of blue, and of the best of OpenQMC, in two sentences."""
+    def ends(found):
+        return f"{min(found.values()):.2f} to {max(found.values()):.2f}"
+
+    others, parts = [name for name in names_in(rows) if name in peers.PEERS], []
+    shown = {"half-planes-01": "a step in one pair of dimensions", "products": "a product over both pairs of a domain",
+             "siblings": "one over two domains of a family"}
+    for figure, what in shown.items():
+        best = ""
+        if others:
+            found = [ratios(rows, other, figure, "2.1") for other in others]
+            best = f" (best of OpenQMC: {ends({spp: min(one[spp] for one in found) for spp in found[0]})})"
+        parts.append(f"{what} {ends(ratios(rows, 'blue', figure, '2.1'))}{best}")
+    unblurred = ratios(rows, "blue", "half-planes-01", "0.0")
+    return (f"After a blur of 2.1 pixels `blue` has this share of padded Sobol's error, the least and the most over the counts: "
+            f"{', '.join(parts)}. Without a blur it has {ends(unblurred)} of it in a step: what it changes is where the error lies.")
+
+
 def report_text(rows, draws, unlike, command):
     names = names_in(rows)
-    parts = ["# Screen-space error of the samplers", "", f"Printed by `{command}`.", "",
+    parts = ["# Screen-space error of the samplers", "", f"Printed by `{command}`.", "", answer(rows), "",
+             "![Error against every count](samplers_spp.png)", "",
              f"Every figure is an error relative to that of `{BASE}` (Owen-scrambled Sobol', independent in each pixel and padded: its two",
              "pairs of dimensions are sequences of their own) in the same run; below 1 is better. `sobol4d` is Sobol' in four dimensions",
              "at once, in each pixel on its own, as in the path tracer. Every pixel integrates the same function. The image of",
@@ -314,8 +344,7 @@ def report_text(rows, draws, unlike, command):
         parts += ["OpenQMC's samplers are used in the same way: the domains of a family are `newDomain()` with the keys 4k to",
                   "4k + 3 of one parent; steps use the first pair of dimensions.", ""]
     parts += ["## blue, sigma 2.1", "", summary_table(rows), "",
-              "[Every count from 1 to 64](samplers_every.md), with discs and smooth integrands:", "",
-              "![Error against every count](samplers_spp.png)", "",
+              "The plot above is of [every count from 1 to 64](samplers_every.md), with discs and smooth integrands.", "",
               "## Spectra of error images", "",
               f"The integrands are discs in dimensions (0,1) of a domain other than the position in the pixel, over {DOMAINS} domains.",
               "Upper rows: an error image and the radially averaged power. Lower rows: the power in two dimensions (frequency 0 in the",
