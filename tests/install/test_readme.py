@@ -16,6 +16,7 @@ def examples(language, text=README):
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
+RENDERER = "static float shade(float u, float v, float s, float t, float a, float b) { return u * v * s * t * a * b; }\n"
 MAIN = """
 #include <cstdio>
 int main() {
@@ -27,7 +28,7 @@ int main() {
 
 def program():
     (text,) = examples("cpp")
-    return text + MAIN
+    return RENDERER + text + MAIN
 
 
 def test_the_languages_are_there():
