@@ -21,9 +21,8 @@ SPREAD_COUNTS = (1, 4, 16, 64)
 KINDS = {"displayed": "as displayed", "rmse": "raw", "displayed_luminance": "as displayed, luminance", "luminance": "raw, luminance"}
 WANTED_SAMPLER, WANTED_SPP = "zsobol", 16
 
-INTRO = f"""# In pbrt-v4
-
-How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
+TITLE = "# In pbrt-v4\n"
+INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
 ratios, pbrt's sampler over `blue`, at the same number of samples per pixel: 1.20 means that pbrt's sampler has 1.20 times the
 error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds; in brackets is the 95 %
 interval of a bootstrap over all three.
@@ -42,6 +41,24 @@ all seeds.
 References are means of two pictures by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
 own, so their errors are independent of all others'. Half the difference of the two pictures is a reference's own error. A crop
 counts where the error of `blue` is at least three times that."""
+
+
+def answer(rows):
+    """Two sentences from rows of Report.headline_rows(): where blue is ahead of pbrt's default and of the best of all, and where not."""
+    def of(than):
+        found = {int(row["spp"]): float(row["gain"]) for row in rows if row["measure"] == HEADLINE[0] and row["than"] == than}
+        return {spp: value for spp, value in found.items() if spp in HEADLINE_COUNTS}
+
+    default, best = of("zsobol"), of("best of pbrt")
+    parts = []
+    if default:
+        parts.append(f"As displayed, after a blur, pbrt's default `zsobol` has {min(default.values()):.2f} to {max(default.values()):.2f} times the error of "
+                     f"`blue` at {min(default)} to {max(default)} samples.")
+    if best:
+        behind = [f"{spp} ({value:.2f})" for spp, value in best.items() if value < 1]
+        parts.append(f"The best of all of pbrt's samplers, chosen at each count afterwards, has {min(best.values()):.2f} to {max(best.values()):.2f} times"
+                     + (f" and is ahead at {', '.join(behind)}." if behind else "."))
+    return " ".join(parts)
 
 
 def name_of(measure):
@@ -192,7 +209,7 @@ class Report:
     # ---- All
 
     def text(self):
-        parts = [INTRO]
+        parts = [TITLE, answer(self.headline_rows()), "", INTRO]
         for title, gains in self.sets.items():
             parts += [f"## {title}", ""]
             for measure in HEADLINE:
