@@ -14,7 +14,7 @@ from .renders_report import md_table
 FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds")
 HEADLINE = ("displayed_2.1", "rmse_2.1")
 NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
-ADAPTIVE, ADAPTIVE_SPP = (0.1, 0.02), 256
+ADAPTIVE, ADAPTIVE_SPP = (0.05,), 128
 ANSWER_COUNTS = (1, 4, 16, 64)
 SPREAD_COUNTS = (1, 4, 16, 64)
 

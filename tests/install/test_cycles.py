@@ -65,13 +65,17 @@ def test_kernels_for_gpus_draw_the_same(folder, static_library):
     assert run(program, "domains") == "0\n"
 
 
-# The first light, and directions and lights of later surfaces.
-@pytest.mark.parametrize("dimension", [17, 19, 33, 35], ids=["light", "direction", "next light", "next direction"])
-def test_the_check_of_the_guide_passes(folder, static_library, dimension):
+@pytest.fixture(scope="module")
+def check(folder, static_library):
     program = folder / "check.c"
     program.write_text(listing("check.c"))
     run(os.environ.get("CC", "cc"), "-std=c99", "-O1", "-c", program, "-o", folder / "check.o")
-    check = link(folder, static_library, "check", "-DCHECK", folder / "check.o")
+    return link(folder, static_library, "check", "-DCHECK", folder / "check.o")
+
+
+# The first light, and directions and lights of later surfaces.
+@pytest.mark.parametrize("dimension", [17, 19, 33, 35], ids=["light", "direction", "next light", "next direction"])
+def test_the_check_of_the_guide_passes(check, dimension):
     for seed in range(2):
         printed = run(check, env={**os.environ, "SEED": str(seed), "DIMENSION": str(dimension)})
         found = re.findall(r"-?[\d.]+$", printed, re.MULTILINE)
