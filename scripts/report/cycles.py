@@ -185,6 +185,7 @@ and results are cached there, and a run that was interrupted resumes.""")
     parser.add_argument("--seeds", type=positive, default=SEEDS, metavar="N", help=f"pictures of each pattern (default {SEEDS})")
     parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
                         help=f"samples per pixel of references (default {REFERENCE_SPP})")
+    parser.add_argument("--no-adaptive", action="store_true", help="leave out adaptive sampling")
     parser.add_argument("--quick", action="store_true", help="a trial once Cycles is built: 2 seeds, to 16 samples, poorer references")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
                         help="processes at a time, one thread each (default: one per core)")
@@ -197,7 +198,7 @@ and results are cached there, and a run that was interrupted resumes.""")
     options = parser.parse_args(arguments)
     # Only the whole comparison goes to docs/report.
     options.whole = not options.quick and all(
-        getattr(options, name) == parser.get_default(name) for name in ("scenes", "spp", "seeds", "reference_spp"))
+        getattr(options, name) == parser.get_default(name) for name in ("scenes", "spp", "seeds", "reference_spp", "no_adaptive"))
     options.scenes = options.scenes.split(",") if options.scenes else list(SCENES)
     for one in options.scenes:
         if one not in SCENES:
@@ -227,7 +228,7 @@ def run(arguments):
     seeds = range(1, options.seeds + 1)
     tasks = [Task(view, sampler, seed, counts) for view in views for sampler in SAMPLERS for seed in seeds]
     tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), threshold) for view in views for sampler in SAMPLERS for seed in seeds
-              for threshold in ADAPTIVE]
+              for threshold in ADAPTIVE if not options.no_adaptive]
     cells = Cells(work.results(references, tasks))
     report = Report(options, cells, references, SAMPLERS, counts)
     write_rows(options.pages / "cycles.csv", FIELDS + MEASURES, rows_of(cells, set(views)))

@@ -150,9 +150,10 @@ class Report:
         for measure in HEADLINE:
             for than in ("tabulated_sobol", "blue_noise_pure"):
                 parts += [f"{name_of(measure).capitalize()}:", "", self.scenes_table(measure, than), ""]
-        parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, and Cycles' own "
-                  "least count. Cycles stops where two halves of a pixel's samples agree, told apart by bits of the sample's index: with a "
-                  "pattern whose halves are better spread they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
+        if any(self.cells.get(view, f"blue {ADAPTIVE[0]}", ADAPTIVE_SPP, "samples") for view in self.gains.views):
+            parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, and Cycles' own "
+                      "least count. Cycles stops where two halves of a pixel's samples agree, told apart by bits of the sample's index: with a "
+                      "pattern whose halves are better spread they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
         parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes.", "", self.times_table(), ""]
         parts += ["## Other blurs", ""]
         for kind in ("displayed", "rmse"):
