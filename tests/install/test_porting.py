@@ -281,59 +281,6 @@ def test_choice_of_a_light(build):
     assert run(build(lights_dot_h=listing("lights.h"), main_dot_c=LIGHTS)) == "0\n"
 
 
-# The few names of Cycles that its listing uses, then a comparison with the library.
-CYCLES = """
-#include <bn/bn.h>
-#include <cstdio>
-#include <cstring>
-#include <vector>
-typedef unsigned uint;
-struct float3 { float x, y, z; };
-struct float4 { float x, y, z, w; };
-struct Globals { std::vector<float> sample_pattern_lut; };
-typedef const Globals *KernelGlobals;
-enum { PRNG_FILTER = 0, PRNG_LENS_TIME = 1, PRNG_TERMINATE = 0, PRNG_LIGHT = 1, PRNG_SURFACE_BSDF = 3, PRNG_BOUNCE_NUM = 16 };
-#define ccl_device_inline [[maybe_unused]] static inline
-#define kernel_data_fetch(name, index) kg->name[index]
-static float3 make_float3(float x, float y, float z) { return {x, y, z}; }
-static float4 make_float4(float x, float y, float z, float w) { return {x, y, z, w}; }
-static uint __float_as_uint(float f) { uint u; std::memcpy(&u, &f, 4); return u; }
-static uint reverse_integer_bits(uint v) {
-    uint r = 0;
-    for (int i = 0; i < 32; ++i) r |= (v >> i & 1) << (31 - i);
-    return r;
-}
-#include "cycles.h"
-int main() {
-    bn_sampler *sampler;
-    size_t count;
-    if (bn_sampler_create(nullptr, &sampler) != BN_SUCCESS) return 1;
-    bn_sampler_table_words(sampler, nullptr, 0, &count);
-    Globals globals;
-    globals.sample_pattern_lut.resize(count);
-    bn_sampler_table_words(sampler, reinterpret_cast<uint32_t *>(globals.sample_pattern_lut.data()), count, nullptr);
-    const struct { int dimension; uint32_t key; int half; } decisions[] = {
-        {PRNG_FILTER, 0, 0}, {16 + PRNG_LIGHT, 0, 1}, {16 + PRNG_SURFACE_BSDF, 1, 0},
-        {32 + PRNG_LIGHT, 1, 1}, {48 + PRNG_LIGHT, 2, 1}, {48 + PRNG_SURFACE_BSDF, 4, 0}};
-    int wrong = 0;
-    for (int x = 0; x < 50; ++x)
-        for (const auto &d : decisions) {
-            float own[4];
-            bn_sample_4d(sampler, x, 900, 300, bn_domain_child(BN_DOMAIN_ROOT, d.key), own);
-            const float3 u = path_rng_3D(&globals, path_rng_pixel_init(&globals, 0, x, 900), 300, d.dimension);
-            wrong += u.x != own[2 * d.half] || u.y != own[2 * d.half + 1] || u.z == own[0] || u.z == own[2];
-        }
-    std::printf("%d\\n", wrong);
-    bn_sampler_destroy(sampler);
-    return 0;
-}
-"""
-
-
-def test_cycles(build):
-    assert run(build(cycles_dot_h=listing("cycles.h"), main_dot_cpp=CYCLES)) == "0\n"
-
-
 def test_links_are_there():
     links = re.findall(r"\]\(([^)#]+)", GUIDE)
     assert [link for link in links if "://" not in link and not (ROOT / "docs" / link).exists()] == []

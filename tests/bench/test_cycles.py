@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The comparison in Cycles: scenes, what adaptive sampling adds, and the report. With BN_CYCLES=DIR, a checkout of Cycles, pictures too:
+threads and seeds. That builds Cycles, which takes a quarter of an hour the first time."""
+
+import math
+import os
+import subprocess
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from report import cycles, cycles_build, cycles_report, cycles_scenes
+from report.files import read_exr
+from report.renderer import RenderError
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A folder that looks like Cycles."""
+    folder = tmp_path / "cycles"
+    for name in ("src/kernel/sample", "src/app", "lib/linux_x64", "examples"):
+        (folder / name).mkdir(parents=True)
+    (folder / "src/kernel/sample/pattern.h").write_text("first\n")
+    (folder / cycles_build.COUNTS[0]).write_text(f"before {cycles_build.COUNTS[1]} after\n")
+    (folder / "examples/scene_monkey.xml").write_text(
+        '<cycles>\n<camera type="perspective" fov="0.5"/>\n<include src="./objects/suzanne.xml" />\n</cycles>\n')
+    git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@example.org")
+    for command in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
+        subprocess.run([*git, *command], check=True)
+    return folder
+
+
+def test_scenes_are_zoomed_and_include_what_is_beside_them(checkout):
+    text = cycles_scenes.text("monkey", checkout, cycles.integrator("blue", 4, 7))
+    assert f'fov="{2 * math.atan(math.tan(math.pi / 8) / cycles_scenes.ZOOM):.6f}"' in text and 'fov="0.5"' not in text
+    assert 'src="examples/objects/suzanne.xml"' in text and text.count("<cycles>") == text.count("</cycles>") == 1
+    assert 'sampling_pattern="blue" seed="7" aa_samples="4" use_adaptive_sampling="false"' in text
+    assert 'use_adaptive_sampling="true" adaptive_threshold="0.1"' in cycles_scenes.text(
+        "lens", checkout, cycles.integrator("blue", 4, 7, 0.1))
+    with pytest.raises(RenderError, match="scene_caustics.xml"):
+        cycles_scenes.text("caustics", checkout, {})
+
+
+def test_a_copy_is_patched_and_what_is_the_same_stays(checkout, tmp_path, monkeypatch):
+    patch = tmp_path / "a.patch"
+    patch.write_text("--- a/src/kernel/sample/pattern.h\n+++ b/src/kernel/sample/pattern.h\n@@ -1 +1,2 @@\n first\n+second\n")
+    monkeypatch.setattr(cycles_build, "PATCH", patch)
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    cycles_build.prepare(checkout, folder)
+    copy = folder / "src"
+    assert (copy / "src/kernel/sample/pattern.h").read_text() == "first\nsecond\n"
+    assert (copy / cycles_build.COUNTS[0]).read_text() == f"before {cycles_build.COUNTS[2]} after\n"
+    assert (copy / "src/kernel/sample/blue.h").read_text() == (cycles_build.OWN / "blue.h").read_text()
+    assert not (copy / "lib").exists() and (checkout / "lib").exists()
+    assert (checkout / "src/kernel/sample/pattern.h").read_text() == "first\n"
+    before = (copy / "src/kernel/sample/blue.h").stat().st_mtime_ns
+    cycles_build.prepare(checkout, folder)
+    assert (copy / "src/kernel/sample/blue.h").stat().st_mtime_ns == before
+    with pytest.raises(RenderError, match=f"checkout {cycles_build.TAG}"):
+        cycles_build.check(checkout)
+    with pytest.raises(RenderError, match="is no checkout of Cycles"):
+        cycles_build.check(tmp_path)
+
+
+class Made:
+    """Cells: Tabulated Sobol has 1.5 times the error of blue and half its time, blue noise 1.2 times."""
+
+    def get(self, view, label, spp, measure):
+        name, _, threshold = label.partition(" ")
+        factor = {"blue": 1, "tabulated_sobol": 1.5}.get(name, 1.2)
+        if measure == "samples":
+            return [20 * factor] * 4 if threshold else None
+        if measure == "seconds":
+            return [0.1 + 1e-3 * spp * (2 if name == "blue" else 1)] * 4
+        return [factor / math.sqrt(spp)] * 4
+
+
+def report(names=("penumbra", "monkey")):
+    views = [cycles_scenes.View(name) for name in names]
+    references = {view: cycles.Reference(np.zeros((2, 2, 3)), dict.fromkeys(cycles.MEASURES, 0.001), 4096, 1.0) for view in views}
+    options = SimpleNamespace(seeds=4, command="scripts/bench cycles --cycles DIR")
+    return cycles_report.Report(options, Made(), references, cycles.SAMPLERS, cycles.COUNTS)
+
+
+def test_the_report_says_what_was_measured():
+    text = report().text()
+    assert ("Cycles' Tabulated Sobol has 1.50, 1.50, 1.50, 1.50 times the error of `blue` as displayed" in text
+            and "has 1.20, 1.20, 1.20, 1.20 times (*pure*)" in text and "takes 2.00 times as long" in text)
+    assert "Tabulated Sobol takes 1.50 times the samples of `blue` and ends with 1.50 times its error" in text
+    assert text.count("1.50 (1.50 to 1.50)") == 2 * 9 + 3 * len(cycles_report.ADAPTIVE)
+    assert "| Tabulated Sobol | 1.50 (1.50) |" in report().summary()
+    assert max(map(len, text.split("## Other")[0].replace("|", "\n").splitlines())) < 800
+
+
+def test_only_the_whole_comparison_changes_the_report():
+    options = cycles.parse_options(["--cycles", "/some/where", "--quick", "--jobs", "2"])
+    assert options.command == "scripts/bench cycles --cycles DIR --quick"
+    assert (options.seeds, options.spp, options.whole, str(options.out)) == (2, 16, False, "out/cycles")
+    options = cycles.parse_options(["--cycles=/some/where"])
+    assert options.command == "scripts/bench cycles --cycles=DIR" and options.whole and str(options.out) == "docs/report"
+    for part in (["--scenes", "lens"], ["--spp", "16"], ["--seeds", "2"], ["--reference-spp", "64"]):
+        assert str(cycles.parse_options(["--cycles", "x", *part]).out) == "out/cycles", part
+    with pytest.raises(SystemExit):
+        cycles.parse_options(["--cycles", "x", "--scenes", "room"])
+
+
+def test_cycles_that_fails_is_an_error_with_its_last_line(tmp_path, checkout):
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\necho no such pattern\nexit 3\n")
+    program.chmod(0o755)
+    with pytest.raises(RenderError, match="Cycles failed on lens: no such pattern"):
+        cycles.render(program, checkout, "lens", cycles.integrator("blue", 1, 1), tmp_path / "out.exr")
+
+
+# ---- With Cycles
+
+@pytest.fixture(scope="session")
+def program():
+    if not os.environ.get("BN_CYCLES"):
+        pytest.skip("BN_CYCLES is not set to a checkout of Cycles")
+    return cycles_build.build(os.environ["BN_CYCLES"], os.cpu_count() or 1)
+
+
+def test_pictures_differ_by_their_seeds_alone(program, tmp_path):
+    def picture(seed):
+        out = tmp_path / "out.exr"
+        cycles.render(program, os.environ["BN_CYCLES"], "lens", cycles.integrator("blue", 2, seed), out)
+        return read_exr(out)[0]
+
+    first, again, other = picture(1), picture(1), picture(2)
+    assert np.array_equal(first, again) and np.mean(first != other) > 0.5 and abs(first.mean() / other.mean() - 1) < 0.02

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws like Cycles' kernels, and prints the numbers of a path or the outcome of a comparison:
+//     draws path KIND BOUNCES     one line per number: its values in eight samples
+//     draws domains               how many numbers are not those of the domain they should be of
+//     draws strata                how many strata of the numbers of 16 samples are not met once
+//     draws pixels                how many pixels are another after they were packed
+// With CHECK it is the renderer of the check in docs/porting.md instead.
+#include "stand_in.h"
+
+#include "kernel/sample/blue.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <set>
+#include <string>
+
+using namespace ccl;
+using Numbers = std::vector<float>;
+
+namespace {
+
+// What Integrator::device_update() does.
+Globals make(uint seed) {
+    Globals globals;
+    globals.data.integrator.seed = seed * 0x9e3779b9u + 77u;
+    bn_sampler_options options = bn_sampler_options_default();
+    options.seed = seed;
+    bn_sampler *sampler;
+    size_t count;
+    if (bn_sampler_create(&options, &sampler) != BN_SUCCESS) std::abort();
+    bn_sampler_table_words(sampler, nullptr, 0, &count);
+    globals.sample_pattern_lut.resize(count);
+    bn_sampler_table_words(sampler, reinterpret_cast<uint32_t *>(globals.sample_pattern_lut.data()),
+                           count, nullptr);
+    bn_sampler_destroy(sampler);
+    return globals;
+}
+
+struct Sample {
+    KernelGlobals kg;
+    uint pixel, index;
+    Numbers numbers;
+
+    void one(int dimension) { numbers.push_back(blue_sample_1D(kg, pixel, index, dimension)); }
+    void two(int dimension) {
+        const float2 u = blue_sample_2D(kg, pixel, index, dimension);
+        numbers.insert(numbers.end(), {u.x, u.y});
+    }
+    void three(int dimension) {
+        const float3 u = blue_sample_3D(kg, pixel, index, dimension);
+        numbers.insert(numbers.end(), {u.x, u.y, u.z});
+    }
+};
+
+// "surface": all that a surface may draw. "volume": the same in a medium. "subsurface": random walks from hashed offsets.
+Numbers path(const Globals &globals, int x, int y, uint index, const std::string &kind,
+             int bounces) {
+    Sample sample{&globals, blue_pixel(&globals, x, y), index, {}};
+    sample.two(PRNG_FILTER);
+    sample.three(PRNG_LENS_TIME);
+    for (int bounce = 1; bounce <= bounces; ++bounce) {
+        const int at = PRNG_BOUNCE_NUM * bounce;
+        if (kind == "subsurface" && bounce > 1) {
+            const int hashed = int(uint(bounce) * 0x9e3779b9u & ~3u);
+            sample.two(hashed);
+            for (int k = 1; k < 5; ++k) sample.one(hashed + k);
+            continue;
+        }
+        sample.one(at + PRNG_TERMINATE);
+        sample.three(at + PRNG_LIGHT);
+        sample.one(at + PRNG_LIGHT_TERMINATE);
+        if (kind == "volume" && bounce % 2) {
+            sample.two(at + PRNG_VOLUME_PHASE);
+            for (int k = PRNG_VOLUME_PHASE_CHANNEL; k <= PRNG_VOLUME_PHASE_GUIDING_EQUIANGULAR; ++k)
+                sample.one(at + k);
+            continue;
+        }
+        sample.three(at + PRNG_SURFACE_BSDF);
+        sample.two(at + PRNG_SURFACE_AO);
+        sample.two(at + PRNG_SURFACE_BEVEL);
+        sample.one(at + PRNG_SURFACE_BSDF_GUIDING);
+        sample.three(at + PRNG_SURFACE_RIS_GUIDING_0);
+        sample.one(at + PRNG_SURFACE_RIS_GUIDING_1);
+    }
+    return sample.numbers;
+}
+
+[[maybe_unused]] int print_path(const std::string &kind, int bounces) {
+    const Globals globals = make(3);
+    std::vector<Numbers> samples;
+    for (int k = 0; k < 8; ++k)
+        samples.push_back(path(globals, 11 * k, 5 + 3 * k, uint(k), kind, bounces));
+    for (size_t i = 0; i < samples[0].size(); ++i) {
+        for (const Numbers &numbers : samples) std::printf("%.9g ", double(numbers[i]));
+        std::printf("\n");
+    }
+    return 0;
+}
+
+// The numbers of a domain of the library, in the order in which Cycles takes them.
+struct Wanted {
+    int dimension;
+    uint32_t domain;
+    int order[3];
+};
+
+[[maybe_unused]] int domains() {
+    int wrong = 0;
+    bn_sampler *library;
+    if (bn_sampler_create(nullptr, &library) != BN_SUCCESS) return -1;
+    const Globals globals = make(0);
+    const auto ray = [](uint32_t key) { return bn_domain_child(BN_DOMAIN_ROOT, key); };
+    // Ray 3 and those after it have the next key, as the camera's domain has key 3.
+    const Wanted all[] = {
+        {PRNG_FILTER, ray(0), {0, 1, -1}},
+        {16 + PRNG_LIGHT, ray(3), {0, 1, 3}},
+        {16 + PRNG_SURFACE_BSDF, ray(1), {0, 1, 2}},
+        {32 + PRNG_LIGHT, bn_domain_child(ray(2), 4 * PRNG_LIGHT + 2), {0, 1, 2}},
+        {48 + PRNG_SURFACE_BSDF, ray(4), {0, 1, 2}},
+        {48 + PRNG_SURFACE_AO, bn_domain_child(ray(4), 4 * PRNG_SURFACE_AO + 2), {0, 1, -1}},
+        {48 + PRNG_TERMINATE, bn_domain_child(ray(4), 2), {2, -1, -1}},
+    };
+    for (uint index = 0; index < 300; index += 7)
+        for (const Wanted &wanted : all) {
+            const int x = int(index) * 200, y = 900;
+            float u[4];
+            bn_sample_4d(library, x, y, index, wanted.domain, u);
+            Sample sample{&globals, blue_pixel(&globals, x, y), index, {}};
+            if (wanted.order[1] < 0)
+                sample.one(wanted.dimension);
+            else if (wanted.order[2] < 0)
+                sample.two(wanted.dimension);
+            else
+                sample.three(wanted.dimension);
+            for (size_t k = 0; k < sample.numbers.size(); ++k)
+                wrong += sample.numbers[k] != u[wanted.order[k]];
+        }
+    // Time and lens.
+    for (uint index = 0; index < 40; ++index) {
+        float first[4], camera[4];
+        bn_sample_4d(library, 5, 6, index, ray(0), first);
+        bn_sample_4d(library, 5, 6, index, ray(3), camera);
+        const float3 u =
+            blue_sample_3D(&globals, blue_pixel(&globals, 5, 6), index, PRNG_LENS_TIME);
+        wrong += u.x != camera[2] || u.y != first[2] || u.z != first[3];
+    }
+    bn_sampler_destroy(library);
+    return wrong;
+}
+
+// Each number of a path meets each sixteenth once in 16 samples, and each pair each cell of 4 x 4.
+[[maybe_unused]] int strata() {
+    int missed = 0;
+    const Globals globals = make(5);
+    for (int pixel = 0; pixel < 20; ++pixel) {
+        const auto meet = [&](int dimension, bool pair) {
+            std::set<int> x, y, cells;
+            for (uint index = 0; index < 16; ++index) {
+                const uint at = blue_pixel(&globals, 31 * pixel, pixel);
+                const float2 u = pair ? blue_sample_2D(&globals, at, index, dimension)
+                                      : float2{blue_sample_1D(&globals, at, index, dimension), 0};
+                x.insert(int(16 * u.x));
+                y.insert(int(16 * u.y));
+                cells.insert(4 * int(4 * u.x) + int(4 * u.y));
+            }
+            missed += 16 - int(x.size());
+            if (pair) missed += 16 - int(y.size()) + 16 - int(cells.size());
+        };
+        meet(PRNG_FILTER, true);
+        for (int bounce = 1; bounce < 5; ++bounce) {
+            meet(16 * bounce + PRNG_LIGHT, true);
+            meet(16 * bounce + PRNG_SURFACE_BSDF, true);
+            meet(16 * bounce + PRNG_SURFACE_AO, true);
+            meet(16 * bounce + PRNG_TERMINATE, false);
+        }
+    }
+    return missed;
+}
+
+[[maybe_unused]] int pixels() {
+    int wrong = 0;
+    const Globals globals = make(9);
+    for (const uint x : {0u, 1u, 4095u, 65535u})
+        for (const uint y : {0u, 1u, 2159u, 65535u}) {
+            const bn_path found = blue_path(&globals, blue_pixel(&globals, int(x), int(y)), 4);
+            wrong += found.x != x || found.y != y || found.index != 4;
+        }
+    return wrong;
+}
+
+} // namespace
+
+#ifdef CHECK
+extern "C" void draw(int x, int y, unsigned index, int decision, float u[2]) {
+    static const char *const seed = std::getenv("SEED"), *const dimension =
+                                                             std::getenv("DIMENSION");
+    static const Globals globals = make(uint(std::atoi(seed)));
+    const float2 found = blue_sample_2D(&globals, blue_pixel(&globals, x, y), index,
+                                        decision == 0 ? PRNG_FILTER : std::atoi(dimension));
+    u[0] = found.x, u[1] = found.y;
+}
+#else
+int main(int count, char **arguments) {
+    const std::string what = count > 1 ? arguments[1] : "";
+    if (what == "path" && count == 4) return print_path(arguments[2], std::atoi(arguments[3]));
+    int wrong = -1;
+    if (what == "domains") wrong = domains();
+    if (what == "strata") wrong = strata();
+    if (what == "pixels") wrong = pixels();
+    std::printf("%d\n", wrong);
+    return 0;
+}
+#endif

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sampling pattern for Cycles compiles, and draws what Cycles asks for: no number twice, whole strata, blue noise, the library's
+bits. With BN_CYCLES=DIR, a checkout of Cycles, the patch is applied too, though not built."""
+
+import os
+import re
+import subprocess
+
+import pytest
+from conftest import ROOT, run
+from test_porting import limits, listing
+
+HERE = ROOT / "tests" / "install" / "cycles"
+OWN = ROOT / "examples" / "cycles"
+PATCH = OWN / "cycles-v4.2.0.patch"
+FLAGS = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with what README.md copies to src/kernel/sample."""
+    folder = tmp_path_factory.mktemp("cycles")
+    sample = folder / "kernel" / "sample"
+    sample.mkdir(parents=True)
+    for path in (OWN / "blue.h", *((ROOT / "libbn" / "include" / "bn" / f"bn_{name}.glsl") for name in ("draw", "path"))):
+        (sample / path.name).write_text(path.read_text())
+    return folder
+
+
+def link(folder, library, name, *arguments):
+    run(os.environ.get("CXX", "c++"), *FLAGS, "-I", folder, "-I", HERE, *library.pkg_config("--cflags"), *arguments, HERE / "draws.cpp",
+        "-o", folder / name, *library.pkg_config("--libs", "--static"), "-lm")
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def draws(folder, static_library):
+    return link(folder, static_library, "draws")
+
+
+@pytest.mark.parametrize("kind", ["surface", "volume", "subsurface"])
+def test_no_number_is_drawn_twice(draws, kind):
+    lines = run(draws, "path", kind, "30").splitlines()
+    assert len(lines) >= 5 + 29 * 6
+    # Equal in eight samples is no chance: one in 2^24 is equal in a single one.
+    assert len(set(lines)) == len(lines)
+    assert all(0 <= float(number) < 1 for line in lines for number in line.split())
+
+
+def test_decisions_have_the_domains_that_the_readme_names(draws):
+    assert run(draws, "domains") == "0\n"
+
+
+def test_sixteen_samples_meet_every_stratum(draws):
+    assert run(draws, "strata") == "0\n"
+
+
+def test_pixels_survive_packing(draws):
+    assert run(draws, "pixels") == "0\n"
+
+
+def test_kernels_for_gpus_draw_the_same(folder, static_library):
+    """Without 64-bit products."""
+    program = link(folder, static_library, "gpu", "-D__KERNEL_GPU__")
+    assert run(program, "domains") == "0\n"
+
+
+@pytest.fixture(scope="module")
+def check(folder, static_library):
+    program = folder / "check.c"
+    program.write_text(listing("check.c"))
+    run(os.environ.get("CC", "cc"), "-std=c99", "-O1", "-c", program, "-o", folder / "check.o")
+    return link(folder, static_library, "check", "-DCHECK", folder / "check.o")
+
+
+# The first light, and directions and lights of later surfaces.
+@pytest.mark.parametrize("dimension", [17, 19, 33, 35], ids=["light", "direction", "next light", "next direction"])
+def test_the_check_of_the_guide_passes(check, dimension):
+    for seed in range(2):
+        printed = run(check, env={**os.environ, "SEED": str(seed), "DIMENSION": str(dimension)})
+        found = re.findall(r"-?[\d.]+$", printed, re.MULTILINE)
+        # The guide's limits are those of a few domains; others are up to a tenth above them.
+        assert all(least <= float(figure) <= 1.15 * most for figure, (least, most) in zip(found, limits())), printed
+        assert len(found) == 5
+
+
+def test_the_patch_is_for_cycles_alone():
+    changed = re.findall(r"^\+\+\+ b/(.*)", PATCH.read_text(), re.MULTILINE)
+    assert changed == ["src/kernel/CMakeLists.txt", "src/kernel/integrator/init_from_camera.h", "src/kernel/sample/pattern.h",
+                       "src/kernel/types.h", "src/scene/CMakeLists.txt", "src/scene/integrator.cpp"]
+
+
+def test_the_patch_applies():
+    if not os.environ.get("BN_CYCLES"):
+        pytest.skip("BN_CYCLES is not set to a checkout of Cycles")
+    subprocess.run(["git", "-C", os.environ["BN_CYCLES"], "apply", "--check", PATCH], check=True)
