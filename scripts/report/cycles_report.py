@@ -153,7 +153,7 @@ class Report:
             parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, and Cycles' own "
                       "least count. Cycles stops where two halves of a pixel's samples agree, told apart by bits of the sample's index: with a "
                       "pattern whose halves are better spread they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
-        parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes. On a machine with other work, as here, a few "
+        parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes. On a machine with other work a few "
                   "per cent mean nothing.", "", self.times_table(), ""]
         parts += ["## Other blurs", ""]
         for kind in ("displayed", "rmse"):
