@@ -125,7 +125,7 @@ def program():
 def test_pictures_differ_by_their_seeds_alone(program, tmp_path):
     def picture(seed):
         out = tmp_path / "out.exr"
-        cycles.render(program, os.environ["BN_CYCLES"], "lens", cycles.integrator("blue", 2, seed), out)
+        cycles.render(program, os.environ["BN_CYCLES"], "penumbra", cycles.integrator("blue", 2, seed), out)
         return read_exr(out)[0]
 
     first, again, other = picture(1), picture(1), picture(2)
