@@ -129,17 +129,16 @@ class Report:
     def answer(self):
         """Three sentences."""
         counts = [n for n in ANSWER_COUNTS if n in self.counts]
-        said = []
-        for than in self.own:
-            found = [self.gains.gain("blue", spp, HEADLINE[0], than) for spp in counts]
-            said.append(", ".join(f"{gain.value:.2f}" if gain else "?" for gain in found))
+        said, raw = ([", ".join(f"{gain.value:.2f}" if gain else "?" for gain in (
+            self.gains.gain("blue", spp, measure, than) for spp in counts)) for than in self.own] for measure in HEADLINE)
         at = f"At {', '.join(map(str, counts[:-1]))} and {counts[-1]} samples" if len(counts) > 1 else f"At {counts[0]} sample"
         threshold = ADAPTIVE[-1]
         samples, error = (self.mean_ratio(name, "tabulated_sobol", threshold) for name in ("samples", HEADLINE[0]))
         last = (f"With adaptive sampling and a threshold of {threshold}, Tabulated Sobol takes {samples[0]:.2f} times the samples of `blue` "
                 f"and ends with {error[0]:.2f} times its error; " if samples and error else "")
-        return (f"{at}, Cycles' Tabulated Sobol has {said[0]} times the error of `blue` as displayed. Its own blue noise, which has to know "
-                f"the number of samples beforehand, has {said[2]} times (*pure*) and {said[1]} times (*first*). {last}"
+        return (f"{at}, Cycles' Tabulated Sobol has {said[0]} times the error of `blue` as displayed (raw {raw[0]}). Its own blue noise, which has to know "
+                f"the number of samples beforehand, has {said[2]} times with *pure* (raw {raw[2]}) and {said[1]} times with "
+                f"*first* (raw {raw[1]}). {last}"
                 f"{'a' if last else 'A'} sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
 
     def text(self):
@@ -154,7 +153,8 @@ class Report:
             parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, and Cycles' own "
                       "least count. Cycles stops where two halves of a pixel's samples agree, told apart by bits of the sample's index: with a "
                       "pattern whose halves are better spread they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
-        parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes.", "", self.times_table(), ""]
+        parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes. On a machine with other work a few "
+                  "per cent mean nothing.", "", self.times_table(), ""]
         parts += ["## Other blurs", ""]
         for kind in ("displayed", "rmse"):
             for sigma in ("1.0", "0.0"):
