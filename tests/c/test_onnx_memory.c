@@ -175,7 +175,7 @@ static void transposed(writer *w) {
 /* All of the values are used at the end, so all are alive at once. */
 static void all_alive(writer *w, int used_at_the_end) {
     const char *inputs[NODES];
-    static char names[NODES][8];
+    static char names[NODES][16];
     convolved(w, 32, NULL);
     memcpy(names[0], "deep", 5);
     for (int i = 1; i < 60; ++i) {
