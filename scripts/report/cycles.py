@@ -12,12 +12,11 @@ import hashlib
 import os
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-from .bench_options import arguments_that_count, run_or_say_why
+from .bench_options import run_or_say_why
 from .convergence import positive
 from .cycles_build import TAG, build
 from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, FIELDS, Report
@@ -25,6 +24,7 @@ from .cycles_scenes import SCENES, SIZE, View, text
 from .files import read_exr, write_rows, write_text
 from .image_error import LUMINANCE
 from .judge import Cells, Run, Store
+from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of
 from .pbrt import MEASURES, errors, rows_of
 from .progress import Progress, duration
 from .renderer import RenderError, cache_folder
@@ -48,23 +48,17 @@ def integrator(sampler, spp, seed, threshold=None):
 
 def render(program, checkout, scene, settings, out, counts=False):
     """Renders into `out`, with `counts` the samples of each pixel; returns the processor seconds."""
-    with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder, tempfile.TemporaryFile() as log:
+    with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
         path = Path(folder) / "scene.xml"
         path.write_text(text(scene, checkout, settings), encoding="utf-8")
         (Path(folder) / "examples").symlink_to(Path(checkout).resolve() / "examples")
         # Cycles finds included files from the folder of a relative path alone.
         command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
                    str(settings["aa_samples"]), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
-        environment = {**os.environ, "BN_COUNTS": "1"} if counts else os.environ
-        process = os.posix_spawn(command[0], command, environment, file_actions=[
-            (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0), (os.POSIX_SPAWN_DUP2, log.fileno(), 1),
-            (os.POSIX_SPAWN_DUP2, log.fileno(), 2)])
-        _, status, used = os.wait4(process, 0)
-        if status or not Path(out).is_file():
-            log.seek(0)
-            said = log.read().decode(errors="replace").strip().splitlines()
-            raise RenderError(f"Cycles failed on {scene}: {said[-1] if said else f'status {status}'}")
-    return used.ru_utime + used.ru_stime
+        seconds = processor_seconds(command, f"Cycles failed on {scene}", {**os.environ, "BN_COUNTS": "1"} if counts else None)
+        if not Path(out).is_file():
+            raise RenderError(f"Cycles wrote no picture of {scene}")
+    return seconds
 
 
 @dataclasses.dataclass(frozen=True)
@@ -94,17 +88,6 @@ class Builds:
 
     def estimate(self, samples):
         return sum(samples.values()) / 4e5 / (os.cpu_count() or 1)
-
-
-@dataclasses.dataclass(frozen=True)
-class Reference:
-    picture: np.ndarray
-    own: dict  # {measure: its own error}
-    spp: int
-    seconds: float
-
-    def key(self):
-        return hashlib.sha256(self.picture.tobytes()).hexdigest()
 
 
 class CyclesRun(Run):
@@ -139,34 +122,14 @@ class CyclesRun(Run):
     def reference(self, view, spp):
         """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
         key = {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
-        found = self.store.load(key)
-        if not found:
-            halves, seconds = [], 0.0
-            with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-                for half in range(2):
-                    out = Path(folder) / "out.exr"
-                    settings = integrator(REFERENCE_SAMPLER, spp // 2, REFERENCE_SEED + half)
-                    seconds += render(self.program, self.checkout, view.scene, settings, out)
-                    halves.append(read_exr(out)[0])
-            found = [{"seconds": seconds}], {"halves": np.array(halves)}
-            self.store.save(key, *found)
-        (row,), arrays = found
-        first, second = arrays["halves"]
-        own = {name: error / 2 for name, error in errors(first, second).items()}
-        return Reference((first + second) / 2, own, spp, row["seconds"])
+
+        def half(number, out):
+            return render(self.program, self.checkout, view.scene, integrator(REFERENCE_SAMPLER, spp // 2, REFERENCE_SEED + number), out)
+
+        return reference_of_halves(self.store, key, spp, half, errors)
 
     def references(self, views, spp):
-        """{view: Reference}, `jobs` at a time."""
-        progress, found = Progress(len(views), "references"), {}
-        pool = ThreadPoolExecutor(self.jobs)
-        try:
-            for view, reference in zip(views, pool.map(lambda view: self.reference(view, spp), views)):
-                found[view] = reference
-                progress(f"reference of {view.label}", len(found))
-        finally:
-            pool.shutdown(cancel_futures=True)
-            progress.close()
-        return found
+        return references_of(views, lambda view: self.reference(view, spp), self.jobs, Progress(len(views), "references"))
 
 
 # ---- The command
@@ -206,15 +169,7 @@ and results are cached there, and a run that was interrupted resumes.""")
     if options.quick:
         options.seeds, options.spp, options.reference_spp = min(options.seeds, 2), min(options.spp, 16), 256
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
-    shown = arguments_that_count(arguments)
-    for i, word in enumerate(shown):
-        if word == "--cycles":
-            shown[i + 1:i + 2] = ["DIR"]
-        elif word.startswith("--cycles="):
-            shown[i] = "--cycles=DIR"
-        elif word == "--program":
-            del shown[i:i + 2]
-    options.command = " ".join(["scripts/bench cycles", *shown])
+    options.command = command_shown("scripts/bench cycles", arguments, "--cycles")
     return options
 
 

@@ -19,16 +19,17 @@ from pathlib import Path
 import numpy as np
 
 from . import gains
-from .bench_options import arguments_that_count, run_or_say_why
+from .bench_options import run_or_say_why
 from .convergence import positive
 from .files import read_exr, write_image, write_rows, write_text
 from .image_error import LUMINANCE, SIGMAS, displayed, rmse
 from .judge import Cells, Run, Store
+from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of
 from .pbrt_build import COMMIT, build
 from .pbrt_report import FIELDS, Report
 from .pbrt_scenes import CROP, SCENES, TUNING, crops, write_files
 from .progress import Progress, duration
-from .renderer import RenderError, cache_folder
+from .renderer import cache_folder
 from .tables import update_table
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
@@ -61,19 +62,7 @@ def render(program, scene_file, bounds, spp, seed, out):
     """Renders into `out`; returns the processor seconds."""
     command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
                "--pixelbounds", ",".join(map(str, bounds)), "--outfile", str(out), str(scene_file)]
-    with tempfile.TemporaryFile() as log:
-        try:
-            process = os.posix_spawn(command[0], command, os.environ, file_actions=[
-                (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0), (os.POSIX_SPAWN_DUP2, log.fileno(), 1),
-                (os.POSIX_SPAWN_DUP2, log.fileno(), 2)])
-        except OSError as error:
-            raise RenderError(f"cannot run {program} ({error.strerror})") from None
-        _, status, used = os.wait4(process, 0)
-        if status:
-            log.seek(0)
-            said = log.read().decode(errors="replace").strip().splitlines()
-            raise RenderError(f"pbrt failed on {scene_file}: {said[-1] if said else f'status {status}'}")
-    return used.ru_utime + used.ru_stime
+    return processor_seconds(command, f"pbrt failed on {scene_file}")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -141,17 +130,6 @@ class Builds:
         return sum(samples.values()) / 3e5 / (os.cpu_count() or 1)
 
 
-@dataclasses.dataclass(frozen=True)
-class Reference:
-    picture: np.ndarray
-    own: dict  # {measure: its own error}
-    spp: int
-    seconds: float
-
-    def key(self):
-        return hashlib.sha256(self.picture.tobytes()).hexdigest()
-
-
 class PbrtRun(Run):
     """Renders tasks, or finds their results in the cache."""
 
@@ -180,38 +158,19 @@ class PbrtRun(Run):
         """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
         scene = SCENES[view.scene]
         key = {"reference": scene.text(REFERENCE_LINE), "bounds": view.bounds, "spp": spp, "build": self.builds.key("paddedsobol")}
-        found = self.store.load(key)
-        if not found:
-            halves, seconds = [], 0.0
-            with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-                for half in range(2):
-                    out = Path(folder) / "out.exr"
-                    seconds += render(self.program, self.files.path(view.scene, "reference", REFERENCE_LINE), view.bounds,
-                                      spp // 2, REFERENCE_SEED + half, out)
-                    halves.append(read_exr(out)[0])
-            found = [{"seconds": seconds}], {"halves": np.array(halves)}
-            self.store.save(key, *found)
-        (row,), arrays = found
-        first, second = arrays["halves"]
-        own = {name: error / 2 for name, error in errors(first, second).items()}
-        return Reference((first + second) / 2, own, spp, row["seconds"])
+        path = self.files.path(view.scene, "reference", REFERENCE_LINE)
+
+        def half(number, out):
+            return render(self.program, path, view.bounds, spp // 2, REFERENCE_SEED + number, out)
+
+        return reference_of_halves(self.store, key, spp, half, errors)
 
     def references(self, views, share=1.0):
         """{view: Reference}, `jobs` at a time."""
-        from concurrent.futures import ThreadPoolExecutor
-
+        pixels = CROP[0] * CROP[1]
         spp = {view: max(64, int(SCENES[view.scene].reference_spp * share) // 2 * 2) for view in views}
-        progress, done, found = Progress(sum(spp.values()) * CROP[0] * CROP[1], "samples"), 0, {}
-        pool = ThreadPoolExecutor(self.jobs)
-        try:
-            for view, reference in zip(views, pool.map(lambda view: self.reference(view, spp[view]), views)):
-                found[view] = reference
-                done += spp[view]
-                progress(f"reference of {view.label}", done * CROP[0] * CROP[1])
-        finally:
-            pool.shutdown(cancel_futures=True)
-            progress.close()
-        return found
+        return references_of(views, lambda view: self.reference(view, spp[view]), self.jobs,
+                             Progress(sum(spp.values()) * pixels, "samples"), lambda view: spp[view] * pixels)
 
 
 class PbrtCells(Cells):
@@ -281,15 +240,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
         options.crops, options.reference_share = 1, 0.125
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
-    shown = arguments_that_count(arguments)
-    for i, word in enumerate(shown):
-        if word == "--pbrt":
-            shown[i + 1:i + 2] = ["DIR"]
-        elif word.startswith("--pbrt="):
-            shown[i] = "--pbrt=DIR"
-        elif word == "--program":
-            del shown[i:i + 2]
-    options.command = " ".join(["scripts/bench pbrt", *shown])
+    options.command = command_shown("scripts/bench pbrt", arguments, "--pbrt")
     return options
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from report import cycles, cycles_build, cycles_report, cycles_scenes
+from report import cycles, cycles_build, cycles_report, cycles_scenes, other_renderer
 from report.files import read_exr
 from report.renderer import RenderError
 
@@ -78,7 +78,7 @@ class Made:
 
 def report(names=("penumbra", "monkey")):
     views = [cycles_scenes.View(name) for name in names]
-    references = {view: cycles.Reference(np.zeros((2, 2, 3)), dict.fromkeys(cycles.MEASURES, 0.001), 4096, 1.0) for view in views}
+    references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(cycles.MEASURES, 0.001), 4096, 1.0) for view in views}
     options = SimpleNamespace(seeds=4, command="scripts/bench cycles --cycles DIR")
     return cycles_report.Report(options, Made(), references, cycles.SAMPLERS, cycles.COUNTS)
 

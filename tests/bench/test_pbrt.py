@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from conftest import ROOT
-from report import pbrt, pbrt_build, pbrt_report, pbrt_scenes
+from report import other_renderer, pbrt, pbrt_build, pbrt_report, pbrt_scenes
 from report.files import read_exr
 from report.image_error import all_errors
 from report.renderer import RenderError
@@ -148,7 +148,7 @@ class Made:
 def made():
     options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, command="scripts/bench pbrt --pbrt DIR")
     views = [view for scene in ("cornell", "room") for view in pbrt_scenes.crops(scene, "final")]
-    references = {view: pbrt.Reference(np.zeros((2, 2, 3)), dict.fromkeys(pbrt.MEASURES, 0.001), 4096, 1.0) for view in views}
+    references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(pbrt.MEASURES, 0.001), 4096, 1.0) for view in views}
     return pbrt_report.Report(options, Made(), references, ("A remark.",), list(pbrt.COUNTS))
 
 

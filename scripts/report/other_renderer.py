@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the comparisons in other people's renderers share: runs of their programs, references and the command they print."""
+
+import dataclasses
+import hashlib
+import os
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from .bench_options import arguments_that_count
+from .files import read_exr
+from .renderer import RenderError
+
+
+def processor_seconds(command, what, environment=None):
+    """Runs a program and returns its processor seconds; RenderError has the last line that it wrote."""
+    with tempfile.TemporaryFile() as log:
+        try:
+            process = os.posix_spawn(command[0], command, environment or os.environ, file_actions=[
+                (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0), (os.POSIX_SPAWN_DUP2, log.fileno(), 1),
+                (os.POSIX_SPAWN_DUP2, log.fileno(), 2)])
+        except OSError as error:
+            raise RenderError(f"cannot run {command[0]} ({error.strerror})") from None
+        _, status, used = os.wait4(process, 0)
+        if status:
+            log.seek(0)
+            said = log.read().decode(errors="replace").strip().splitlines()
+            raise RenderError(f"{what}: {said[-1] if said else f'status {status}'}")
+    return used.ru_utime + used.ru_stime
+
+
+@dataclasses.dataclass(frozen=True)
+class Reference:
+    picture: np.ndarray
+    own: dict  # {measure: its own error}
+    spp: int
+    seconds: float
+
+    def key(self):
+        return hashlib.sha256(self.picture.tobytes()).hexdigest()
+
+
+def reference_of_halves(store, key, spp, render, errors):
+    """The mean of two pictures; half their difference is its own error. render(half, path) returns its seconds."""
+    found = store.load(key)
+    if not found:
+        halves, seconds = [], 0.0
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            for half in range(2):
+                out = Path(folder) / "out.exr"
+                seconds += render(half, out)
+                halves.append(read_exr(out)[0])
+        found = [{"seconds": seconds}], {"halves": np.array(halves)}
+        store.save(key, *found)
+    (row,), arrays = found
+    first, second = arrays["halves"]
+    own = {name: error / 2 for name, error in errors(first, second).items()}
+    return Reference((first + second) / 2, own, spp, row["seconds"])
+
+
+def references_of(views, make, jobs, progress, cost=lambda view: 1):
+    """{view: make(view)}, `jobs` at a time; progress counts the costs."""
+    done, found, pool = 0, {}, ThreadPoolExecutor(jobs)
+    try:
+        for view, reference in zip(views, pool.map(make, views)):
+            found[view] = reference
+            done += cost(view)
+            progress(f"reference of {view.label}", done)
+    finally:
+        pool.shutdown(cancel_futures=True)
+        progress.close()
+    return found
+
+
+def command_shown(command, arguments, checkout):
+    """The command line for the report: `checkout` is the option whose folder is not shown."""
+    shown = arguments_that_count(arguments)
+    for i, word in enumerate(shown):
+        if word == checkout:
+            shown[i + 1:i + 2] = ["DIR"]
+        elif word.startswith(checkout + "="):
+            shown[i] = checkout + "=DIR"
+        elif word == "--program":
+            del shown[i:i + 2]
+    return " ".join([command, *shown])
