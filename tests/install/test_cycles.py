@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 from conftest import ROOT, run
-from test_porting import limits, listing
+from test_porting import compiled_check, passes_check
 
 HERE = ROOT / "tests" / "install" / "cycles"
 OWN = ROOT / "examples" / "cycles"
@@ -67,21 +67,13 @@ def test_kernels_for_gpus_draw_the_same(folder, static_library):
 
 @pytest.fixture(scope="module")
 def check(folder, static_library):
-    program = folder / "check.c"
-    program.write_text(listing("check.c"))
-    run(os.environ.get("CC", "cc"), "-std=c99", "-O1", "-c", program, "-o", folder / "check.o")
-    return link(folder, static_library, "check", "-DCHECK", folder / "check.o")
+    return link(folder, static_library, "check", "-DCHECK", compiled_check(folder))
 
 
 # The first light, and directions and lights of later surfaces.
 @pytest.mark.parametrize("dimension", [17, 19, 33, 35], ids=["light", "direction", "next light", "next direction"])
 def test_the_check_of_the_guide_passes(check, dimension):
-    for seed in range(2):
-        printed = run(check, env={**os.environ, "SEED": str(seed), "DIMENSION": str(dimension)})
-        found = re.findall(r"-?[\d.]+$", printed, re.MULTILINE)
-        # The guide's limits are those of a few domains; others are up to a tenth above them.
-        assert all(least <= float(figure) <= 1.15 * most for figure, (least, most) in zip(found, limits())), printed
-        assert len(found) == 5
+    passes_check(check, DIMENSION=dimension)
 
 
 def test_the_patch_is_for_cycles_alone():

@@ -79,6 +79,24 @@ def limits():
     return list(zip(numbers[::2], numbers[1::2]))
 
 
+def compiled_check(folder):
+    """The guide's check, to be linked with a sampler under test."""
+    program = folder / "check.c"
+    program.write_text(listing("check.c"))
+    run(os.environ.get("CC", "cc"), "-std=c99", "-O1", "-c", program, "-o", folder / "check.o")
+    return folder / "check.o"
+
+
+def passes_check(program, **decision):
+    """Runs the guide's check with two seeds; `decision` goes to the program's environment."""
+    for seed in range(2):
+        printed = run(program, env={**os.environ, "SEED": str(seed), **{name: str(value) for name, value in decision.items()}})
+        found = re.findall(r"-?[\d.]+$", printed, re.MULTILINE)
+        # The guide's limits are those of a few domains; others are up to a tenth above them.
+        assert all(least <= float(figure) <= 1.15 * most for figure, (least, most) in zip(found, limits())), printed
+        assert len(found) == 5
+
+
 @pytest.mark.parametrize("layout", ["next ray", "second pair", "grandchild"])
 def test_correct_integrations_are_within_the_limits(check, layout):
     """With BN_SEEDS=100 and -s it prints the extremes that the guide names."""
