@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libpng decodes PNG, and stb_image, which tinygltf includes, JPEG, BMP and TGA. stb_image trusts
-// headers and allocates the memory they ask for, so it gets only files of these three formats whose
+// libpng decodes PNG, libjpeg-turbo JPEG, and stb_image, which tinygltf includes, BMP and TGA.
+// Decoders allocate the memory that headers ask for, so they get only files of these formats whose
 // header states an extent within bounds.
 #include "texture.h"
 
@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "error.h"
+#include "jpeg_image.h"
 #include "png_image.h"
 
 namespace {
@@ -175,9 +176,10 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
     Texture texture;
     texture.width = static_cast<int>(extent.width);
     texture.height = static_cast<int>(extent.height);
-    texture.rgba = is_png(bytes) ? png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
-                                                   static_cast<uint32_t>(extent.height))
-                                 : decode_with_stb(bytes, extent);
+    texture.rgba = is_png(bytes)    ? png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
+                                                      static_cast<uint32_t>(extent.height))
+                   : is_jpeg(bytes) ? jpeg_decode_rgba(bytes, texture.width, texture.height)
+                                    : decode_with_stb(bytes, extent);
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;

@@ -306,6 +306,13 @@ def test_jpeg_scans_without_data(pathtracer):
         assert code == 0 or f"has {scans} scans; at most 100 of this extent are read" in line
 
 
+def test_jpeg_that_is_cut_short(pathtracer):
+    """What is there is shown."""
+    whole = encoded(np.random.default_rng(1).integers(256, size=(64, 64, 3)), "JPEG")
+    for size in range(len(whole) // 2, len(whole), len(whole) // 9):
+        peak_memory(pathtracer, "--scene", with_picture(pathtracer, whole[:size]), code=0)
+
+
 def test_even_pictures_are_read_still(pathtracer):
     """The most that deflate makes of a byte."""
     for depth, colour, row in ((8, 6, 4 * 2048), (1, 0, 2048 // 8)):

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scene files in which something is wrong: one clear line, and no picture."""
 
+import io
 import json
 import struct
 
 import numpy as np
 import pytest
+from PIL import Image
 from scene_files import DOWN, FOUR, QUAD, SIX, SMALL, Gltf, encoded, floor, picture, textured_floor
 
 
@@ -60,6 +62,20 @@ def hostile_png(width, height):
     return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + b"\0" * 64
 
 
+def cmyk_jpeg():
+    stream = io.BytesIO()
+    Image.new("CMYK", (8, 8)).save(stream, "JPEG")
+    return stream.getvalue()
+
+
+def jpeg_without_codes():
+    """A progressive scan of coefficients whose Huffman table is missing: some decoders read what they never wrote."""
+    segment = lambda marker, body: struct.pack(">BBH", 255, marker, len(body) + 2) + body
+    frame = segment(0xC2, struct.pack(">BHHBBBB", 8, 5, 7, 1, 1, 0x11, 0))
+    scan = segment(0xDA, bytes([1, 1, 0, 52, 52, 0x34]))
+    return b"\xff\xd8" + segment(0xDB, b"\0" + b"\1" * 64) + segment(0xC4, b"\0\1" + bytes(16)) + frame + scan
+
+
 WRONG = {
     "an index out of range": (lambda g: g.bytes.__setitem__(slice(48, 50), b"\x04\0"), "index out of range"),
     "a count beyond its view": (change_accessor(0, count=5), "run past the end"),
@@ -110,6 +126,8 @@ WRONG = {
         lambda g: texture_on_floor(g, bufferView=g.view(hostile_png(2**16, 2**16)), mimeType="image/png"),
         "texels",
     ),
+    "a picture for print": (lambda g: texture_on_floor(g, bufferView=g.view(cmyk_jpeg())), "CMYK"),
+    "a picture without codes": (lambda g: texture_on_floor(g, bufferView=g.view(jpeg_without_codes())), "damaged"),
     "a picture outside of its buffer": (
         lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99)),
         "past the end",
@@ -120,7 +138,9 @@ WRONG = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_a_wrong_file_is_refused_with_one_line(pathtracer, what):
+def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
+    # The address sanitizer fills memory with these bytes.
+    monkeypatch.setenv("ASAN_OPTIONS", "malloc_fill_byte=255:max_malloc_fill_size=1000000")
     change, words = WRONG[what]
     g = floor()
     change(g)
