@@ -24,7 +24,7 @@ from .cycles_scenes import SCENES, SIZE, View, text
 from .files import read_exr, write_rows, write_text
 from .image_error import LUMINANCE
 from .judge import Cells, Run, Store
-from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of
+from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_picture
 from .pbrt import MEASURES, errors, rows_of
 from .progress import Progress, duration
 from .renderer import RenderError, cache_folder
@@ -34,7 +34,10 @@ from .tables import update_table
 SAMPLERS = ("tabulated_sobol", "blue_noise_first", "blue_noise_pure", "blue")
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 SEEDS = 4
-REFERENCE_SPP = 4096
+# What the page begins with.
+PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
+PICTURE_SCENE, PICTURE_SPP = "monkey", 4
+REFERENCE_SPP = 2048
 # A pattern that hashes pixel, dimension and seed: with seeds of its own, its errors are independent of all others'.
 REFERENCE_SAMPLER, REFERENCE_SEED = "sobol_burley", 1_000_003
 PIXELS = SIZE[0] * SIZE[1]
@@ -128,6 +131,16 @@ class CyclesRun(Run):
 
         return reference_of_halves(self.store, key, spp, half, errors)
 
+    def picture(self, path, reference):
+        """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
+        pictures = {}
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            for sampler, name in PICTURE.items():
+                out = Path(folder) / "out.exr"
+                render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
+                pictures[name] = read_exr(out)[0]
+        write_picture(path, pictures, reference.picture, 2)
+
     def references(self, views, spp):
         return references_of(views, lambda view: self.reference(view, spp), self.jobs, Progress(len(views), "references"))
 
@@ -157,6 +170,7 @@ and results are cached there, and a run that was interrupted resumes.""")
     parser.add_argument("--pages", type=Path, default=Path("out/cycles"), metavar="FOLDER",
                         help="folder for the CSV of all figures (default out/cycles)")
     parser.add_argument("--guide", type=Path, default=Path("examples/cycles/README.md"), help=argparse.SUPPRESS)
+    parser.add_argument("--pictures", type=Path, default=Path("docs"), help=argparse.SUPPRESS)
     parser.add_argument("--program", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     # Only the whole comparison goes to docs/report.
@@ -190,6 +204,7 @@ def run(arguments):
     write_text(options.out / "cycles.md", report.text())
     if options.out.resolve() == Path("docs/report").resolve():
         update_table(options.guide, "scripts/bench cycles", report.summary())
+        work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
     print(report.text())
     print(f"Written: {options.out}/cycles.md and {options.pages}/cycles.csv. References took "
           f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)

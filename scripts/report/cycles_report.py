@@ -27,8 +27,7 @@ table says otherwise. *As displayed* clips pictures to 0..1 before the blur, *ra
 
 METHOD = """The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles' `sampling_pattern`, which are told
 the number of samples (`aa_samples`), and `blue`, which is not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone
-program's, a box. Sample 0 of Cycles' own patterns lies in the middle of the pixel, which aliases but adds no noise; `blue` draws it, as
-all others.
+program's, a box. Cycles puts sample 0 into the middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
 
 References are means of two pictures by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
 difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .renderer import RenderError
 
-SIZE = (64, 48)
+SIZE = (192, 144)
 ZOOM = 3
 FOV = math.pi / 4  # of Cycles' cameras
 

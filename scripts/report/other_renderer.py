@@ -11,8 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from .bench_options import arguments_that_count
+from .contact_sheet import enlarged_part, preview, sheet
 from .files import read_exr
+from .image_error import displayed_rmse
 from .renderer import RenderError
+from .whole_files import written_beside
 
 
 def processor_seconds(command, what, environment=None):
@@ -73,6 +76,17 @@ def references_of(views, make, jobs, progress, cost=lambda view: 1):
         pool.shutdown(cancel_futures=True)
         progress.close()
     return found
+
+
+def write_picture(path, pictures, reference, factor, sigma=2.1):
+    """{name: picture} side by side, with their errors as displayed after the blur over that of the last, and the reference."""
+    found = {name: displayed_rmse(picture, reference, sigma=sigma) for name, picture in pictures.items()}
+    last = list(found.values())[-1]
+    names = [f"{name}: error {error / last:.2f}" for name, error in found.items()] + ["reference"]
+    shown = [preview(picture) for picture in (*pictures.values(), reference)]
+    cells = [[enlarged_part(image, (0, 0, *image.size), factor)] for image in shown]
+    with written_beside(path) as beside:
+        sheet([cells], [""], names).save(beside, quality=92, subsampling=0)
 
 
 def command_shown(command, arguments, checkout):

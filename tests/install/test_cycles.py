@@ -78,7 +78,7 @@ def test_the_check_of_the_guide_passes(check, dimension):
 
 def test_the_patch_is_for_cycles_alone():
     changed = re.findall(r"^\+\+\+ b/(.*)", PATCH.read_text(), re.MULTILINE)
-    assert changed == ["src/kernel/CMakeLists.txt", "src/kernel/integrator/init_from_camera.h", "src/kernel/sample/pattern.h",
+    assert changed == ["src/kernel/CMakeLists.txt", "src/kernel/sample/pattern.h",
                        "src/kernel/types.h", "src/scene/CMakeLists.txt", "src/scene/integrator.cpp"]
 
 
