@@ -37,6 +37,10 @@ bool is_jpeg(const std::vector<unsigned char> &b) {
     return b.size() >= 2 && b[0] == 0xff && b[1] == 0xd8;
 }
 
+bool is_bmp(const std::vector<unsigned char> &b) {
+    return b.size() >= 2 && b[0] == 'B' && b[1] == 'M';
+}
+
 // A JPEG states its extent in its start-of-frame segment.
 Extent jpeg_extent(const std::vector<unsigned char> &b) {
     size_t at = 2;
@@ -93,7 +97,7 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
         return {big(16), big(20), 1032 * 8 / std::max<int64_t>(b[24] * channels, 1)};
     }
     if (is_jpeg(b)) return jpeg_extent(b);
-    if (b[0] == 'B' && b[1] == 'M') {
+    if (is_bmp(b)) {
         const auto height = static_cast<int32_t>(little(22, 4)); // negative: top row first
         return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height)), 8};
     }
@@ -104,8 +108,18 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
     return {};
 }
 
+// stb_image leaves texels that an unpacked TGA lacks as they were in memory.
+bool tga_is_whole(const std::vector<unsigned char> &b, const Extent &extent) {
+    constexpr int64_t HEADER = 18; // bytes
+    if (b[2] >= 9) return true;    // packed: the rest is zero
+    const int64_t palette = b[1] * (b[5] | b[6] << 8) * ((b[7] + 7) / 8);
+    const int64_t texels = extent.width * extent.height * ((b[16] + 7) / 8);
+    return static_cast<int64_t>(b.size()) >= HEADER + b[0] + palette + texels;
+}
+
 std::vector<uint8_t> decode_with_stb(const std::vector<unsigned char> &bytes,
                                      const Extent &extent) {
+    if (!is_bmp(bytes) && !tga_is_whole(bytes, extent)) throw Error("is cut short");
     tinygltf::Image image;
     std::string error, warning;
     if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),

@@ -126,6 +126,10 @@ WRONG = {
         lambda g: texture_on_floor(g, bufferView=g.view(hostile_png(2**16, 2**16)), mimeType="image/png"),
         "texels",
     ),
+    "a TGA cut short": (
+        lambda g: texture_on_floor(g, bufferView=g.view(encoded(FOUR, "TGA")[:-26 - 1])),  # 26: the footer
+        "cut short",
+    ),
     "a picture for print": (lambda g: texture_on_floor(g, bufferView=g.view(cmyk_jpeg())), "CMYK"),
     "a picture without codes": (lambda g: texture_on_floor(g, bufferView=g.view(jpeg_without_codes())), "damaged"),
     "a picture outside of its buffer": (
