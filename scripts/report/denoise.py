@@ -17,14 +17,10 @@ from .convergence import positive
 from .denoiser import DenoisedRun, DenoiserMissing
 from .files import read_first_half, write_text
 from .judge import Cells, plan, render_references
-from .progress import Progress
 from .renders import REFERENCE_SPP
 
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
 LABELS = ("white", "sobol", "blue")
-TRIAL_SCENE = "cornell"
-# The scene's own camera sees the lamp's edges along rows of pixels, where blue noise does worst.
-OWN_CAMERA = views.View(TRIAL_SCENE, "own-camera", 192, 192, (), views.EXPOSURES[TRIAL_SCENE])
 
 
 def parse_options(arguments):
@@ -33,7 +29,6 @@ def parse_options(arguments):
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count, at most 16 (default 16)")
     parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
-    parser.add_argument("--no-trials", action="store_true", help=f"skip the experiments on {TRIAL_SCENE} that look for the cause of losses")
     add_common_options(parser, REFERENCE_SPP, "out/denoise")
     parser.set_defaults(out=None)
     options = parser.parse_args(arguments)
@@ -52,25 +47,6 @@ def with_own_errors(reference):
     return dataclasses.replace(reference, own={f"{way}:{name}": error for way in denoiser.WAYS for name, error in own.items()})
 
 
-def run_trials(work, options):
-    """{view: {(trial, count): {measure: errors}}} for the scene's views and its own camera."""
-    if TRIAL_SCENE not in options.scenes:
-        return {}
-    size = options.size if options.quick else None
-    own = dataclasses.replace(OWN_CAMERA, **dict(zip(("width", "height"), size or OWN_CAMERA.size)))
-    # Small whole pictures: most crops of large ones show no lamp.
-    chosen = render_references(options.pathtracer, (own, *views.chosen("core", (TRIAL_SCENE,), size)), options.reference_spp)
-    seeds = max(2, min(denoiser.TRIAL_SEEDS, 2 * options.seeds))
-    progress, found = Progress(len(chosen), "views"), {}
-    try:
-        for i, (view, reference) in enumerate(chosen.items()):
-            progress(f"trials on {view.label}", i)
-            found[view] = work.trials(view, reference, seeds)
-    finally:
-        progress.close()
-    return found
-
-
 def run(arguments):
     options = parse_options(arguments)
     work = DenoisedRun(options.pathtracer, max(options.counts), options.jobs, not options.no_flip, denoiser.load())
@@ -82,12 +58,11 @@ def run(arguments):
     cells = Cells({task: (rows, {}) for task, (rows, _) in results.items()})
     pictures = {(task.view, task.label, name): array.astype("float32")
                 for task, (_, kept) in results.items() for name, array in kept.items()}
-    trials = {} if options.no_trials else run_trials(work, options)
     cost = None if options.no_times else equal_quality.costs(
         options.pathtracer, work.store, first_views, {label: variants.VARIANTS[label] for label in options.labels}, speed.machine(),
         work.builds, options.retime)
     report = denoise_report.Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, pictures,
-                                   trials, work.version, cost)
+                                   work.version, cost)
     report.draw(options.out, options.pages)
     gains.write_rows(options.out / "denoise.csv", report.rows())
     text = report.text()

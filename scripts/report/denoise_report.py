@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The results of `scripts/bench denoise`: tables, conclusions, a plot and a contact sheet."""
 
-import math
 import statistics
 
 import numpy as np
 
 from . import equal_quality, peers
-from .denoiser import FLIP_SEEDS, LAMP_MARGIN, MEASURES, PRIMARY_RAYS, TRIALS, TRIAL_COUNTS, WAYS, WORST_SHARE
-from .gains import BEST_PEER, Gain, Gains, bootstrap, gain_of
+from .denoiser import FLIP_SEEDS, MEASURES, PRIMARY_RAYS, WAYS, WORST_SHARE
+from .gains import BEST_PEER, Gains, gain_of
 from .renders_report import md_table
 from .views import EXPOSURES, SETS
 
@@ -19,11 +18,11 @@ SHEET_SCENES, SHEET_SIDE = ("cornell", "lens", "glossy"), 120  # pixels
 
 
 class Report:
-    """cells: judge.Cells with measures WAY:MEASURE; trials: {view: {(trial, count): {measure: errors}}}."""
+    """cells: judge.Cells with measures WAY:MEASURE."""
 
-    def __init__(self, options, cells, references, pictures, trials, version, costs=None):
+    def __init__(self, options, cells, references, pictures, version, costs=None):
         self.options, self.cells, self.references, self.pictures = options, cells, references, pictures
-        self.trials, self.version, self.costs = trials, version, costs
+        self.version, self.costs = version, costs
         self.counts, self.labels = options.counts, options.labels
         self.scenes = tuple(dict.fromkeys(view.scene for view in references))
         self.gains = Gains(cells, references, options.labels)
@@ -98,38 +97,6 @@ class Report:
             rows.append(row)
         return md_table(["scene", *(f"{label}, {spp} spp" for label in ("sobol", "blue") for spp in self.counts[:2])], rows)
 
-    def trial(self, name, spp, measure, views=()):
-        """Gain of a trial over sobol alone, in some views or all; None if the measure does not apply to one of them."""
-        logs = []
-        for view, found in self.trials.items():
-            if views and view not in views:
-                continue
-            own, sobol = found[name, spp][measure], found["sobol", spp][measure]
-            if min(*own, *sobol) <= 0:
-                return None
-            logs.append(np.log(sobol) - np.log(own))
-        return Gain(*map(math.exp, bootstrap([logs]))) if logs else None
-
-    def trials_table(self, spp):
-        columns = {"relative": "relative RMSE", "near": "at lamps", "elsewhere": "elsewhere", "trimmed": "trimmed",
-                   "displayed": "as displayed"}
-        rows = []
-        for name, what in TRIALS.items():
-            if name != "sobol":
-                found = [self.trial(name, spp, measure) for measure in columns]
-                rows.append([f"`{name}`: {what}", *(gain.text() if gain else "" for gain in found)])
-        return md_table([f"sobol / trial, {spp} spp", *columns.values()], rows)
-
-    def trial_views_table(self):
-        """What blue loses at the lamps and gains elsewhere, for each view."""
-        rows = []
-        for view in self.trials:
-            found = [self.trial("blue", spp, measure, (view,))
-                     for spp in TRIAL_COUNTS for measure in ("relative", "near", "elsewhere")]
-            rows.append([f"{view.name}, {view.width}x{view.height}", *(gain.text() if gain else "" for gain in found)])
-        return md_table(["sobol / blue", *(f"{spp} spp{where}" for spp in TRIAL_COUNTS
-                                           for where in ("", ", at lamps", ", elsewhere"))], rows)
-
     # ---- Conclusions
 
     def cells_apart_from_one(self, way, measure):
@@ -157,27 +124,6 @@ class Report:
                 lines.append(f"- `{way}`, {MEASURE_NAMES[measure]}: sobol / blue {mean} at {', '.join(map(str, self.counts))} "
                              f"samples. Out of {cell_count} combinations of scene and sample count, blue is better in "
                              f"{len(better)} and worse in {len(worse)}{where}.")
-        return "\n".join(lines)
-
-    def why(self):
-        """Which part of the picture causes the loss of blue, as far as the trials show."""
-        lines = []
-        for spp in TRIAL_COUNTS:
-            gains = {name: self.trial(name, spp, "relative") for name in TRIALS}
-            blue, near, elsewhere = gains["blue"], self.trial("blue", spp, "near"), self.trial("blue", spp, "elsewhere")
-            if not blue or not near:
-                continue
-            if blue.high >= 1:
-                lines.append(f"- {spp} spp: blue shows no significant loss: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
-                             f"{elsewhere.text()} in the rest of the picture.")
-                continue
-            # A change that removes at least half of the loss is its cause.
-            causes = [name for name in ("pixels", "guides", "lamps", "apart")
-                      if gains[name] and math.log(gains[name].value) > 0.5 * math.log(blue.value)]
-            undone = ("At least half of the loss disappears with: " + ", ".join(
-                f"`{name}` {gains[name].text()}" for name in causes) + ".") if causes else "No trial removes half of the loss."
-            lines.append(f"- {spp} spp: blue misleads the denoiser: sobol / blue is {blue.text()}, {near.text()} at the lamps, "
-                         f"{elsewhere.text()} in the rest of the picture. {undone}")
         return "\n".join(lines)
 
     # ---- Text
@@ -215,22 +161,7 @@ class Report:
             f"{min(options.seeds, FLIP_SEEDS)} seeds. A view is excluded from ratios for which its reference is too noisy."
             + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
             "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
-            "## Where blue noise helps and where it hurts", "", self.verdicts(), ""]
-        if self.trials:
-            parts += [
-                "## Why", "",
-                f"Each trial, on {len(self.trials)} views of `cornell` with its visible lamp, gives the denoiser a picture that combines "
-                "parts from both samplers.", "", self.why(), "",
-                "How to read the trials: if `pixels` removes a loss, the denoiser is misled by the correlation between neighbouring "
-                "pixels, not by the samples themselves. If `lamps` removes it and `rest` keeps it, it arises at the edge of "
-                "the lamp; if both keep a part, at the edge and in the light around it. If `guides` changes nothing, albedo "
-                "and normal play no role: they do not show where a lamp ends, so the denoiser has to tell edges from noise by "
-                "colour alone, and a regular pattern looks less like noise. *At lamps* means within "
-                f"{LAMP_MARGIN} pixels of directly visible light.", "",
-                self.trial_views_table(), ""]
-            for spp in TRIAL_COUNTS:
-                parts += [self.trials_table(spp), ""]
-        parts += [
+            "## Where blue noise helps and where it hurts", "", self.verdicts(), "",
             "A few pixels dominate the relative RMSE. This share of its square comes from the worst "
             f"{100 * WORST_SHARE:g} % of the pixels:", "",
             self.worst_table(), "",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Denoises pictures with few samples with Open Image Denoise, in three ways, and looks for what misleads it.
+"""Denoises pictures with few samples with Open Image Denoise, in three ways.
 
 By default the denoiser gets colour, albedo and normal, as from most renderers. A renderer has two cheap alternatives:
 to take albedo and normal from additional primary rays; and to keep directly visible light, whose edges do not show in
@@ -12,7 +12,6 @@ import threading
 
 import numpy as np
 import OpenEXR
-from scipy import ndimage
 
 from .flip import mean_flip
 from .image_error import _difference, displayed_rmse, trimmed_relative_rmse
@@ -28,21 +27,7 @@ WAYS = {
 MEASURES = ("relative", "trimmed", "displayed", "displayed_2.1")
 FLIP_WAYS, FLIP_SEEDS = ("plain", "apart"), 2
 PRIMARY_RAYS, PRIMARY_SAMPLER, PRIMARY_SEED = 16, "blue", 500_000
-LAMP_MARGIN = 2  # pixels
 WORST_SHARE = 0.001
-
-# The trials: which sampler provides which part of the denoiser's input.
-TRIALS = {
-    "sobol": "`sobol` alone",
-    "blue": "`blue` alone",
-    "pixels": "`blue`, each pixel from a different seed: the same samples without correlation between neighbours",
-    "guides": "colour from `blue`, albedo and normal from `sobol`",
-    "lamps": "directly visible light from `sobol`, the rest from `blue`",
-    "rest": "directly visible light from `blue`, the rest from `sobol`",
-    "primary": "`blue`, with albedo and normal from additional primary rays",
-    "apart": "`blue`, with directly visible light added after denoising",
-}
-TRIAL_COUNTS, TRIAL_SEEDS = (1, 2), 8
 
 # All calls share one filter and its threads.
 _LOCK = threading.Lock()
@@ -175,60 +160,3 @@ class DenoisedRun(Run):
                 kept[f"{spp} noisy"] = np.minimum(picture.colour, 65000).astype(np.float16)
             rows.append(row)
         return rows, kept
-
-    # ---- Why
-
-    def trials(self, view, reference, seeds):
-        """{(trial, count): {measure: [error for each seed]}}; cached like all results."""
-        key = {"trials": list(TRIALS), "view": view.key, "seeds": seeds,
-               "reference": reference.key(), "exposure": reference.exposure, "denoiser": self.version,
-               "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER], "builds": [self.builds.key(view, name) for name in ("sobol", "blue")]}
-        found = self.store.load(key)
-        if not found:
-            found = self._trials(view, reference, seeds), {}
-            self.store.save(key, *found)
-        return {(row["trial"], row["spp"]): row["errors"] for row in found[0]}
-
-    def _trials(self, view, reference, seeds):
-        pictures = {name: [layers_of(self.program, view, name, seed, TRIAL_COUNTS) for seed in range(seeds)]
-                    for name in ("sobol", "blue")}
-        rays = [primary_rays(self.program, view, seed) for seed in range(seeds)]
-        near = near_lamps(rays[0].lamps)
-        rows = []
-        for spp in TRIAL_COUNTS:
-            sobol, blue = ([own[spp] for own in pictures[name]] for name in ("sobol", "blue"))
-            for trial in TRIALS:
-                found = {}
-                for seed in range(seeds):
-                    picture = combined(trial, sobol, blue, seed)
-                    way = trial if trial in WAYS else "plain"
-                    image = denoised(self.denoise, way, picture, rays[seed])
-                    squares = np.mean(relative_error(image, reference.picture) ** 2, -1)
-                    for name, error in {**errors(image, reference.picture, reference.exposure),
-                                        "near": float(np.sqrt(squares[near].mean())) if near.any() else 0.0,
-                                        "elsewhere": float(np.sqrt(squares[~near].mean()))}.items():
-                        found.setdefault(name, []).append(error)
-                rows.append({"trial": trial, "spp": spp, "errors": found})
-        return rows
-
-
-def near_lamps(lamps):
-    """Boolean mask of the pixels with directly visible light, and of those around them."""
-    side = 2 * LAMP_MARGIN + 1
-    return ndimage.binary_dilation(lamps.max(-1) > 0, np.ones((side, side), bool))
-
-
-def combined(trial, sobol, blue, seed):
-    """The Layers that a trial gives to the denoiser, from the Layers of each seed."""
-    if trial == "sobol":
-        return sobol[seed]
-    if trial == "guides":
-        return dataclasses.replace(blue[seed], albedo=sobol[seed].albedo, normal=sobol[seed].normal)
-    if trial in ("lamps", "rest"):
-        body, light = (blue[seed], sobol[seed]) if trial == "lamps" else (sobol[seed], blue[seed])
-        return dataclasses.replace(body, colour=body.colour - body.lamps + light.lamps, lamps=light.lamps)
-    if trial == "pixels":
-        chosen = np.random.default_rng(seed).integers(len(blue), size=blue[0].colour.shape[:2])
-        return Layers(*(np.take_along_axis(np.stack([getattr(own, name) for own in blue]), chosen[None, ..., None], 0)[0]
-                        for name in ("colour", "albedo", "normal", "lamps")))
-    return blue[seed]
