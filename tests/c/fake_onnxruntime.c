@@ -228,27 +228,17 @@ static bn_ort_status *run(bn_ort_session *session, const bn_ort_run_options *opt
     return NULL;
 }
 
-static void release_env(bn_ort_env *object) {
-    forget(object);
-}
-static void release_status(bn_ort_status *object) {
-    forget(object);
-}
-static void release_memory(bn_ort_memory_info *object) {
-    forget(object);
-}
-static void release_session(bn_ort_session *object) {
-    forget(object);
-}
-static void release_value(bn_ort_value *object) {
-    forget(object);
-}
-static void release_options(bn_ort_session_options *object) {
-    forget(object);
-}
-static void release_cuda(bn_ort_cuda_options *object) {
-    forget(object);
-}
+#define RELEASE(name, type)                                                                        \
+    static void name(type *object) {                                                               \
+        forget(object);                                                                            \
+    }
+RELEASE(release_env, bn_ort_env)
+RELEASE(release_status, bn_ort_status)
+RELEASE(release_memory, bn_ort_memory_info)
+RELEASE(release_session, bn_ort_session)
+RELEASE(release_value, bn_ort_value)
+RELEASE(release_options, bn_ort_session_options)
+RELEASE(release_cuda, bn_ort_cuda_options)
 
 static const bn_ort_api table = {
     .create_env = create_env,

@@ -3,6 +3,7 @@
 #ifndef BN_TESTS_MASKS_H
 #define BN_TESTS_MASKS_H
 
+#include "check.h"
 #include <bn/bn.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -37,6 +38,35 @@ static inline void fill_white(uint32_t *ranks, size_t count, uint32_t seed) {
         ranks[other] = ranks[i - 1];
         ranks[i - 1] = rank;
     }
+}
+
+static inline double error_of(const uint32_t *ranks, uint32_t width, uint32_t height,
+                              double sigma) {
+    double error = 1;
+    CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigma, &error) == BN_SUCCESS);
+    return error;
+}
+
+/* A progress callback that cancels at a call, and counts calls, those at 0, and steps backwards. */
+typedef struct watch {
+    int cancel_at; /* 0: never */
+    int calls, at_zero, backwards;
+    double last;
+} watch;
+
+static inline int32_t watch_progress(void *user, double fraction) {
+    watch *w = user;
+    w->backwards += !(fraction >= w->last && fraction < 1);
+    w->at_zero += fraction == 0;
+    w->last = fraction;
+    return ++w->calls == w->cancel_at;
+}
+
+/* How many of the texels, which were filled with bytes 0x5a, have another value. */
+static inline size_t count_touched(const uint32_t *ranks, size_t count) {
+    size_t touched = 0;
+    for (size_t i = 0; i < count; ++i) touched += ranks[i] != 0x5a5a5a5au;
+    return touched;
 }
 
 static inline uint64_t hash_ranks(const uint32_t *ranks, size_t count) {

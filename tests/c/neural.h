@@ -4,6 +4,7 @@
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 
+#include "check.h"
 #include "fake_onnxruntime.h"
 #include "onnx_writer.h"
 #include <bn/neural.h>
@@ -13,11 +14,13 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
+
 /* Resets the state of the fake runtime, whose library stays loaded. */
 static inline fake_state *fake_reset(void) {
     static fake_state *state;
     if (state == NULL) {
-        void *handle = dlopen(BN_FAKE_DIR "/libfake_onnxruntime.so", RTLD_NOW | RTLD_LOCAL);
+        void *handle = dlopen(FAKE_RUNTIME, RTLD_NOW | RTLD_LOCAL);
         void *symbol = handle != NULL ? dlsym(handle, "fake_get_state") : NULL;
         fake_state_getter getter;
         memcpy(&getter, &symbol, sizeof getter);
@@ -29,16 +32,30 @@ static inline fake_state *fake_reset(void) {
     return state;
 }
 
-static inline bn_result open_parts(const model_parts *parts, const char *runtime, uint32_t threads,
-                                   bn_neural **neural) {
+/* Options for a model in the fake runtime. */
+static inline bn_neural_options fake_options(const message *model) {
+    bn_neural_options options = bn_neural_options_default();
+    options.model = model->bytes;
+    options.model_size = model->size;
+    options.runtime_path = FAKE_RUNTIME;
+    options.threads = 1;
+    return options;
+}
+
+static inline bn_result open_on(const char *provider, const model_parts *parts, const char *runtime,
+                                uint32_t threads, bn_neural **neural) {
     message model;
     make_model(parts, &model);
-    bn_neural_options options = bn_neural_options_default();
-    options.model = model.bytes;
-    options.model_size = model.size;
+    bn_neural_options options = fake_options(&model);
     options.runtime_path = runtime;
     options.threads = threads;
+    options.provider = provider;
     return bn_neural_open(&options, neural);
+}
+
+static inline bn_result open_parts(const model_parts *parts, const char *runtime, uint32_t threads,
+                                   bn_neural **neural) {
+    return open_on(NULL, parts, runtime, threads, neural);
 }
 
 /* A path to ONNX Runtime: BN_TEST_ONNXRUNTIME, or that of the repository's Python environment. */
@@ -78,6 +95,19 @@ static inline long end_silence(int kept) {
     return printed;
 }
 
-#define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
+/* Runs a test with the real runtime where there is one. Nothing may be printed meanwhile. */
+static inline void with_real_runtime(void (*test)(const char *runtime)) {
+    glob_t found = {0};
+    const char *runtime = real_runtime(&found);
+    if (runtime != NULL) {
+        const int silence = begin_silence();
+        test(runtime);
+        const long printed = end_silence(silence);
+        CHECK(check_failures > 0 || printed == 0);
+    } else {
+        printf("no ONNX Runtime at hand: its part is left out (set BN_TEST_ONNXRUNTIME)\n");
+    }
+    globfree(&found);
+}
 
 #endif

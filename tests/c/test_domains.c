@@ -3,12 +3,13 @@
  * often two of them read the tables of BLUE alike, how much their samples correlate, and how well
  * products over two of them converge. Everything is seeded; false-alarm rates are for fresh seeds. */
 #include "check.h"
+#include "samplers.h"
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { DOMAINS = 64, DOMAIN_PAIRS = DOMAINS * (DOMAINS - 1) / 2 };
+enum { DOMAINS = 64, DOMAIN_PAIRS = DOMAINS * (DOMAINS - 1) / 2, SEED = 20 };
 
 static uint32_t random_u32(void) {
     static uint32_t counter;
@@ -33,15 +34,6 @@ static void make_tree(uint32_t domains[DOMAINS]) {
     }
 }
 
-static bn_sampler *make(int32_t kind) {
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
-    options.kind = kind;
-    options.seed = 20;
-    if (bn_sampler_create(&options, &sampler) != BN_SUCCESS) exit(1);
-    return sampler;
-}
-
 static int compare_u64(const void *a, const void *b) {
     uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
@@ -52,7 +44,7 @@ static int compare_u64(const void *a, const void *b) {
  * members of a family share theirs; five deviations above that has probability 1e-6. What is seen
  * are the first digits of four pixels, relative to those of a fifth. */
 static void test_coincidences(void) {
-    bn_sampler *s = make(BN_SAMPLER_BLUE);
+    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, SEED);
     int equal = 0, within = 0;
     for (int tree = 0; tree < 1000; ++tree) {
         uint32_t domains[DOMAINS];
@@ -100,7 +92,7 @@ static int compare_floats(const void *a, const void *b) {
  * pixel each, or with side > 0 the first sample of side x side pixels. */
 static float *sorted_products(int32_t kind, int trees, int count, int side) {
     enum { LARGEST = 64 * 64 };
-    bn_sampler *s = make(kind);
+    bn_sampler *s = make_sampler(kind, 0, SEED);
     float *sums = malloc((size_t)trees * DOMAIN_PAIRS * sizeof *sums), *next = sums;
     float(*values)[LARGEST] = malloc(DOMAINS * sizeof *values);
     int values_count = side > 0 ? side * side : count;
@@ -216,7 +208,8 @@ static void test_products(void) {
     static const char *const names[] = {"a domain", "a family", "two families"};
     /* At 4, 16 and 64 samples. */
     static const double limits[3][3] = {{1.04, 0.80, 0.66}, {1.04, 0.94, 0.74}, {1.04, 1.04, 1.04}};
-    bn_sampler *blue = make(BN_SAMPLER_BLUE), *sobol = make(BN_SAMPLER_SOBOL);
+    bn_sampler *blue = make_sampler(BN_SAMPLER_BLUE, 0, SEED),
+               *sobol = make_sampler(BN_SAMPLER_SOBOL, 0, SEED);
     for (int where = ONE_DOMAIN; where <= TWO_FAMILIES; ++where) {
         for (int power = 0; power < 3; ++power) {
             double b = 0.0, s = 0.0;

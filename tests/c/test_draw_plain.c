@@ -2,16 +2,13 @@
  * bn_draw.h without SSE2, as on other machines, draws the same bits as the library. */
 #define BN_DRAW_PLAIN
 #include "check.h"
+#include "samplers.h"
 #include <bn/bn_draw.h>
 #include <string.h>
 
 int main(void) {
     for (int32_t kind = 0; kind < 5; ++kind) {
-        bn_sampler_options options = bn_sampler_options_default();
-        bn_sampler *s = NULL;
-        options.kind = kind;
-        options.seed = 6;
-        CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+        bn_sampler *s = make_sampler(kind, 0, 6);
         const bn_draw_table *table = bn_sampler_table(s);
         CHECK(table->version == BN_DRAW_TABLE_VERSION);
         uint32_t domain = BN_DOMAIN_ROOT;

@@ -85,9 +85,7 @@ static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) 
     static const double sigmas[] = {0, DBL_TRUE_MIN, 0.25, 16, 1e6, 1e150, DBL_MAX};
     double before = INFINITY;
     for (size_t i = 0; i < sizeof sigmas / sizeof *sigmas; ++i) {
-        double error = -1;
-        CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigmas[i], &error) ==
-              BN_SUCCESS);
+        const double error = error_of(ranks, width, height, sigmas[i]);
         CHECK(error >= 0 && error <= before * (1 + 1e-12));
         before = error;
     }

@@ -505,10 +505,7 @@ static void test_channels(void) {
     model_parts parts = model_parts_default();
     message model;
     make_model(&parts, &model);
-    bn_neural_options options = bn_neural_options_default();
-    options.model = model.bytes;
-    options.model_size = model.size;
-    options.runtime_path = FAKE_RUNTIME;
+    bn_neural_options options = fake_options(&model);
     bn_neural *neural;
     fake_reset();
     for (uint32_t channels = 0; channels < 4; ++channels) {
@@ -526,7 +523,6 @@ static void test_channels(void) {
 }
 
 int main(void) {
-    glob_t found = {0};
     test_noise();
     test_windows();
     test_quantiles();
@@ -539,15 +535,6 @@ int main(void) {
     test_failing_calls();
     test_values_that_are_not_finite();
     test_libraries_that_will_not_do();
-    const char *runtime = real_runtime(&found);
-    if (runtime != NULL) {
-        const int silence = begin_silence();
-        test_real_runtime(runtime);
-        const long printed = end_silence(silence);
-        CHECK(check_failures > 0 || printed == 0);
-    } else {
-        printf("no ONNX Runtime at hand: its part is left out (set BN_TEST_ONNXRUNTIME)\n");
-    }
-    globfree(&found);
+    with_real_runtime(test_real_runtime);
     return check_result();
 }

@@ -29,10 +29,7 @@ static bn_result make(uint32_t threads, int window, int stop_at, watcher *w, int
     model_parts parts = model_parts_default();
     message model;
     make_model(&parts, &model);
-    bn_neural_options options = bn_neural_options_default();
-    options.model = model.bytes;
-    options.model_size = model.size;
-    options.runtime_path = FAKE_RUNTIME;
+    bn_neural_options options = fake_options(&model);
     options.threads = threads;
     options.progress = watch;
     options.progress_user = w;

@@ -7,19 +7,6 @@
 #include <math.h>
 #include <stddef.h>
 
-static bn_result open_on(const char *provider, const model_parts *parts, const char *runtime,
-                         uint32_t threads, bn_neural **neural) {
-    message model;
-    make_model(parts, &model);
-    bn_neural_options options = bn_neural_options_default();
-    options.model = model.bytes;
-    options.model_size = model.size;
-    options.runtime_path = runtime;
-    options.threads = threads;
-    options.provider = provider;
-    return bn_neural_open(&options, neural);
-}
-
 static void test_names(void) {
     static const char *const unknown[] = {"", "CUDA", "cuda ", "gpu", "CPUExecutionProvider"};
     model_parts parts = model_parts_default();
@@ -40,11 +27,8 @@ static void test_older_structure(void) {
     model_parts parts = model_parts_default();
     message model;
     make_model(&parts, &model);
-    bn_neural_options options = bn_neural_options_default();
+    bn_neural_options options = fake_options(&model);
     options.struct_size = offsetof(bn_neural_options, provider);
-    options.model = model.bytes;
-    options.model_size = model.size;
-    options.runtime_path = FAKE_RUNTIME;
     options.provider = "no such provider";
     bn_neural *neural;
     CHECK(bn_neural_open(&options, &neural) == BN_SUCCESS);
@@ -169,22 +153,12 @@ static void test_real_runtime(const char *runtime) {
 }
 
 int main(void) {
-    glob_t found = {0};
     test_names();
     test_older_structure();
     test_cuda();
     test_memory();
     test_nothing_to_run_on();
     test_failing_calls();
-    const char *runtime = real_runtime(&found);
-    if (runtime != NULL) {
-        const int silence = begin_silence();
-        test_real_runtime(runtime);
-        const long printed = end_silence(silence);
-        CHECK(check_failures > 0 || printed == 0);
-    } else {
-        printf("no ONNX Runtime at hand: its part is left out (set BN_TEST_ONNXRUNTIME)\n");
-    }
-    globfree(&found);
+    with_real_runtime(test_real_runtime);
     return check_result();
 }

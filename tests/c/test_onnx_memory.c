@@ -79,11 +79,7 @@ static bn_result open_graph(body write) {
     put_pair(&model, 14, "bn.align", "1");
     put_pair(&model, 14, "bn.version", "1");
     CHECK(model.size < MODEL_MOST_BYTES);
-    bn_neural_options options = bn_neural_options_default();
-    options.model = model.bytes;
-    options.model_size = model.size;
-    options.runtime_path = FAKE_RUNTIME;
-    options.threads = 1;
+    const bn_neural_options options = fake_options(&model);
     const bn_result result = bn_neural_open(&options, &neural);
     bn_neural_close(neural);
     return result;

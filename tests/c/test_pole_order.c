@@ -10,32 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MEMBERS = 4, TILE = 64, MOST_POINTS = 4096 };
+enum { MEMBERS = 4, TILE = 64 };
 
 static uint32_t points[MOST_POINTS][4];
-
-/* Whether the first 4^m points are a (0,m,4)-net to base 4: one in each box whose sides are powers
- * of 1/4 and whose volume is 4^-m. */
-static int is_net(int m) {
-    static unsigned char seen[MOST_POINTS];
-    for (int a = 0; a <= m; ++a) {
-        for (int b = 0; a + b <= m; ++b) {
-            for (int c = 0; a + b + c <= m; ++c) {
-                const int sides[4] = {a, b, c, m - a - b - c};
-                memset(seen, 0, (size_t)1 << 2 * m);
-                for (uint32_t i = 0; i < 1u << 2 * m; ++i) {
-                    uint32_t box = 0;
-                    for (int d = 0; d < 4; ++d) {
-                        box = box << 2 * sides[d] |
-                              (uint32_t)((uint64_t)points[i][d] >> (32 - 2 * sides[d]));
-                    }
-                    if (seen[box]++) return 0;
-                }
-            }
-        }
-    }
-    return 1;
-}
 
 /* Draws the first 4^k samples of the 16^s pixels from (x, y) on, pixel after pixel. */
 static void draw_block(const bn_sampler *s, int32_t x, int32_t y, int log4_side, int k,
@@ -52,7 +29,7 @@ static void draw_block(const bn_sampler *s, int32_t x, int32_t y, int log4_side,
 static int block_is_net(const bn_sampler *s, int32_t x, int32_t y, int log4_side, int k,
                         uint32_t domain) {
     draw_block(s, x, y, log4_side, k, domain);
-    return is_net(k + 2 * log4_side);
+    return are_net_in_four(points, k + 2 * log4_side);
 }
 
 /* Where the aligned blocks of 16^s pixels begin: of the 16 places that the alignment of the next
@@ -102,7 +79,7 @@ static void test_nets(void) {
             /* The label of one pixel in place of another's. */
             draw_block(s, small[0], small[1], 1, 0, domain);
             for (int d = 0; d < 4; ++d) points[5][d] ^= points[0][d] ^ points[1][d];
-            CHECK(!is_net(2));
+            CHECK(!are_net_in_four(points, 2));
         }
     }
     bn_sampler_destroy(s);

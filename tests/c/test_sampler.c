@@ -47,13 +47,8 @@ static void test_create(void) {
     o.kind = BN_SAMPLER_BLUE;
     CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
     o.kind = BN_SAMPLER_MASK;
-    ranks[0] = 1;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_BAD_DATA);
     ranks[0] = 6;
     CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_BAD_DATA && sampler == NULL);
-    o.mask_width = 1u << 31;
-    o.mask_height = 1u << 31;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_OUT_OF_MEMORY);
     o.mask_ranks = NULL;
     CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
 }
@@ -86,10 +81,6 @@ static void test_struct_size(void) {
     CHECK(memcmp(u, v, sizeof u) == 0);
     bn_sampler_destroy(a);
     bn_sampler_destroy(b);
-    o.struct_size = 3;
-    CHECK(bn_sampler_create(&o, &a) == BN_ERROR_INVALID_ARGUMENT);
-    o.struct_size = 0;
-    CHECK(bn_sampler_create(&o, &a) == BN_ERROR_INVALID_ARGUMENT);
 }
 
 /* All forms of a draw agree, at ordinary and at extreme arguments. */
@@ -189,27 +180,14 @@ static int is_net(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain, in
     return 1;
 }
 
-/* Whether samples first ... first + 4^m - 1 are a (0,m,4)-net to base 4: one in each box whose
- * sides are powers of 1/4 and whose volume is 4^-m. */
+/* The same in all four dimensions together, for samples first ... first + 4^m - 1. */
 static int is_net_in_four(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain,
                           uint32_t first, int m) {
-    for (int a = 0; a <= m; ++a) {
-        for (int b = 0; a + b <= m; ++b) {
-            for (int c = 0; a + b + c <= m; ++c) {
-                const int sides[4] = {a, b, c, m - a - b - c};
-                unsigned char seen[4096] = {0};
-                for (uint32_t i = 0; i < 1u << 2 * m; ++i) {
-                    uint32_t u[4], box = 0;
-                    bn_sample_4d_u32(s, x, y, first + i, domain, u);
-                    for (int d = 0; d < 4; ++d) {
-                        if (sides[d] > 0) box = box << 2 * sides[d] | u[d] >> (32 - 2 * sides[d]);
-                    }
-                    if (seen[box]++) return 0;
-                }
-            }
-        }
+    static uint32_t points[MOST_POINTS][4];
+    for (uint32_t i = 0; i < 1u << 2 * m; ++i) {
+        bn_sample_4d_u32(s, x, y, first + i, domain, points[i]);
     }
-    return 1;
+    return are_net_in_four(points, m);
 }
 
 /* Every power-of-two prefix, and every aligned block later on, is a (0,m,2)-net in both pairs; of
@@ -353,12 +331,11 @@ static void test_mask_values(void) {
     uint32_t ranks[COUNT];
     for (uint32_t i = 0; i < COUNT; ++i) ranks[i] = i * 7u % COUNT;
     bn_sampler_options o = bn_sampler_options_default();
-    bn_sampler *s = NULL;
     o.kind = BN_SAMPLER_MASK;
     o.mask_ranks = ranks;
     o.mask_width = W;
     o.mask_height = H;
-    CHECK(bn_sampler_create(&o, &s) == BN_SUCCESS);
+    bn_sampler *s = sampler_of(&o);
     memset(ranks, 0, sizeof ranks); /* it was copied */
     for (uint32_t domain = 0; domain < 20; ++domain) {
         for (int d = 0; d < 4; ++d) {

@@ -57,10 +57,7 @@ static void test_blue(void) {
 static void test_bad_input(void) {
     uint32_t ranks[6] = {0, 1, 2, 3, 4, 5};
     float power[6] = {-7};
-    CHECK(bn_power_spectrum(NULL, 3, 2, 6, power) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_power_spectrum(ranks, 3, 2, 6, NULL) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_power_spectrum(ranks, 0, 2, 0, power) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_power_spectrum(ranks, 3, 0, 0, power) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_power_spectrum(ranks, 3, 2, 7, power) == BN_ERROR_SIZE_MISMATCH);
     ranks[0] = 5;
     CHECK(bn_power_spectrum(ranks, 3, 2, 6, power) == BN_ERROR_BAD_DATA);

@@ -2,6 +2,7 @@
  * Many threads share one sampler and make masks at the same time: their results do not depend on
  * order. Under the thread sanitizer, this also shows that there are no data races. */
 #include "check.h"
+#include "samplers.h"
 #include <bn/bn.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -59,10 +60,7 @@ int main(void) {
     bn_sampler *samplers[KINDS];
     pthread_t threads[THREADS];
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler_options options = bn_sampler_options_default();
-        options.kind = kind;
-        options.seed = 4;
-        CHECK(bn_sampler_create(&options, &samplers[kind]) == BN_SUCCESS);
+        samplers[kind] = make_sampler(kind, 0, 4);
     }
     for (uint32_t i = 0; i <= THREADS; ++i) {
         jobs[i].samplers = samplers;
