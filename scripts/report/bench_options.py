@@ -53,7 +53,7 @@ def add_common_options(parser, reference_spp, pages):
     parser.add_argument("--no-flip", action="store_true", help="skip HDR-FLIP")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, default=Path(pages), metavar="FOLDER",
-                        help=f"folder for HTML pages and large tables (default {pages})")
+                        help=f"folder for contact sheets and large tables (default {pages})")
     parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
                         help=argparse.SUPPRESS)
     peers.add_option(parser)

@@ -36,7 +36,7 @@ def _finish(figure, axis, title, label, ylabel=""):
     return figure
 
 
-def error_curve(rows, samplers, key, measure, title, band=True):
+def error_curve(rows, samplers, key, measure, title):
     """Error against "spp" or "seconds". rows: dicts with sampler, key, measure and, for a band from the smallest to the
     largest error over seeds, "each": {measure: [errors]}."""
     figure, axis = _figure()
@@ -45,7 +45,7 @@ def error_curve(rows, samplers, key, measure, title, band=True):
         look = style(sampler, samplers)
         axis.loglog([row[key] for row in own], [row[measure] for row in own], **look)
         each = [row.get("each", {}).get(measure, ()) for row in own]
-        if band and all(len(errors) > 1 for errors in each):
+        if all(len(errors) > 1 for errors in each):
             axis.fill_between([row[key] for row in own], [min(e) for e in each], [max(e) for e in each],
                               color=look["color"], alpha=.14, linewidth=0)
     if key == "spp":
@@ -56,31 +56,16 @@ def error_curve(rows, samplers, key, measure, title, band=True):
 
 def gain_curve(rows, samplers, measure, title):
     """Error reduction over the first sampler, against samples; shows differences that error_curve compresses."""
-    beaten = {row["spp"]: row[measure] for row in rows if row["sampler"] == samplers[0]}
-    found = {sampler: {} for sampler in samplers}
-    for row in sorted(rows, key=lambda row: row["spp"]):
-        if row["spp"] in beaten:
-            value = beaten[row["spp"]] / row[measure]
-            found[row["sampler"]][row["spp"]] = (value, value, value)
-    return gain_lines(found, samplers, title, samplers[0])
-
-
-def gain_lines(found, samplers, title, than, banded=()):
-    """found: {sampler: {spp: (gain over `than`, low, high)}}; the intervals of `banded` are drawn as bands."""
     figure, axis = _figure()
+    beaten = {row["spp"]: row[measure] for row in rows if row["sampler"] == samplers[0]}
     for sampler in samplers:
-        points = found.get(sampler, {})
-        if points:
-            values, lows, highs = zip(*points.values())
-            look = style(sampler, samplers)
-            axis.loglog(list(points), values, **look)
-            if sampler in banded:
-                axis.fill_between(list(points), lows, highs, color=look["color"], alpha=.14, linewidth=0)
+        own = sorted((row for row in rows if row["sampler"] == sampler and row["spp"] in beaten), key=lambda row: row["spp"])
+        axis.loglog([row["spp"] for row in own], [beaten[row["spp"]] / row[measure] for row in own], **style(sampler, samplers))
     axis.set_xscale("log", base=2)
     plain_numbers(axis.xaxis, axis.yaxis)
     low, high = axis.get_ylim()
     axis.set_yticks([tick for tick in TICKS if low <= tick <= high])
-    return _finish(figure, axis, title, "samples per pixel", f"error reduction over {than} (times)")
+    return _finish(figure, axis, title, "samples per pixel", f"error reduction over {samplers[0]} (times)")
 
 
 def spectrum_curve(errors, samplers, title):

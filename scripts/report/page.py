@@ -17,7 +17,7 @@ STYLE = """
 * { box-sizing: border-box; }
 body { font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; margin: 0; background: var(--paper);
   color: var(--ink); }
-header, main, footer { max-width: 1240px; margin: 0 auto; padding: 0 clamp(.9rem, 3vw, 2rem); }
+header, main { max-width: 1240px; margin: 0 auto; padding: 0 clamp(.9rem, 3vw, 2rem); }
 header { padding-top: clamp(1.4rem, 4vw, 3rem); }
 h1 { font-size: clamp(1.5rem, 4vw, 2.3rem); line-height: 1.15; letter-spacing: -.02em; margin: 0 0 .4rem; }
 h2 { font-size: 1.35rem; letter-spacing: -.01em; margin: 3rem 0 .9rem; }
@@ -31,8 +31,7 @@ main p { max-width: 50rem; }
   padding: clamp(.7rem, 2vw, 1.2rem); margin: 0 0 1rem; }
 .grid { display: grid; gap: 1rem; margin-bottom: 1.4rem; grid-template-columns: repeat(var(--columns), minmax(0, 1fr)); }
 .grid > * { margin: 0; min-width: 0; }
-figure { margin: 0; } figcaption { color: var(--soft); font-size: .9rem; max-width: 60rem; margin-top: .5rem; }
-figcaption:empty { display: none; }
+figure { margin: 0; }
 .chart svg { display: block; width: 100%; height: auto; }
 .wide { overflow-x: auto; overscroll-behavior-x: contain; }
 .wide.hides { -webkit-mask-image: var(--fade); mask-image: var(--fade); --fade: linear-gradient(to left, transparent, #000 4rem); }
@@ -62,7 +61,7 @@ details { padding: 0; } summary { cursor: pointer; font-weight: 600; padding: .8
 details > :not(summary) { padding: 0 1.2rem 1.1rem; }
 code { background: var(--tint); padding: 0 .25em; border-radius: 3px; }
 .growing button { font: inherit; cursor: pointer; }
-footer { color: var(--soft); font-size: .9rem; margin-top: 3rem; padding-bottom: 3rem; }
+main { padding-bottom: 3rem; }
 @media (max-width: 900px) { .grid { grid-template-columns: minmax(0, 1fr); } }
 @media (max-width: 760px) { .facts { grid-template-columns: 1fr 1fr; } .fact { padding: .6rem .7rem; } }
 @media (max-width: 600px) { th, td { padding: .3em .5em; }
@@ -135,7 +134,7 @@ def image(picture, alt, factor=1):
             f'src="data:image/png;base64,{source}">')
 
 
-def pictures(cells, row_names, column_names, caption=""):
+def pictures(cells, row_names, column_names):
     """A grid of Pillow images, cells[row][column]. In a narrow window the pictures are stacked, each under its name."""
     head = "".join(f"<th>{html.escape(name)}</th>" for name in column_names)
     room = 1080 // max(1, len(column_names))
@@ -146,7 +145,7 @@ def pictures(cells, row_names, column_names, caption=""):
                          for cell, column in zip(row, column_names))
         body += f"<tr><th>{html.escape(name)}</th>{inside}</tr>\n"
     whole = f"<table class=pictures><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table>"
-    return f"<figure>{sideways(whole)}<figcaption>{html.escape(caption)}</figcaption></figure>"
+    return f"<figure>{sideways(whole)}</figure>"
 
 
 def svg(figure, fit=True):
@@ -156,11 +155,10 @@ def svg(figure, fit=True):
     return data.getvalue()
 
 
-def chart(figure, caption=""):
+def chart(figure):
     """A Matplotlib figure or SVG text, scaled to the available width."""
     text = figure if isinstance(figure, str) else svg(figure)
-    return (f'<figure class="card chart">{text[text.index("<svg"):]}'
-            f"<figcaption>{html.escape(caption)}</figcaption></figure>")
+    return f'<figure class="card chart">{text[text.index("<svg"):]}</figure>'
 
 
 def grid(parts):
@@ -198,7 +196,7 @@ def still_growing(text):
 </script>""")
 
 
-def page(title, sections, lead="", footer=""):
+def page(title, sections, lead=""):
     """The whole page. sections: pairs of (heading, list of parts); lead: a sentence or two."""
     links = "".join(f'<a href="#part-{i}">{html.escape(heading)}</a>' for i, (heading, _) in enumerate(sections))
     body = "\n".join(f'<section id="part-{i}"><h2>{html.escape(heading)}</h2>\n' + "\n".join(parts) + "</section>"
@@ -206,5 +204,4 @@ def page(title, sections, lead="", footer=""):
     return (f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>\n'
             f"<body><header><h1>{html.escape(title)}</h1>{f'<p class=lead>{html.escape(lead)}</p>' if lead else ''}"
-            f"<nav>{links}</nav></header>\n<main>{body}</main>\n<footer>{html.escape(footer)}</footer>"
-            f"<script>{SCRIPT}</script></body></html>\n")
+            f"<nav>{links}</nav></header>\n<main>{body}</main>\n<script>{SCRIPT}</script></body></html>\n")

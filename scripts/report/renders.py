@@ -3,7 +3,7 @@
 
 Renders crops of large pictures of every built-in scene with every sampler at 1 to 64 samples per pixel and 12 seeds,
 measures each against a reference, and measures the cost of a sample. Writes renders.md with its plots and
-renders_headline.csv to docs/report, and renders.html, renders.csv and contact sheets to out/renders. With `--views` other
+renders_headline.csv to docs/report, and renders.csv and contact sheets to out/renders. With `--views` other
 than core, both folders have a subfolder named after the set, and docs/report has the text and the CSV alone. With `--quick`
 (small whole pictures, 4 seeds) everything goes to out/renders/quick. References and results are cached in ~/.cache/libbn
 ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import equal_quality, gains, renders_page, renders_plots, speed, variants, views
+from . import equal_quality, gains, renders_plots, speed, variants, views
 from .bench_options import add_common_options, finish_options, run_or_say_why
 from .convergence import positive
 from .files import write_text
@@ -89,13 +89,12 @@ def run(arguments):
     # Write the text last, after the files it refers to.
     renders_plots.draw_all(report, options.plots, options.pages)
     write_text(options.pages / "renders.csv", cells.csv_text())
-    write_text(options.pages / "renders.html", renders_page.html_page(report))
     gains.write_rows(options.out / "renders_headline.csv", report.headline_rows())
     write_text(options.out / "renders.md", report.text())
     print(report.text())
     seconds = sum(reference.seconds for reference in references.values())
-    print(f"Written: {options.out}/renders.md and renders_headline.csv; plots in {options.plots}; renders.html, renders.csv and contact "
-          f"sheets in {options.pages}. References took {duration(seconds)} once.")
+    print(f"Written: {options.out}/renders.md and renders_headline.csv; plots in {options.plots}; renders.csv and contact sheets "
+          f"in {options.pages}. References took {duration(seconds)} once.")
 
 
 def main(arguments=None):

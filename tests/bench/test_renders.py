@@ -71,12 +71,6 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
         assert (out / name).is_file(), name
     for name in (*out.glob("*.png"), *out.glob("pages/*.png")):
         Image.open(name).verify()
-    html = (out / "pages/renders.html").read_text(encoding="utf-8")
-    assert html.count("data:image/jpeg") == 1 + 4 * 2
-    order = [html.index(mark) for mark in ("id=compare>", "<svg", "<table>")]
-    assert order == sorted(order) and html.count("<svg") == 2 + 1 and gain.text() in html
-    # Two seeds: no ratio in large, and none under the pictures.
-    assert "class=facts" not in html and "times smaller" not in html
 
     # Found again, all of it: only the text is compared.
     made.clear()
