@@ -36,7 +36,7 @@ COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 SEEDS = 4
 # What the page begins with.
 PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
-PICTURE_SCENE, PICTURE_SPP = "monkey", 4
+PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (48, 24, 96, 96)
 REFERENCE_SPP = 2048
 # A pattern that hashes pixel, dimension and seed: with seeds of its own, its errors are independent of all others'.
 REFERENCE_SAMPLER, REFERENCE_SEED = "sobol_burley", 1_000_003
@@ -139,7 +139,7 @@ class CyclesRun(Run):
                 out = Path(folder) / "out.exr"
                 render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
                 pictures[name] = read_exr(out)[0]
-        write_picture(path, pictures, reference.picture, 2)
+        write_picture(path, pictures, reference.picture, PICTURE_PART, 3)
 
     def references(self, views, spp):
         return references_of(views, lambda view: self.reference(view, spp), self.jobs, Progress(len(views), "references"))

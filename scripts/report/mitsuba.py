@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the sampler `bluenoise` with Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md
+"""Compares the sampler `bluenoise` with Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its picture
 
 Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References use a
 sampler defined in this file, which is not one of those compared.
@@ -14,6 +14,7 @@ import numpy as np
 from .convergence import positive
 from .correctness import MitsubaMissing
 from .image_error import displayed_rmse, rmse
+from .other_renderer import write_picture
 from .progress import Progress
 from .renders_report import md_table
 from .tables import add_options, write_or_print
@@ -25,6 +26,10 @@ BASE = "independent"
 COUNTS = (1, 4, 16)
 SIGMA = 2.1
 REFERENCE_SPP, REFERENCE_PART = 2048, 512
+# What the page begins with.
+PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct light", 4
+PICTURE_SIZE, PICTURE_PART = 320, (44, 160, 96, 96)
+PICTURE_SAMPLERS = ("independent", "multijitter", "bluenoise")
 TRIAL = """import mitsuba
 mitsuba.set_variant("llvm_ad_rgb")
 print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))
@@ -160,6 +165,13 @@ def measure(mitsuba, names, size, seeds, reference_spp, progress=lambda what, do
     return result
 
 
+def make_picture(mitsuba, path, size, reference_spp):
+    scene = SCENES[PICTURE_SCENE](mitsuba, size)
+    pictures = {sampler: picture(mitsuba, with_sampler(mitsuba, scene, sampler, PICTURE_SPP)[0], 0, PICTURE_SPP)
+                for sampler in PICTURE_SAMPLERS}
+    write_picture(path, pictures, reference_of(mitsuba, scene, reference_spp), PICTURE_PART, 3)
+
+
 def table(result):
     """How many times smaller the error is than with BASE: as displayed, and raw in brackets."""
     def text(row, sampler):
@@ -180,10 +192,17 @@ def main(arguments=None):
                         help=f"samples per pixel of references (default {REFERENCE_SPP})")
     parser.add_argument("--scenes", type=lambda text: [int(part) for part in text.split(",")], metavar="N,...",
                         default=list(range(len(SCENES))), help="numbers of scenes, from 0 (default: all)")
+    parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
+                        help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
     add_options(parser, "docs/mitsuba.md")
     options = parser.parse_args(arguments)
     if not all(0 <= number < len(SCENES) for number in options.scenes):
         parser.error(f"--scenes takes numbers from 0 to {len(SCENES) - 1}")
+    if options.picture:
+        try:
+            return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
+        except MitsubaMissing as error:
+            sys.exit(f"bench: {error}")
     names = [list(SCENES)[number] for number in options.scenes]
     progress = Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS)))
     try:

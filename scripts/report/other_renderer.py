@@ -78,13 +78,14 @@ def references_of(views, make, jobs, progress, cost=lambda view: 1):
     return found
 
 
-def write_picture(path, pictures, reference, factor, sigma=2.1):
-    """{name: picture} side by side, with their errors as displayed after the blur over that of the last, and the reference."""
+def write_picture(path, pictures, reference, part, factor, sigma=2.1):
+    """A part (left, top, width, height) of {name: picture} and of the reference side by side, enlarged. Printed above each is the
+    error of the whole picture, as displayed after the blur, over that of the last."""
     found = {name: displayed_rmse(picture, reference, sigma=sigma) for name, picture in pictures.items()}
     last = list(found.values())[-1]
     names = [f"{name}: error {error / last:.2f}" for name, error in found.items()] + ["reference"]
     shown = [preview(picture) for picture in (*pictures.values(), reference)]
-    cells = [[enlarged_part(image, (0, 0, *image.size), factor)] for image in shown]
+    cells = [[enlarged_part(image, part, factor)] for image in shown]
     with written_beside(path) as beside:
         sheet([cells], [""], names).save(beside, quality=92, subsampling=0)
 
