@@ -35,6 +35,27 @@ void bind_neural(py::module_ &module);
  * message. Needs the GIL. */
 void check(bn_result result, const std::string &arguments);
 
+/* The result of work(), without the GIL. */
+template <typename Work>
+bn_result unlocked(Work work) {
+    py::gil_scoped_release release;
+    return work();
+}
+
+/* Sets the mask of a sampler's or of dithering's options, if it is not None. Returns its array, to
+ * be kept as long as the options, and adds its shape to `arguments`. */
+template <typename Options>
+Ranks set_mask(Options &options, const py::object &mask, std::string &arguments) {
+    if (mask.is_none()) return {};
+    auto ranks = mask.cast<Ranks>();
+    options.mask_ranks = ranks.data();
+    options.mask_height = static_cast<uint32_t>(ranks.shape(0));
+    options.mask_width = static_cast<uint32_t>(ranks.shape(1));
+    arguments += ", mask of shape (" + std::to_string(options.mask_height) + ", " +
+                 std::to_string(options.mask_width) + ")";
+    return ranks;
+}
+
 /* Lets Ctrl-C interrupt long work that runs without the GIL: poll() takes the GIL at most once per
  * interval and throws what a signal handler raised. */
 class Interrupts {
@@ -68,10 +89,9 @@ bn_result in_background(Work work) {
             state->ended.notify_one();
         }).detach();
     } catch (const std::system_error &) { /* no thread to be had */
-        py::gil_scoped_release unlocked;
-        return work();
+        return unlocked(work);
     }
-    py::gil_scoped_release unlocked;
+    py::gil_scoped_release release;
     Interrupts interrupts;
     std::unique_lock<std::mutex> lock(state->mutex);
     while (!state->ended.wait_for(lock, Interrupts::interval, [&] { return state->has_ended; })) {

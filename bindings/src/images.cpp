@@ -13,13 +13,6 @@ Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offs
     options.levels = levels;
     options.srgb = srgb ? 1 : 0;
     options.channel_offset = channel_offset ? 1 : 0;
-    Ranks ranks;
-    if (!mask.is_none()) {
-        ranks = mask.cast<Ranks>();
-        options.mask_ranks = ranks.data();
-        options.mask_height = static_cast<uint32_t>(ranks.shape(0));
-        options.mask_width = static_cast<uint32_t>(ranks.shape(1));
-    }
     Floats out({image.shape(0), image.shape(1), image.shape(2)});
     const float *from = image.data();
     float *to = out.mutable_data();
@@ -27,19 +20,12 @@ Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offs
     const auto width = static_cast<uint32_t>(image.shape(1));
     const auto channels = static_cast<uint32_t>(image.shape(2));
     const auto count = static_cast<size_t>(image.size());
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_dither(&options, from, width, height, channels, to, count);
-    }
     std::string arguments = "image of " + std::to_string(height) + " x " + std::to_string(width) +
                             " with " + std::to_string(channels) + " channels, levels " +
                             std::to_string(levels);
-    if (!mask.is_none()) {
-        arguments += ", mask of shape (" + std::to_string(options.mask_height) + ", " +
-                     std::to_string(options.mask_width) + ")";
-    }
-    check(result, arguments);
+    const Ranks ranks = set_mask(options, mask, arguments);
+    check(unlocked([&] { return bn_dither(&options, from, width, height, channels, to, count); }),
+          arguments);
     return out;
 }
 

@@ -19,29 +19,34 @@ std::shared_ptr<const std::vector<uint32_t>> copied(const Ranks &ranks) {
     return std::make_shared<std::vector<uint32_t>>(ranks.data(), ranks.data() + ranks.size());
 }
 
-/* `ranks` has shape (depth, height, width). */
-void void_and_cluster(Ranks &ranks, double sigma, double initial_fraction, uint64_t seed,
-                      const py::object &callback) {
+/* Makes a mask with make(ranks, count) and `options`, into which seed and callback are set. */
+template <typename Options, typename Make>
+void generate(Ranks &ranks, Options &options, uint64_t seed, const py::object &callback,
+              const std::string &arguments, Make make) {
     Progress progress(callback);
-    bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
-    options.sigma = sigma;
-    options.initial_fraction = initial_fraction;
     options.seed = seed;
     options.progress = Progress::call;
     options.progress_user = &progress;
     uint32_t *out = ranks.mutable_data();
+    const auto count = static_cast<size_t>(ranks.size());
+    progress.finish(unlocked([&] { return make(out, count); }), arguments);
+}
+
+/* `ranks` has shape (depth, height, width). */
+void void_and_cluster(Ranks &ranks, double sigma, double initial_fraction, uint64_t seed,
+                      const py::object &callback) {
+    bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
+    options.sigma = sigma;
+    options.initial_fraction = initial_fraction;
     const auto depth = static_cast<uint32_t>(ranks.shape(0));
     const auto height = static_cast<uint32_t>(ranks.shape(1));
     const auto width = static_cast<uint32_t>(ranks.shape(2));
-    const auto count = static_cast<size_t>(ranks.size());
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_void_and_cluster(&options, width, height, depth, out, count);
-    }
-    progress.finish(result, "void-and-cluster, " + std::to_string(count) + " texels, sigma " +
-                                std::to_string(sigma) + ", initial_fraction " +
-                                std::to_string(initial_fraction));
+    generate(ranks, options, seed, callback,
+             "void-and-cluster, " + std::to_string(ranks.size()) + " texels, sigma " +
+                 std::to_string(sigma) + ", initial_fraction " + std::to_string(initial_fraction),
+             [&](uint32_t *out, size_t count) {
+                 return bn_void_and_cluster(&options, width, height, depth, out, count);
+             });
 }
 
 /* `ranks` has shape (channels, height, width). It receives the result, and is the initial mask if
@@ -49,7 +54,6 @@ void void_and_cluster(Ranks &ranks, double sigma, double initial_fraction, uint6
 void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, double value_sigma,
             double start_temperature, double end_temperature, uint32_t sweeps, bool order_ends,
             bool start_from_ranks, uint64_t seed, const py::object &callback) {
-    Progress progress(callback);
     bn_anneal_options options = bn_anneal_options_default();
     options.sigma = sigma;
     options.far_sigma = far_sigma;
@@ -60,31 +64,23 @@ void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, dou
     options.sweeps = sweeps;
     options.order_ends = order_ends ? 1 : 0;
     options.start_from_ranks = start_from_ranks ? 1 : 0;
-    options.seed = seed;
-    options.progress = Progress::call;
-    options.progress_user = &progress;
-    uint32_t *out = ranks.mutable_data();
     const auto channels = static_cast<uint32_t>(ranks.shape(0));
     const auto height = static_cast<uint32_t>(ranks.shape(1));
     const auto width = static_cast<uint32_t>(ranks.shape(2));
-    const auto count = static_cast<size_t>(ranks.size());
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_anneal(&options, width, height, channels, out, count);
-    }
-    progress.finish(result, "anneal, " + std::to_string(channels) + " x " + std::to_string(height) +
-                                " x " + std::to_string(width) +
-                                (start_from_ranks ? ", start_from_ranks given" : "") + ", sigma " +
-                                std::to_string(sigma) + ", far_sigma " + std::to_string(far_sigma) +
-                                ", sweeps " + std::to_string(sweeps));
+    generate(ranks, options, seed, callback,
+             "anneal, " + std::to_string(channels) + " x " + std::to_string(height) + " x " +
+                 std::to_string(width) + (start_from_ranks ? ", start_from_ranks given" : "") +
+                 ", sigma " + std::to_string(sigma) + ", far_sigma " + std::to_string(far_sigma) +
+                 ", sweeps " + std::to_string(sweeps),
+             [&](uint32_t *out, size_t count) {
+                 return bn_anneal(&options, width, height, channels, out, count);
+             });
 }
 
 /* As for anneal, but `ranks` has shape (height, width), and 0 steps are the learned schedule. */
 void relax(Ranks &ranks, double sigma, double start_step, double end_step, double start_softness,
            double end_softness, uint32_t steps, uint32_t threads, bool start_from_ranks,
            uint64_t seed, const py::object &callback) {
-    Progress progress(callback);
     bn_relax_options options = bn_relax_options_default();
     options.sigma = sigma;
     options.start_step = start_step;
@@ -94,22 +90,15 @@ void relax(Ranks &ranks, double sigma, double start_step, double end_step, doubl
     options.steps = steps;
     options.threads = threads;
     options.start_from_ranks = start_from_ranks ? 1 : 0;
-    options.seed = seed;
-    options.progress = Progress::call;
-    options.progress_user = &progress;
-    uint32_t *out = ranks.mutable_data();
     const auto height = static_cast<uint32_t>(ranks.shape(0));
     const auto width = static_cast<uint32_t>(ranks.shape(1));
-    const auto count = static_cast<size_t>(ranks.size());
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_relax(&options, width, height, out, count);
-    }
-    progress.finish(result, "relax, " + std::to_string(height) + " x " + std::to_string(width) +
-                                (start_from_ranks ? ", start_from_ranks given" : "") + ", sigma " +
-                                std::to_string(sigma) + ", steps " + std::to_string(steps) +
-                                ", threads " + std::to_string(threads));
+    generate(
+        ranks, options, seed, callback,
+        "relax, " + std::to_string(height) + " x " + std::to_string(width) +
+            (start_from_ranks ? ", start_from_ranks given" : "") + ", sigma " +
+            std::to_string(sigma) + ", steps " + std::to_string(steps) + ", threads " +
+            std::to_string(threads),
+        [&](uint32_t *out, size_t count) { return bn_relax(&options, width, height, out, count); });
 }
 
 Ranks ranks_from_values(const Floats &values) {
@@ -117,12 +106,8 @@ Ranks ranks_from_values(const Floats &values) {
     const float *from = values.data();
     uint32_t *to = ranks.mutable_data();
     const auto count = static_cast<size_t>(values.size());
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_ranks_from_values(from, count, to);
-    }
-    check(result, "ranks of " + std::to_string(count) + " values");
+    check(unlocked([&] { return bn_ranks_from_values(from, count, to); }),
+          "ranks of " + std::to_string(count) + " values");
     return ranks;
 }
 
@@ -131,7 +116,7 @@ Floats ranks_to_float(const Ranks &ranks, uint64_t count) {
     const uint32_t *from = ranks.data();
     float *to = values.mutable_data();
     const py::ssize_t size = ranks.size();
-    py::gil_scoped_release unlocked;
+    py::gil_scoped_release release;
     for (py::ssize_t i = 0; i < size; ++i) to[i] = bn_rank_to_float(from[i], count);
     return values;
 }
@@ -151,9 +136,7 @@ bool builtin_mask_exists(uint32_t size) {
 /* Runs a measure of a mask, on a thread of its own if it takes more than some milliseconds. */
 template <typename Work>
 bn_result measured(size_t count, Work work) {
-    if (count >= quick_count) return in_background(std::move(work));
-    py::gil_scoped_release unlocked;
-    return work();
+    return count >= quick_count ? in_background(std::move(work)) : unlocked(std::move(work));
 }
 
 double mask_error(const Ranks &ranks, double sigma) {

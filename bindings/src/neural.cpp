@@ -25,15 +25,11 @@ int32_t poll_current_call(void *, double fraction) {
 template <typename Work>
 void interruptible(const std::string &arguments, const py::object &callback, Work work) {
     Progress progress{callback};
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        /* The callback of a call may make another one. */
-        Progress *const outer = current_call;
-        current_call = &progress;
-        result = work();
-        current_call = outer;
-    }
+    /* The callback of a call may make another one. */
+    Progress *const outer = current_call;
+    current_call = &progress;
+    const bn_result result = unlocked(work);
+    current_call = outer;
     progress.finish(result, arguments);
 }
 
@@ -59,11 +55,7 @@ class NeuralGenerator {
         options.channels = channels;
         options.progress = poll_current_call;
         bn_neural *neural = nullptr;
-        bn_result result;
-        {
-            py::gil_scoped_release unlocked;
-            result = bn_neural_open(&options, &neural);
-        }
+        const bn_result result = unlocked([&] { return bn_neural_open(&options, &neural); });
         neural_.reset(neural);
         check(result, where);
     }
@@ -105,11 +97,8 @@ Floats neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uin
     Floats noise({static_cast<py::ssize_t>(height), static_cast<py::ssize_t>(width)});
     float *out = noise.mutable_data();
     const auto count = static_cast<size_t>(noise.size());
-    bn_result result;
-    {
-        py::gil_scoped_release unlocked;
-        result = bn_neural_noise(x0, y0, width, height, seed, out, count);
-    }
+    const bn_result result =
+        unlocked([&] { return bn_neural_noise(x0, y0, width, height, seed, out, count); });
     check(result, "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
                       std::to_string(width) + ", height " + std::to_string(height));
     return noise;

@@ -88,21 +88,9 @@ class Sampler {
         options.seed = seed;
         options.samples_per_pixel = samples_per_pixel;
         std::string arguments = "kind " + std::to_string(kind);
-        Ranks ranks;
-        if (!mask.is_none()) {
-            ranks = mask.cast<Ranks>();
-            options.mask_ranks = ranks.data();
-            options.mask_height = static_cast<uint32_t>(ranks.shape(0));
-            options.mask_width = static_cast<uint32_t>(ranks.shape(1));
-            arguments += ", mask of shape (" + std::to_string(ranks.shape(0)) + ", " +
-                         std::to_string(ranks.shape(1)) + ")";
-        }
+        const Ranks ranks = set_mask(options, mask, arguments);
         bn_sampler *sampler = nullptr;
-        bn_result result;
-        {
-            py::gil_scoped_release unlocked;
-            result = bn_sampler_create(&options, &sampler);
-        }
+        const bn_result result = unlocked([&] { return bn_sampler_create(&options, &sampler); });
         sampler_.reset(sampler);
         check(result, arguments);
     }
@@ -136,7 +124,7 @@ class Sampler {
         }
         Lanes lanes(sampler_.get(), static_cast<uint32_t>(shape.back()), pair, out.mutable_data());
 
-        py::gil_scoped_release unlocked;
+        py::gil_scoped_release release;
         for (py::ssize_t row = 0; row < outer_count; ++row) {
             lanes.add(at, inner_stride, inner_count);
             for (py::ssize_t axis = outer_ndim - 1; axis >= 0; --axis) {
@@ -162,7 +150,7 @@ class Sampler {
         float *to = out.mutable_data();
         bn_result result = out.shape(3) == 4 ? BN_SUCCESS : BN_ERROR_SIZE_MISMATCH;
         {
-            py::gil_scoped_release unlocked;
+            py::gil_scoped_release release;
             Interrupts interrupts;
             uint32_t now = 0;
             for (uint32_t y = 0; y < height && result == BN_SUCCESS; y += now) {
