@@ -229,12 +229,16 @@ SMALL = ["--size", "24x24", "--threads", 1]
 SIX = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 
 
-def write_environment(path, colour):
-    texels = np.ascontiguousarray(np.broadcast_to(np.float32(colour), (4, 8, 3)))
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGB": texels}) as file:
+def write_exr(path, compression="ZIP", **channels):
+    """A picture by its channels, as in RGB=texels, which are floats of 16 or 32 bits; returns its path."""
+    header = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION"), "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {name: np.ascontiguousarray(texels) for name, texels in channels.items()}) as file:
         file.write(str(path))
     return path
+
+
+def write_environment(path, colour):
+    return write_exr(path, RGB=np.broadcast_to(np.float32(colour), (4, 8, 3)))
 
 
 def picture(pathtracer, scene, *arguments, name="scene.glb"):

@@ -8,8 +8,7 @@ import csv
 
 import numpy as np
 import pytest
-from pathtracer_driver import read_exr, read_layers
-from test_command_line import failure
+from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
 
 SCENE = ["--scene", "penumbra", "--size", "45x37", "--max-depth", 1]
 NOISE = ["--noise", 0.1, "--min-spp", 4, "--spp", 64]
@@ -32,20 +31,6 @@ def blocks(layers):
             yield {name: values[y:y + BLOCK, x:x + BLOCK] for name, values in layers.items()}
 
 
-def same(one, other):
-    assert sorted(one) == sorted(other)
-    for name, values in one.items():
-        assert np.array_equal(values, other[name]), name
-
-
-def near(one, other):
-    """The same counts, and values through single precision."""
-    assert np.array_equal(one["count"], other["count"])
-    for name, values in one.items():
-        scale = max(1.0, float(np.abs(values).max()))
-        np.testing.assert_allclose(other[name], values, rtol=1e-5, atol=1e-6 * scale, err_msg=name)
-
-
 @pytest.mark.parametrize(("exposure", "least"), [(0, 4), (-2, 4), (2, 8)])
 def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, least):
     """At powers of two from --min-spp on, the first at which it is, or at --spp."""
@@ -58,7 +43,7 @@ def test_blocks_stop_where_the_error_is_below_the_level(pathtracer, exposure, le
         assert (block["count"] == count).all()
         wanted = next((n for n in (4, 8, 16, 32) if n >= least and displayed_error(prefixes[n][k], exposure) < 0.1), 64)
         assert count == wanted, k
-        same(block, prefixes[count][k])  # the samples are those of a plain picture
+        assert_same(block, prefixes[count][k])  # the samples are those of a plain picture
         counts.append(count)
     assert len(set(counts)) > 2 and (64 in counts or exposure)
 
@@ -76,7 +61,7 @@ def test_layers_and_attributes_say_what_was_done(pathtracer):
 
 def test_level_0_is_plain(pathtracer):
     plain, path = (pathtracer.render(*SCENE, "--spp", 9, *more) for more in ([], ["--noise", 0]))
-    same(read_layers(plain), read_layers(path))
+    assert_same(read_layers(plain), read_layers(path))
     assert set(read_exr(plain)[1]) == set(read_exr(path)[1]) and "noise" not in read_exr(path)[1]
 
 
@@ -84,22 +69,22 @@ def test_level_0_is_plain(pathtracer):
 def test_pictures_do_not_depend_on_threads_crops_and_writes(pathtracer, sampler):
     common = [*SCENE, *NOISE, "--sampler", sampler]
     whole = read_layers(pathtracer.render(*common))
-    same(whole, read_layers(pathtracer.render(*common, "--threads", 1)))
-    same(whole, read_layers(pathtracer.render(*common, "--threads", 7, "--write-partial", 0.001)))
+    assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 1)))
+    assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 7, "--write-partial", 0.001)))
     for x0, y0, x1, y1 in ((5, 9, 21, 30), (8, 8, 16, 16), (44, 36, 45, 37), (3, 3, 4, 4)):
         crop = read_layers(pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}", "--threads", 2))
-        same({name: values[y0:y1, x0:x1] for name, values in whole.items()}, crop)
+        assert_same({name: values[y0:y1, x0:x1] for name, values in whole.items()}, crop)
 
 
 def test_merged_regions_equal_the_whole(pathtracer):
     """Regions that cut through blocks."""
     whole = read_layers(pathtracer.render(*SCENE, *NOISE))
     parts = [pathtracer.render(*SCENE, *NOISE, "--crop", c) for c in ("0,0,20,37", "20,0,45,11", "20,11,45,37")]
-    near(whole, read_layers(pathtracer.render("--merge", *parts)))
+    assert_near(whole, read_layers(pathtracer.render("--merge", *parts)))
     out = ["-o", "out.exr"]
     for other in ([], ["--noise", 0.2, "--min-spp", 4], ["--noise", 0.1, "--min-spp", 8], [*NOISE, "--exposure", 1]):
         part = pathtracer.render(*SCENE, "--spp", 64, *other, "--crop", "0,0,20,37")
-        assert "noise" in failure(pathtracer, "--merge", part, *parts[1:], *out)
+        assert "noise" in pathtracer.failure("--merge", part, *parts[1:], *out)
 
 
 def test_resumed_pictures_equal_whole_ones(pathtracer):
@@ -113,20 +98,20 @@ def test_resumed_pictures_equal_whole_ones(pathtracer):
                 ([*NOISE, "--noise", 0.3], ["--noise", 0.1, "--spp", 64]),
                 ([*NOISE, "--noise", 0.3, "--min-spp", 2], [*NOISE]),
                 (["--spp", 3], NOISE), (["--spp", 4], NOISE)):
-            near(whole, read_layers(pathtracer.render("--resume", pathtracer.render(*common, *begun), *options)))
+            assert_near(whole, read_layers(pathtracer.render("--resume", pathtracer.render(*common, *begun), *options)))
         adaptive = pathtracer.render(*common, *NOISE)
-        near(whole, read_layers(pathtracer.render("--resume", adaptive)))  # nothing is left to do
+        assert_near(whole, read_layers(pathtracer.render("--resume", adaptive)))  # nothing is left to do
         even = read_layers(pathtracer.render("--resume", adaptive, "--noise", 0))
-        near(read_layers(pathtracer.render(*common, "--spp", 64)), even)
+        assert_near(read_layers(pathtracer.render(*common, "--spp", 64)), even)
 
 
 def test_what_cannot_be_continued_is_refused(pathtracer):
     out = ["-o", "out.exr"]
     adaptive = pathtracer.render(*SCENE, *NOISE)
     for change in (["--noise", 0.2], ["--min-spp", 2], ["--exposure", 1]):
-        assert "noise" in failure(pathtracer, "--resume", adaptive, "--spp", 128, *change, *out)
+        assert "noise" in pathtracer.failure("--resume", adaptive, "--spp", 128, *change, *out)
     plain = pathtracer.render(*SCENE, "--spp", 5)
-    assert "noise 'off'" in failure(pathtracer, "--resume", plain, *NOISE, *out)
+    assert "noise 'off'" in pathtracer.failure("--resume", plain, *NOISE, *out)
 
 
 @pytest.mark.parametrize(("options", "said"), [
@@ -137,7 +122,7 @@ def test_what_cannot_be_continued_is_refused(pathtracer):
     (["--noise", 0.1, "--first-sample", 4], "--first-sample"), (["--noise", 0.1, "--exposure", "auto"], "--exposure EV"),
     (["--noise", 0.1, "--scene", "a.gltf"], "--exposure EV")])
 def test_bad_values_are_refused_in_one_line(pathtracer, options, said):
-    assert said in failure(pathtracer, *options, "-o", "out.exr")
+    assert said in pathtracer.failure(*options, "-o", "out.exr")
 
 
 def test_rows_of_convergence_have_mean_counts(pathtracer):

@@ -10,22 +10,10 @@ import time
 
 import numpy as np
 import pytest
-from pathtracer_driver import read_exr, read_layers
+from pathtracer_driver import SAMPLERS, SCENES, read_exr, read_layers
 from PIL import Image
 
 HUGE = ["--size", "8192x8192", "--spp", 1000000]  # would take days
-
-
-def failure(pathtracer, *arguments, **options):
-    """Runs what must fail; returns its one line on stderr."""
-    before = sorted(os.listdir(pathtracer.folder))
-    done = pathtracer.run(*arguments, **options)
-    assert done.returncode == 1
-    assert done.stdout == ""
-    assert done.stderr.startswith("pathtracer: ") and done.stderr.endswith("\n")
-    assert done.stderr.count("\n") == 1
-    assert sorted(os.listdir(pathtracer.folder)) == before
-    return done.stderr
 
 
 def test_help_and_list(pathtracer):
@@ -37,8 +25,7 @@ def test_help_and_list(pathtracer):
         assert option in text.stdout
     listing = pathtracer.run("--list")
     assert listing.returncode == 0 and listing.stderr == ""
-    scenes = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
-    for name in (*scenes, "blue", "sobol", "white", "zorder", "mask"):
+    for name in (*SCENES, *SAMPLERS):
         assert name in listing.stdout.split()
 
 
@@ -93,9 +80,7 @@ def test_help_and_list(pathtracer):
     ],
 )
 def test_bad_arguments(pathtracer, arguments, said):
-    message = failure(pathtracer, "-o", "out.exr", *arguments, timeout=20)
-    for word in said:
-        assert word in message
+    pathtracer.failure("-o", "out.exr", *arguments, said=said, timeout=20)
 
 
 @pytest.mark.parametrize(
@@ -111,27 +96,25 @@ def test_bad_arguments(pathtracer, arguments, said):
 def test_unwritable_output_is_found_before_rendering(pathtracer, output, said):
     (pathtracer.folder / "file").write_text("a file")
     (pathtracer.folder / "folder.exr").mkdir()
-    message = failure(pathtracer, *HUGE, "-o", output, timeout=20)
-    for word in said:
-        assert word in message
+    pathtracer.failure(*HUGE, "-o", output, said=said, timeout=20)
 
 
 def test_the_output_is_required(pathtracer):
-    assert "-o" in failure(pathtracer, "--spp", 1)
+    assert "-o" in pathtracer.failure("--spp", 1)
 
 
 def test_a_preview_that_cannot_be_written_is_found_before_rendering(pathtracer):
     (pathtracer.folder / "out.png").mkdir()
-    assert "out.png" in failure(pathtracer, *HUGE, "-o", "out.exr", timeout=20)
+    assert "out.png" in pathtracer.failure(*HUGE, "-o", "out.exr", timeout=20)
 
 
 def test_a_reference_of_another_size(pathtracer):
     reference = pathtracer.render("--size", "16x12", "--spp", 1)
-    message = failure(pathtracer, *HUGE, "--reference", reference, "-o", "out.exr", timeout=20)
+    message = pathtracer.failure(*HUGE, "--reference", reference, "-o", "out.exr", timeout=20)
     assert "16x12" in message and "8192x8192" in message
     part = pathtracer.render("--size", "16x12", "--spp", 1, "--crop", "0,0,8,8")
     common = ["--size", "16x12", "--spp", 1, "--reference", part, "-o", "out.exr"]
-    assert "part" in failure(pathtracer, *common)
+    assert "part" in pathtracer.failure(*common)
     assert pathtracer.run(*common, "--crop", "2,2,8,8").returncode == 0
 
 
@@ -140,13 +123,13 @@ def test_a_reference_that_is_none(pathtracer, damage):
     reference = pathtracer.render("--size", "64x64", "--spp", 1)
     whole = reference.read_bytes()
     reference.write_bytes({"truncated": whole[:3000], "foreign": b"text" * 999, "empty": b""}[damage])
-    message = failure(pathtracer, "--size", "64x64", "--reference", reference, "-o", "out.exr")
+    message = pathtracer.failure("--size", "64x64", "--reference", reference, "-o", "out.exr")
     assert str(reference) in message
 
 
 def test_a_neural_mask_without_its_runtime(pathtracer, monkeypatch):
     monkeypatch.setenv("BN_ONNXRUNTIME", str(pathtracer.folder / "absent.so"))
-    message = failure(pathtracer, "--sampler", "mask", "--mask", "neural", "-o", "out.exr")
+    message = pathtracer.failure("--sampler", "mask", "--mask", "neural", "-o", "out.exr")
     assert "ONNX Runtime" in message and "BN_ONNXRUNTIME" in message
 
 
@@ -154,8 +137,8 @@ def test_a_mask_that_is_none(pathtracer):
     (pathtracer.folder / "text.png").write_text("no picture")
     Image.new("L", (5000, 5000)).save(pathtracer.folder / "large.png")
     common = ["--sampler", "mask", "-o", "out.exr"]
-    assert "text.png" in failure(pathtracer, *common, "--mask", "text.png")
-    assert "large.png" in failure(pathtracer, *common, "--mask", "large.png")
+    assert "text.png" in pathtracer.failure(*common, "--mask", "text.png")
+    assert "large.png" in pathtracer.failure(*common, "--mask", "large.png")
 
 
 def test_a_full_disk_leaves_the_old_file(pathtracer):
@@ -166,10 +149,8 @@ def test_a_full_disk_leaves_the_old_file(pathtracer):
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
 
-    message = failure(
-        pathtracer, "--size", "128x128", "--spp", 1, "-o", old, preexec_fn=limit, timeout=20
-    )
-    assert str(old) in message and "cannot write" in message
+    arguments = ["--size", "128x128", "--spp", 1, "-o", old]
+    pathtracer.failure(*arguments, said=[str(old), "cannot write"], preexec_fn=limit, timeout=20)
     assert old.read_bytes() == before
 
 
@@ -184,8 +165,8 @@ def test_a_link_keeps_its_target(pathtracer):
 
 def test_a_pipe_sees_no_progress(pathtracer):
     common = ["--size", "96x96", "--spp", 16]
-    loud = pathtracer.run(*common, "-o", "out.exr")
-    assert loud.returncode == 0 and loud.stderr == ""
+    loud = pathtracer.success(*common, "-o", "out.exr")
+    assert loud.stderr == ""
     assert loud.stdout.count("\n") == 1 and "rays/s" in loud.stdout
     quiet = pathtracer.run(*common, "--quiet", "-o", "out.exr")
     assert quiet.returncode == 0 and quiet.stderr == "" and quiet.stdout == ""
@@ -216,14 +197,8 @@ def read_terminal(leader, until):
 
 def test_a_terminal_sees_progress_and_an_interrupt_leaves_what_there_is(pathtracer):
     leader, follower = open_terminal()
-    program = subprocess.Popen(
-        [pathtracer.binary, "--size", "96x64", "--spp", "1000000", "-o", "out.exr"],
-        stderr=follower,
-        stdout=subprocess.PIPE,
-        cwd=pathtracer.folder,
-        # In the background of a script interrupts are ignored, and children inherit that.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+    endless = ["--size", "96x64", "--spp", 1000000, "-o", "out.exr"]
+    program = pathtracer.start(*endless, stderr=follower, stdout=subprocess.PIPE)
     os.close(follower)
     shown = read_terminal(leader, b"rays/s")
     program.send_signal(signal.SIGINT)
@@ -244,12 +219,7 @@ def test_a_terminal_sees_progress_and_an_interrupt_leaves_what_there_is(pathtrac
 
 
 def test_a_second_interrupt_ends_at_once(pathtracer):
-    program = subprocess.Popen(
-        [pathtracer.binary, *map(str, HUGE), "--sampler", "sobol", "-o", "out.exr"],
-        stderr=subprocess.DEVNULL,
-        cwd=pathtracer.folder,
-        preexec_fn=lambda: signal.signal(signal.SIGTERM, signal.SIG_DFL),
-    )
+    program = pathtracer.start(*HUGE, "--sampler", "sobol", "-o", "out.exr", stderr=subprocess.DEVNULL)
     time.sleep(1.5)
     program.send_signal(signal.SIGTERM)
     time.sleep(0.05)
@@ -261,12 +231,8 @@ def test_a_second_interrupt_ends_at_once(pathtracer):
 
 def test_a_terminal_sees_the_time_left(pathtracer):
     leader, follower = open_terminal()
-    with subprocess.Popen(
-        [pathtracer.binary, "--size", "128x128", "--spp", "96", "--threads", "1", "-o", "out.exr"],
-        stderr=follower,
-        stdout=subprocess.DEVNULL,
-        cwd=pathtracer.folder,
-    ) as program:
+    short = ["--size", "128x128", "--spp", 96, "--threads", 1, "-o", "out.exr"]
+    with pathtracer.start(*short, stderr=follower, stdout=subprocess.DEVNULL) as program:
         os.close(follower)
         shown = read_terminal(leader, b"100.0 %")
         os.close(leader)

@@ -15,8 +15,7 @@ def preview(path):
 def render(pathtracer, scene, *arguments):
     path = scene.save(pathtracer.folder / "scene.glb")
     out = pathtracer.folder / "out.exr"
-    done = pathtracer.run("--scene", path, *SMALL, "--spp", 4, *arguments, "-o", out)
-    assert done.returncode == 0, done.stderr
+    done = pathtracer.success("--scene", path, *SMALL, "--spp", 4, *arguments, "-o", out)
     return out, done.stderr
 
 
@@ -110,5 +109,4 @@ def test_merged_parts_that_show_nothing(pathtracer, even_sky):
     path = floor().save(pathtracer.folder / "scene.glb")
     common = ["--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--eye", "0,5,0", "--target", "0,9,0"]
     parts = [pathtracer.render(*common, "--first-sample", n) for n in (0, 1)]
-    done = pathtracer.run("--merge", *parts, "-o", "out.exr")
-    assert done.returncode == 0 and "NOTHING IS VISIBLE" in done.stderr
+    assert "NOTHING IS VISIBLE" in pathtracer.success("--merge", *parts, "-o", "out.exr").stderr

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pathtracer_driver import read_layers
+from pathtracer_driver import assert_same, read_layers
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
@@ -265,11 +265,7 @@ def test_the_picture_is_one_machines(pathtracer):
     assert f"{len(kept) - 1} of 20 parts are in" in out and "20 pictures merged" in out
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
     merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
-    for name, values in whole.items():
-        if name.startswith("variance"):  # through single precision and back
-            np.testing.assert_allclose(merged[name], values, rtol=1e-6)
-        else:
-            assert np.array_equal(merged[name], values), name
+    assert_same(merged, whole, variance=1e-6)  # through single precision and back
 
 
 def test_workers_with_another_program_are_refused(pathtracer):

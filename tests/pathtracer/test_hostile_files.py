@@ -3,42 +3,29 @@
 
 import json
 import os
-import shutil
 import struct
 import subprocess
 import sys
 import zlib
 
 import numpy as np
-import OpenEXR
 import pytest
-from scene_files import FOUR, QUAD, SIX, SMALL, Gltf, ball, cornell, encoded, floor, textured_floor
+from scene_files import FOUR, QUAD, SMALL, Gltf, ball, cornell, encoded, floor, textured_floor, write_exr
 
 MEMORY = 700e6  # bytes; a run takes 35e6 without any of this, this process and its children 150e6
 
 
 def one_line(pathtracer, *arguments, words=()):
     """Runs what must be refused, with one line, soon, and in little memory; returns the line."""
-    command = [pathtracer.binary, *map(str, arguments), *map(str, SMALL), "--spp", "1", "-o", "out.exr"]
-    with subprocess.Popen(command, cwd=pathtracer.folder, stderr=subprocess.PIPE, text=True) as process:
-        try:
-            line = process.communicate(timeout=60)[1]
-        except subprocess.TimeoutExpired:
-            process.kill()
-            raise
-    assert process.returncode == 1, line
-    assert line.startswith("pathtracer: ") and line.count("\n") == 1, line
-    for word in [words] if isinstance(words, str) else words:
-        assert word in line, line
-    return line
+    said = [words] if isinstance(words, str) else words
+    return pathtracer.failure(*arguments, *SMALL, "--spp", 1, "-o", "out.exr", said=said)
 
 
 def peak_memory(pathtracer, *arguments, code=1):
     """Bytes that a run takes at most, and what it says in its one line."""
-    command = [pathtracer.binary, *map(str, arguments), *map(str, SMALL), "--spp", "1", "-o", "out.exr"]
     said = pathtracer.folder / "said.txt"
     with open(said, "w") as file:
-        process = subprocess.Popen(command, cwd=pathtracer.folder, stderr=file, stdout=subprocess.DEVNULL)
+        process = pathtracer.start(*arguments, *SMALL, "--spp", 1, "-o", "out.exr", stderr=file, stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     assert process.returncode == code, said.read_text()
@@ -263,9 +250,7 @@ def test_pictures_that_claim_more_than_they_hold(pathtracer):
     tga = bytes([0, 0, 10]) + bytes(9) + struct.pack("<HHBB", 8192, 8192, 32, 0) + bytes(60)
     frame = struct.pack(">BBHBHHB", 255, 0xC0, 17, 8, 8192, 8192, 3) + bytes(60)
     for picture in (png(8192, 8192), png(8192, 8192, 1, 0), b"\xff\xd8" + frame, bmp, tga):
-        g = textured_floor(lambda g: g.texture(FOUR))
-        g.json["images"][0]["bufferView"] = g.view(picture)
-        takes_little(pathtracer, "--scene", g.save(pathtracer.folder / "a.glb"), words="8192x8192 texels, more than its")
+        takes_little(pathtracer, "--scene", with_picture(pathtracer, picture), words="8192x8192 texels, more than its")
 
 
 def with_picture(pathtracer, picture):
@@ -320,10 +305,7 @@ def test_even_pictures_are_read_still(pathtracer):
     """The most that deflate makes of a byte."""
     for depth, colour, row in ((8, 6, 4 * 2048), (1, 0, 2048 // 8)):
         picture = png(2048, 2048, depth, colour, zlib.compress(bytes((row + 1) * 2048), 9))
-        g = textured_floor(lambda g: g.texture(FOUR))
-        g.json["images"][0]["bufferView"] = g.view(picture)
-        done = pathtracer.run("--scene", g.save(pathtracer.folder / "a.glb"), *SMALL, "--spp", 1, "-o", "out.exr")
-        assert done.returncode == 0, done.stderr
+        pathtracer.render("--scene", with_picture(pathtracer, picture), *SMALL, "--spp", 1)
 
 
 def test_one_picture_many_times(pathtracer):
@@ -400,12 +382,7 @@ def test_exr_headers_that_ask_for_memory(pathtracer, what):
 @pytest.mark.parametrize("compression", ["NO", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA", "DWAB"])
 def test_even_environments_are_read_still(pathtracer, compression):
     """Where a method makes the most of a byte."""
-    import OpenEXR
-
-    texels = np.ones((512, 1024, 3), np.float16)
-    header = {"compression": getattr(OpenEXR, compression + "_COMPRESSION"), "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGB": texels}) as file:
-        file.write(str(pathtracer.folder / "a.exr"))
+    write_exr(pathtracer.folder / "a.exr", compression, RGB=np.ones((512, 1024, 3), np.float16))
     image = pathtracer.image(*SMALL, "--scene", "lens", "--spp", 1, "--env", "a.exr", "--max-depth", 0)
     assert image.max() == pytest.approx(1, abs=0.01)
 
@@ -426,8 +403,7 @@ def test_a_scene_reaches_so_far(pathtracer):
     g = Gltf()
     ball(g, g.material())
     g.json["nodes"][0].update(scale=[0.99e10] * 3, translation=[9e14, 0, 0])
-    done = pathtracer.run("--scene", g.save(pathtracer.folder / "b.glb"), *SMALL, "--spp", 4, "-o", "out.exr")
-    assert done.returncode == 0, done.stderr
+    pathtracer.render("--scene", g.save(pathtracer.folder / "b.glb"), *SMALL, "--spp", 4)
 
 
 def test_lights_beyond_all_bounds_are_left_out(pathtracer):
@@ -435,8 +411,7 @@ def test_lights_beyond_all_bounds_are_left_out(pathtracer):
         g = floor()
         g.light("point", 1, translation=[0, distance, 0])
         path = g.save(pathtracer.folder / "a.glb")
-        done = pathtracer.run("--scene", path, *SMALL, "--spp", 1, "--env", "sky", "-o", "out.exr")
-        assert done.returncode == 0, done.stderr
+        done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", "sky", "-o", "out.exr")
         assert ("a light beyond 1e15" in done.stderr) == (distance > 1e15)
 
 
@@ -448,13 +423,11 @@ def test_a_reference_that_is_not_finite_is_refused(pathtracer, value):
     """Its error would be no number, or seem perfect."""
     picture = np.ones((24, 24, 3), np.float32)
     picture[7, 9, 1] = value
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGB": picture}) as file:
-        file.write(str(pathtracer.folder / "reference.exr"))
+    write_exr(pathtracer.folder / "reference.exr", RGB=picture)
     one_line(pathtracer, "--reference", "reference.exr", "--convergence", "out.csv", words=["reference.exr", "not finite"])
     # Elsewhere than in the crop it does no harm.
-    done = pathtracer.run("--reference", "reference.exr", *SMALL, "--crop", "0,8,24,24", "--spp", 1, "-o", "out.exr")
-    assert done.returncode == 0 and "nan" not in done.stdout
+    done = pathtracer.success("--reference", "reference.exr", *SMALL, "--crop", "0,8,24,24", "--spp", 1, "-o", "out.exr")
+    assert "nan" not in done.stdout
 
 
 def test_no_control_characters_reach_the_terminal(pathtracer):

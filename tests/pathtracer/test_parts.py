@@ -9,9 +9,9 @@ import time
 
 import numpy as np
 import pytest
-from pathtracer_driver import read_exr, read_layers
+from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
+from scene_files import write_environment
 from scipy.ndimage import gaussian_filter
-from test_command_line import failure
 
 SIZE = ["--size", "45x37"]
 
@@ -25,12 +25,7 @@ def test_merged_regions_equal_the_whole_to_the_bit(pathtracer):
     whole = read_layers(pathtracer.render(*common))
     crops = ["0,0,20,37", "20,0,45,11", "20,11,45,37"]
     merged = read_layers(merge(pathtracer, *(pathtracer.render(*common, "--crop", c) for c in crops)))
-    assert sorted(merged) == sorted(whole)
-    for name, values in whole.items():
-        if name.startswith("variance"):  # through single precision and back
-            np.testing.assert_allclose(merged[name], values, rtol=1e-6)
-        else:
-            assert np.array_equal(merged[name], values), name
+    assert_same(merged, whole, variance=1e-6)  # through single precision and back
 
 
 @pytest.mark.parametrize("scene", ["cornell", "lens"])
@@ -38,18 +33,10 @@ def test_merged_samples_equal_the_whole(pathtracer, scene):
     """Also ranges of different lengths, in any order, and merged before."""
     common = ["--scene", scene, *SIZE, "--seed", 3]
     whole_path = pathtracer.render(*common, "--spp", 11)
-    whole = read_layers(whole_path)
     ranges = [(7, 4), (0, 1), (1, 6)]
     parts = [pathtracer.render(*common, "--first-sample", f, "--spp", n) for f, n in ranges]
     for path in (merge(pathtracer, *parts), merge(pathtracer, merge(pathtracer, *parts[1:]), parts[0])):
-        merged = read_layers(path)
-        for name, values in whole.items():
-            # Of means of samples that cancel, the error is relative to the samples.
-            scale = max(1.0, float(np.abs(values).max())) if name != "count" else 0
-            if name.startswith("variance"):
-                np.testing.assert_allclose(merged[name], values, rtol=1e-5, atol=1e-6 * scale)
-            else:
-                np.testing.assert_allclose(merged[name], values, rtol=1e-6, atol=1e-6 * scale)
+        assert_near(read_layers(path), read_layers(whole_path))
         header, expected = read_exr(path)[1], read_exr(whole_path)[1]
         for name in ("spp", "firstSample", "endSample", "rays", "seed", "scene", "sampler"):
             assert header[name] == expected[name], name
@@ -70,9 +57,9 @@ def test_parts_that_do_not_belong_together(pathtracer):
     common = [*SIZE, "--spp", 2]
     first = pathtracer.render(*common)
     out = ["-o", "out.exr"]
-    assert "same samples" in failure(pathtracer, "--merge", first, first, *out)
+    assert "same samples" in pathtracer.failure("--merge", first, first, *out)
     overlapping = pathtracer.render(*common, "--first-sample", 1)
-    assert "same samples" in failure(pathtracer, "--merge", first, overlapping, *out)
+    assert "same samples" in pathtracer.failure("--merge", first, overlapping, *out)
     later = ["--first-sample", 2]
     for name, changed in [
         ("seed", ["--seed", 1]),
@@ -84,7 +71,7 @@ def test_parts_that_do_not_belong_together(pathtracer):
         ("size", ["--size", "37x45"]),
     ]:
         other = pathtracer.render(*common, *later, *changed)
-        assert name in failure(pathtracer, "--merge", first, other, *out)
+        assert name in pathtracer.failure("--merge", first, other, *out)
 
 
 @pytest.mark.parametrize("damage", ["truncated", "foreign", "empty", "flipped"])
@@ -110,15 +97,8 @@ def test_a_part_that_is_none(pathtracer, damage):
 
 
 def test_a_picture_of_another_program_is_no_part(pathtracer):
-    import OpenEXR
-
-    path = pathtracer.folder / "other.exr"
-    rgb = np.zeros((4, 4, 3), np.float32)
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGB": rgb}) as file:
-        file.write(str(path))
-    message = failure(pathtracer, "--merge", path, "-o", "out.exr")
-    assert "other.exr" in message and "this program" in message
+    path = write_environment(pathtracer.folder / "other.exr", 0)
+    pathtracer.failure("--merge", path, "-o", "out.exr", said=["other.exr", "this program"])
 
 
 def test_convergence(pathtracer):
@@ -126,8 +106,7 @@ def test_convergence(pathtracer):
     common = ["--size", "40x30", "--seed", 2]
     reference = pathtracer.render(*common, "--spp", 96, "--seed", 1)
     path = pathtracer.folder / "rows.csv"
-    done = pathtracer.run(*common, "--spp", 11, "--reference", reference, "--convergence", path, "-o", "out.exr")
-    assert done.returncode == 0, done.stderr
+    pathtracer.success(*common, "--spp", 11, "--reference", reference, "--convergence", path, "-o", "out.exr")
     with open(path, newline="") as file:
         rows = [{name: float(v) for name, v in row.items()} for row in csv.DictReader(file)]
     assert list(rows[0]) == ["spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1"]
@@ -148,8 +127,7 @@ def test_passes_do_not_change_a_bit(pathtracer):
     common = ["--size", "40x30", "--spp", 13]
     plain = pathtracer.render(*common)
     written = pathtracer.render(*common, "--write-partial", 0.001, "--threads", 1)
-    for name, values in read_layers(plain).items():
-        assert np.array_equal(values, read_layers(written)[name]), name
+    assert_same(read_layers(written), read_layers(plain))
 
 
 def test_a_time_limit(pathtracer):
@@ -168,9 +146,8 @@ def test_a_time_limit(pathtracer):
 
 
 def test_partial_pictures_appear_and_a_full_disk_does_not_end_the_run(pathtracer):
-    arguments = ["--size", "96x64", "--spp", "1000000", "--write-partial", "0.3", "-o", "out.exr"]
-    program = subprocess.Popen([pathtracer.binary, *arguments], cwd=pathtracer.folder, stderr=subprocess.PIPE,
-                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    endless = ["--size", "96x64", "--spp", 1000000]
+    program = pathtracer.start(*endless, "--write-partial", 0.3, "-o", "out.exr", stderr=subprocess.PIPE)
     out = pathtracer.folder / "out.exr"
     seen = set()
     deadline = time.monotonic() + 60
@@ -187,8 +164,7 @@ def test_partial_pictures_appear_and_a_full_disk_does_not_end_the_run(pathtracer
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
 
-    done = pathtracer.run("--size", "96x64", "--spp", "1000000", "--time", 2, "--write-partial", 0.5,
-                          "-o", "full.exr", preexec_fn=limit)
+    done = pathtracer.run(*endless, "--time", 2, "--write-partial", 0.5, "-o", "full.exr", preexec_fn=limit)
     lines = done.stderr.splitlines()
     assert done.returncode == 1 and len(lines) >= 2
     assert all("rendering continues" in line for line in lines[:-1]) and "full.exr" in lines[-1]

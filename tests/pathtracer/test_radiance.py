@@ -7,9 +7,9 @@ chances of a false alarm had the seeds been drawn anew.
 
 import numpy as np
 import pytest
+from pathtracer_driver import SAMPLERS, assert_equal_means
 from scipy import stats
 
-SAMPLERS = ["blue", "sobol", "white", "zorder", "mask"]
 SEEDS = 12
 
 
@@ -18,11 +18,6 @@ def block_means(image, blocks=4):
     h, w, _ = image.shape
     parts = image.astype(np.float64).reshape(blocks, h // blocks, blocks, w // blocks, 3)
     return parts.mean(axis=(1, 3, 4)).ravel()
-
-
-def smallest_p(p_values):
-    """Bonferroni: the chance, at most, that the smallest of these would be so small by luck."""
-    return np.nanmin(p_values) * np.size(p_values)
 
 
 def test_lights_alone_have_their_radiance(pathtracer):
@@ -111,7 +106,7 @@ def test_direct_light_is_analytic(pathtracer, wall):
     )
     means = images.mean(axis=1)
     p_values = stats.ttest_1samp(means, expected.mean(axis=0)).pvalue
-    assert smallest_p(p_values) > 0.001
+    assert np.nanmin(p_values) * np.size(p_values) > 0.001
     np.testing.assert_allclose(means.mean(axis=0), expected.mean(axis=0), rtol=0.002)
     # Pixel by pixel: the shape is right, not only the sum.
     noise = images.std(axis=0) / np.sqrt(SEEDS) + 1e-3 * expected
@@ -143,11 +138,8 @@ def test_samplers_agree_on_the_mean(pathtracer, many_means, sampler, spp):
     the image mean and of 16 block means over seeds, false-alarm rate 0.1 % for each sampler and count."""
     expected = seed_means(pathtracer, many_means, "sobol", 64, 1000)
     means = seed_means(pathtracer, many_means, sampler, spp, 0)
-    p_values = list(stats.ttest_ind(means, expected, equal_var=False).pvalue)
-    p_values.append(
-        stats.ttest_ind(means.mean(axis=1), expected.mean(axis=1), equal_var=False).pvalue
-    )
-    assert smallest_p(p_values) > 0.001
+    with_whole = [np.column_stack([each, each.mean(axis=1)]) for each in (means, expected)]
+    assert_equal_means(*with_whole, 0.001)
     # The tests above would see a bias of a few percent: the deviation of white noise is about 0.11 of the
     # mean, and that of so few seeds is above 1.6 times the true one once in a thousand.
     assert means.mean(axis=1).std() < 0.18 * expected.mean() / np.sqrt(spp)

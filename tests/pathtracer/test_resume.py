@@ -8,33 +8,17 @@ import time
 import numpy as np
 import pytest
 from PIL import Image
-from pathtracer_driver import read_exr, read_layers
+from pathtracer_driver import assert_near, read_exr, read_layers
 from scene_files import DOWN, SMALL, floor
-from test_command_line import failure
 
 SIZE = ["--size", "45x37"]
-
-
-def assert_same(path, other):
-    """Within the rounding of means that went through single precision."""
-    layers, wanted = read_layers(path), read_layers(other)
-    assert np.array_equal(layers["count"], wanted["count"])
-    for name, values in wanted.items():
-        scale = max(1.0, float(np.abs(values.astype(np.float64)).max()))
-        tolerance = 1e-5 if name.startswith("variance") else 1e-6
-        np.testing.assert_allclose(layers[name], values, rtol=tolerance, atol=1e-6 * scale, err_msg=name)
 
 
 def stopped(pathtracer, *arguments):
     """A picture that was interrupted on the way, with uneven counts if it can be had."""
     path = pathtracer.folder / "stopped.exr"
     for attempt in range(20):
-        program = subprocess.Popen(
-            [pathtracer.binary, *map(str, arguments), "--spp", "100000", "--quiet", "-o", str(path)],
-            cwd=pathtracer.folder,
-            stderr=subprocess.DEVNULL,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )
+        program = pathtracer.start(*arguments, "--spp", 100000, "--quiet", "-o", path, stderr=subprocess.DEVNULL)
         time.sleep(0.3 + 0.05 * attempt)
         program.send_signal(signal.SIGINT)
         assert program.wait(timeout=60) == 128 + signal.SIGINT
@@ -50,7 +34,7 @@ def test_a_resumed_picture_equals_a_whole_one(pathtracer, scene):
     begun = pathtracer.render(*common, "--spp", 3)
     resumed = pathtracer.render("--resume", begun, "--spp", 11)
     whole = pathtracer.render(*common, "--spp", 11)
-    assert_same(resumed, whole)
+    assert_near(read_layers(resumed), read_layers(whole))
     header, wanted = read_exr(resumed)[1], read_exr(whole)[1]
     for name, value in wanted.items():
         if name not in ("seconds", "samplingShare", "channels"):
@@ -64,10 +48,9 @@ def test_a_stopped_picture_becomes_even(pathtracer):
     most = int(count.max())
     even = pathtracer.render("--resume", begun)
     assert (read_layers(even)["count"] == most).all()
-    assert_same(even, pathtracer.render(*common, "--spp", most))
+    assert_near(read_layers(even), read_layers(pathtracer.render(*common, "--spp", most)))
     # In place, and with a limit of time.
-    done = pathtracer.run("--resume", begun, "--time", 0.001, "-o", begun)
-    assert done.returncode == 0, done.stderr
+    pathtracer.success("--resume", begun, "--time", 0.001, "-o", begun)
     later = read_layers(begun)["count"]
     assert later.min() == later.max() and later.max() >= most
 
@@ -91,13 +74,12 @@ def test_what_is_not_the_same_picture_is_refused(pathtracer):
         ("first sample", ["--first-sample", 0]),
         ("crop", ["--crop", "0,0,20,19"]),
     ]:
-        message = failure(pathtracer, "--resume", begun, "--spp", 8, *changed, *out)
-        assert name in message and begun.name in message, name
-    assert "already" in failure(pathtracer, "--resume", begun, "--spp", 2, *out)
-    assert "already" in failure(pathtracer, "--resume", begun, "--spp", 1, *out)
-    assert "already" in failure(pathtracer, "--resume", begun, *out)
-    assert "absent.exr" in failure(pathtracer, "--resume", "absent.exr", *out)
-    assert "--merge" in failure(pathtracer, "--resume", begun, "--merge", begun, *out)
+        pathtracer.failure("--resume", begun, "--spp", 8, *changed, *out, said=[name, begun.name])
+    assert "already" in pathtracer.failure("--resume", begun, "--spp", 2, *out)
+    assert "already" in pathtracer.failure("--resume", begun, "--spp", 1, *out)
+    assert "already" in pathtracer.failure("--resume", begun, *out)
+    assert "absent.exr" in pathtracer.failure("--resume", "absent.exr", *out)
+    assert "--merge" in pathtracer.failure("--resume", begun, "--merge", begun, *out)
 
 
 def test_a_camera_of_a_file_is_kept(pathtracer):
@@ -109,26 +91,26 @@ def test_a_camera_of_a_file_is_kept(pathtracer):
     path = g.save(pathtracer.folder / "two.glb")
     common = ["--scene", path, *SMALL, "--camera", 1]
     begun = pathtracer.render(*common, "--spp", 1)
-    assert_same(pathtracer.render("--resume", begun, "--spp", 3), pathtracer.render(*common, "--spp", 3))
+    assert_near(read_layers(pathtracer.render("--resume", begun, "--spp", 3)), read_layers(pathtracer.render(*common, "--spp", 3)))
     moved = [*common, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"]
     begun = pathtracer.render(*moved, "--spp", 1)
-    assert_same(pathtracer.render("--resume", begun, "--spp", 3), pathtracer.render(*moved, "--spp", 3))
+    assert_near(read_layers(pathtracer.render("--resume", begun, "--spp", 3)), read_layers(pathtracer.render(*moved, "--spp", 3)))
 
 
 def test_merge_refuses_gaps(pathtracer):
     common = [*SIZE, "--sampler", "white"]
     part = lambda first, count, *more: pathtracer.render(*common, "--first-sample", first, "--spp", count, *more)
     a, c = part(0, 2), part(5, 1)
-    message = failure(pathtracer, "--merge", c, a, "-o", "out.exr")
+    message = pathtracer.failure("--merge", c, a, "-o", "out.exr")
     assert "samples 2 to 4 " in message and c.name in message and "--first-sample 2 --spp 3" in message
     assert (read_layers(pathtracer.render("--merge", c, a, part(2, 3)))["count"] == 6).all()
     # A gap in some pixels is one.
     left = part(2, 3, "--crop", "0,0,20,37")
-    message = failure(pathtracer, "--merge", a, left, c, "-o", "out.exr")
+    message = pathtracer.failure("--merge", a, left, c, "-o", "out.exr")
     assert "samples 2 to 4 of pixel 20,0" in message
     # So are regions that begin at other samples.
     right = part(1, 2, "--crop", "20,0,45,37")
-    message = failure(pathtracer, "--merge", part(0, 2, "--crop", "0,0,20,37"), right, "-o", "out.exr")
+    message = pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, "-o", "out.exr")
     assert "samples 0 to 0 of pixel 20,0" in message
 
 
@@ -138,7 +120,7 @@ def test_merge_refuses_what_an_interruption_left_out(pathtracer):
     assert count.min() < count.max()
     most = int(count.max())
     rest = pathtracer.render(*common, "--first-sample", most, "--spp", 2)
-    message = failure(pathtracer, "--merge", begun, rest, "-o", "out.exr")
+    message = pathtracer.failure("--merge", begun, rest, "-o", "out.exr")
     assert f"samples {int(count.min())} to {most - 1}" in message and "--resume" in message
     merged = pathtracer.render("--merge", pathtracer.render("--resume", begun), rest)
     assert (read_layers(merged)["count"] == most + 2).all()
@@ -175,15 +157,14 @@ def test_files_that_a_picture_names_are_read_below_its_folder_only(pathtracer, e
                          ("--env", "theirs/sky.exr"), ("--env", even_sky), ("--env", "theirs/../even.exr")]:
         settings = [*SMALL, "--sampler", "mask", option, file]
         begun = folder / "theirs" / "begun.exr"
-        assert pathtracer.run(*settings, "--spp", 1, "-o", begun).returncode == 0
+        pathtracer.success(*settings, "--spp", 1, "-o", begun)
         again = ["--resume", "theirs/begun.exr", "--spp", 2, "-o", "out.exr"]
-        message = failure(pathtracer, *again)
-        assert str(file) in message and "outside the picture's folder" in message
-        assert f"name it with {option}" in message and "--allow-outside" in message
+        said = [str(file), "outside the picture's folder", f"name it with {option}", "--allow-outside"]
+        pathtracer.failure(*again, said=said)
         for more in (["--allow-outside"], [option, file]):
-            assert pathtracer.run(*again, *more).returncode == 0
+            pathtracer.success(*again, *more)
         begun.rename(folder / "begun.exr")
-        assert pathtracer.run("--resume", "begun.exr", "--spp", 2, "-o", "out.exr").returncode == 0
+        pathtracer.success("--resume", "begun.exr", "--spp", 2, "-o", "out.exr")
         for name in ("out.exr", "out.png"):
             (folder / name).unlink()
 
@@ -197,15 +178,13 @@ def test_attributes_that_no_picture_has_are_refused(pathtracer, name, value):
     begun.write_bytes(data[:at] + np.float32(value).tobytes() + data[at + 4:])
     if name == "exposure" and value == -1:
         return
-    message = failure(pathtracer, "--resume", begun, "--spp", 2, "-o", "out.exr")
-    assert name in message and begun.name in message
-    assert name in failure(pathtracer, "--merge", begun, "-o", "out.exr")
+    pathtracer.failure("--resume", begun, "--spp", 2, "-o", "out.exr", said=[name, begun.name])
+    assert name in pathtracer.failure("--merge", begun, "-o", "out.exr")
 
 
 def test_a_terminal_that_closes_leaves_the_picture_so_far(pathtracer):
-    program = subprocess.Popen([pathtracer.binary, "--size", "64x64", "--spp", "1000000", "--quiet", "-o", "out.exr"],
-                               cwd=pathtracer.folder, stderr=subprocess.PIPE, text=True,
-                               preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+    endless = ["--size", "64x64", "--spp", 1000000, "--quiet", "-o", "out.exr"]
+    program = pathtracer.start(*endless, stderr=subprocess.PIPE, text=True)
     time.sleep(1)
     program.send_signal(signal.SIGHUP)
     message = program.communicate(timeout=60)[1]

@@ -6,21 +6,12 @@ the seeds been drawn anew.
 """
 
 import numpy as np
-import OpenEXR
 import pytest
-from scipy import stats
+from pathtracer_driver import SAMPLERS, SCENES, assert_equal_means, part_means
+from scene_files import write_exr
 
-SCENES = ["cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace"]
-SAMPLERS = ["blue", "sobol", "white", "zorder", "mask"]
 SEEDS = 16
 SIZE = ["--size", "24x24", "--threads", 1]
-
-
-def part_means(image):
-    """The means of the picture and of its four quarters, for each channel: (15,)."""
-    image = image.astype(np.float64)
-    quarters = image.reshape(2, 12, 2, 12, 3).mean(axis=(1, 3)).ravel()
-    return np.concatenate([image.mean(axis=(0, 1)), quarters])
 
 
 def means_over_seeds(pathtracer, first_seed, count, *arguments):
@@ -45,8 +36,7 @@ def test_the_mean_is_the_reference(pathtracer, references, scene, sampler):
         references[scene] = means_over_seeds(pathtracer, 5000, 12, *arguments)
     expected = references[scene]
     means = means_over_seeds(pathtracer, 0, SEEDS, "--scene", scene, "--sampler", sampler, "--spp", 4)
-    p_values = stats.ttest_ind(means, expected, equal_var=False).pvalue
-    assert np.nanmin(p_values) * len(p_values) > 1e-4
+    assert_equal_means(means, expected, 1e-4)
     # The test has teeth: a bias of a fifth would be seen in the darkest scene with the noisiest sampler.
     deviation = np.hypot(means[:, 1].std(ddof=1) / np.sqrt(SEEDS), expected[:, 1].std(ddof=1) / np.sqrt(12))
     assert 6 * deviation < 0.2 * expected[:, 1].mean()
@@ -69,21 +59,14 @@ def test_more_light_samples_leave_the_mean(pathtracer, scene):
     common = ["--scene", scene, "--sampler", "white", "--spp", 2]
     one = means_over_seeds(pathtracer, 0, SEEDS, *common, "--light-samples", 1)[:, 1]
     four = means_over_seeds(pathtracer, 100, SEEDS, *common, "--light-samples", 4)[:, 1]
-    assert stats.ttest_ind(one, four, equal_var=False).pvalue > 0.001
-
-
-def write_environment(path, texels):
-    texels = np.ascontiguousarray(texels, dtype=np.float32)
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGB": texels}) as file:
-        file.write(str(path))
+    assert_equal_means(one, four, 0.001)
 
 
 def test_an_environment_from_a_file(pathtracer):
     """Twice the light everywhere, twice the picture; a map all of one colour shows as that colour."""
     grey = np.full((8, 16, 3), 0.25, np.float32)
-    write_environment(pathtracer.folder / "grey.exr", grey)
-    write_environment(pathtracer.folder / "twice.exr", 2 * grey)
+    write_exr(pathtracer.folder / "grey.exr", RGB=grey)
+    write_exr(pathtracer.folder / "twice.exr", RGB=2 * grey)
     common = ["--scene", "lens", "--size", "32x32", "--spp", 4]
     one = pathtracer.image(*common, "--env", "grey.exr")
     two = pathtracer.image(*common, "--env", "twice.exr")
@@ -98,7 +81,7 @@ def test_the_environment_is_the_right_way_round(pathtracer):
     texels = np.zeros((64, 128, 3), np.float32)
     texels[:, :64, 0] = 1  # the left half of the map: +x
     texels[:, 64:, 1] = 1  # the right half: -x
-    write_environment(pathtracer.folder / "sides.exr", texels)
+    write_exr(pathtracer.folder / "sides.exr", RGB=texels)
     image = pathtracer.image("--scene", "lens", "--size", "32x32", "--spp", 4, "--env", "sides.exr", "--max-depth", 0)
     assert (image[0, 20:, 0] > 0.9).all() and (image[0, 20:, 1] < 0.1).all()
     assert (image[0, :12, 1] > 0.9).all() and (image[0, :12, 0] < 0.1).all()
@@ -110,17 +93,12 @@ def test_an_environment_that_is_none(pathtracer, bad):
     if bad == "nan":
         texels = np.ones((4, 8, 3), np.float32)
         texels[1, 2, 0] = np.nan
-        write_environment(path, texels)
+        write_exr(path, RGB=texels)
     elif bad == "text":
         path.write_text("no picture")
     elif bad == "grey":
-        header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-        with OpenEXR.File(header, {"Y": np.ones((4, 8), np.float32)}) as file:
-            file.write(str(path))
-    done = pathtracer.run("--scene", "lens", "--env", path, "-o", "out.exr")
-    assert done.returncode == 1 and done.stdout == ""
-    assert done.stderr.count("\n") == 1 and str(path) in done.stderr
-    assert not (pathtracer.folder / "out.exr").exists()
+        write_exr(path, Y=np.ones((4, 8), np.float32))
+    assert str(path) in pathtracer.failure("--scene", "lens", "--env", path, "-o", "out.exr")
 
 
 def test_what_is_cut_off_is_reported(pathtracer):

@@ -3,18 +3,19 @@
 
 import numpy as np
 import pytest
+from pathtracer_driver import SAMPLERS, SCENES
 from PIL import Image
 from scene_files import DOWN, FOUR, ball, cornell_obj, textured_floor, write_environment
 
 TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
 
-@pytest.mark.parametrize("scene", ["cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace"])
+@pytest.mark.parametrize("scene", SCENES)
 def test_built_in_scenes(pathtracer, scene):
     pathtracer.render(*TINY, "--scene", scene, "--light-samples", 2)
 
 
-@pytest.mark.parametrize("sampler", ["blue", "sobol", "white", "zorder", "mask"])
+@pytest.mark.parametrize("sampler", SAMPLERS)
 def test_samplers(pathtracer, sampler):
     pathtracer.render(*TINY, "--sampler", sampler)
 
