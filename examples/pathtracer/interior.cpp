@@ -41,11 +41,7 @@ Trial trial(Scene &scene, const Geometry &geometry, const Sampler &sampler) {
 
 // From near each of the four corners to the opposite one, and from the middle to two sides.
 std::vector<CameraChoice> inside_views(const Scene &scene) {
-    Vec3 low = scene.vertices[0], high = low;
-    for (const Vec3 v : scene.vertices) {
-        low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
-        high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
-    }
+    const auto [low, high] = scene_bounds(scene);
     const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);
     std::vector<CameraChoice> views;
     const auto point = [&](Vec3 at) {

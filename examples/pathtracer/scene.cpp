@@ -12,22 +12,21 @@
 
 namespace {
 
-struct Extent {
-    Vec3 low, high;
-};
+void include(Bounds &b, Vec3 v) {
+    b.low = {std::min(b.low.x, v.x), std::min(b.low.y, v.y), std::min(b.low.z, v.z)};
+    b.high = {std::max(b.high.x, v.x), std::max(b.high.y, v.y), std::max(b.high.z, v.z)};
+}
 
-Extent extent_of(const Scene &scene) {
+// All that there is while the shutter is open.
+Bounds extent_of(const Scene &scene) {
     const float infinity = std::numeric_limits<float>::infinity();
-    Extent e = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-    const auto include = [&](Vec3 v) {
-        e.low = {std::min(e.low.x, v.x), std::min(e.low.y, v.y), std::min(e.low.z, v.z)};
-        e.high = {std::max(e.high.x, v.x), std::max(e.high.y, v.y), std::max(e.high.z, v.z)};
-    };
-    for (const Vec3 v : scene.vertices) include(v);
-    for (size_t i = 0; i < scene.motions.size(); ++i) include(scene.vertices[i] + scene.motions[i]);
-    if (scene.medium) include(scene.medium->low), include(scene.medium->high);
-    if (!(e.low.x <= e.high.x)) e = {{0, 0, 0}, {0, 0, 0}};
-    return e;
+    Bounds b = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for (const Vec3 v : scene.vertices) include(b, v);
+    for (size_t i = 0; i < scene.motions.size(); ++i)
+        include(b, scene.vertices[i] + scene.motions[i]);
+    if (scene.medium) include(b, scene.medium->low), include(b, scene.medium->high);
+    if (!(b.low.x <= b.high.x)) b = {{0, 0, 0}, {0, 0, 0}};
+    return b;
 }
 
 void drop_triangles_without_area(Scene &scene) {
@@ -45,21 +44,21 @@ void drop_triangles_without_area(Scene &scene) {
     scene.surfaces.resize(kept);
 }
 
-float radius_of(const Extent &e) {
+float radius_of(const Bounds &e) {
     const float half_diagonal = 0.5f * length(e.high - e.low);
     return half_diagonal > 0 ? half_diagonal : 1;
 }
 
 // Puts lights without a position beyond everything. The camera may be outside the scene and see
 // nothing but the environment.
-void place_far_lights(Scene &scene, const Extent &e) {
+void place_far_lights(Scene &scene, const Bounds &e) {
     const float beyond =
         4 * (radius_of(e) + length(scene.camera.position - 0.5f * (e.low + e.high)));
     for (Light &light : scene.lights) light.distance = beyond;
 }
 
 void prepare_lights(Scene &scene) {
-    const Extent e = extent_of(scene);
+    const Bounds e = extent_of(scene);
     const float radius = radius_of(e);
     if (scene.environment && scene.environment->irradiance > 0) {
         scene.environment_light = static_cast<int32_t>(scene.lights.size());
@@ -100,6 +99,12 @@ void prepare_lights(Scene &scene) {
 }
 
 } // namespace
+
+Bounds scene_bounds(const Scene &scene) {
+    Bounds b = {scene.vertices[0], scene.vertices[0]};
+    for (const Vec3 v : scene.vertices) include(b, v);
+    return b;
+}
 
 void scene_finish(Scene &scene) {
     for (const Vec3 v : scene.vertices)

@@ -61,6 +61,13 @@ struct Scene {
     std::vector<std::string> notes; // tell the user what was left out of a scene file
 };
 
+struct Bounds {
+    Vec3 low, high;
+};
+
+// Of the vertices, of which there must be one.
+Bounds scene_bounds(const Scene &scene);
+
 // Prepares any scene for rendering: drops triangles without area and lights without power, turns
 // the environment into a light, and prepares lights and materials. Throws Error if a vertex is not
 // finite.

@@ -167,6 +167,18 @@ void add_profile(Scene &scene, uint32_t material, float x0, float x1,
     }
 }
 
+void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
+                  float radius, Vec2 front) {
+    constexpr int PARTS = 24;
+    std::vector<Vec2> sheet = {top};
+    for (int i = 0; i <= PARTS; ++i) {
+        const float angle = 0.5f * PI * static_cast<float>(i) / PARTS;
+        sheet.push_back({centre.x - radius * std::cos(angle), centre.y - radius * std::sin(angle)});
+    }
+    sheet.push_back(front);
+    add_profile(scene, material, -half_width, half_width, sheet);
+}
+
 void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end) {
     scene.motions.resize(scene.vertices.size(), {0, 0, 0});
     for (size_t i = first; i < scene.vertices.size(); ++i)

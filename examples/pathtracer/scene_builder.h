@@ -41,6 +41,11 @@ void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int 
 void add_profile(Scene &scene, uint32_t material, float x0, float x1,
                  const std::vector<Vec2> &profile);
 
+// A sheet across the picture, `half_width` to both sides, that curves up behind everything: from
+// `top` along a quarter of a circle to `front`, as seen from the side.
+void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
+                  float radius, Vec2 front);
+
 // Lets everything added since vertex number `first` move: `end` is where a point at the start of
 // the exposure is at its end.
 void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end);

@@ -153,11 +153,7 @@ std::string camera_list(const Scene &scene) {
 
 std::string scene_extent_text(const Scene &scene) {
     if (scene.vertices.empty()) return "is empty";
-    Vec3 low = scene.vertices[0], high = low;
-    for (const Vec3 v : scene.vertices) {
-        low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
-        high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
-    }
+    const auto [low, high] = scene_bounds(scene);
     const Point3d from = plus(low, scene.origin), to = plus(high, scene.origin);
     char text[256];
     std::snprintf(text, sizeof text, "reaches from %.4g,%.4g,%.4g to %.4g,%.4g,%.4g", from.x,

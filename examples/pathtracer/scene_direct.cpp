@@ -4,24 +4,6 @@
 #include "scene_builder.h"
 #include "scene_groups.h"
 
-namespace {
-
-// A sheet across the picture, `half_width` to both sides, that curves up behind everything: from
-// `top` along a quarter of a circle to `front`, as seen from the side.
-void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, Vec2 centre,
-                  float radius, Vec2 front) {
-    constexpr int PARTS = 24;
-    std::vector<Vec2> sheet = {top};
-    for (int i = 0; i <= PARTS; ++i) {
-        const float angle = 0.5f * PI * static_cast<float>(i) / PARTS;
-        sheet.push_back({centre.x - radius * std::cos(angle), centre.y - radius * std::sin(angle)});
-    }
-    sheet.push_back(front);
-    add_profile(scene, material, -half_width, half_width, sheet);
-}
-
-} // namespace
-
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
 // Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer
 // Graphics, spectra as the linear RGB in common use). Included because everybody knows it: soft

@@ -79,11 +79,7 @@ bool make_area_lights(SceneDraft &draft) {
 
 // A three-quarter front view, slightly from above, as close as shows everything in a square.
 Camera framing_camera(const Scene &scene) {
-    Vec3 low = scene.vertices[0], high = low;
-    for (const Vec3 v : scene.vertices) {
-        low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
-        high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
-    }
+    const auto [low, high] = scene_bounds(scene);
     const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);
     const float tan_half_height = 0.35f, margin = 1.05f;
     const Vec3 to_eye = normalize({0.55f, 0.42f, 1});

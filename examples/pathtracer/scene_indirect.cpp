@@ -19,13 +19,7 @@ Scene scene_glass() {
     const uint32_t frosted = add_dielectric(scene, 1.45f, 0.5f, {0.80f, 0.95f, 0.90f});
     const uint32_t amber = add_dielectric(scene, 1.6f, 0.05f, {0.95f, 0.70f, 0.30f});
 
-    std::vector<Vec2> sheet = {{-2.6f, 8}};
-    for (int i = 0; i <= 24; ++i) {
-        const float angle = 0.5f * PI * static_cast<float>(i) / 24;
-        sheet.push_back({-1.4f - 1.2f * std::cos(angle), 1.2f - 1.2f * std::sin(angle)});
-    }
-    sheet.push_back({9, 0});
-    add_profile(scene, paper, -9, 9, sheet);
+    add_backdrop(scene, paper, 9, {-2.6f, 8}, {-1.4f, 1.2f}, 1.2f, {9, 0});
 
     add_light_towards(scene, black, {5.5f, 5.3f, 5.0f}, {-2.6f, 3.2f, 1.0f}, {0, 0.3f, 0}, 2.4f,
                       2.4f);
