@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options and error handling shared by the `scripts/bench` commands that compare rendered pictures."""
+"""Options shared by the `scripts/bench` commands that compare rendered pictures."""
 
-import argparse
 import importlib.util
 import os
-import sys
 from pathlib import Path
 
 from . import peers, variants
-from .convergence import positive
-from .flip import FlipMissing
-from .renderer import RenderError
+from .command import add_out, add_pathtracer, positive, run_or_say_why
+
+__all__ = ["add_common_options", "arguments_that_count", "find_onnxruntime", "finish_options", "run_or_say_why"]
 
 # Options that say where to read and write, not what to measure.
 PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--embree")
@@ -51,11 +49,10 @@ def add_common_options(parser, reference_spp, pages):
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
                         help="pictures to render at a time, one thread each (default: one per core)")
     parser.add_argument("--no-flip", action="store_true", help="skip HDR-FLIP")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+    add_out(parser)
     parser.add_argument("--pages", type=Path, default=Path(pages), metavar="FOLDER",
                         help=f"folder for contact sheets and large tables (default {pages})")
-    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
-                        help=argparse.SUPPRESS)
+    add_pathtracer(parser)
     peers.add_option(parser)
 
 
@@ -67,15 +64,3 @@ def finish_options(parser, options, command, arguments):
     if "mask, neural" in options.labels and not find_onnxruntime():
         parser.error("mask-neural needs ONNX Runtime: run pip install onnxruntime, or remove it from --samplers")
     options.command = f"scripts/bench {command}" + "".join(f" {word}" for word in arguments_that_count(arguments))
-
-
-def run_or_say_why(run, arguments=None):
-    """Runs a command; errors end the program with one line."""
-    try:
-        run(sys.argv[1:] if arguments is None else list(arguments))
-    except (RenderError, FlipMissing) as error:
-        sys.exit(f"bench: {error}")
-    except OSError as error:
-        sys.exit(f"bench: {error}")
-    except KeyboardInterrupt:
-        sys.exit("bench: interrupted; finished renders are cached, run the command again to resume")

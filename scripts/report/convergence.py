@@ -7,13 +7,10 @@ their spectra, and plots of error against samples and time; the figures are in c
 """
 
 import argparse
-import csv
 import dataclasses
 import hashlib
-import io
 import re
 import statistics
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,13 +18,14 @@ from PIL import Image
 from scipy import ndimage
 
 from . import comparison, curves, page
+from .command import CommandError, add_pathtracer, parse_size, positive, run_or_say_why
 from .contact_sheet import grey, preview, sheet, zoomed
-from .files import read_exr, write_image, write_text
-from .flip import FlipMissing, mean_flip
+from .files import read_exr, read_rows, write_image, write_rows, write_text
+from .flip import mean_flip
 from .image_error import LUMINANCE, SIGMAS, error_image, luminance_error, radial_spectrum, spectrum_image
 from .palette import style
 from .progress import Progress
-from .renderer import RenderError, Renderer, Request, cache_folder, progressive, run_pathtracer
+from .renderer import Renderer, Request, cache_folder, progressive, run_pathtracer
 
 RUN_ERRORS = ("rmse", "relative_rmse", "rmse_1.0", "rmse_2.1")
 FIELDS = ("sampler", "spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")
@@ -39,17 +37,12 @@ REFERENCE_SEED = 1_000_003
 REFERENCE_PARTS = 32
 
 
-class UsageError(Exception):
-    """Wrong arguments; the message is one line."""
-
-
 def run_convergence(program, request, reference_path, output, threads=None):
     """The rows of one progressive run, as dicts of numbers; its final picture goes to `output`."""
     table = output.with_suffix(".csv")
     run_pathtracer(program, [*request.arguments(), *(["--threads", threads] if threads else []), "--quiet",
                              "--reference", reference_path, "--convergence", table, "-o", output])
-    with open(table, newline="", encoding="utf-8") as file:
-        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    rows = [{name: float(value) for name, value in row.items()} for row in read_rows(table)]
     return [{**row, "spp": int(row["spp"])} for row in rows]
 
 
@@ -88,9 +81,9 @@ def given_reference(path, size):
     try:
         picture, _ = read_exr(path)
     except (OSError, RuntimeError, KeyError, ValueError) as error:
-        raise UsageError(f"{path} is not an EXR picture that can be read ({error})") from None
+        raise CommandError(f"{path} is not an EXR picture that can be read ({error})") from None
     if picture.shape[:2] != (size[1], size[0]):
-        raise UsageError(f"the reference {path} has {picture.shape[1]}x{picture.shape[0]} pixels, the pictures "
+        raise CommandError(f"the reference {path} has {picture.shape[1]}x{picture.shape[0]} pixels, the pictures "
                          f"{size[0]}x{size[1]}; set --size or use another reference")
     return Path(path).resolve()
 
@@ -138,14 +131,6 @@ def flip_seeds(seeds):
 def shown_counts(spp):
     counts = [n for n in SHOWN_COUNTS if n < spp]
     return [*counts[-3:], spp]
-
-
-def write_csv(path, rows):
-    out = io.StringIO()
-    writer = csv.DictWriter(out, FIELDS, lineterminator="\n", extrasaction="ignore")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, out.getvalue())
 
 
 def part_worth_showing(reference, picture):
@@ -219,10 +204,11 @@ def table_texts(rows, counts):
             for row in shown]
 
 
-def text_table(header, lines):
+def text_table(header, lines, group=0):
+    """Lines of texts in columns, with an empty line after every `group` of them."""
     widths = [max(map(len, column)) for column in zip(header, *lines)]
-    return "".join(line[0].ljust(widths[0]) + "  " + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n"
-                   for line in (header, *lines))
+    return "".join(("\n" if group and i > 1 and i % group == 1 else "") + line[0].ljust(widths[0]) + "  "
+                   + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n" for i, line in enumerate((header, *lines)))
 
 
 def write_report(options, reference_path, rows, pictures, notes):
@@ -286,24 +272,11 @@ def seeds_text(count):
     return f"the median of {count} seeds" if count > 1 else "of one seed"
 
 
-def parse_size(text):
-    match = re.fullmatch(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, not '{text}'")
-    return int(match[1]), int(match[2])
-
-
 def parse_samplers(text):
     names = list(dict.fromkeys(name for name in text.split(",") if name))
     if not names:
         raise argparse.ArgumentTypeError("must be sampler names separated by commas")
     return names
-
-
-def positive(text):
-    if not re.fullmatch(r"[1-9][0-9]{0,7}", text):
-        raise argparse.ArgumentTypeError(f"must be a positive integer, not '{text}'")
-    return int(text)
 
 
 def seed(text):
@@ -331,8 +304,7 @@ def parse_options(arguments):
                         help="samples per pixel of the reference, a multiple of 32 (default 2048)")
     parser.add_argument("--threads", type=positive, metavar="N", help="number of threads (default: one per core)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/convergence/SCENE)")
-    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"),
-                        help=argparse.SUPPRESS)
+    add_pathtracer(parser)
     arguments = list(arguments)
     more = ()
     if "--" in arguments:
@@ -389,7 +361,7 @@ def run(arguments):
         own = f"{attributes['error0']:.5f}, {own}"
         notes.append(f"Reference: sampler sobol, {attributes['spp']} spp, a different seed. Its own error is about {own}; "
                      "errors close to that are unreliable.")
-    write_csv(options.out / "convergence.csv", rows)
+    write_rows(options.out / "convergence.csv", FIELDS, [{name: row[name] for name in FIELDS} for row in rows])
     write_report(options, reference_path, rows, pictures, notes)
     print(text_table(HEADER, table_texts(rows, shown_counts(options.spp))))
     for note in notes:
@@ -398,14 +370,7 @@ def run(arguments):
 
 
 def main(arguments=None):
-    try:
-        run(sys.argv[1:] if arguments is None else arguments)
-    except (RenderError, UsageError, FlipMissing) as error:
-        sys.exit(f"convergence: {error}")
-    except OSError as error:
-        sys.exit(f"convergence: {error}")
-    except KeyboardInterrupt:
-        sys.exit("convergence: interrupted; finished renders are kept, run the command again to resume")
+    run_or_say_why(run, arguments, "convergence")
 
 
 if __name__ == "__main__":

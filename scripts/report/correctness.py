@@ -17,12 +17,12 @@ from PIL import Image
 from scipy import stats
 
 from .bench_options import arguments_that_count
-from .convergence import parse_size, positive
+from .command import CommandError, add_out, add_pathtracer, names_of, parse_size, positive, run_or_say_why
 from .correctness_scenes import SCENES, write_obj
 from .files import read_exr, write_text
 from .progress import Progress
-from .renders_report import md_table
-from .renderer import RenderError, Request, run_pathtracer
+from .renderer import Request, run_pathtracer
+from .tables import md_table
 
 BLOCK = 8  # side of a block, in pixels
 FALSE_ALARMS = 0.01  # probability that any block of a scene is reported by chance
@@ -31,7 +31,7 @@ PRECISION = 0.001
 CHANNELS = "red", "green", "blue"
 
 
-class MitsubaMissing(Exception):
+class MitsubaMissing(CommandError):
     """The message says what to install."""
 
 
@@ -195,22 +195,15 @@ def report_text(command, options, results):
 def parse_options(arguments):
     names = tuple(scene.name for scene in SCENES)
 
-    def scene_names(text):
-        chosen = [name for name in text.split(",") if name]
-        unknown = [name for name in chosen if name not in names]
-        if unknown or not chosen:
-            raise argparse.ArgumentTypeError(f"unknown scene '{', '.join(unknown)}'; choose from {', '.join(names)}")
-        return chosen
-
     parser = argparse.ArgumentParser(prog="scripts/bench correctness", description=__doc__.splitlines()[0])
     parser.add_argument("--size", type=parse_size, default=(96, 80), metavar="WxH", help="pixels (default 96x80)")
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="samples per pixel for each seed (default 64)")
     parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="number of seeds, at least 3 (default 16)")
     parser.add_argument("--sampler", default="sobol", metavar="NAME", help="sampler of the path tracer (default sobol)")
-    parser.add_argument("--scenes", type=scene_names, default=names, metavar="A,B,...",
+    parser.add_argument("--scenes", type=names_of("scene", names), default=names, metavar="A,B,...",
                         help=f"scenes out of {', '.join(names)} (default all)")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
-    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
+    add_out(parser)
+    add_pathtracer(parser)
     options = parser.parse_args(arguments)
     if options.seeds < 3:
         parser.error(f"--seeds must be at least 3 to estimate the variance, not {options.seeds}")
@@ -256,13 +249,7 @@ def run(arguments):
 
 
 def main(arguments=None):
-    try:
-        agrees = run(sys.argv[1:] if arguments is None else list(arguments))
-    except (RenderError, MitsubaMissing, OSError) as error:
-        sys.exit(f"bench: {error}")
-    except KeyboardInterrupt:
-        sys.exit("bench: interrupted")
-    if not agrees:
+    if not run_or_say_why(run, arguments):
         sys.exit("bench: the renderers differ; see the table")
 
 

@@ -58,7 +58,7 @@ class Report:
             found = [[self.gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in self.counts]
             rows.append([NAMES[than], *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
         return (f"Scenes: {len(self.gains.views)}; seeds: {self.options.seeds}.\n\n"
-                + md_table(["over `blue`", *map(str, self.counts)], rows))
+                + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
 
     def scenes_table(self, measure, than):
         counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []

@@ -2,22 +2,20 @@
 """The comparison of scripts/demo: one scene with white noise, Sobol' and blue noise, against a reference."""
 
 import argparse
-import csv
-import io
-import sys
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from . import comparison, curves, page
+from .command import run_or_say_why
 from .contact_sheet import grey, preview, sheet, zoomed
-from .convergence import headlines
-from .files import read_exr, sha256_of, write_exr, write_image, write_rows, write_text, written_beside
+from .convergence import headlines, text_table
+from .files import read_exr, read_rows, sha256_of, write_exr, write_image, write_rows, write_text
 from .image_error import SIGMAS, blurred, error_image, luminance_error, rmse
 from .palette import style
 from .progress import Progress
-from .renderer import RenderError, Renderer, Request, progressive
+from .renderer import Renderer, Request, progressive
 from .stepper import stepper
 
 SAMPLERS = ("white", "sobol", "blue")
@@ -81,8 +79,7 @@ def render_errors(renderer, sampler, seed, reference_path):
 
     request = Request(sampler, counts[-1], seed, SCENE, SIZE, SIZE)
     (path,) = renderer.kept(request, [f"errors/{sampler}_{seed}.csv"], make, counts=counts, reference=sha256_of(reference_path))
-    with open(path, newline="", encoding="utf-8") as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    return [{name: float(value) for name, value in row.items()} for row in read_rows(path)]
 
 
 def measure(runs):
@@ -114,24 +111,14 @@ def texts(row):
             f"{row['than_white'][2]:.2f} x", f"{row['than_sobol'][2]:.2f} x", f"{row['than_sobol'][0]:.2f} x")
 
 
-def text_table(rows):
-    lines = [HEADER, *(texts(row) for row in rows if row["spp"] in TABLE_COUNTS)]
-    widths = [max(map(len, column)) for column in zip(*lines)]
-    out = io.StringIO()
-    for i, line in enumerate(lines):
-        if i and i % len(SAMPLERS) == 1:
-            out.write("\n" if i > 1 else "")
-        out.write(line[0].ljust(widths[0]) + "  " +
-                  "  ".join(cell.rjust(width) for cell, width in zip(line[1:], widths[1:])) + "\n")
-    return out.getvalue()
+def printed_table(rows):
+    return text_table(HEADER, [texts(row) for row in rows if row["spp"] in TABLE_COUNTS], len(SAMPLERS))
 
 
 def write_csv(path, rows):
-    with written_beside(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["sampler", "spp", *(f"rmse_sigma_{sigma}" for sigma in SIGMAS), "seconds"])
-        for row in rows:
-            writer.writerow([row["sampler"], row["spp"], *row["rmse"], row["seconds"]])
+    names = [f"rmse_sigma_{sigma}" for sigma in SIGMAS]
+    write_rows(path, ["sampler", "spp", *names, "seconds"], [
+        {"sampler": row["sampler"], "spp": row["spp"], **dict(zip(names, row["rmse"])), "seconds": row["seconds"]} for row in rows])
 
 
 def gallery(pictures, reference, spp):
@@ -254,26 +241,18 @@ def render_all(renderer):
     return rows, notes
 
 
-def main():
+def main(arguments):
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--pathtracer", type=Path, required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="output folder (default out/demo)")
-    options = parser.parse_args()
-
+    options = parser.parse_args(arguments)
     renderer = Renderer(options.pathtracer, options.out)
     rows, notes = render_all(renderer)
-    print(text_table(rows))
+    print(printed_table(rows))
     for note in notes:
         print(note)
     print(f"Written: {options.out}/report.html, contact_sheet.png, table.csv, and an EXR and a PNG of each picture.")
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except RenderError as error:
-        sys.exit(str(error))
-    except OSError as error:
-        sys.exit(f"demo: {error}")
-    except KeyboardInterrupt:
-        sys.exit("demo: interrupted; finished renders are kept, run the command again to resume")
+    run_or_say_why(main, program="demo")

@@ -8,13 +8,12 @@ of `scripts/bench renders`. Results are cached in ~/.cache/libbn, so an interrup
 
 import argparse
 import dataclasses
-import sys
 from pathlib import Path
 
 from . import denoise_report, denoiser, equal_quality, gains, speed, variants, views
-from .bench_options import add_common_options, finish_options, run_or_say_why
-from .convergence import positive
-from .denoiser import DenoisedRun, DenoiserMissing
+from .bench_options import add_common_options, finish_options
+from .command import positive, run_or_say_why
+from .denoiser import DenoisedRun
 from .files import read_first_half, write_text
 from .judge import Cells, plan, render_references
 from .renders import REFERENCE_SPP
@@ -71,10 +70,7 @@ def run(arguments):
 
 
 def main(arguments=None):
-    try:
-        run_or_say_why(run, arguments)
-    except DenoiserMissing as error:
-        sys.exit(f"bench: {error}")
+    run_or_say_why(run, arguments)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import numpy as np
 from . import equal_quality, peers
 from .denoiser import FLIP_SEEDS, MEASURES, PRIMARY_RAYS, WAYS, WORST_SHARE
 from .gains import BEST_PEER, Gains, gain_of
-from .renders_report import md_table
+from .tables import md_table
 from .views import EXPOSURES, SETS
 
 MEASURE_NAMES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed",

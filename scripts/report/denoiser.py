@@ -13,6 +13,7 @@ import threading
 import numpy as np
 import OpenEXR
 
+from .command import package
 from .flip import mean_flip
 from .image_error import _difference, displayed_rmse, trimmed_relative_rmse
 from .judge import Run
@@ -33,16 +34,9 @@ WORST_SHARE = 0.001
 _LOCK = threading.Lock()
 
 
-class DenoiserMissing(Exception):
-    """The message says what to install."""
-
-
 def load():
     """(denoise(colour, albedo, normal, clean), version)."""
-    try:
-        import pyoidn
-    except ImportError:
-        raise DenoiserMissing("the package pyoidn is missing; run .venv/bin/python -m pip install pyoidn") from None
+    pyoidn = package("pyoidn", ".venv/bin/python -m pip install pyoidn")
 
     def denoise(colour, albedo, normal, clean):
         arrays = [np.ascontiguousarray(array, np.float32) for array in (np.maximum(colour, 0), np.clip(albedo, 0, 1), normal)]

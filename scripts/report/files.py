@@ -46,6 +46,12 @@ def write_exr(path, rgb, attributes, layers=()):
         file.write(str(beside))
 
 
+def read_rows(path):
+    """A CSV as dicts of texts."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def write_rows(path, fields, rows):
     """Writes dicts as CSV."""
     out = io.StringIO()

@@ -12,6 +12,8 @@ import threading
 
 import numpy as np
 
+from .command import package
+
 # With many small pictures its threads would mostly wait for each other. Must be set before the library starts them.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -19,16 +21,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 _LOCK = threading.Lock()
 
 
-class FlipMissing(Exception):
-    """The message tells the user what to install."""
-
-
 def mean_flip(image, reference):
-    try:
-        import flip_evaluator
-    except ImportError:
-        raise FlipMissing("the package flip-evaluator is missing; run scripts/setup or "
-                          "pip install flip-evaluator") from None
+    flip_evaluator = package("flip_evaluator", "scripts/setup or pip install flip-evaluator")
     image, reference = (np.ascontiguousarray(np.maximum(picture, 0), np.float32) for picture in (image, reference))
     if image.shape != reference.shape:
         raise ValueError(f"image {image.shape} and reference {reference.shape} differ in shape")

@@ -7,7 +7,6 @@ crops, so it covers what others of the same kind would give. The bootstrap has a
 intervals.
 """
 
-import csv
 import dataclasses
 import math
 
@@ -169,7 +168,6 @@ def write_rows(path, rows):
 
 def read_rows(path):
     """{(measure, spp, sampler, than): Gain} from a file written by write_rows()."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return {(row["measure"], int(row["spp"]), row["sampler"], row["than"]): Gain(
-            float(row["gain"]), float(row["low"]), float(row["high"]), int(row["scenes"]), int(row["views"]),
-            int(row["left_out"])) for row in csv.DictReader(file)}
+    return {(row["measure"], int(row["spp"]), row["sampler"], row["than"]): Gain(
+        float(row["gain"]), float(row["low"]), float(row["high"]), int(row["scenes"]), int(row["views"]), int(row["left_out"]))
+        for row in files.read_rows(path)}

@@ -7,10 +7,8 @@ reference, and the pixels of two small probe renders that identify the sampler. 
 a change to one sampler renders only that sampler again.
 """
 
-import csv
 import dataclasses
 import hashlib
-import io
 import json
 import os
 import shutil
@@ -25,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from .convergence import make_reference, scene_label
-from .files import read_exr, read_first_half, sha256_of, written_beside
+from .files import read_exr, read_first_half, sha256_of, write_rows, written_beside
 from .flip import mean_flip
 from .image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from .progress import Progress, duration
@@ -344,13 +342,10 @@ class Cells:
     def get(self, view, label, spp, measure):
         return self.values.get((view, label, spp), {}).get(measure)
 
-    def csv_text(self):
+    def write_csv(self, path):
         """One row per cell: root mean squares over seeds."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        names = (*MEASURES, "flip")
-        writer.writerow(["scene", "view", "width", "height", "sampler", "spp", "seeds", *names])
-        for (view, label, spp), cell in self.values.items():
-            writer.writerow([Path(view.scene).stem, view.name, *view.size, label, spp, len(cell["rmse"]), *(
-                f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" if name in cell else "" for name in names)])
-        return out.getvalue()
+        measures = (*MEASURES, "flip")
+        write_rows(path, ["scene", "view", "width", "height", "sampler", "spp", "seeds", *measures], [
+            {"scene": Path(view.scene).stem, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
+             "seeds": len(cell["rmse"]), **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in measures if name in cell}}
+            for (view, label, spp), cell in self.values.items()])

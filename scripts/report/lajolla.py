@@ -17,11 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .convergence import positive
+from .command import positive
 from .files import read_exr
 from .image_error import displayed_rmse, rmse
-from .renders_report import md_table
-from .tables import add_options, write_or_print
+from .tables import add_options, md_table, write_or_print
 
 COMMAND = "report.lajolla"
 SCENES = {"Cornell box": "cbox/cbox.xml", "Veach's plates": "veach_mi/mi.xml"}

@@ -6,8 +6,6 @@ masks.md and plots of time against error, time against size, and spectra.
 """
 
 import argparse
-import csv
-import io
 import statistics
 import subprocess
 import sys
@@ -17,8 +15,11 @@ from pathlib import Path
 import numpy as np
 
 import bluenoise
-from report.files import write_text
+from report.command import add_out
+from report.files import read_rows, write_rows, write_text
 from report.plots import plt, save
+from report.samplers import run_bench
+from report.tables import md_table
 
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
 LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64),
@@ -26,15 +27,8 @@ LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (
 COLOURS = {"white": "0.6", "void-and-cluster, sigma 1.5": "tab:blue", "void-and-cluster, sigma 1.9": "tab:cyan",
            "relax, 64": "yellowgreen", "relax, 128": "yellowgreen", "relax": "tab:green", "anneal": "tab:orange",
            "builtin": "tab:red", "textbook, sigma 1.5": "black"}
+PEER_SIZE = 128  # width and height of peers' masks, and of those in the plot of error against time
 PEER_COLOURS = ("tab:purple", "tab:brown", "tab:pink", "tab:olive")
-
-
-def run_bench(program, arguments):
-    """The rows of bench_masks as dicts; its error messages go to the terminal."""
-    result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True, check=False)
-    if result.returncode != 0:
-        sys.exit(f"bench: {program} failed with status {result.returncode}")
-    return list(csv.DictReader(io.StringIO(result.stdout)))
 
 
 def run_peer(name, command, size, repeats):
@@ -136,7 +130,7 @@ def time_text(seconds):
 
 
 def table(rows):
-    lines = ["| method | time | CPU time | per texel | E_0.75 | E_1 | E_1.5 | E_2 |", "| --- |" + " ---: |" * 7]
+    lines = []
     for row in rows:
         texels = int(row["width"]) * int(row["height"]) * int(row["depth"])
         seconds, cpu = float(row["seconds"]), float(row["cpu_seconds"])
@@ -144,8 +138,8 @@ def table(rows):
         if row["method"] == "builtin":
             times = ["baked", "", ""]
         errors = [f"{float(row[key]):.4f}" if row[key] else "" for key in ERRORS]
-        lines.append("| " + " | ".join([label(row), *times, *errors]) + " |")
-    return "\n".join(lines)
+        lines.append([label(row), *times, *errors])
+    return md_table(["method", "time", "CPU time", "per texel", "E_0.75", "E_1", "E_1.5", "E_2"], lines)
 
 
 def colour_of(row, peers):
@@ -206,10 +200,8 @@ def plot_spectra(groups, path):
 
 
 def level_table(groups):
-    lines = ["| mask | " + " | ".join(f"{a}/{b}" for a, b in LEVELS) + " |", "| --- |" + " ---: |" * len(LEVELS)]
-    for name, masks in groups.items():
-        lines.append(f"| {name} | " + " | ".join(f"{power:.3f}" for power in low_frequency(masks)) + " |")
-    return "\n".join(lines)
+    return md_table(["mask", *(f"{a}/{b}" for a, b in LEVELS)],
+                    [[name, *(f"{power:.3f}" for power in low_frequency(masks))] for name, masks in groups.items()])
 
 
 def generated_masks(size, quick):
@@ -269,15 +261,13 @@ def main():
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
-    parser.add_argument("--peer-size", type=int, default=128, help="width and height for peers (default 128)")
     parser.add_argument("--quick", action="store_true", help="sizes up to 256 only")
     parser.add_argument("--again", action="store_true", help="keep the times in masks.csv and redo everything else")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+    add_out(parser)
     options = parser.parse_args()
 
     if options.again:
-        with open(options.out / "masks.csv", newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+        rows = read_rows(options.out / "masks.csv")
     else:
         rows = run_bench(options.program, ["--quick"] if options.quick else [])
     methods = ("white", "builtin", "void-and-cluster", "relax", "anneal")
@@ -287,13 +277,9 @@ def main():
         if not command:
             parser.error(f"--peer must be NAME=COMMAND, not {peer}")
         peers.append(name)
-        rows.append(run_peer(name, command, options.peer_size, 1 if options.quick else 3))
-    out = io.StringIO()
-    writer = csv.DictWriter(out, rows[0].keys(), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(options.out / "masks.csv", out.getvalue())
-    plot_times(rows, peers, options.peer_size, options.out / "masks_times.png")
+        rows.append(run_peer(name, command, PEER_SIZE, 1 if options.quick else 3))
+    write_rows(options.out / "masks.csv", list(rows[0]), rows)
+    plot_times(rows, peers, PEER_SIZE, options.out / "masks_times.png")
     groups = generated_masks(64, options.quick)
     plot_spectra(groups, options.out / "masks_spectra.png")
     anisotropies = {

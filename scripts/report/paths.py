@@ -14,10 +14,9 @@ import bluenoise
 import numpy as np
 
 from . import views
-from .convergence import positive
+from .command import positive
 from .image_error import rmse
-from .renders_report import md_table
-from .tables import add_options, write_or_print
+from .tables import add_options, md_table, write_or_print
 
 COMMAND = "scripts/bench paths"
 SIZE, SIGMA = 128, 2.1

@@ -19,9 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from . import gains
-from .bench_options import run_or_say_why
-from .convergence import positive
-from .files import read_exr, write_image, write_rows, write_text
+from .command import positive, run_or_say_why
+from .files import read_exr, write_rows, write_text
 from .image_error import LUMINANCE, SIGMAS, displayed, rmse
 from .judge import Cells, Run, Store
 from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of
@@ -214,7 +213,6 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
                         help="share of the references' samples, between 0 and 1 (default 1)")
     parser.add_argument("--quick", action="store_true",
                         help="a trial of some minutes once pbrt is built: one crop of a scene, 2 seeds, to 16 samples, poorer references")
-    parser.add_argument("--sheet", metavar="FILE", help="only render every scene once, small, and write a picture of them")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
                         help="processes at a time, one thread each (default: one per core)")
     parser.add_argument("--out", type=Path, help="folder for the report (default: docs/report for the whole comparison, which also updates "
@@ -244,35 +242,11 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     return options
 
 
-def sheet(run, scenes, path):
-    """A contact sheet of all scenes, whole and small."""
-    from PIL import Image
-
-    from .contact_sheet import preview
-
-    tiles = []
-    for name in scenes:
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            out, half = Path(folder) / "out.exr", Path(folder) / f"{name}.pbrt"
-            text = SCENES[name].text(SAMPLERS["zsobol"]).replace("1280", "320").replace("960", "240")
-            write_files(folder, SCENES[name], "zsobol", SAMPLERS["zsobol"])
-            half.write_text(text, encoding="utf-8")
-            render(run.program, half, (0, 320, 0, 240), 8, 1, out)
-            tiles.append(preview(read_exr(out)[0]))
-    columns = 4
-    whole = Image.new("RGB", (columns * 320, -(-len(tiles) // columns) * 240))
-    for i, tile in enumerate(tiles):
-        whole.paste(tile, (i % columns * 320, i // columns * 240))
-    write_image(path, whole)
-
-
 def run(arguments):
     options = parse_options(arguments)
     built = build(options.pbrt, options.jobs) if not options.program else None
     work = PbrtRun(options.program or built.program, options.jobs)
     try:
-        if options.sheet:
-            return sheet(work, options.scenes, options.sheet)
         views = [view for name in options.scenes for view in crops(name, options.views)[:options.crops]]
         references = work.references(views, options.reference_share)
         tasks = [Task(view, label, seed, tuple(n for n in COUNTS if n <= options.spp and (label, n) not in ROUNDED))

@@ -11,7 +11,7 @@ from .image_error import SIGMAS
 from .pbrt_build import COMMIT
 from .pbrt_scenes import CROP, HEIGHT, HELD_OUT, SCENES, TUNING, WIDTH
 from .ratios import seconds_to_error
-from .renders_report import md_table
+from .tables import md_table
 
 FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds")
 HEADLINE = ("displayed_2.1", "rmse_2.1")
@@ -112,7 +112,7 @@ class Report:
             rows.append([than_name(than), *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
         scenes = len({view.scene for view in gains.views})
         return (f"{next(iter(self.sets))}: {scenes}; crops: {len(gains.views)}; seeds: {self.options.seeds}.\n\n"
-                + md_table(["over `blue`", *map(str, counts)], rows))
+                + md_table(["error over `blue`'s, at spp", *map(str, counts)], rows))
 
     def headline_rows(self):
         """What `scripts/bench summary` reads: over held-out scenes, in the form of gains.write_rows()."""

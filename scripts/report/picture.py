@@ -7,17 +7,16 @@ Pictures are kept in out/picture, so that an interrupted run goes on.
 
 import argparse
 import dataclasses
-import sys
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
 
+from .command import add_pathtracer, run_or_say_why
 from .contact_sheet import BACKGROUND, GAP, INK, _font, enlarged_part, preview
-from .convergence import positive
 from .files import read_exr
 from .image_error import displayed_rmse
-from .renderer import Renderer, RenderError, Request
+from .renderer import Renderer, Request
 from .whole_files import written_beside
 
 NAMES = {"white": "white noise", "sobol": "Sobol', padded", "blue": "blue"}
@@ -62,31 +61,22 @@ def compose(pictures, relative):
     return figure
 
 
-def main(arguments=None):
+def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench picture", description=__doc__.splitlines()[0])
-    parser.add_argument("--scene", default=SCENE, help=f"a scene of the path tracer (default {SCENE})")
-    parser.add_argument("--spp", type=positive, default=SPP, metavar="N", help=f"samples per pixel (default {SPP})")
-    parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
-                        help=f"samples per pixel of the reference (default {REFERENCE_SPP})")
-    parser.add_argument("--pathtracer", default="build/examples/pathtracer/pathtracer", help=argparse.SUPPRESS)
-    parser.add_argument("--size", type=lambda text: tuple(map(int, text.split("x"))), default=SIZE, help=argparse.SUPPRESS)
+    add_pathtracer(parser)
     parser.add_argument("--out", type=Path, default=Path("docs"), metavar="FOLDER", help="where the picture goes (default docs)")
-    parser.add_argument("--pages", type=Path, default=Path("out/picture"), help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
-    try:
-        renderer = Renderer(options.pathtracer, options.pages)
-        request = Request("white", options.spp, SEED, options.scene, *options.size)
-        pictures = [read_exr(renderer.render(dataclasses.replace(request, sampler=name), f"{name}.exr"))[0] for name in NAMES]
-        reference, _ = read_exr(renderer.reference(
-            Request("blue", options.reference_spp, REFERENCE_SEED, options.scene, *options.size), "reference.exr"))
-        with written_beside(options.out / FILE) as beside:
-            # Half the size of a PNG. Without subsampling, what it changes is far below the noise.
-            compose(pictures, errors(pictures, reference)).save(beside, quality=95, subsampling=0)
-    except (RenderError, OSError) as error:
-        sys.exit(f"bench: {error}")
-    print(f"{options.out / FILE}: {options.spp} samples per pixel of {options.scene}; errors as displayed after a blur of {SIGMA} pixels, "
-          f"over white noise's: {', '.join(f'{error:.2f}' for error in errors(pictures, reference))}")
+    renderer = Renderer(options.pathtracer, Path("out/picture"))
+    request = Request("white", SPP, SEED, SCENE, *SIZE)
+    pictures = [read_exr(renderer.render(dataclasses.replace(request, sampler=name), f"{name}.exr"))[0] for name in NAMES]
+    reference, _ = read_exr(renderer.reference(Request("blue", REFERENCE_SPP, REFERENCE_SEED, SCENE, *SIZE), "reference.exr"))
+    found = errors(pictures, reference)
+    with written_beside(options.out / FILE) as beside:
+        # Half the size of a PNG. Without subsampling, what it changes is far below the noise.
+        compose(pictures, found).save(beside, quality=95, subsampling=0)
+    print(f"{options.out / FILE}: {SPP} samples per pixel of {SCENE}; errors as displayed after a blur of {SIGMA} pixels, "
+          f"over white noise's: {', '.join(f'{error:.2f}' for error in found)}")
 
 
 if __name__ == "__main__":
-    main()
+    run_or_say_why(run)

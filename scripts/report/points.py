@@ -11,15 +11,16 @@ import math
 import shlex
 import sys
 import textwrap
-from pathlib import Path
 
 import numpy as np
 from scipy.special import erf
 
 import bluenoise
+from report.command import add_out, positive
 from report.files import write_text
 from report.palette import plain_numbers
 from report.plots import plt, save
+from report.tables import md_table
 
 COUNTS = (16, 32, 64, 128, 256, 512, 1024)
 RATE_FROM = 64  # points from which the rate of convergence is fitted
@@ -159,6 +160,8 @@ def answer(results):
 
 
 def report_text(results, spectra, sets, offset_count, counts, command):
+    errors = [[name, *(cell for function, values in by_function.items() for cell in (
+        f"{values[-1] / results['white'][function][-1]:.2g}", f"{rate(counts, values):.1f}"))] for name, by_function in results.items()]
     lines = [
         "# Point sets", "",
         *paragraph(f"Printed by `{command}`. The sets are those of `bluenoise.points`, with white noise and one pixel's samples of "
@@ -172,28 +175,14 @@ def report_text(results, spectra, sets, offset_count, counts, command):
         "## Spectrum", "",
         *paragraph(f"The curves are periodograms of {SPECTRUM_COUNT} points, averaged over rings of frequencies and {sets} sets. Here, "
                    "the mean power below half the principal frequency, where white noise has 1; less is better:"), "",
-        "| set | power |", "| --- | ---: |"]
-    lines += [f"| {name} | {low_power(spectrum):.3f} |" for name, spectrum in spectra.items()]
-    lines += [
+        md_table(["set", "power"], [[name, f"{low_power(spectrum):.3f}"] for name, spectrum in spectra.items()]),
         "", "## Monte Carlo error", "",
         *paragraph(f"Variance of the mean of a function over {counts[-1]} points, relative to white noise, and the exponent *a* of the "
                    f"power law *n^-a* that fits the variances from {RATE_FROM} points on. A disc of radius {RADIUS}, a cone over it, and "
                    f"a Gaussian of sigma {SIGMA}; {sets} sets, each moved by {offset_count} random offsets on the torus, which makes "
                    'every estimate unbiased (Singh et al., "Analysis of sample correlations for Monte Carlo rendering", 2019).'), "",
-        "| set | " + " | ".join(f"{function} | rate" for function in FUNCTIONS) + " |",
-        "| --- |" + " ---: |" * (2 * len(FUNCTIONS))]
-    for name, by_function in results.items():
-        cells = [cell for function, values in by_function.items()
-                 for cell in (f"{values[-1] / results['white'][function][-1]:.2g}", f"{rate(counts, values):.1f}")]
-        lines.append("| " + " | ".join([name, *cells]) + " |")
+        md_table(["set", *(head for function in FUNCTIONS for head in (function, "rate"))], errors)]
     return "\n".join(lines)
-
-
-def positive(text):
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"must be at least 1, not {text}")
-    return value
 
 
 def main():
@@ -201,7 +190,7 @@ def main():
     parser.add_argument("--sets", type=positive, default=10, metavar="N", help="sets of each kind (default 10)")
     parser.add_argument("--offsets", type=positive, default=200, metavar="N", help="random offsets of each set (default 200)")
     parser.add_argument("--most", type=int, choices=COUNTS[2:], default=COUNTS[-1], help="largest number of points (default 1024)")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+    add_out(parser)
     options = parser.parse_args()
     counts = [n for n in COUNTS if n <= options.most]
     principal = math.sqrt(SPECTRUM_COUNT)

@@ -10,10 +10,10 @@ import argparse
 import bluenoise
 import numpy as np
 
-from .convergence import positive
+from .command import positive
 from .image_error import rmse
-from .renders_report import md_table
-from .tables import add_options, write_or_print
+from .paths import half_planes, inside
+from .tables import add_options, md_table, write_or_print
 
 COMMAND = "scripts/bench realtime"
 SIZE, FRAMES, SETTLED = 128, 80, 64  # pixels; frames drawn; frames after which the moving average has settled
@@ -45,23 +45,15 @@ def draw_frames(kind, run, seed, size=SIZE, count=FRAMES):
     return np.stack(frames)
 
 
-def half_planes(seed, count):
-    """Random half-planes that cut the unit square: (normals, offsets)."""
-    rng = np.random.default_rng(seed)
-    angle = rng.uniform(0, 2 * np.pi, count)
-    normal = np.stack([np.cos(angle), np.sin(angle)], -1)
-    return normal, np.sum(normal * rng.uniform(0.2, 0.8, (count, 2)), -1)
-
-
-def mean_inside(normal, offset, side=1024):
+def mean_inside(plane, side=1024):
     """The area of the unit square inside a half-plane."""
     grid = (np.arange(side) + 0.5) / side
-    return np.mean(grid[:, None] * normal[0] + grid * normal[1] < offset)
+    return np.mean(grid[:, None] * plane[0] + grid * plane[1] < plane[2])
 
 
-def errors(frames, normal, offset):
+def errors(frames, plane):
     """{column: squared error} of the frames for one half-plane."""
-    deviation = (frames @ normal.astype(np.float32) < offset) - np.float32(mean_inside(normal, offset))
+    deviation = inside(plane, frames) - np.float32(mean_inside(plane))
     average, settled = deviation[0], []
     for t, frame in enumerate(deviation[1:], 1):
         average = (1 - WEIGHT) * average + WEIGHT * frame
@@ -78,10 +70,10 @@ def errors(frames, normal, offset):
 
 def measure(seeds, integrands, size=SIZE):
     """{way: {column: error}}, root mean squares over seeds and half-planes."""
-    planes = list(zip(*half_planes(7, integrands)))
+    planes = half_planes(np.random.default_rng(7), integrands)
     result = {}
     for name, (kind, run) in WAYS.items():
-        found = [errors(frames, *plane) for seed in range(seeds)
+        found = [errors(frames, plane) for seed in range(seeds)
                  for frames in [draw_frames(kind, run, seed, size)] for plane in planes]
         result[name] = {column: float(np.sqrt(np.mean([row[column] for row in found]))) for column in COLUMNS}
     return result

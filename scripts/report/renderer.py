@@ -18,10 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
+from .command import CommandError
 from .files import read_exr, sha256_of, write_exr, write_text
 
 
-class RenderError(Exception):
+class RenderError(CommandError):
     """The path tracer failed; the message is what it printed."""
 
 

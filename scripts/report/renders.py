@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from . import equal_quality, gains, renders_plots, speed, variants, views
-from .bench_options import add_common_options, finish_options, run_or_say_why
-from .convergence import positive
+from .bench_options import add_common_options, finish_options
+from .command import positive, run_or_say_why
 from .files import write_text
 from .judge import SEEDS, Cells, Run, Task, pictures_of, plan, prepare, render_references, seeds_up_to
 from .progress import duration
@@ -88,7 +88,7 @@ def run(arguments):
     report = Report(options, cells, references, furnaces, times, cost)
     # Write the text last, after the files it refers to.
     renders_plots.draw_all(report, options.plots, options.pages)
-    write_text(options.pages / "renders.csv", cells.csv_text())
+    cells.write_csv(options.pages / "renders.csv")
     gains.write_rows(options.out / "renders_headline.csv", report.headline_rows())
     write_text(options.out / "renders.md", report.text())
     print(report.text())

@@ -12,6 +12,7 @@ from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gain
 from .image_error import MEASURES, WHAT_FOR, measure_name
 from .judge import FLIP_COUNTS, FLIP_SEEDS
 from .ratios import worse_cells
+from .tables import md_table
 from .variants import SIDE_SEEDS
 from .views import SETS
 
@@ -22,11 +23,6 @@ SPREAD_COUNTS = (1, 4, 16, 64)
 MOST_LISTED = 20
 
 TIMED_NOTE = "as the path tracer reports it (attribute `samplingShare`), one thread, 64 samples per pixel, median of three"
-
-
-def md_table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "| --- |" + " ---: |" * (len(header) - 1)]
-    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
 
 
 def gain_table(gains, counts, thans, measure):

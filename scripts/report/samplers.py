@@ -19,11 +19,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from report import peers
-from report.files import write_text
+from report.command import add_out, add_pathtracer
+from report.files import read_rows, write_rows, write_text
 from report.image_error import radial_spectrum, windowed_power
 from report.palette import plain_numbers, style
 from report.plots import plt, save
-from report.renders_report import md_table
+from report.tables import md_table
 
 SAMPLERS = ("white", "sobol", "sobol4d", "zorder", "mask", "blue")
 BASE = "sobol"  # the baseline of all ratios
@@ -178,11 +179,11 @@ def every_text(rows, command, commit):
 def report_every(options, path):
     """Every count: its own rows, page and plot."""
     if options.again:
-        rows = read_rows(path)
+        rows = read_or_say(path)
     else:
         arguments = ["--every", "--domains", str(EVERY_DOMAINS), "--figures", ",".join(EVERY)]
         rows = run_all(options.program, (*EVERY_SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer)), *arguments)
-        write_rows(path, rows)
+        write_rows(path, list(rows[0]), rows)
     plot_spp(rows, options.out / "samplers_spp.png")
     command = "scripts/bench samplers --every" + (" --openqmc DIR" if set(peers.PEERS) & set(names_in(rows)) else "")
     text = every_text(rows, command, peers.commit(options.openqmc))
@@ -375,17 +376,9 @@ def report_text(rows, draws, unlike, command):
     return "\n".join(parts)
 
 
-def write_rows(path, rows):
-    out = io.StringIO()
-    writer = csv.DictWriter(out, rows[0].keys(), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, out.getvalue())
-
-
-def read_rows(path):
+def read_or_say(path):
     try:
-        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+        return read_rows(path)
     except OSError as error:
         sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
 
@@ -394,12 +387,12 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
     parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
-    parser.add_argument("--pathtracer", default="build/examples/pathtracer/pathtracer", help=argparse.SUPPRESS)
+    add_pathtracer(parser)
     peers.add_option(parser)
     parser.add_argument("--quick", action="store_true", help=f"measure {', '.join(QUICK)} only")
     parser.add_argument("--every", action="store_true", help="measure every count from 1 to 64 instead, after a blur of 2.1 pixels")
     parser.add_argument("--again", action="store_true", help="use the results of the previous run instead of measuring")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+    add_out(parser)
     parser.add_argument("--pages", type=Path, default=Path("out/samplers"), metavar="FOLDER",
                         help="folder for the CSV files (default out/samplers)")
     options = parser.parse_args()
@@ -409,13 +402,13 @@ def main():
         report_every(options, options.pages / "samplers_every.csv")
         return
     if options.again:
-        rows, draws = map(read_rows, files)
+        rows, draws = map(read_or_say, files)
     else:
         others = peers.chosen(options.openqmc, options.pathtracer)
         draws = [row for row in run_bench(options.draws, []) if not row["form"].startswith("peer") or row["sampler"] in others]
         rows = run_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
         for path, found in zip(files, (rows, draws)):
-            write_rows(path, found)
+            write_rows(path, list(found[0]), found)
     names = names_in(rows)
     plot_time(rows, draws, options.out / "samplers_time.png")
     unlike = plot_spectra(options.program, names, options.out / "samplers_spectra.png")

@@ -11,8 +11,7 @@ import sys
 from pathlib import Path
 
 from .gains import BEST_PEER, read_rows
-from .renders_report import md_table
-from .tables import TableError, update_table
+from .tables import TableError, md_table, update_table
 
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 3, 4, 6, 16, 64)

@@ -5,13 +5,21 @@ import argparse
 import sys
 from pathlib import Path
 
+from .command import CommandError
 from .files import write_text
 
 END = "<!-- end of the table -->\n"
 
 
-class TableError(Exception):
+class TableError(CommandError):
     """The message tells the user what to do."""
+
+
+def md_table(header, rows, texts=0):
+    """Rows of texts, whose first column and last `texts` columns are flush left."""
+    numbers = len(header) - 1 - texts
+    lines = ["| " + " | ".join(header) + " |", "| --- |" + " ---: |" * numbers + " --- |" * texts]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
 
 
 def begin(command):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The samplers that are compared, each in its intended use."""
 
-import argparse
 import dataclasses
 
+from .command import names_of
 from .peers import PEERS
 
 # A few seeds suffice for samplers that no headline figure depends on.
@@ -36,18 +36,11 @@ DEFAULT = ("white", "sobol", "zorder", "mask", "blue")
 OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS if name not in PEERS}
 
 
-def parse_samplers(text):
-    words = [word for word in text.split(",") if word]
-    unknown = [word for word in words if word not in OPTION_NAMES]
-    if unknown or not words:
-        raise argparse.ArgumentTypeError(f"unknown sampler '{', '.join(unknown)}'; choose from {', '.join(OPTION_NAMES)}")
-    return tuple(OPTION_NAMES[word] for word in words)
-
-
 def add_option(parser, default=DEFAULT):
     """Adds --samplers; chosen(options.samplers, peers) gives the labels."""
     names = {label: name for name, label in OPTION_NAMES.items()}
-    parser.add_argument("--samplers", type=parse_samplers, default=default, metavar="A,B,...",
+    parse = names_of("sampler", OPTION_NAMES)
+    parser.add_argument("--samplers", type=lambda text: [OPTION_NAMES[name] for name in parse(text)], default=default, metavar="A,B,...",
                         help=f"samplers out of {', '.join(OPTION_NAMES)} (default {','.join(names[label] for label in default)}); "
                              f"{', '.join(ALWAYS)} are always included")
 

@@ -10,13 +10,12 @@ along an edge depends on how the edge is aligned with the pixel grid. All camera
 so that no edge stays in place.
 """
 
-import argparse
 import dataclasses
 import hashlib
 import math
 from pathlib import Path
 
-from .convergence import parse_size
+from .command import names_of, parse_size
 from .renderer import Request
 
 SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
@@ -188,19 +187,11 @@ def of(parser, options):
         parser.error(str(error))
 
 
-def parse_scenes(text):
-    names = [name for name in text.split(",") if name]
-    unknown = [name for name in names if name not in SCENES]
-    if unknown or not names:
-        raise argparse.ArgumentTypeError(f"unknown scene '{', '.join(unknown)}'; choose from {', '.join(SCENES)}")
-    return tuple(scene for scene in SCENES if scene in names)
-
-
 def add_options(parser):
     """Adds --views, --scenes, --size, --crop and --quick; of(parser, options) gives the views."""
     parser.add_argument("--views", choices=SETS, default="core", metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, what in SETS.items()) + " (default core)"))
-    parser.add_argument("--scenes", type=parse_scenes, default=SCENES, metavar="A,B,...",
+    parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
                         help=f"scenes out of {', '.join(SCENES)} (default all)")
     parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")

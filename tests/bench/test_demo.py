@@ -56,7 +56,7 @@ def test_every_count_to_16_is_a_step_of_one_run():
 
 
 def test_table_has_a_line_for_every_sampler_and_shown_count():
-    lines = [line.split() for line in demo.text_table(demo.measure(runs())).splitlines()[1:] if line]
+    lines = [line.split() for line in demo.printed_table(demo.measure(runs())).splitlines()[1:] if line]
     assert [(line[0], int(line[1])) for line in lines] == [(s, n) for n in demo.TABLE_COUNTS for s in demo.SAMPLERS]
     assert set(demo.TABLE_COUNTS) <= set(demo.COUNTS) and {1, 2, 3, 4, 6, 16} <= set(demo.TABLE_COUNTS)
     assert lines[2][5:] == ["0.10", "4.00", "x", "2.00", "x", "2.00", "x"]

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 from report import peers, samplers
+from report.files import write_rows
 
 
 @pytest.fixture
@@ -111,7 +112,7 @@ else:
 def test_peers_stand_in_every_table_and_plot_or_in_none(tmp_path, monkeypatch, others):
     rows, draws = rows_of(("white", "sobol", "blue", *others))
     for name, table in (("rows", rows), ("draws", draws)):
-        samplers.write_rows(tmp_path / f"{name}.csv", table)
+        write_rows(tmp_path / f"{name}.csv", list(table[0]), table)
         (tmp_path / name).write_text(FAKE.format(python=sys.executable))
         (tmp_path / name).chmod(0o755)
     legends = []
@@ -154,7 +155,7 @@ def test_peers_stand_in_every_table_and_plot_or_in_none(tmp_path, monkeypatch, o
 def test_every_count_has_a_page_and_a_plot(tmp_path, monkeypatch, others):
     rows, _ = rows_of(("white", "sobol", "zorder", "blue", *others))
     (tmp_path / "rows.csv").write_text("")
-    samplers.write_rows(tmp_path / "rows.csv", rows)
+    write_rows(tmp_path / "rows.csv", list(rows[0]), rows)
     (tmp_path / "rows").write_text(FAKE.format(python=sys.executable))
     (tmp_path / "rows").chmod(0o755)
     monkeypatch.setattr(peers, "listed", lambda program: peers.PEERS)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What all commands share: kinds of arguments, options that say where files are, and errors that end a command with one line."""
+
+import argparse
+import importlib
+import re
+import sys
+from pathlib import Path
+
+
+class CommandError(Exception):
+    """The message is one line for the user, and says what to do."""
+
+
+def package(name, install):
+    """An optional package; CommandError says how to install it."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise CommandError(f"the package {name.replace('_', '-')} is missing; run {install}") from None
+
+
+def run_or_say_why(run, arguments=None, program="bench"):
+    """Runs a command; errors end the program with one line."""
+    try:
+        return run(sys.argv[1:] if arguments is None else list(arguments))
+    except (CommandError, OSError) as error:
+        sys.exit(f"{program}: {error}")
+    except KeyboardInterrupt:
+        sys.exit(f"{program}: interrupted; finished renders are kept, run the command again to resume")
+
+
+# ---- Kinds of arguments, for argparse
+
+def positive(text):
+    if not re.fullmatch(r"[1-9][0-9]{0,7}", text):
+        raise argparse.ArgumentTypeError(f"must be a positive integer, not '{text}'")
+    return int(text)
+
+
+def parse_size(text):
+    match = re.fullmatch(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, not '{text}'")
+    return int(match[1]), int(match[2])
+
+
+def names_of(what, known):
+    """Names out of `known`, separated by commas; the argument is them in the order of `known`."""
+    def parse(text):
+        names = [name for name in text.split(",") if name]
+        unknown = [name for name in names if name not in known]
+        if unknown or not names:
+            raise argparse.ArgumentTypeError(f"unknown {what} '{', '.join(unknown)}'; choose from {', '.join(known)}")
+        return tuple(name for name in known if name in names)
+
+    return parse
+
+
+# ---- Options
+
+def add_out(parser):
+    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+
+
+def add_pathtracer(parser):
+    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
