@@ -4,14 +4,12 @@
 Renders four crops of a large picture of every .gltf, .glb and .obj below the folders with every sampler, 12 seeds and 1 to 64
 samples per pixel, through the file's own camera or one that frames the model, lit by the file's lights or else by the path
 tracer's sky, and displayed at the exposure that the path tracer picks for the picture. References and results are cached in
-~/.cache/libbn, so an interrupted run resumes. A SOURCES.csv (file,publisher,source,licence) in a folder gives the
-origin of its files.
+~/.cache/libbn, so an interrupted run resumes.
 """
 
 import argparse
-import csv
 import dataclasses
-import math
+import itertools
 import statistics
 import sys
 import tempfile
@@ -20,15 +18,16 @@ from pathlib import Path
 import numpy as np
 
 from . import gains, peers, variants, views
-from .bench_options import add_common_options, finish_options, run_or_say_why
-from .convergence import parse_size
+from .bench_options import add_common_options, finish_options
+from .command import parse_size, run_or_say_why
 from .files import read_exr, write_text
 from .gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains
 from .image_error import measure_name
 from .judge import COUNTS, REFERENCE_SEED, SEEDS, SHOWN_COUNTS, Cells, Run, plan, prepare, render_references
 from .plots import finish, plt, save
 from .renderer import RenderError, Request, run_pathtracer
-from .renders_report import gain_table, md_table, samplers_tables
+from .renders_report import gain_table, samplers_tables
+from .tables import md_table
 from .views import View
 
 ENDINGS = (".gltf", ".glb", ".obj")
@@ -36,39 +35,13 @@ REFERENCE_SPP = 2048
 # The cameras that frame a model leave empty space around it.
 SIZE, MARGIN = (1280, 960), 0.25
 SAMPLERS = ("white", "sobol", "zorder", "blue")
-SOURCE_FIELDS = ("file", "publisher", "source", "licence")
 
 
 def models_below(folders):
-    """{path: the given folder that contains it}, sorted by name."""
-    found = {}
-    for folder in folders:
-        for path in sorted(folder.rglob("*")):
-            if path.suffix.lower() in ENDINGS and path.is_file():
-                found.setdefault(path.resolve(), folder.resolve())
-    return found
-
-
-def read_sources(path):
-    """{file: row} of a SOURCES.csv."""
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if not set(SOURCE_FIELDS) <= set(reader.fieldnames or ()):
-            raise OSError(f"{path} must have the columns {','.join(SOURCE_FIELDS)}")
-        return {row["file"]: {name: (row[name] or "").strip() for name in SOURCE_FIELDS} for row in reader}
-
-
-def source_of(path, root):
-    """The row for this file in the nearest SOURCES.csv that lists it; empty strings if there is none."""
-    for folder in path.parents:
-        sources = folder / "SOURCES.csv"
-        if sources.is_file():
-            row = read_sources(sources).get(path.relative_to(folder).as_posix())
-            if row:
-                return row
-        if folder == root:
-            break
-    return dict.fromkeys(SOURCE_FIELDS, "")
+    """Their paths, sorted by name."""
+    found = [path.resolve() for folder in folders for path in sorted(folder.rglob("*"))
+             if path.suffix.lower() in ENDINGS and path.is_file()]
+    return list(dict.fromkeys(found))
 
 
 def names_of(paths):
@@ -119,55 +92,39 @@ def run_models(options, paths, seeds):
 
 def by_model(found):
     """{path: its crops}."""
-    models = {}
-    for view in found.views:
-        models.setdefault(view.scene, []).append(view)
-    return models
-
-
-def model_gain(found, views, spp, measure, than):
-    """Blue's gain over the crops of one model; None where none can be judged."""
-    logs = [logs for view in views if (logs := found.logs(view, "blue", spp, measure, than)) is not None
-            and found.is_judged(view, "blue", spp, measure)]
-    return math.exp(np.mean(logs)) if logs else None
+    return {path: tuple(own) for path, own in itertools.groupby(found.views, key=lambda view: view.scene)}
 
 
 def cell_text(found, views, measure, spp):
-    """For example "1.83 / 1.20 / 1.01 / 0.98": against white, sobol, zorder and OpenQMC."""
-    own = [model_gain(found, views, spp, measure, than) for than in found.thans()]
-    return " / ".join(f"{gain:.2f}" if gain else "-" for gain in own)
+    """For example "1.83 / 1.20 / 1.01 / 0.98": against white, sobol, zorder and OpenQMC, over these crops or all."""
+    own = [found.gain("blue", spp, measure, than, views) for than in found.thans()]
+    return " / ".join(f"{gain.value:.2f}" if gain else "-" for gain in own)
 
 
 def models_table(found, names, measure):
     """One row per model, then the means."""
     rows = [[names[path], *(cell_text(found, views, measure, spp) for spp in SHOWN_COUNTS)] for path, views in by_model(found).items()]
-    means = []
-    for spp in SHOWN_COUNTS:
-        gained = [found.gain("blue", spp, measure, than) for than in found.thans()]
-        means.append("**" + " / ".join(f"{gain.value:.2f}" if gain else "-" for gain in gained) + "**")
+    means = [f"**{cell_text(found, None, measure, spp)}**" for spp in SHOWN_COUNTS]
     return md_table(["model", *(f"{spp} spp" for spp in SHOWN_COUNTS)], [*rows, ["**geometric mean**", *means]])
 
 
-def sources_table(found, names, sources):
+def references_table(found, names):
     rows = []
     for path, views in by_model(found).items():
-        row, shares = sources[path], []
+        shares = []
         for measure in HEADLINE_MEASURES:
             own = statistics.mean(found.references[view].own[measure] for view in views)
             errors = statistics.mean(error for view in views for error in found.cells.get(view, "blue", COUNTS[-1], measure))
             shares += [f"{own:.2g}", f"{100 * own / errors:.0f} %" if errors > 0 else ""]
-        linked = f"[{names[path]}]({row['source']})" if row["source"] else names[path]
-        rows.append([linked, row["publisher"], row["licence"], *shares])
-    return md_table(["model", "publisher", "licence", "reference error as displayed", f"of blue's at {COUNTS[-1]} spp",
+        rows.append([names[path], *shares])
+    return md_table(["model", "reference error as displayed", f"of blue's at {COUNTS[-1]} spp",
                      "reference RMSE", f"of blue's at {COUNTS[-1]} spp"], rows)
 
 
-def report_text(options, found, names, sources, failures):
-    publishers = {row["publisher"] for row in sources.values() if row["publisher"]}
+def report_text(options, found, names, failures):
     count = len(by_model(found))
     parts = ["# Third-party models", "", f"Printed by `{options.command}`.", "",
              f"{count} model{'s' if count != 1 else ''}"
-             + (f" of {len(publishers)} publisher{'s' if len(publishers) != 1 else ''}" if publishers else "")
              + f", each in four crops of {options.crop[0]}x{options.crop[1]} pixels out of a picture of "
              f"{options.size[0]}x{options.size[1]}: one in each quarter of its middle, without a margin of "
              f"{100 * MARGIN:.0f} % on each side, placed by a hash before anything was rendered. "
@@ -192,7 +149,7 @@ def report_text(options, found, names, sources, failures):
     parts += ["## Every model", "", f"How many times smaller blue's error is than that of {thans}; - where the reference is too noisy to tell.", ""]
     for measure in HEADLINE_MEASURES:
         parts += [f"### {measure_name(measure)}", "", models_table(found, names, measure), ""]
-    parts += ["## Sources, and the error of the references", "", sources_table(found, names, sources), ""]
+    parts += ["## The error of the references", "", references_table(found, names), ""]
     parts += ["## Failures", ""]
     parts += [f"- {name}: {line}" for name, line in failures.items()] or ["None."]
     return "\n".join([*parts, ""])
@@ -205,8 +162,8 @@ def plot(found, path):
     for axis, than in zip(axes[0], thans):
         for measure, colour, shift in zip(HEADLINE_MEASURES, ("#0050b0", "#d55e00"), (0.9, 1.11)):
             for spp in SHOWN_COUNTS:
-                own = [model_gain(found, views, spp, measure, than) for views in by_model(found).values()]
-                values = sorted(gain for gain in own if gain)
+                own = [found.gain("blue", spp, measure, than, views) for views in by_model(found).values()]
+                values = sorted(gain.value for gain in own if gain)
                 # Spread horizontally, so that equal values do not hide each other.
                 places = spp * shift * 1.06 ** np.linspace(-1, 1, len(values)) if values else []
                 axis.plot(places, values, ".", color=colour, markersize=4, alpha=.5)
@@ -226,8 +183,7 @@ def plot(found, path):
 def parse_options(arguments):
     parser = argparse.ArgumentParser(
         prog="scripts/bench models", description=__doc__.splitlines()[0],
-        epilog="A SOURCES.csv with the columns file,publisher,source,licence, in a file's folder or above it, gives the "
-               "file's origin. Arguments after -- are passed to the path tracer: scripts/bench models folder -- --env sky")
+        epilog="Arguments after -- are passed to the path tracer: scripts/bench models folder -- --env sky")
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="folder to search recursively for models")
     parser.add_argument("--size", type=parse_size, default=SIZE, metavar="WxH", help=f"picture size (default {SIZE[0]}x{SIZE[1]})")
     parser.add_argument("--crop", type=parse_size, default=views.CROP, metavar="WxH",
@@ -258,12 +214,11 @@ def parse_options(arguments):
 
 def run(arguments):
     options = parse_options(arguments)
-    roots = models_below(options.folders)
-    if not roots:
+    paths = models_below(options.folders)
+    if not paths:
         raise OSError(f"no {', '.join(ENDINGS)} file below {', '.join(map(str, options.folders))}")
-    sources = {path: source_of(path, root) for path, root in roots.items()}  # fails before hours of rendering
-    names = names_of(list(roots))
-    results, references, failures = run_models(options, list(roots), dict.fromkeys(COUNTS, options.seeds))
+    names = names_of(paths)
+    results, references, failures = run_models(options, paths, dict.fromkeys(COUNTS, options.seeds))
     if options.prepare:
         return
     failures = {names[path]: line.replace(str(path), names[path]) for path, line in failures.items()}
@@ -272,12 +227,10 @@ def run(arguments):
         raise OSError(f"no model could be rendered: {lines}")
     cells = Cells(results)
     found = Gains(cells, references, options.labels)
-    paths = {view.scene: Path(view.scene) for view in references}
-    sources = {scene: sources[path] for scene, path in paths.items()}
     plot(found, options.out / "models.png")
-    write_text(options.pages / "models.csv", cells.csv_text())
+    cells.write_csv(options.pages / "models.csv")
     gains.write_rows(options.out / "models_headline.csv", found.rows(COUNTS, HEADLINE_MEASURES))
-    text = report_text(options, found, {scene: names[path] for scene, path in paths.items()}, sources, failures)
+    text = report_text(options, found, {str(path): name for path, name in names.items()}, failures)
     write_text(options.out / "models.md", text)
     print(text)
     print(f"Written: {options.out}/models.md, models.png and models_headline.csv; {options.pages}/models.csv.")
