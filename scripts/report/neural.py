@@ -7,10 +7,12 @@ docs/neural.png with masks, spectra and thresholded patterns, and the table of m
 """
 
 import argparse
-import csv
+import dataclasses
+import functools
 import os
 import statistics
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,20 +20,25 @@ from PIL import Image, ImageDraw
 
 import bluenoise
 from report import neural_plane, neural_vectors
-from report.files import write_image, write_rows, write_text
-from report.masks import LEVELS, low_frequency, time_text
-from report.onnx_cost import cost, metadata
+from report.command import add_out
+from report.files import read_rows, write_image, write_rows, write_text
+from report.masks import level_table, time_text
 from report.plots import plt, save
-from report.tables import update_table
+from report.tables import md_table, update_table
 
 ROOT = Path(__file__).resolve().parents[2]
-FAST = ROOT / "libbn/data/neural_fast.onnx"
+DATA = ROOT / "libbn/data"
 SIZES = (64, 128, 256, 512, 1024, 2048)
 QUICK_SIZES = (64, 128)
 QUALITY_SHAPES = ((64, 64), (128, 128), (256, 256), (97, 61), (65, 300), (16, 16))
 FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", "e_1", "e_1.5", "flop_per_texel")
 COLOURS = {"network": "tab:red", "fast network": "tab:pink", "vector network": "tab:purple", "void-and-cluster": "tab:blue", "relax": "tab:green",
            "anneal": "tab:orange", "white": "0.6"}
+
+# File, FLOP per texel without margins, and receptive radius in texels. Two operations per weight of a convolution, one per value that
+# another operator computes; libbn/data/README.md says how the files were made.
+NETWORKS = {"network": ("neural.onnx", 938, 33), "fast network": ("neural_fast.onnx", 444, 18)}
+VECTOR_FLOP = 1871
 
 # Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a disc of radius 5 for each texel it
 # sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15 before and
@@ -42,52 +49,41 @@ RELAX_PAIRS = 364  # of all steps of the learned schedule
 ANNEAL_FLOP = 2 * 2 * 225
 
 
+@dataclasses.dataclass(frozen=True)
 class Method:
-    def __init__(self, name, options, make, flop, sizes=SIZES, many_threads=True):
-        self.name, self.options, self.make, self.flop = name, options, make, flop
-        self.sizes, self.many_threads = sizes, many_threads
+    name: str
+    options: str
+    make: Callable  # make(size, seed, threads)
+    flop: float
+    sizes: tuple = SIZES
+    many_threads: bool = True
 
 
-def methods(models, most):
-    """`models` maps names of networks to a path, or to None for the built-in one."""
-    made = []
-    for name, path in models.items():
-        generators = {}
+def network(model=None, channels=1):
+    """make() of a Method: masks of a network, with a generator for each number of threads."""
+    generator = functools.cache(lambda threads: bluenoise.NeuralGenerator(model, threads=threads, channels=channels))
+    return lambda size, seed, threads: generator(threads).mask((size, size), seed=seed)
 
-        def make(size, seed, threads, path=path, generators=generators):
-            if threads not in generators:
-                generators[threads] = bluenoise.NeuralGenerator(path, threads=threads)
-            return generators[threads].mask((size, size), seed=seed)
 
-        operations, _ = cost((path or ROOT / "libbn/data/neural.onnx").read_bytes())
-        made.append(Method(name, "", make, operations))
-    generators = {}
+def mask(**options):
+    """make() of a Method on one thread."""
+    return lambda size, seed, threads: bluenoise.mask((size, size), seed=seed, **options)
 
-    def vectors(size, seed, threads):
-        if threads not in generators:
-            generators[threads] = bluenoise.NeuralGenerator(channels=2, threads=threads)
-        return generators[threads].mask((size, size), seed=seed)
 
-    operations, _ = cost((ROOT / "libbn/data/neural_vector.onnx").read_bytes())
-    made.append(Method("vector network", "", vectors, operations))
-    made.append(Method("relax", "", lambda size, seed, threads: bluenoise.mask(
-        (size, size), method="relax", seed=seed, threads=threads), 2 * RELAX_PAIRS))
-    for steps in (16, 64, 128):
-        made.append(Method("relax", f"{steps} steps",
-                           lambda size, seed, threads, steps=steps: bluenoise.mask(
-                               (size, size), method="relax", steps=steps, seed=seed, threads=threads),
-                           RELAX_FLOP * steps))
-    made.append(Method("void-and-cluster", "", lambda size, seed, threads: bluenoise.mask((size, size), seed=seed),
-                       VOID_AND_CLUSTER_FLOP, many_threads=False))
+def relax(**options):
+    return lambda size, seed, threads: bluenoise.mask((size, size), method="relax", seed=seed, threads=threads, **options)
+
+
+def methods(most):
+    """All methods; those that take long have no sizes above `most`."""
+    made = [Method(name, "", network(DATA / file), flop) for name, (file, flop, _) in NETWORKS.items()]
+    made += [Method("vector network", "", network(channels=2), VECTOR_FLOP), Method("relax", "", relax(), 2 * RELAX_PAIRS)]
+    made += [Method("relax", f"{steps} steps", relax(steps=steps), RELAX_FLOP * steps) for steps in (16, 64, 128)]
+    made.append(Method("void-and-cluster", "", mask(), VOID_AND_CLUSTER_FLOP, many_threads=False))
     for sweeps, largest in ((100, 256), (1000, 128)):
-        made.append(Method("anneal", f"{sweeps} sweeps",
-                           lambda size, seed, threads, sweeps=sweeps: bluenoise.mask(
-                               (size, size), method="anneal", sweeps=sweeps, seed=seed),
-                           ANNEAL_FLOP * sweeps, sizes=tuple(s for s in SIZES if s <= min(largest, most)),
-                           many_threads=False))
-    made.append(Method("white", "", lambda size, seed, threads: bluenoise.mask((size, size), method="white", seed=seed),
-                       0, many_threads=False))
-    return made
+        made.append(Method("anneal", f"{sweeps} sweeps", mask(method="anneal", sweeps=sweeps), ANNEAL_FLOP * sweeps,
+                           tuple(size for size in SIZES if size <= min(largest, most)), many_threads=False))
+    return [*made, Method("white", "", mask(method="white"), 0, many_threads=False)]
 
 
 def repeats_of(size, quick):
@@ -139,11 +135,10 @@ def measure(chosen, sizes, threads, quick):
 
 def paper_rows(path, sizes):
     """Rows from a CSV with the columns name, size, seconds, threads, e_1, e_1.5, flop_per_texel."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return [{"method": row["name"], "options": "", "width": int(row["size"]), "threads": int(row["threads"]),
-                 "repeats": "", "seconds": row["seconds"], "cpu_seconds": row["seconds"], "e_1": row["e_1"],
-                 "e_1.5": row["e_1.5"], "flop_per_texel": row["flop_per_texel"]}
-                for row in csv.DictReader(file) if int(row["size"]) in sizes]
+    return [{"method": row["name"], "options": "", "width": int(row["size"]), "threads": int(row["threads"]),
+             "repeats": "", "seconds": row["seconds"], "cpu_seconds": row["seconds"], "e_1": row["e_1"],
+             "e_1.5": row["e_1.5"], "flop_per_texel": row["flop_per_texel"]}
+            for row in read_rows(path) if int(row["size"]) in sizes]
 
 
 def label(row):
@@ -164,12 +159,12 @@ def flop_text(text):
 
 
 def table(rows):
-    lines = ["| method | time | CPU time | per texel | FLOP per texel | E_1 | E_1.5 |", "| --- |" + " ---: |" * 6]
+    lines = []
     for row in sorted(rows, key=lambda row: float(row["cpu_seconds"])):
         times = time_text(float(row["seconds"])), time_text(float(row["cpu_seconds"]))
-        lines.append(f"| {label(row)} | {times[0]} | {times[1]} | {1e3 * microseconds(row):.0f} ns | "
-                     f"{flop_text(row['flop_per_texel'])} | {float(row['e_1']):.4f} | {float(row['e_1.5']):.4f} |")
-    return "\n".join(lines)
+        lines.append([label(row), *times, f"{1e3 * microseconds(row):.0f} ns", flop_text(row["flop_per_texel"]),
+                      f"{float(row['e_1']):.4f}", f"{float(row['e_1.5']):.4f}"])
+    return md_table(["method", "time", "CPU time", "per texel", "FLOP per texel", "E_1", "E_1.5"], lines)
 
 
 def plot(rows, sizes, path):
@@ -228,8 +223,7 @@ CHOICE_SIZES = (64, 256, 1024, 2048)
 
 def choice_table(rows, threads):
     """What each method can do. A test compares docs/masks.md with it."""
-    lines = ["| method | E_1 | E_1.5 | " + " | ".join(f"{size}x{size}" for size in CHOICE_SIZES)
-             + " | windows | channels | same bits |", "| --- |" + " ---: |" * (2 + len(CHOICE_SIZES)) + " --- | --- | --- |"]
+    lines = []
     for method, (options, *abilities) in CHOICES.items():
         own = [row for row in rows if row["method"] == method and row["options"] == options]
         if not own:
@@ -240,8 +234,8 @@ def choice_table(rows, threads):
             at = [row for row in own if int(row["width"]) == size]
             best = [row for row in at if int(row["threads"]) == threads] or at
             cells.append(time_text(float(best[0]["seconds"])) if best else "")
-        lines.append(f"| {', '.join(filter(None, (method, options)))} | " + " | ".join(cells + abilities) + " |")
-    return "\n".join(lines)
+        lines.append([", ".join(filter(None, (method, options))), *cells, *abilities])
+    return md_table(["method", "E_1", "E_1.5", *(f"{size}x{size}" for size in CHOICE_SIZES), "windows", "channels", "same bits"], lines, 3)
 
 
 def answer(rows, sizes, threads):
@@ -263,12 +257,12 @@ def answer(rows, sizes, threads):
 
 def quality_table(generator, seeds):
     """Errors over seeds for different shapes."""
-    lines = [f"| shape | E_1, mean of {seeds} | largest | E_1.5, mean | largest |", "| --- |" + " ---: |" * 4]
+    lines = []
     for height, width in QUALITY_SHAPES:
         figures = np.array([errors_of([generator.mask((height, width), seed=seed)]) for seed in range(seeds)])
         mean, most = figures.mean(axis=0), figures.max(axis=0)
-        lines.append(f"| {height}x{width} | {mean[0]:.4f} | {most[0]:.4f} | {mean[1]:.4f} | {most[1]:.4f} |")
-    return "\n".join(lines)
+        lines.append([f"{height}x{width}", *(f"{value:.4f}" for value in (mean[0], most[0], mean[1], most[1]))])
+    return md_table(["shape", f"E_1, mean of {seeds}", "largest", "E_1.5, mean", "largest"], lines)
 
 
 def fixed_pattern(generator, count, size=32):
@@ -304,15 +298,8 @@ def picture(groups, path):
     write_image(path, sheet)
 
 
-def level_table(groups):
-    lines = ["| mask | " + " | ".join(f"{a}/{b}" for a, b in LEVELS) + " |", "| --- |" + " ---: |" * len(LEVELS)]
-    for name, masks in groups.items():
-        lines.append(f"| {name} | " + " | ".join(f"{power:.3f}" for power in low_frequency(masks)) + " |")
-    return "\n".join(lines)
-
-
-def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, levels, vectors, command, threads):
-    parts = ["# Neural masks: time against error", "", f"Printed by `{command}`.", "", *answer(rows, sizes, threads),
+def report_text(rows, sizes, quality, flatness, anisotropy, masks, levels, vectors, threads):
+    parts = ["# Neural masks: time against error", "", "Printed by `scripts/bench neural`.", "", *answer(rows, sizes, threads),
              "![Error against time, time against size](neural.png)", "", "## Which method", "",
              "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*:",
              "vectors that are blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h.",
@@ -328,10 +315,8 @@ def report_text(rows, sizes, models, quality, flatness, anisotropy, masks, level
              "multiplications and additions of the inner loop (for a network, one per computed value),",
              "without margins and sorting; those of void-and-cluster, relaxation and annealing are integer",
              "operations.", ""]
-    for name, path in models.items():
-        content = (path or ROOT / "libbn/data/neural.onnx").read_bytes()
-        parts.append(f"* {name}: {len(content)} bytes, {cost(content)[0]} FLOP per texel, receptive radius "
-                     f"{metadata(content)['bn.receptive_radius']} texels.")
+    for name, (file, flop, radius) in NETWORKS.items():
+        parts.append(f"* {name}: {(DATA / file).stat().st_size} bytes, {flop} FLOP per texel, receptive radius {radius} texels.")
     parts.append("")
     for size in sizes:
         parts += [f"## {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
@@ -355,28 +340,18 @@ def main():
     parser.add_argument("--paper", type=Path, metavar="FILE",
                         help="results of other networks, as written by `python -m bn_trainer table` (default "
                              "docs/report/paper.csv, if it exists)")
-    parser.add_argument("--model", action="append", default=[], metavar="NAME=FILE", help="an ONNX file of another network to include")
     parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
     parser.add_argument("--again", action="store_true", help="keep the times in neural.csv and redo everything else")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
-    parser.add_argument("--picture", type=Path, default=None, help="picture of masks, spectra and patterns (default docs/neural.png)")
+    add_out(parser)
     parser.add_argument("--guide", type=Path, default=None, help=argparse.SUPPRESS)
-    neural_plane.add_option(parser)
     options = parser.parse_args()
     paper = options.paper or (ROOT / "docs/report/paper.csv")
-    models = {"network": None, "fast network": FAST}
-    for argument in options.model:
-        name, _, path = argument.partition("=")
-        if not path:
-            parser.error(f"--model must be NAME=FILE, not {argument}")
-        models[name] = Path(path)
     threads = os.cpu_count() or 1
     sizes = QUICK_SIZES if options.quick else SIZES
     if options.again:
-        with open(options.out / "neural.csv", newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if row["repeats"]]
+        rows = [row for row in read_rows(options.out / "neural.csv") if row["repeats"]]
     else:
-        rows = measure(methods(models, 64 if options.quick else max(sizes)), sizes, threads, options.quick)
+        rows = measure(methods(64 if options.quick else max(sizes)), sizes, threads, options.quick)
     if options.paper or paper.is_file():
         rows += paper_rows(paper, sizes)
 
@@ -387,15 +362,13 @@ def main():
     groups = {"network": [generator.mask((128, 128), seed=seed) for seed in range(count)],
               "void-and-cluster": [bluenoise.mask((128, 128), seed=seed) for seed in range(count)],
               "white noise": [bluenoise.mask((128, 128), method="white", seed=seed) for seed in range(count)]}
-    picture(groups, options.picture or options.out.parent / "neural.png")
+    picture(groups, options.out.parent / "neural.png")
     quality = quality_table(generator, 2 if options.quick else 20)
     seeds = 50 if options.quick else 1000
     flatness = fixed_pattern(generator, seeds), seeds
     anisotropy = {name: bluenoise.anisotropy(masks) for name, masks in groups.items()}
-    command = "scripts/bench neural" + "".join(f' --model "{name}=FILE"' for name in models if models[name] not in (None, FAST))
-    text = report_text(rows, sizes, models, quality, flatness, anisotropy, count, level_table(groups),
-                       neural_vectors.section(options), command, threads)
-    text += "\n".join(["", *neural_plane.section(models, options), ""])
+    text = report_text(rows, sizes, quality, flatness, anisotropy, count, level_table(groups), neural_vectors.section(options), threads)
+    text += "\n".join(["", *neural_plane.section({name: DATA / file for name, (file, *_) in NETWORKS.items()}, options), ""])
     write_text(options.out / "neural.md", text)
     if options.guide or not options.quick:
         update_table(options.guide or ROOT / "docs" / "masks.md", "scripts/bench neural", choice_table(rows, threads))

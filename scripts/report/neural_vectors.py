@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Vector masks: their energy, the time they take, and what they give a sampler at one sample per pixel."""
 
-import csv
 import math
 import time
 
 import numpy as np
 
 import bluenoise
-from report.files import write_rows
+from report.files import read_rows, write_rows
 
 FIELDS = ("method", "size", "seconds", "energy", "e_1", "near", "far")
 REACH = 6
@@ -92,8 +91,7 @@ def section(options):
     """The lines of the report. Its figures are kept in neural_vectors.csv."""
     path = options.out / "neural_vectors.csv"
     if options.again:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+        rows = read_rows(path)
     else:
         rows = measure(32 if options.quick else 128, options.quick)
         write_rows(path, FIELDS, rows)
