@@ -7,7 +7,6 @@ the same mean number of samples. Errors are relative and as displayed, like thos
 
 import argparse
 import dataclasses
-import json
 import tempfile
 from pathlib import Path
 
@@ -15,15 +14,15 @@ import numpy as np
 import OpenEXR
 
 from . import peers
-from .bench_options import arguments_that_count, run_or_say_why
-from .convergence import positive
+from .bench_options import arguments_that_count
+from .command import add_out, add_pathtracer, run_or_say_why
 from .files import read_exr, write_text
 from .image_error import blurred, displayed
 from .palette import plain_numbers, style
 from .plots import plt, save
 from .progress import Progress
 from .renderer import Renderer, Request, cache_folder, progressive, run_pathtracer
-from .renders_report import md_table
+from .tables import md_table
 
 SCENES = {"cornell": 1.0, "penumbra": 0.0, "glossy": 0.0}  # and exposures, in stops
 SAMPLERS = ("white", "sobol", "zorder", "blue")
@@ -80,13 +79,12 @@ def adaptive_point(program, request, level, reference, exposure):
         return point(read_exr(path)[0], mean_count(path), reference, exposure)
 
 
-def measure(program, samplers, scenes, seeds=1):
-    """{(scene, sampler): (points of plain pictures, points of adaptive ones)}, means over seeds."""
+def measure(program, samplers):
+    """{(scene, sampler): (points of plain pictures, points of adaptive ones)}."""
     renderer = Renderer(program, cache_folder() / "references" / "adaptive")
-    progress, result = Progress(len(scenes) * (1 + len(samplers)), "steps"), {}
+    progress, result = Progress(len(SCENES) * (1 + len(samplers)), "steps"), {}
     try:
-        for s, scene in enumerate(scenes):
-            exposure = SCENES[scene]
+        for s, (scene, exposure) in enumerate(SCENES.items()):
             done = s * (1 + len(samplers))
             request = Request("sobol", REFERENCE_SPP, REFERENCE_SEED, scene, WIDTH, HEIGHT, exposure=exposure)
             path = renderer.reference(request, f"{scene}-{WIDTH}x{HEIGHT}-{REFERENCE_SPP}.exr", PARTS,
@@ -94,22 +92,12 @@ def measure(program, samplers, scenes, seeds=1):
             reference = read_exr(path)[0]
             for k, sampler in enumerate(samplers, 1):
                 progress(f"{scene}, {sampler}", done + k)
-                plain, adaptive = [], []
-                for seed in range(seeds):
-                    own = dataclasses.replace(request, sampler=sampler, spp=1, seed=seed)
-                    plain.append(plain_points(program, own, reference, exposure))
-                    adaptive.append([adaptive_point(program, own, level, reference, exposure) for level in LEVELS])
-                result[scene, sampler] = tuple([averaged(points) for points in zip(*found)] for found in (plain, adaptive))
+                own = dataclasses.replace(request, sampler=sampler, spp=1, seed=0)
+                result[scene, sampler] = (plain_points(program, own, reference, exposure),
+                                          [adaptive_point(program, own, level, reference, exposure) for level in LEVELS])
     finally:
         progress.close()
     return result
-
-
-def averaged(points):
-    """Of the same picture with several seeds."""
-    return Point(float(np.mean([p.samples for p in points])),
-                 {sigma: float(np.sqrt(np.mean([p.errors[sigma] ** 2 for p in points]))) for sigma in SIGMAS},
-                 float(np.mean([p.light for p in points])))
 
 
 def error_at(points, samples, sigma):
@@ -222,46 +210,15 @@ def plot(result, path):
     save(figure, path, laid_out=True)
 
 
-def stored(result):
-    return [[scene, sampler, *([[p.samples, {str(s): e for s, e in p.errors.items()}, p.light] for p in points] for points in found)]
-            for (scene, sampler), found in result.items()]
-
-
-def restored(rows):
-    return {(scene, sampler): tuple([Point(n, {float(s): e for s, e in errors.items()}, light) for n, errors, light in points]
-                                    for points in found) for scene, sampler, *found in rows}
-
-
-def parse_scenes(text):
-    names = tuple(text.split(","))
-    unknown = [name for name in names if name not in SCENES]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"unknown scene '{unknown[0]}'; choose from {', '.join(SCENES)}")
-    return names
-
-
 def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench adaptive", description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", type=parse_scenes, default=tuple(SCENES), metavar="A,B,...",
-                        help=f"scenes out of {', '.join(SCENES)} (default all)")
-    parser.add_argument("--seeds", type=positive, default=1, metavar="N", help="seeds of each picture (default 1)")
-    parser.add_argument("--again", action="store_true", help="write the report from the results of the previous run")
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
-    parser.add_argument("--pages", type=Path, default=Path("out/adaptive"), metavar="FOLDER",
-                        help="folder for the results (default out/adaptive)")
-    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
+    add_out(parser)
+    add_pathtracer(parser)
     peers.add_option(parser)
     options = parser.parse_args(arguments)
-    path = options.pages / "adaptive.json"
-    if options.again:
-        known = restored(json.loads(path.read_text(encoding="utf-8")))
-        result = {key: found for key, found in known.items() if key[0] in options.scenes}
-    else:
-        samplers = (*SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer))
-        result = measure(options.pathtracer, samplers, options.scenes, options.seeds)
-        write_text(path, json.dumps(stored(result)) + "\n")
-    words = [word for word in arguments_that_count(arguments) if word != "--again"]
-    text = report_text(result, " ".join(["scripts/bench adaptive", *words]), peers.commit(options.openqmc))
+    samplers = (*SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer))
+    result = measure(options.pathtracer, samplers)
+    text = report_text(result, " ".join(["scripts/bench adaptive", *arguments_that_count(arguments)]), peers.commit(options.openqmc))
     plot(result, options.out / "adaptive.png")
     write_text(options.out / "adaptive.md", text)
     print(text)
