@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "../pathtracer/check.h"
 #include "distribution.h"
 #include "error.h"
 #include "intersect.h"
@@ -29,16 +30,6 @@ const char *const way_names[WAYS] = {"fixed", "from", "domains", "generator", "w
 
 constexpr int PICTURE_WIDTH = 1280, PICTURE_HEIGHT = 960;
 constexpr unsigned FIXED_COUNT = 4;
-
-struct Generator {
-    uint64_t state;
-    float operator()() {
-        uint64_t z = (state += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return static_cast<float>((z ^ (z >> 31)) >> 40) * DRAW_STEP;
-    }
-};
 
 struct SurfacePoint {
     Vec3 start, normal;
@@ -98,7 +89,7 @@ Vec2 pair(std::array<float, 2> u) {
 
 // The mean over the light samples of one camera ray; `taken` counts those of the pixel.
 float sample(const Bench &bench, bool printed, Way way, const bn::Sampler &sampler, int x, int y,
-             uint32_t index, Generator &random, uint32_t &taken) {
+             uint32_t index, Random &random, uint32_t &taken) {
     const bn::Path path(sampler, x, y, index);
     bn::Ray ray = path.ray(0);
     const Vec2 where = way == WHITE ? Vec2{random(), random()} : pair(ray.draw_where());
@@ -160,7 +151,7 @@ int main(int argc, char **argv) try {
     std::vector<float> means;
     std::vector<double> sums(pixels);
     std::vector<uint32_t> taken(pixels);
-    std::vector<Generator> random(pixels);
+    std::vector<Random> random(pixels);
     for (size_t i = 0; i < pixels; ++i)
         random[i] = {static_cast<uint64_t>(seed) << 40 ^ static_cast<uint64_t>(i) << 8};
     for (long index = 0, shown = 1; index < spp; ++index) {

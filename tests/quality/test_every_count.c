@@ -4,6 +4,8 @@
  * less than 15 % from n to n + 1 samples, n = 1 to 63. With an order of the samples for each pixel
  * that of half-planes rises by a third to a half from 2 to 3, 4 to 5 and 8 to 9. Everything is
  * seeded. --print prints the errors relative to that of one sample. */
+#include "../c/samplers.h"
+#include "half_planes.h"
 #include <bn/bn.h>
 #include <math.h>
 #include <stdio.h>
@@ -17,39 +19,29 @@ typedef enum kind { HALF_PLANES, DISCS, PAIRS, SIBLINGS, KINDS } kind;
 static const char *const names[KINDS] = {"half-planes", "discs", "products of pairs",
                                          "products of members"};
 
-static double fraction(double v) {
-    return v - floor(v);
-}
-
-/* a x + b y < c, or the disc (x - a)^2 + (y - b)^2 < c, and its mean over the unit square. */
+/* A half-plane, or the disc (x - a)^2 + (y - b)^2 < c. */
 typedef struct shape {
-    double a, b, c, mean;
+    half_plane by;
     int is_disc;
 } shape;
 
 static shape shape_make(int is_disc, int number) {
-    enum { COLUMNS = 1024 };
     const double u = fraction(0.5 + 0.7548776662466927 * number),
                  v = fraction(0.5 + 0.5698402909980532 * number);
     if (is_disc) {
         const double r = 0.1 + 0.35 * fraction(0.618033988749895 * number);
-        return (shape){r + (1.0 - 2.0 * r) * u, r + (1.0 - 2.0 * r) * v, r * r,
-                       3.141592653589793 * r * r, 1};
+        return (shape){
+            {r + (1.0 - 2.0 * r) * u, r + (1.0 - 2.0 * r) * v, r * r, 3.141592653589793 * r * r},
+            1};
     }
     const double angle = 2.3999632297286533 * (number + 0.3);
-    shape s = {cos(angle), sin(angle), 0.0, 0.0, 0};
-    s.c = s.a * u + s.b * v;
-    for (int i = 0; i < COLUMNS; ++i) {
-        double height = (s.c - s.a * (i + 0.5) / COLUMNS) / s.b;
-        height = height < 0.0 ? 0.0 : height > 1.0 ? 1.0 : height;
-        s.mean += (s.b > 0.0 ? height : 1.0 - height) / COLUMNS;
-    }
-    return s;
+    return (shape){half_plane_through(cos(angle), sin(angle), u, v), 0};
 }
 
-static int is_inside(const shape *s, const float *u) {
-    if (s->is_disc) return (u[0] - s->a) * (u[0] - s->a) + (u[1] - s->b) * (u[1] - s->b) < s->c;
-    return s->a * u[0] + s->b * u[1] < s->c;
+static int is_in_shape(const shape *s, const float *u) {
+    const half_plane *h = &s->by;
+    if (s->is_disc) return (u[0] - h->a) * (u[0] - h->a) + (u[1] - h->b) * (u[1] - h->b) < h->c;
+    return is_inside(h, u);
 }
 
 /* The toroidal blur of an image of errors: its RMSE. */
@@ -101,7 +93,7 @@ static void measure(const bn_sampler *sampler, kind what, double rmse[COUNTS]) {
         for (int k = 0; k < INTEGRANDS; ++k) {
             const int number = domain * INTEGRANDS + k;
             const shape f = shape_make(what == DISCS, number), g = shape_make(0, number + 997);
-            const double mean = is_product ? f.mean * g.mean : f.mean;
+            const double mean = is_product ? f.by.mean * g.by.mean : f.by.mean;
             const int first = is_product && what == PAIRS ? 0 : k % 2 * 2;
             const int second = what == PAIRS ? 2 : k / 2 % 2 * 2;
             for (int p = 0; p < PIXELS; ++p) {
@@ -109,8 +101,8 @@ static void measure(const bn_sampler *sampler, kind what, double rmse[COUNTS]) {
                 const float(*v)[4] = (const float(*)[4])samples[what == SIBLINGS][p];
                 int sum = 0;
                 for (int n = 0; n < COUNTS; ++n) {
-                    sum += is_inside(&f, u[n] + first) &&
-                           (!is_product || is_inside(&g, v[n] + second));
+                    sum += is_in_shape(&f, u[n] + first) &&
+                           (!is_product || is_in_shape(&g, v[n] + second));
                     errors[n][p] = (float)(sum / (n + 1.0) - mean);
                 }
             }
@@ -121,11 +113,8 @@ static void measure(const bn_sampler *sampler, kind what, double rmse[COUNTS]) {
 
 int main(int argc, char **argv) {
     const int print = argc > 1 && strcmp(argv[1], "--print") == 0;
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 41);
     int failed = 0;
-    options.seed = 41;
-    if (bn_sampler_create(&options, &sampler) != BN_SUCCESS) return 1;
     for (int what = 0; what < KINDS; ++what) {
         double rmse[COUNTS], most = 0.0;
         int at = 0;

@@ -3,6 +3,8 @@
  * integral, and their samples are as good as independent.
  *
  * Everything is seeded; false-alarm rates are for fresh seeds. --print prints all figures. */
+#include "../c/samplers.h"
+#include "half_planes.h"
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdio.h>
@@ -19,41 +21,14 @@ static void check(const char *what, uint32_t count, double figure, double limit)
     failed += bad;
 }
 
-static const bn_draw_table *open_table(uint64_t seed, bn_sampler **sampler) {
-    bn_sampler_options options = bn_sampler_options_default();
-    options.seed = seed;
-    if (bn_sampler_create(&options, sampler) != BN_SUCCESS) exit(1);
-    return bn_sampler_table(*sampler);
-}
-
 /* ---- Half-planes */
-
-/* a x + b y < c, and its mean over the unit square. */
-typedef struct half_plane {
-    double a, b, c, mean;
-} half_plane;
-
-static double fraction(double v) {
-    return v - floor(v);
-}
 
 /* At well-spread angles, through well-spread points near the middle. */
 static half_plane plane(int number) {
-    enum { COLUMNS = 4096 };
     const double angle = 2.3999632297286533 * (number + 0.3);
-    half_plane h = {cos(angle), sin(angle), 0.0, 0.0};
-    h.c = h.a * (0.25 + 0.5 * fraction(0.7548776662466927 * number)) +
-          h.b * (0.25 + 0.5 * fraction(0.5698402909980532 * number));
-    for (int i = 0; i < COLUMNS; ++i) {
-        double height = (h.c - h.a * (i + 0.5) / COLUMNS) / h.b;
-        height = height < 0.0 ? 0.0 : height > 1.0 ? 1.0 : height;
-        h.mean += (h.b > 0.0 ? height : 1.0 - height) / COLUMNS;
-    }
-    return h;
-}
-
-static int is_inside(const half_plane *h, const float *u) {
-    return h->a * u[0] + h->b * u[1] < h->c;
+    return half_plane_through(cos(angle), sin(angle),
+                              0.25 + 0.5 * fraction(0.7548776662466927 * number),
+                              0.25 + 0.5 * fraction(0.5698402909980532 * number));
 }
 
 /* ---- The mean over keys */
@@ -102,8 +77,8 @@ static void draw_family(const bn_draw_table *table, int32_t x, int32_t y, uint32
 static void test_means(void) {
     enum { KEYS = 1 << 20 };
     static const uint32_t indices[2] = {0, 5};
-    bn_sampler *sampler;
-    const bn_draw_table *table = open_table(31, &sampler);
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 31);
+    const bn_draw_table *table = bn_sampler_table(sampler);
     double squares[LEVELS] = {0.0};
     for (int k = 0; k < PRODUCTS; ++k) {
         half_plane h[2 * MEMBERS];
@@ -234,8 +209,8 @@ static const double limits[RELATIONS][2] = {{1.19, 1.23}, {1.20, 2.65}, {1.25, 1
 static void test_families(void) {
     enum { PAIRS = 96, FAMILIES = 8192, VIEWS = 1 << 14 };
     static uint32_t first[VIEWS];
-    bn_sampler *sampler;
-    const bn_draw_table *table = open_table(33, &sampler);
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 33);
+    const bn_draw_table *table = bn_sampler_table(sampler);
     double raw[RELATIONS][COUNTS] = {{0}}, blurred[RELATIONS][COUNTS] = {{0}};
     int found[RELATIONS] = {0};
     for (uint32_t family = 1; family < FAMILIES; ++family) {

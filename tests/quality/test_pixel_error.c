@@ -10,6 +10,7 @@
  * independent shuffles. The 95 % interval of the mean ratio must reach below 1.03 at every count.
  * Everything is seeded: the result is the same in every run. With --print the intervals are printed
  * as CSV. */
+#include "../c/samplers.h"
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdio.h>
@@ -205,10 +206,8 @@ int main(int argc, char **argv) {
         bn_sampler *sampler[SOURCES] = {NULL};
         memset(squares, 0, sizeof squares);
         for (int s = 0; s < SOURCES; ++s) {
-            bn_sampler_options o = bn_sampler_options_default();
-            o.kind = s == BLUE ? BN_SAMPLER_BLUE : BN_SAMPLER_SOBOL;
-            o.seed = s == BLUE ? seed : seed + 1000u;
-            if (bn_sampler_create(&o, &sampler[s]) != BN_SUCCESS) return 1;
+            sampler[s] = s == BLUE ? make_sampler(BN_SAMPLER_BLUE, 0, seed)
+                                   : make_sampler(BN_SAMPLER_SOBOL, 0, seed + 1000u);
         }
         for (uint32_t pixel = 0; pixel < PIXELS; ++pixel) {
             uint32_t hash = bn_hash32(seed * PIXELS + pixel + 99u);

@@ -24,6 +24,7 @@
  *     test_sampler_quality LIMITS.csv            check
  *     test_sampler_quality LIMITS.csv --print    print the file with limits 3 % above what is
  *                                                measured */
+#include "half_planes.h"
 #include <bn/bn.h>
 #include <math.h>
 #include <stdio.h>
@@ -54,29 +55,9 @@ typedef struct row {
     double sigma, limit;
 } row;
 
-static double fraction(double v) {
-    return v - floor(v);
-}
-
-static double column(double edge, double b) {
-    double height = edge / b;
-    height = height < 0.0 ? 0.0 : height > 1.0 ? 1.0 : height;
-    return b > 0.0 ? height : 1.0 - height;
-}
-
-/* A half-plane a x + b y < c; its mean over the unit square. */
-typedef struct half_plane {
-    double a, b, c, mean;
-} half_plane;
-
 static half_plane plane_through(int point, double a, double b) {
-    enum { COLUMNS = 4096 };
-    half_plane h = {a, b, 0.0, 0.0};
-    h.c = h.a * fraction(0.5 + 0.7548776662466927 * point) +
-          h.b * fraction(0.5 + 0.5698402909980532 * point);
-    for (int i = 0; i < COLUMNS; ++i)
-        h.mean += column(h.c - h.a * (i + 0.5) / COLUMNS, h.b) / COLUMNS;
-    return h;
+    return half_plane_through(a, b, fraction(0.5 + 0.7548776662466927 * point),
+                              fraction(0.5 + 0.5698402909980532 * point));
 }
 
 /* Through well-spread points, at evenly spread angles; a second set at other ones. */
@@ -90,10 +71,6 @@ static half_plane leaning(int index) {
     double slope = 0.03 * pow(0.1 / 0.03, (index + 0.5) / PLANES);
     if (index & 2) slope = -slope;
     return plane_through(index, index & 1 ? 1.0 : slope, index & 1 ? slope : 1.0);
-}
-
-static double inside(const half_plane *h, const float *u) {
-    return h->a * u[0] + h->b * u[1] < h->c;
 }
 
 /* A step in x for even k, in y for odd k, at an irrational place. */
@@ -198,8 +175,8 @@ static void make_errors(const bn_sampler *sampler, uint32_t parent, const integr
             uint32_t sum = 0, i = 0;
             for (int c = 0; c < COUNTS && counts[c] <= most; ++c) {
                 for (; i < counts[c]; ++i) {
-                    sum += inside(&f[k].first, u + 4 * (size_t)i) &&
-                           (!f[k].product || inside(&f[k].second, v + 4 * (size_t)i));
+                    sum += is_inside(&f[k].first, u + 4 * (size_t)i) &&
+                           (!f[k].product || is_inside(&f[k].second, v + 4 * (size_t)i));
                 }
                 errors[k][c][p] = (float)((double)sum / counts[c] - f[k].mean);
             }

@@ -9,6 +9,7 @@
  *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves; last
  *                   v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of its floats, plus
  *                   all words of a path, each times another odd number: path_words() */
+#include "../c/samplers.h"
 #include <bn/bn_choose.h>
 #include <bn/bn_path.h>
 #include <stdio.h>
@@ -147,10 +148,7 @@ static void put(FILE *file, const uint32_t *words, size_t count) {
 static void make_samplers(uint64_t seed, bn_sampler *samplers[KINDS], uint32_t *words) {
     static uint32_t others[WORDS];
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler_options options = bn_sampler_options_default();
-        options.kind = kind;
-        options.seed = seed;
-        if (bn_sampler_create(&options, &samplers[kind]) != BN_SUCCESS) exit(1);
+        samplers[kind] = make_sampler(kind, 0, seed);
         if (bn_sampler_table_words(samplers[kind], words, WORDS, NULL) != BN_SUCCESS) exit(1);
         /* One buffer is enough for all kinds. */
         if (kind > 0 && memcmp(words, others, sizeof others) != 0) {

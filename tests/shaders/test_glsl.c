@@ -3,6 +3,7 @@
  * the bits of the library; so do the paths of bn_path.glsl and the choices of bn_choose.glsl. That the
  * text is GLSL is checked by glslangValidator where that is installed. */
 #include "../c/check.h"
+#include "../c/samplers.h"
 #include "glsl_in_c.h"
 #include <bn/bn_choose.h>
 #include <bn/bn_path.h>
@@ -124,11 +125,7 @@ int main(void) {
     uint32_t *words = malloc(glsl_word_count() * sizeof *words);
     for (int32_t kind = BN_SAMPLER_BLUE; kind <= BN_SAMPLER_WHITE; ++kind) {
         for (uint64_t seed = 0; seed < 8; ++seed) {
-            bn_sampler_options options = bn_sampler_options_default();
-            bn_sampler *s = NULL;
-            options.kind = kind;
-            options.seed = seed;
-            CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+            bn_sampler *s = make_sampler(kind, 0, seed);
             test_words(s);
             CHECK(bn_sampler_table_words(s, words, glsl_word_count(), NULL) == BN_SUCCESS);
             test_paths(s, words, kind);

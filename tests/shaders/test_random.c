@@ -8,6 +8,7 @@
  *
  * Built twice: RANDOM_WITH_LENS is 0 for a renderer without a lens, and 1 for one that has it. */
 #include "../c/check.h"
+#include "../c/samplers.h"
 #include "random_in_c.h"
 #include <bn/bn_path.h>
 #include <stdio.h>
@@ -76,10 +77,7 @@ static void put(const char *folder, const char *name, const void *data, size_t s
 int main(int count, char **arguments) {
     static uint32_t words[WORDS], all_asked[CASES][ASKED];
     static float all_expected[CASES][EXPECTED];
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
-    options.seed = UINT64_MAX;
-    CHECK(bn_sampler_create(&options, &sampler) == BN_SUCCESS);
+    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, UINT64_MAX);
     CHECK(bn_sampler_table_words(sampler, words, WORDS, NULL) == BN_SUCCESS);
     const bn_draw_table *table = bn_sampler_table(sampler);
     for (uint32_t i = 0; i < CASES; ++i) {

@@ -2,6 +2,7 @@
  * Blocks of samples are bit-equal to single draws, for every kind and every alignment of a range of
  * indices to the runs of vector code. Where there are vector draws, SOBOL and WHITE use them. */
 #include "../c/check.h"
+#include "../c/samplers.h"
 #include <bn/bn.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,10 +27,7 @@ static void test_vector_draws_are_used(void) {
     enum { W = 5, H = 3, N = 41 };
     static float out[W * H * N * 4];
     for (int32_t kind = BN_SAMPLER_SOBOL; kind <= BN_SAMPLER_WHITE; ++kind) {
-        bn_sampler_options options = bn_sampler_options_default();
-        bn_sampler *s = NULL;
-        options.kind = kind;
-        CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+        bn_sampler *s = make_sampler(kind, 0, 0);
         vector_draws = 0;
         CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 1, out, W * H * N * 4) == BN_SUCCESS);
         CHECK(vector_draws == (__builtin_cpu_supports("avx2") ? W * H * N : 0));
@@ -46,12 +44,7 @@ int main(void) {
     float *out = malloc(W * H * MOST * 4 * sizeof *out);
     for (int32_t kind = 0; kind < 5; ++kind) {
         for (uint64_t seed = 0; seed < 12; ++seed) {
-            bn_sampler_options options = bn_sampler_options_default();
-            bn_sampler *s = NULL;
-            options.kind = kind;
-            options.seed = seed;
-            options.samples_per_pixel = seed == 1 ? 1 : 0;
-            CHECK(bn_sampler_create(&options, &s) == BN_SUCCESS);
+            bn_sampler *s = make_sampler(kind, seed == 1 ? 1 : 0, seed);
             for (size_t f = 0; f <= sizeof firsts / sizeof *firsts; ++f) {
                 for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
                     uint32_t n = counts[c], domain = bn_domain_child((uint32_t)seed, (uint32_t)f);
