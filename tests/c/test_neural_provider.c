@@ -101,31 +101,6 @@ static void test_nothing_to_run_on(void) {
     fake_reset();
 }
 
-/* Every call fails once: no failure leaks, and none moves the network to the processor. */
-static void test_failing_calls(void) {
-    enum { extent = 40, count = extent * extent };
-    static uint32_t ranks[count];
-    model_parts parts = model_parts_default();
-    fake_state *state = fake_reset();
-    int failures = 0;
-    for (int fail_at = 1;; ++fail_at) {
-        bn_neural *neural;
-        fake_reset();
-        state->fail_at = fail_at;
-        bn_result result = open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural);
-        if (result == BN_SUCCESS) {
-            result = bn_neural_mask(neural, extent, extent, 0, ranks, count);
-            CHECK(state->cuda_runs == state->runs && state->fallbacks == 0);
-        }
-        bn_neural_close(neural);
-        CHECK(state->living == 0 && (result == BN_SUCCESS || result == BN_ERROR_RUNTIME));
-        if (state->calls < fail_at) break;
-        failures += result == BN_ERROR_RUNTIME;
-    }
-    CHECK(failures > 15);
-    fake_reset();
-}
-
 /* Where there is a GPU, its values are those of the processor but for rounding. Whatever there is,
  * nothing is printed. */
 static void test_real_runtime(const char *runtime) {
@@ -158,7 +133,6 @@ int main(void) {
     test_cuda();
     test_memory();
     test_nothing_to_run_on();
-    test_failing_calls();
     with_real_runtime(test_real_runtime);
     return check_result();
 }

@@ -1,30 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * bn_draw.glsl, bn_path.glsl and bn_choose.glsl as a shader sees them, without their headers: the words of GLSL
- * that they use are defined for a C compiler, and the tables are the flat buffer of
- * bn_sampler_table_words(). */
+ * The functions of bn_draw.glsl, bn_path.glsl and bn_choose.glsl, for C. */
 #include "glsl_in_c.h"
-
-typedef struct bn_uint4 bn_uint4;
-typedef struct bn_uint2 bn_uint2;
-typedef struct bn_blue_pixel bn_blue_pixel;
-typedef struct bn_path bn_path;
-
-static const uint32_t *glsl_words;
-
-#define BN_WORD(i) glsl_words[i]
-#define BN_DRAW_IN_C /* without the functions that return vectors of floats */
-#define uint uint32_t
-/* Without the instructions that newer versions of GLSL have, so that their replacements are tested. */
-#define BN_UINT uint
-#define BN_FUNCTION
-#define BN_TABLE
-#define BN_PASS_TABLE
-
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wmissing-prototypes"
-#endif
-#include <bn/bn_draw.glsl>
-#include <bn/bn_path.glsl>
+#include "draws_in_c.h"
 
 static const float *glsl_cdf;
 
@@ -32,7 +9,7 @@ static const float *glsl_cdf;
 #define BN_CHOOSE_IN_C /* C has no `inout` and no casts that look like calls */
 #define BN_CHOOSE_UINT uint
 #define BN_CHOOSE_BOOL int
-#define BN_CHOOSE_FUNCTION
+#define BN_CHOOSE_FUNCTION static
 #define BN_CHOOSE_U float *u
 #define BN_CHOOSE_GET_U (*u)
 #define BN_CHOOSE_TO_UINT(v) (uint)(v)

@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * examples/web/package/random.glsl over bn_draw.glsl and bn_path.glsl as a shader sees them: the words of
- * GLSL that they use are defined for a C compiler. */
+ * examples/web/package/random.glsl over bn_draw.glsl and bn_path.glsl, for C. */
 #include "random_in_c.h"
-#include <bn/bn.h>
+#include "draws_in_c.h"
 #include <stdbool.h>
-
-typedef struct bn_uint4 bn_uint4;
-typedef struct bn_uint2 bn_uint2;
-typedef struct bn_blue_pixel bn_blue_pixel;
-typedef struct bn_path bn_path;
 
 typedef struct uvec2 {
     uint32_t x, y;
@@ -22,21 +16,6 @@ typedef struct vec3 {
 typedef struct vec4 {
     float x, y, z, w;
 } vec4;
-
-static const uint32_t *random_words;
-
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
-#define BN_WORD(i) random_words[i]
-#define BN_DRAW_IN_C /* without the functions that return vectors of floats, which follow here */
-#define uint uint32_t
-#define BN_UINT uint
-#define BN_FUNCTION static
-#define BN_TABLE
-#define BN_PASS_TABLE
-#include <bn/bn_draw.glsl>
-#include <bn/bn_path.glsl>
 
 static float random_float(uint32_t bits) {
     return (float)(bits >> 8) / (1 << 24);
@@ -81,7 +60,7 @@ void random_glsl(const uint32_t *words, const uint32_t asked[RANDOM_ASKED],
     /* The last bounces by rngNextBounce(). */
     const uint32_t last = asked[3] < 3 ? asked[3] : 3;
     const uvec2 pixel = {asked[0], asked[1]};
-    random_words = words;
+    glsl_words = words;
     rngInit(pixel, asked[2], asked[3] - last);
     for (uint32_t i = 0; i < last; ++i) rngNextBounce();
     const vec2 two = rand2(asked[4]);
