@@ -16,7 +16,7 @@ import sys
 import unicodedata
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable, Iterator, NoReturn, Optional, Sequence, get_args
+from typing import Any, Callable, Iterator, Mapping, NoReturn, Optional, Sequence, get_args
 
 import numpy as np
 
@@ -341,21 +341,33 @@ def _progress(quiet: bool) -> Optional[_Bar]:
     return None if quiet or not sys.stderr.isatty() else _Bar()
 
 
-def _mask(options: argparse.Namespace) -> None:
-    shape, path, suffix = options.size, options.output, _suffix(options)
-    _files.check_output(path, suffix, _files.MASK_SUFFIXES, options.model)
+def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Optional[Path]) -> tuple[Path, str]:
+    """The output and its suffix, if it can be written."""
+    path, suffix = options.output, _suffix(options)
+    _files.check_output(path, suffix, suffixes, source)
     if options.json and path == _files.STREAM:
         raise ValueError("--json and -o - both need standard output")
+    return path, suffix
+
+
+def _given(options: argparse.Namespace, names: Sequence[str], known: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """The options of these names that are given, if the method is one of those that are known to have them."""
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    for name in given:
+        if name not in known[options.method]:
+            methods = " or ".join(method for method in known if name in known[method])
+            raise ValueError(f"--{name.replace('_', '-')} needs --method {methods}, not {options.method}")
+    return given
+
+
+def _mask(options: argparse.Namespace) -> None:
+    shape = options.size
+    path, suffix = _output(options, _files.MASK_SUFFIXES, options.model)
     if len(shape) == 3 and suffix != ".npy":
         raise ValueError(f"a three-dimensional mask does not fit in {suffix}; write .npy")
     if suffix == ".exr":
         _files.openexr()
-    given: dict[str, Any] = {name: getattr(options, name) for name in _OPTIONS}
-    given = {name: value for name, value in given.items() if value is not None}
-    for name in given:
-        if name not in METHODS[options.method]:
-            methods = " or ".join(method for method in METHODS if name in METHODS[method])
-            raise ValueError(f"--{name.replace('_', '-')} needs --method {methods}, not {options.method}")
+    given = _given(options, _OPTIONS, METHODS)
     method = options.method
     if method == "auto":
         method, chosen = auto_method(shape, arguments.integer("channels", given.get("channels", 1), 1, 4))
@@ -449,18 +461,8 @@ def _write_textures(options: argparse.Namespace) -> None:
 
 
 def _points(options: argparse.Namespace) -> None:
-    path, suffix = options.output, _suffix(options)
-    _files.check_output(path, suffix, _POINTS_SUFFIXES, options.mask)
-    if options.json and path == _files.STREAM:
-        raise ValueError("--json and -o - both need standard output")
-    given: dict[str, Any] = {}
-    for name in ("candidates", "mask"):
-        if getattr(options, name) is None:
-            continue
-        if name not in POINTS_METHODS[options.method]:
-            methods = " or ".join(method for method in POINTS_METHODS if name in POINTS_METHODS[method])
-            raise ValueError(f"--{name} needs --method {methods}, not {options.method}")
-        given[name] = getattr(options, name)
+    path, suffix = _output(options, _POINTS_SUFFIXES, options.mask)
+    given = _given(options, ("candidates", "mask"), POINTS_METHODS)
     if "mask" in given:
         given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask), False, "bluenoise.load(..., rank=True)")
     make: Callable[..., Any] = make_points
@@ -476,17 +478,12 @@ def _points(options: argparse.Namespace) -> None:
 
 
 def _spectrum(options: argparse.Namespace) -> None:
-    path = options.output
-    if path is None and not options.json:
+    if options.output is None and not options.json:
         raise ValueError("give an output with -o, or --json")
-    if path is not None:
-        suffix = _suffix(options)
-        _files.check_output(path, suffix, _SPECTRUM_SUFFIXES, options.mask)
-        if options.json and path == _files.STREAM:
-            raise ValueError("--json and -o - both need standard output")
+    output = None if options.output is None else _output(options, _SPECTRUM_SUFFIXES, options.mask)
     values = _files.load_mask(options.mask, options.channel)
-    if path is not None:
-        _write_spectrum(path, suffix, values)
+    if output is not None:
+        _write_spectrum(*output, values)
     if options.json:
         frequency, power = radial_power(values)
         _print(json.dumps({"frequency": frequency.tolist(), "power": power.tolist()}))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,28 +11,14 @@ from scipy.stats import qmc
 
 from . import _arguments as arguments
 
-
-class _Sampler(Protocol):
-    """What the engine needs of a ``Sampler``, which imports this module."""
-
-    def block(
-        self,
-        x0: int,
-        y0: int,
-        width: int,
-        height: int,
-        first_index: int,
-        index_count: int,
-        domain: int = 0,
-    ) -> npt.NDArray[np.float32]: ...
-
-    def domain(self, *keys: int) -> int: ...
+if TYPE_CHECKING:
+    from ._sampler import Sampler
 
 
 class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
     """The samples of one pixel; see ``Sampler.qmc``."""
 
-    def __init__(self, sampler: _Sampler, d: int, pixel: tuple[int, int] = (0, 0)) -> None:
+    def __init__(self, sampler: Sampler, d: int, pixel: tuple[int, int] = (0, 0)) -> None:
         d = arguments.integer("d", d, 1, 2**31 - 1)
         try:
             x, y = pixel

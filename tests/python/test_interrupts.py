@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from signals import assert_interrupted
 
 import bluenoise
 from bluenoise import _core
@@ -20,22 +21,7 @@ def test_a_measure_is_left_at_once(work):
     """Signal handlers run while the library works: those of one call run one by one. Otherwise they would run together, after
     the call. Without an exception the result comes through."""
     ranks = bluenoise.mask((2048, 2048), method="white")
-    handled = []
-
-    def handle(*_):
-        handled.append(1)
-        if len(handled) == 2:
-            raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGALRM, handle)
-    try:
-        signal.setitimer(signal.ITIMER_REAL, 0.06, 0.06)
-        with pytest.raises(KeyboardInterrupt):
-            work(ranks)
-            signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.setitimer(signal.ITIMER_REAL, 0)
-    finally:
-        signal.signal(signal.SIGALRM, before)
+    assert_interrupted(lambda: work(ranks), signals=2)
     small = ranks[:200, :200].argsort(axis=None).reshape(200, 200).astype(np.uint32)
     assert np.isfinite(work(small)).all()
 

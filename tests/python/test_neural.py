@@ -5,7 +5,6 @@ import importlib.util
 import os
 import pickle
 import re
-import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from onnx_file import convolution
+from signals import assert_interrupted
 
 import bluenoise
 from bluenoise import NeuralGenerator, RuntimeMissingError, _neural
@@ -212,24 +212,8 @@ def test_signals_stop_a_large_mask():
     """Signal handlers run while the network works, so Ctrl-C stops it: signals during one call are handled one by one.
     Otherwise they would be handled together, after the call."""
     large = NeuralGenerator(ONE, threads=1)
-    handled = []
-
-    def handle(*_):
-        handled.append(1)
-        if len(handled) == 3:
-            raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGALRM, handle)
-    try:
-        for call in (lambda: large.mask((6000, 6000)), lambda: large.window(0, 0, 6000, 6000)):
-            handled.clear()
-            signal.setitimer(signal.ITIMER_REAL, 0.06, 0.06)
-            with pytest.raises(KeyboardInterrupt):
-                call()
-                signal.setitimer(signal.ITIMER_REAL, 0)
-            signal.setitimer(signal.ITIMER_REAL, 0)
-    finally:
-        signal.signal(signal.SIGALRM, before)
+    assert_interrupted(lambda: large.mask((6000, 6000)), signals=3)
+    assert_interrupted(lambda: large.window(0, 0, 6000, 6000), signals=3)
     assert large.mask((16, 16)).shape == (16, 16)
 
 

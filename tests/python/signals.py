@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Signals during calls of the library."""
+
+import signal
+
+import pytest
+
+
+def assert_interrupted(call, signals):
+    """The handlers of so many signals, one after the other, run during a call, which ends as the last one raises."""
+    handled = []
+
+    def handle(*_):
+        handled.append(1)
+        if len(handled) == signals:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, handle)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.06, 0.06)
+        with pytest.raises(KeyboardInterrupt):
+            call()
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
