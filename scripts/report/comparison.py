@@ -103,7 +103,7 @@ SCRIPT = """
   "use strict";
   var root = document.getElementById("compare"), data = JSON.parse(document.getElementById("compare-data").textContent);
   var at = function (name) { return root.querySelector("[data-part=" + name + "]"); };
-  var scene = at("scene"), count = at("spp"), left = at("left"), right = at("right"), zoom = at("zoom"), far = at("blur");
+  var count = at("spp"), left = at("left"), right = at("right"), zoom = at("zoom"), far = at("blur");
   var stage = at("stage"), slider = at("divider"), note = at("note");
   var images = {left: at("left-image"), right: at("right-image")}, decode = [];
   for (var i = 0; i < 256; ++i) {
@@ -122,11 +122,9 @@ SCRIPT = """
     });
     select.value = values.indexOf(old) >= 0 ? old : values[0];
   }
-  function cell() { return data.scenes[scene.value].counts[count.value]; }
-  function names() { return Object.keys(cell().samplers).concat(data.scenes[scene.value].reference ? ["reference"] : []); }
-  function source(name) {
-    return name === "reference" ? data.scenes[scene.value].reference : cell().samplers[name].picture;
-  }
+  function cell() { return data.counts[count.value]; }
+  function names() { return Object.keys(cell().samplers).concat(data.reference ? ["reference"] : []); }
+  function source(name) { return name === "reference" ? data.reference : cell().samplers[name].picture; }
   // One pass of the Gaussian over lines of `size` values, `step` apart; the next line begins `skip` further.
   function pass(from, sigma, size, step, lines, skip) {
     var to = new Float32Array(from.length), radius = Math.floor(4 * sigma + 0.5), weights = [], sum = 0, k, j, i, c;
@@ -174,7 +172,7 @@ SCRIPT = """
                         right.value);
   }
   function show() {
-    var size = data.scenes[scene.value].size, factor = Number(zoom.value);
+    var size = data.size, factor = Number(zoom.value);
     if (!factor) {
       // Beside the controls where there is room; whole numbers of the screen's own pixels, which may be small.
       var room = root.clientWidth - (root.clientWidth > 800 ? 370 : 40), dots = window.devicePixelRatio || 1;
@@ -183,7 +181,7 @@ SCRIPT = """
     ["left", "right"].forEach(function (side) {
       var name = side === "left" ? left.value : right.value, image = images[side];
       paint(image, source(name), Number(far.value));
-      image.setAttribute("aria-label", scene.value + ", " + name + ", " + count.value +
+      image.setAttribute("aria-label", data.scene + ", " + name + ", " + count.value +
                          (count.value === "1" ? " sample" : " samples") + " per pixel");
       image.style.width = size[0] * factor + "px";
       image.style.height = size[1] * factor + "px";
@@ -195,7 +193,6 @@ SCRIPT = """
     place();
     say();
   }
-  function sceneChanged() { fill(count, Object.keys(data.scenes[scene.value].counts)); countChanged(); }
   function countChanged() { fill(left, names()); fill(right, names()); show(); }
   function drag(event) {
     var box = stage.getBoundingClientRect();
@@ -203,16 +200,11 @@ SCRIPT = """
     place();
   }
 
-  fill(scene, Object.keys(data.scenes));
   far.value = data.start.blur;
-  if (scene.options.length === 1) {
-    scene.parentNode.style.display = "none";
-    count.parentNode.style.gridColumn = "1 / -1";
-  }
-  fill(count, Object.keys(data.scenes[scene.value].counts), data.start.spp);
+  count.parentNode.style.gridColumn = "1 / -1";
+  fill(count, Object.keys(data.counts), data.start.spp);
   fill(left, names(), data.start.left);
   fill(right, names(), data.start.right);
-  scene.addEventListener("change", sceneChanged);
   count.addEventListener("change", countChanged);
   [left, right, zoom, far].forEach(function (control) { control.addEventListener("change", show); });
   slider.addEventListener("input", place);
@@ -230,18 +222,16 @@ SCRIPT = """
 """
 
 
-def widget(scenes, left="white", right="blue", spp=4, blur="0", below="", beside=""):
+def widget(scene, size, reference, counts, own_error=0.0, left="white", right="blue", spp=4, blur="0", below="", beside=""):
     """The controls, the pictures and the script.
 
-    scenes: {name: {"size": (width, height), "reference": URI, "counts": {spp: {sampler: (URI, errors)}}}}, where
-    errors are RMSEs after a blur of 2.1 pixels, one for each seed, or a single number; the optional "own_error" is the
-    error of the reference. While there is no reference yet, its URI is "" and errors are empty lists. left, right, spp, blur: the
-    initial selection. below: HTML under the pictures; beside: HTML under the controls.
+    scene: its name; size: (width, height); reference: a URI, and own_error its error; counts: {spp: {sampler: (URI, errors)}}, where
+    errors are RMSEs after a blur of 2.1 pixels, one for each seed, or a single number. While there is no reference yet, its URI is ""
+    and errors are empty lists. left, right, spp, blur: the initial selection. below: HTML under the pictures; beside: HTML under the
+    controls.
     """
-    data = {"start": {"left": left, "right": right, "spp": str(spp), "blur": blur}, "scenes": {
-        name: {"size": list(scene["size"]), "reference": scene["reference"], "counts": {
-            str(count): _cell(samplers, scene.get("own_error", 0.0)) for count, samplers in scene["counts"].items()}}
-        for name, scene in scenes.items()}}
+    data = {"start": {"left": left, "right": right, "spp": str(spp), "blur": blur}, "scene": scene, "size": list(size),
+            "reference": reference, "counts": {str(count): _cell(samplers, own_error) for count, samplers in counts.items()}}
 
     def select(part, label, options=()):
         inside = "".join(f'<option value="{value}">{html.escape(text)}</option>' for value, text in options)
@@ -257,7 +247,7 @@ def widget(scenes, left="white", right="blue", spp=4, blur="0", below="", beside
             '<span class="tag left" data-part=left-tag></span><span class="tag right" data-part=right-tag></span></div>'
             '<input type=range data-part=divider min=0 max=1000 value=500 '
             f'aria-label="divider between the left and the right picture">{below}</div>'
-            f'<div><div class=controls>{select("scene", "Scene")}{select("spp", "Samples per pixel")}'
+            f'<div><div class=controls>{select("spp", "Samples per pixel")}'
             f'{select("left", "Left")}{select("right", "Right")}'
             f'{select("blur", "Blur", blurs)}{select("zoom", "Enlarged", zooms)}'
             '<button type=button data-part=swap title="exchange left and right">&#8644; swap</button></div>'

@@ -8,18 +8,6 @@ BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
 GAP = 4  # pixels between the pictures in a cell; cells are 4 gaps apart
 
 
-def _font(size):
-    return ImageFont.load_default(size)
-
-
-def zoomed(image, box, size):
-    """The part (left, top, width, height) of an image, enlarged to size x size by repeating pixels."""
-    left, top, width, height = box
-    if size % width or size % height:
-        raise ValueError(f"a part of {width}x{height} pixels cannot be enlarged to {size} by a whole number")
-    return enlarged_part(image, box, size // width)
-
-
 def enlarged_part(image, box, factor):
     """The part (left, top, width, height) of an image, each pixel repeated factor x factor times."""
     left, top, width, height = box
@@ -44,7 +32,7 @@ def sheet(cells, row_names, column_names, title=""):
     """A grid of cells. cells[row][column] is a list of images of one size, shown from left to right."""
     count, (width, height) = len(cells[0][0]), cells[0][0][0].size
     cell_width = count * width + (count - 1) * GAP
-    font = _font(max(13, height // 13))
+    font = ImageFont.load_default(max(13, height // 13))
     label_width = 2 * GAP + int(max(font.getlength(line) for name in row_names for line in name.split("\n")))
     line = int(font.size * 1.5)
     top = line * (2 if title else 1)

@@ -19,8 +19,8 @@ from scipy import ndimage
 
 from . import comparison, curves, page
 from .command import CommandError, add_pathtracer, parse_size, positive, run_or_say_why
-from .contact_sheet import grey, preview, sheet, zoomed
-from .files import read_exr, read_rows, write_image, write_rows, write_text
+from .contact_sheet import enlarged_part, grey, preview
+from .files import read_exr, read_rows, write_rows, write_text
 from .flip import mean_flip
 from .image_error import LUMINANCE, SIGMAS, error_image, luminance_error, radial_spectrum, spectrum_image
 from .palette import style
@@ -156,8 +156,8 @@ def picture_rows(samplers, errors, previews, part):
     white = errors[samplers[0]]
     full_scale = max(float(np.quantile(np.abs(white), 0.95)), 1e-12)
     level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
-    size = part[2] * max(1, min(white.shape) // part[2])
-    return [[previews[s] for s in samplers], [zoomed(previews[s], part, size) for s in samplers],
+    factor = max(1, min(white.shape) // part[2])
+    return [[previews[s] for s in samplers], [enlarged_part(previews[s], part, factor) for s in samplers],
             [grey(error_image(errors[s], full_scale)) for s in samplers],
             [grey(spectrum_image(errors[s], level)) for s in samplers]]
 
@@ -166,16 +166,14 @@ MEASURES = (("rmse_2.1", "RMSE after a blur of 2.1 pixels"), ("rmse", "RMSE"), (
 
 
 def charts(rows, samplers, errors):
-    """{kind: [(file name, SVG)]}: gains against samples, error against samples and seconds, spectra."""
+    """{kind: plots side by side}: gains against samples, error against samples and seconds, spectra."""
     made = {
-        "gain": [(measure, curves.gain_curve(rows, samplers, measure, title)) for measure, title in MEASURES],
-        "spp": [(measure, curves.error_curve(rows, samplers, "spp", measure, title)) for measure, title in MEASURES],
-        "seconds": [(measure, curves.error_curve(rows, samplers, "seconds", measure, title))
-                    for measure, title in MEASURES],
-        "spectra": [(str(spp), curves.spectrum_curve({s: errors[s, spp] for s in samplers}, samplers, page.samples(spp)))
+        "gain": [curves.gain_curve(rows, samplers, measure, title) for measure, title in MEASURES],
+        "spp": [curves.error_curve(rows, samplers, "spp", measure, title) for measure, title in MEASURES],
+        "seconds": [curves.error_curve(rows, samplers, "seconds", measure, title) for measure, title in MEASURES],
+        "spectra": [curves.spectrum_curve({s: errors[s, spp] for s in samplers}, samplers, page.samples(spp))
                     for spp in sorted({spp for _, spp in errors})]}
-    return {what: [(f"{what}_{name}.svg", page.svg(figure, fit=False)) for name, figure in figures]
-            for what, figures in made.items()}
+    return {what: page.grid(page.chart(page.svg(figure, fit=False)) for figure in figures) for what, figures in made.items()}
 
 
 def headlines(rows, samplers, counts, own_error):
@@ -224,24 +222,13 @@ def write_report(options, reference_path, rows, pictures, notes):
     part = part_worth_showing(reference, images[samplers[0], counts[min(1, len(counts) - 1)]])
     grids = {spp: picture_rows(samplers, {s: errors[s, spp] for s in samplers},
                                {s: previews[s, spp] for s in samplers}, part) for spp in counts}
-    for spp, cells in grids.items():
-        write_image(options.out / f"sheet_{spp}.png",
-                    sheet([[[cell] for cell in row] for row in cells], ROWS, samplers, page.samples(spp)))
-
     found = {(row["sampler"], row["spp"]): row["each"]["rmse_2.1"] for row in rows}
     name, own_error = scene_label(options.scene), float(attributes.get("error2", 0.0))
-    slider = comparison.widget({name: {
-        "size": options.size, "own_error": own_error,
-        "reference": comparison.data_uri(preview(reference, options.exposure), lossless=True),
-        "counts": {spp: {s: (comparison.data_uri(previews[s, spp], lossless=True), found[s, spp]) for s in samplers}
-                   for spp in counts}}}, left=samplers[0], right=samplers[-1], spp=counts[min(1, len(counts) - 1)])
+    slider = comparison.widget(
+        name, options.size, comparison.data_uri(preview(reference, options.exposure), lossless=True),
+        {spp: {s: (comparison.data_uri(previews[s, spp], lossless=True), found[s, spp]) for s in samplers} for spp in counts},
+        own_error, samplers[0], samplers[-1], counts[min(1, len(counts) - 1)])
     plots = charts(rows, samplers, errors)
-    for file_name, text in (plot for group in plots.values() for plot in group):
-        write_text(options.out / file_name, text)
-
-    def shown(what):
-        return page.grid(page.chart(text) for _, text in plots[what])
-
     facts = headlines(rows, samplers, counts, own_error)
     said = [page.facts(facts, len(counts)), page.paragraph(
         f"{samplers[-1]} after a blur of 2.1 pixels: geometric means over {options.seeds} seeds with 95 % intervals.")]
@@ -253,12 +240,12 @@ def write_report(options, reference_path, rows, pictures, notes):
          [page.paragraph("From top to bottom: the picture; a noisy part of it, enlarged; the signed luminance error on one scale "
                          "for all samplers, grey where it is zero; and the power spectrum of that error, frequency 0 in the "
                          f"middle, black at a thousandth of {samplers[0]}'s mean.")]),
-        ("Plots", [page.paragraph(f"Error reduction over {samplers[0]}, medians over seeds:"), shown("gain"),
-                   page.paragraph("Error against samples; the band spans the seeds:"), shown("spp"),
-                   page.paragraph("Error against time:"), shown("seconds"),
+        ("Plots", [page.paragraph(f"Error reduction over {samplers[0]}, medians over seeds:"), plots["gain"],
+                   page.paragraph("Error against samples; the band spans the seeds:"), plots["spp"],
+                   page.paragraph("Error against time:"), plots["seconds"],
                    page.paragraph("Power spectrum of the error. Blue noise has little power at low frequencies, the part that "
                                   f"survives a blur. Errors beyond {samplers[0]}'s 99th percentile are clipped."),
-                   shown("spectra")]),
+                   plots["spectra"]]),
         ("Figures", [page.table(HEADER, lines, [i for i, row in enumerate(lines) if row[0] == samplers[-1]],
                                 range(len(samplers), len(lines), len(samplers)),
                                 {s: style(s, samplers)["color"] for s in samplers}), *map(page.paragraph, notes)])]
@@ -366,7 +353,7 @@ def run(arguments):
     print(text_table(HEADER, table_texts(rows, shown_counts(options.spp))))
     for note in notes:
         print(note)
-    print(f"Written: {options.out}/report.html, convergence.csv, plots, sheets, and an EXR and a PNG of each picture.")
+    print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each picture.")
 
 
 def main(arguments=None):

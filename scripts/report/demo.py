@@ -9,7 +9,7 @@ from PIL import Image
 
 from . import comparison, curves, page
 from .command import run_or_say_why
-from .contact_sheet import grey, preview, sheet, zoomed
+from .contact_sheet import enlarged_part, grey, preview, sheet
 from .convergence import headlines, text_table
 from .files import read_exr, read_rows, sha256_of, write_exr, write_image, write_rows, write_text
 from .image_error import SIGMAS, blurred, error_image, luminance_error, rmse
@@ -161,11 +161,9 @@ def slider(images, reference, rows=(), own_error=0.0):
     """The pictures of two samplers under a divider. images: {(sampler, spp): 8-bit image}."""
     errors = {(row["sampler"], row["spp"]): row["each"]["blurred"] for row in rows}
     below, beside = stepper(COUNTS, SAMPLERS, rows)
-    return comparison.widget({SCENE: {
-        "size": (SIZE, SIZE), "own_error": own_error,
-        "reference": "" if reference is None else comparison.data_uri(preview(reference, EXPOSURE)),
-        "counts": {spp: {s: (comparison.data_uri(images[s, spp]), errors.get((s, spp), [])) for s in SAMPLERS}
-                   for spp in COUNTS}}}, spp=FIRST_COUNT, blur=FIRST_BLUR, below=below, beside=beside)
+    counts = {spp: {s: (comparison.data_uri(images[s, spp]), errors.get((s, spp), [])) for s in SAMPLERS} for spp in COUNTS}
+    return comparison.widget(SCENE, (SIZE, SIZE), "" if reference is None else comparison.data_uri(preview(reference, EXPOSURE)),
+                             counts, own_error, spp=FIRST_COUNT, blur=FIRST_BLUR, below=below, beside=beside)
 
 
 def write_early_report(folder, images, missing):
@@ -176,7 +174,7 @@ def write_early_report(folder, images, missing):
 
 def write_report(folder, rows, pictures, images, reference, own_error, notes):
     """pictures: {(sampler, spp): linear radiance}; images: the same as 8-bit images."""
-    contact = sheet([[[images[s, n], zoomed(images[s, n], PART, SIZE)] for n in GALLERY_COUNTS] for s in SAMPLERS], SAMPLERS,
+    contact = sheet([[[images[s, n], enlarged_part(images[s, n], PART, SIZE // PART[2])] for n in GALLERY_COUNTS] for s in SAMPLERS], SAMPLERS,
                     [f"{spp} spp" for spp in GALLERY_COUNTS])
     write_image(folder / "contact_sheet.png", contact)
 

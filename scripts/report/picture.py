@@ -10,10 +10,10 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 from .command import add_pathtracer, run_or_say_why
-from .contact_sheet import BACKGROUND, GAP, INK, _font, enlarged_part, preview
+from .contact_sheet import BACKGROUND, GAP, INK, enlarged_part, preview
 from .files import read_exr
 from .image_error import displayed_rmse
 from .renderer import Renderer, Request
@@ -49,7 +49,7 @@ def compose(pictures, relative):
     height = PART_SIZE[1] * FACTOR
     figure = Image.new("RGB", (scene.width, BAR + scene.height + len(PARTS) * (GAP + height)), BACKGROUND)
     figure.paste(scene, (0, BAR))
-    draw, font = ImageDraw.Draw(figure), _font(18)
+    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(18)
     for i, (picture, error, name) in enumerate(zip(pictures, relative, NAMES.values())):
         left = i * cell
         draw.text((left + cell / 2, BAR / 2), f"{name}: error {error:.2f}", INK, font, anchor="mm")

@@ -44,12 +44,11 @@ def test_verdict_names_the_better_one_and_how_sure_that_is():
 
 def test_widget_has_a_text_for_every_two():
     samplers = {"white": ("data:,w", [2.0, 2.1, 1.9]), "blue": ("data:,b", 1.0)}
-    text = comparison.widget({"box": {"size": (4, 3), "reference": "data:,r", "counts": {1: samplers}}})
+    text = comparison.widget("box", (4, 3), "data:,r", {1: samplers})
     data = json.loads(re.search(r"<script type=.application/json. id=compare-data>(.*?)</script>", text)[1])
-    notes = data["scenes"]["box"]["counts"]["1"]["notes"]
+    notes = data["counts"]["1"]["notes"]
     names = ("white", "blue", "reference")
     for left in names:
         for right in names:
             assert notes.get(f"{left}|{right}") or notes[f"{right}|{left}"]
-    assert "</script>" not in comparison.widget({"</script>": {"size": (1, 1), "reference": "", "counts": {1: samplers}}}
-                                                ).split("id=compare-data>")[1].split("</script>")[0]
+    assert "</script>" not in comparison.widget("</script>", (1, 1), "", {1: samplers}).split("id=compare-data>")[1].split("</script>")[0]

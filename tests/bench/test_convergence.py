@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
@@ -57,20 +56,15 @@ def test_tiny_run_to_the_page(pathtracer, tmp_path, capsys):
     order = [text.index(mark) for mark in ("id=compare>", "<table class=pictures>", "<svg", "<table><thead>")]
     assert order == sorted(order)
     assert "times smaller" not in text.split("id=compare-data")[1].split("</script>")[0]
-    for control in ("scene", "spp", "left", "right", "zoom", "blur", "swap", "divider"):
+    for control in ("spp", "left", "right", "zoom", "blur", "swap", "divider"):
         assert f"data-part={control}" in text
-    for name in ("gain_rmse_2.1.svg", "spp_rmse.svg", "seconds_flip.svg", "spectra_1.svg"):
-        assert "<svg" in (out / name).read_text(encoding="utf-8")
-    for name in ("sheet_1.png", "sheet_4.png"):
-        Image.open(out / name).verify()
+    assert text.count("<svg") == 3 * 3 + 2
     printed = capsys.readouterr().out
     assert "white" in printed and str(out) in printed
     assert not list(out.glob("*progressive*")) and not list(out.glob(".*"))
 
 
 def test_own_scene_and_own_reference(pathtracer, tmp_path, monkeypatch):
-    if not supports_files(pathtracer, tmp_path):
-        pytest.skip("this path tracer reads no files of scenes")
     scene = tmp_path / "my scene.obj"
     scene.write_text(TRIANGLE)
     monkeypatch.chdir(tmp_path)
@@ -85,15 +79,6 @@ def test_own_scene_and_own_reference(pathtracer, tmp_path, monkeypatch):
     scene.write_text(TRIANGLE.replace("0.5", "0.8"))
     run(pathtracer, tmp_path / "a", "my scene.obj", "--samplers", "white")
     assert reference.read_bytes() != before
-
-
-def supports_files(pathtracer, folder):
-    try:
-        (folder / "try.obj").write_text(TRIANGLE)
-        run_pathtracer(pathtracer, ["--scene", folder / "try.obj", "--size", "4x4", "--spp", 1, "-o", folder / "try.exr"])
-        return True
-    except convergence.RenderError:
-        return False
 
 
 @pytest.mark.parametrize("arguments, said", [

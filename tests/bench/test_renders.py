@@ -295,8 +295,8 @@ def test_the_box_for_embree_is_closed_but_for_its_front():
 def test_slider_has_its_controls_and_asks_no_network():
     image = Image.new("RGB", (4, 3), (10, 200, 30))
     uri = comparison.data_uri(image)
-    text = comparison.widget({"a</script>": {"size": (4, 3), "reference": uri, "counts": {1: {"white": (uri, 0.5)}}}})
-    for control in ("scene", "spp", "left", "right", "zoom", "blur", "swap", "divider", "stage", "note"):
+    text = comparison.widget("a</script>", (4, 3), uri, {1: {"white": (uri, 0.5)}})
+    for control in ("spp", "left", "right", "zoom", "blur", "swap", "divider", "stage", "note"):
         assert f"data-part={control}" in text
     assert text.count("<script") == text.count("</script>") == 2
     assert "http" not in text and "src=" not in text and "pointerdown" in text and "aria-label" in text
