@@ -17,9 +17,10 @@ from PIL import Image
 from scipy import stats
 
 from .bench_options import arguments_that_count
-from .command import CommandError, add_out, add_pathtracer, names_of, parse_size, positive, run_or_say_why
+from .command import add_out, add_pathtracer, names_of, package, parse_size, positive, run_or_say_why
+from .contact_sheet import preview, sheet
 from .correctness_scenes import SCENES, write_obj
-from .files import read_exr, write_text
+from .files import read_exr, write_image, write_text
 from .progress import Progress
 from .renderer import Request, run_pathtracer
 from .tables import md_table
@@ -29,19 +30,7 @@ FALSE_ALARMS = 0.01  # probability that any block of a scene is reported by chan
 # Float precision and ray offsets differ between the renderers, so they cannot agree more closely.
 PRECISION = 0.001
 CHANNELS = "red", "green", "blue"
-
-
-class MitsubaMissing(CommandError):
-    """The message says what to install."""
-
-
-def load_mitsuba():
-    try:
-        import mitsuba
-    except ImportError:
-        raise MitsubaMissing("the package mitsuba is missing; run .venv/bin/python -m pip install mitsuba") from None
-    mitsuba.set_variant("scalar_rgb")
-    return mitsuba
+INSTALL = ".venv/bin/python -m pip install mitsuba"
 
 
 # ---- The two renderers
@@ -147,8 +136,6 @@ def compare(ours, theirs, tolerance=PRECISION):
 
 def shown(ours, theirs):
     """Our picture, Mitsuba's, and the difference of block means: grey is none, white and black are 5 %."""
-    from .contact_sheet import preview
-
     blocks = block_means(ours), block_means(theirs)
     relative = (blocks[0] - blocks[1]).mean(-1) / (blocks[1].mean(-1) + 0.01 * blocks[1].mean())
     grey = np.clip(np.floor(128 + 127.5 * relative / 0.05), 0, 255).astype(np.uint8)
@@ -213,11 +200,9 @@ def parse_options(arguments):
 
 
 def run(arguments):
-    from .contact_sheet import sheet
-    from .files import write_image
-
     options = parse_options(arguments)
-    mitsuba = load_mitsuba()
+    mitsuba = package("mitsuba", INSTALL)
+    mitsuba.set_variant("scalar_rgb")
     options.version = mitsuba.__version__
     scenes = [scene for scene in SCENES if scene.name in options.scenes]
     progress, done = Progress(2 * len(scenes) * options.seeds, "pictures"), 0

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .command import positive
+from .command import positive, run_or_say_why
 from .files import read_exr
 from .image_error import displayed_rmse, rmse
 from .tables import add_options, md_table, write_or_print
@@ -51,7 +51,7 @@ def render(checkout, scene, size, spp, sampler, seed):
         try:
             subprocess.run([checkout / "build" / "lajolla", "-t", str(os.cpu_count()), "-o", out, path.resolve()],
                            env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
-        except (OSError, subprocess.CalledProcessError) as error:
+        except subprocess.CalledProcessError as error:
             sys.exit(f"bench: {error}")
         finally:
             path.unlink()
@@ -84,7 +84,7 @@ def table(result):
                      for (name, spp), row in result.items()])
 
 
-def main(arguments=None):
+def main(arguments):
     parser = argparse.ArgumentParser(prog="report.lajolla", description=__doc__.splitlines()[0])
     parser.add_argument("checkout", type=Path)
     parser.add_argument("--size", type=positive, default=96, metavar="N", help="side of the pictures (default 96)")
@@ -96,4 +96,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    main()
+    run_or_say_why(main)

@@ -11,13 +11,12 @@ import sys
 
 import numpy as np
 
-from .convergence import positive
-from .correctness import MitsubaMissing
+from .command import CommandError, package, positive, run_or_say_why
+from .correctness import INSTALL
 from .image_error import displayed_rmse, rmse
 from .other_renderer import write_picture
 from .progress import Progress
-from .renders_report import md_table
-from .tables import add_options, write_or_print
+from .tables import add_options, md_table, write_or_print
 
 COMMAND = "scripts/bench mitsuba"
 OWN = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
@@ -37,13 +36,10 @@ print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))
 
 
 def load_mitsuba():
-    try:
-        import mitsuba
-    except ImportError:
-        raise MitsubaMissing("the package mitsuba is missing; run .venv/bin/python -m pip install mitsuba") from None
+    mitsuba = package("mitsuba", INSTALL)
     # An LLVM that is too old kills the process that renders with it.
     if subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, check=False).returncode:
-        raise MitsubaMissing("Mitsuba cannot render with llvm_ad_rgb; run apt-get install libllvm19 or set DRJIT_LIBLLVM_PATH")
+        raise CommandError("Mitsuba cannot render with llvm_ad_rgb; run apt-get install libllvm19 or set DRJIT_LIBLLVM_PATH")
     mitsuba.set_variant("llvm_ad_rgb")
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
     import bluenoise.mitsuba
@@ -184,7 +180,7 @@ def table(result):
                     [[name, str(spp), *(text(row, sampler) for sampler in SAMPLERS[1:])] for (name, spp), row in result.items()])
 
 
-def main(arguments=None):
+def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--size", type=positive, default=160, metavar="N", help="side of the pictures (default 160)")
     parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="pictures of each sampler (default 16)")
@@ -199,20 +195,15 @@ def main(arguments=None):
     if not all(0 <= number < len(SCENES) for number in options.scenes):
         parser.error(f"--scenes takes numbers from 0 to {len(SCENES) - 1}")
     if options.picture:
-        try:
-            return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
-        except MitsubaMissing as error:
-            sys.exit(f"bench: {error}")
+        return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
     names = [list(SCENES)[number] for number in options.scenes]
     progress = Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS)))
     try:
         text = table(measure(load_mitsuba(), names, options.size, options.seeds, options.reference_spp, progress))
-    except MitsubaMissing as error:
-        sys.exit(f"bench: {error}")
     finally:
         progress.close()
     write_or_print(options, COMMAND, text)
 
 
 if __name__ == "__main__":
-    main()
+    run_or_say_why(run)

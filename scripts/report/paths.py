@@ -14,7 +14,7 @@ import bluenoise
 import numpy as np
 
 from . import views
-from .command import positive
+from .command import positive, run_or_say_why
 from .image_error import rmse
 from .tables import add_options, md_table, write_or_print
 
@@ -366,7 +366,7 @@ def penumbra_table(seeds):
     return md_table(["light samples in `penumbra`: how they are drawn", *(f"{count} spp" for count in COUNTS)], rows)
 
 
-def main(arguments=None):
+def main(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each integrand (default 2)")
     parser.add_argument("--only", choices=[*EXPERIMENTS, PENUMBRA], help="one experiment")
@@ -378,4 +378,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    main()
+    run_or_say_why(main)

@@ -10,7 +10,7 @@ import argparse
 import bluenoise
 import numpy as np
 
-from .command import positive
+from .command import positive, run_or_say_why
 from .image_error import rmse
 from .paths import half_planes, inside
 from .tables import add_options, md_table, write_or_print
@@ -86,7 +86,7 @@ def table(result):
                     [[name, *(f"{row[column] / white[column]:.2f}" for column in COLUMNS)] for name, row in result.items()])
 
 
-def main(arguments=None):
+def main(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
     parser.add_argument("--integrands", type=positive, default=8, metavar="N", help="half-planes (default 8)")
@@ -96,4 +96,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    main()
+    run_or_say_why(main)

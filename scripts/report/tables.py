@@ -2,7 +2,6 @@
 """Tables that a command keeps up to date inside a guide, between two markers."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from .command import CommandError
@@ -43,9 +42,6 @@ def add_options(parser, guide):
 
 def write_or_print(options, command, text):
     """Updates the table of the guide unless --print was given, and prints it."""
-    try:
-        if not options.print:
-            update_table(options.guide, command, text)
-    except (TableError, OSError) as error:
-        sys.exit(f"bench: {error}")
+    if not options.print:
+        update_table(options.guide, command, text)
     print(text)

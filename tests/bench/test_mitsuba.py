@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from report import mitsuba as report
-from report.correctness import MitsubaMissing
+from report.command import CommandError
 
 
 def test_the_table_divides_by_independent():
@@ -19,7 +19,7 @@ def mitsuba():
     pytest.importorskip("bluenoise")
     try:
         return report.load_mitsuba()
-    except MitsubaMissing as error:
+    except CommandError as error:
         pytest.skip(str(error))
 
 
@@ -38,7 +38,7 @@ def test_the_sampler_of_references_is_uniform(mitsuba):
 def test_a_small_run(mitsuba, tmp_path, capsys):
     guide = tmp_path / "guide.md"
     guide.write_text(f"<!-- table: {report.COMMAND} -->\n<!-- end of the table -->\n")
-    report.main(["--size", "32", "--seeds", "3", "--reference-spp", "512", "--scenes", "0", "--guide", str(guide)])
+    report.run(["--size", "32", "--seeds", "3", "--reference-spp", "512", "--scenes", "0", "--guide", str(guide)])
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in capsys.readouterr().out.splitlines()[2:]]
     assert [row[1] for row in rows] == ["1", "4", "16"] and "bluenoise" in guide.read_text()
     # Four samples of a lamp's light: more than twice better, far from chance. ldsampler takes no single sample, orthogonal
