@@ -57,13 +57,13 @@ class Report:
 
     # ---- Tables
 
-    def scene_table(self, way, measure, than="sobol"):
+    def scene_table(self, way, measure):
         rows = []
         for scene in (*self.scenes, None):
-            found = [self.gain(way, spp, measure, than, scene) for spp in self.counts]
+            found = [self.gain(way, spp, measure, "sobol", scene) for spp in self.counts]
             texts = [gain.text() if gain else "" for gain in found]
             rows.append([scene, *texts] if scene else ["**all**", *(f"**{text}**" if text else "" for text in texts)])
-        return md_table([f"{than} / blue", *map(str, self.counts)], rows)
+        return md_table(["sobol / blue", *map(str, self.counts)], rows)
 
     def samplers_table(self, way, measure):
         rows = []

@@ -7,7 +7,6 @@ of one thread, so that other work on the machine matters little. Between counts 
 
 import dataclasses
 import math
-import resource
 import statistics
 import tempfile
 from pathlib import Path
@@ -15,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from .gains import gain_of, row_of
+from .other_renderer import processor_seconds
 from .progress import Progress
 from .ratios import seconds_to_error
-from .renderer import run_pathtracer
 
 # The counts of white noise whose errors are to be reached.
 TARGETS = (16, 64)
@@ -25,13 +24,11 @@ MEASURE = "displayed_2.1"
 COST_SPP, ROUNDS = 32, 5
 
 
-def _processor_seconds(program, view, variant, spp, folder):
+def _seconds(program, view, variant, spp, folder):
     """Processor seconds of one run with one thread."""
     request = view.request(variant.sampler, spp, mask=variant.mask, declared=spp if variant.declare else 0)
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run_pathtracer(program, [*request.arguments(), "--threads", 1, "--quiet", "-o", Path(folder) / "timed.exr"])
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    command = [program, *request.arguments(), "--threads", 1, "--quiet", "-o", Path(folder) / "timed.exr"]
+    return processor_seconds([str(word) for word in command], program)
 
 
 def costs(program, store, views, variants, machine, builds, retime=False):
@@ -52,7 +49,7 @@ def costs(program, store, views, variants, machine, builds, retime=False):
                 for done in range(ROUNDS * len(cells)):
                     view, label = cells[done % len(cells)]
                     progress(f"cost of {label} in {view.scene}", done)
-                    one, more = (_processor_seconds(program, view, variants[label], spp, folder) for spp in (1, 1 + COST_SPP))
+                    one, more = (_seconds(program, view, variants[label], spp, folder) for spp in (1, 1 + COST_SPP))
                     seconds[view, label].append(max(more - one, 1e-6) / (COST_SPP * view.pixels * 1e-6))
         finally:
             progress.close()

@@ -135,25 +135,20 @@ class Gains:
         judged = {view: logs for view, logs in found.items() if self.is_judged(view, label, spp, measure)}
         return gain_of(judged, len(found) - len(judged))
 
-    def left_out(self, spp, measure, label="blue"):
+    def left_out(self, spp, measure):
+        """The views whose reference is too noisy for blue."""
         return [view for view in self.views
-                if self.cells.get(view, label, spp, measure) and not self.is_judged(view, label, spp, measure)]
+                if self.cells.get(view, "blue", spp, measure) and not self.is_judged(view, "blue", spp, measure)]
 
     def thans(self):
         """The samplers that blue is compared with."""
         return tuple(label for label in COMPARED if label in self.labels) + ((BEST_PEER,) if self.peers else ())
 
-    def rows(self, counts, measures, labels=("blue",)):
-        """Every gain as a dict with FIELDS, for a CSV that other commands read."""
-        rows = []
-        for measure in measures:
-            for spp in counts:
-                for label in labels:
-                    for than in self.thans():
-                        gain = self.gain(label, spp, measure, than) if label in self.labels else None
-                        if gain:
-                            rows.append(row_of(gain, measure, spp, label, than))
-        return rows
+    def rows(self, counts, measures):
+        """Every gain of blue as a dict with FIELDS, for a CSV that other commands read."""
+        found = [(self.gain("blue", spp, measure, than), measure, spp, "blue", than)
+                 for measure in measures for spp in counts for than in self.thans()]
+        return [row_of(*row) for row in found if row[0]]
 
 
 def row_of(gain, measure, spp, label, than):

@@ -164,7 +164,7 @@ class PbrtRun(Run):
 
         return reference_of_halves(self.store, key, spp, half, errors)
 
-    def references(self, views, share=1.0):
+    def references(self, views, share):
         """{view: Reference}, `jobs` at a time."""
         pixels = CROP[0] * CROP[1]
         spp = {view: max(64, int(SCENES[view.scene].reference_spp * share) // 2 * 2) for view in views}
@@ -208,9 +208,6 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
     parser.add_argument("--seeds", type=positive, default=SEEDS, metavar="N", help=f"pictures of each sampler (default {SEEDS})")
-    parser.add_argument("--crops", type=positive, metavar="N", help="crops of each scene (default: all three)")
-    parser.add_argument("--reference-share", type=float, default=1.0, metavar="X",
-                        help="share of the references' samples, between 0 and 1 (default 1)")
     parser.add_argument("--quick", action="store_true",
                         help="a trial of some minutes once pbrt is built: one crop of a scene, 2 seeds, to 16 samples, poorer references")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
@@ -225,18 +222,16 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     # Only the whole comparison goes to docs/report.
     options.whole = options.views == "final" and not options.quick and all(
         getattr(options, name) == parser.get_default(name)
-        for name in ("scenes", "samplers", "spp", "seeds", "crops", "reference_share"))
+        for name in ("scenes", "samplers", "spp", "seeds"))
     for name, known in (("scenes", TUNING if options.views == "tuning" else SCENES), ("samplers", SAMPLERS)):
         chosen = getattr(options, name).split(",") if getattr(options, name) else list(known)
         for one in chosen:
             if one not in known:
                 parser.error(f"--{name}: {one!r} is none of {', '.join(known)}")
         setattr(options, name, chosen)
-    if not 0 < options.reference_share <= 1:
-        parser.error("--reference-share must be above 0 and at most 1")
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
-        options.crops, options.reference_share = 1, 0.125
+    options.crops, options.reference_share = (1, 0.125) if options.quick else (None, 1.0)
     options.out = options.out or (Path("docs/report") if options.whole else options.pages)
     options.command = command_shown("scripts/bench pbrt", arguments, "--pbrt")
     return options

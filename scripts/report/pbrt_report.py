@@ -117,14 +117,9 @@ class Report:
     def headline_rows(self):
         """What `scripts/bench summary` reads: over held-out scenes, in the form of gains.write_rows()."""
         gains = next(iter(self.sets.values()))
-        rows = []
-        for measure in HEADLINE:
-            for spp in self.counts:
-                for than in (*self.own, BEST_PEER):
-                    gain = gains.gain("blue", spp, measure, than)
-                    if gain:
-                        rows.append(row_of(gain, measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than))
-        return rows
+        found = [(gains.gain("blue", spp, measure, than), measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than)
+                 for measure in HEADLINE for spp in self.counts for than in (*self.own, BEST_PEER)]
+        return [row_of(*row) for row in found if row[0]]
 
     def all_samplers(self, gains, measure):
         rows = []

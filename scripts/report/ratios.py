@@ -47,7 +47,6 @@ class Ratio:
             return 0.0 if self.log_mean < 0 else 1.0
         return float(stats.t.cdf(self.log_mean / self.standard_error, self.freedom))
 
-
     def chance_of_one(self):
         """Two-sided p-value of a ratio this far from 1 if the true ratio is 1."""
         return 2 * min(self.chance_below_one(), Ratio(-self.log_mean, self.standard_error, self.freedom).chance_below_one())

@@ -21,7 +21,6 @@ def draw_all(report, folder, large):
     plot_views(report, folder / "renders_views.png")
     # 256 colours suffice for a contact sheet, at a third of the size.
     write_image(large / "renders_pictures.png", picture_sheet(report).quantize(256, dither=0))
-    write_image(large / "renders_crops.png", crop_sheet(report))
 
 
 def plot_gains(gains, counts, path):
@@ -95,15 +94,6 @@ def box_of(report):
     """Width and height of a picture in a contact sheet: twice a crop's, or a square for whole pictures of many sizes."""
     width, height = report.views[0].size
     return (2 * width, 2 * height) if report.views[0].crop else (176, 176)
-
-
-def crop_sheet(report):
-    """The reference of every view."""
-    rows = [[[fitted(preview(report.references[view].picture, report.references[view].exposure), box_of(report))]
-             for view in report.views_of((scene,))] for scene in report.scenes]
-    most = max(map(len, rows))
-    rows = [row + [[Image.new("RGB", row[0][0].size, "white")]] * (most - len(row)) for row in rows]
-    return sheet(rows, report.scenes, [str(i + 1) for i in range(most)], f"References, {report.options.views}")
 
 
 def fitted(image, box):

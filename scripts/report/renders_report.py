@@ -101,9 +101,9 @@ class Report:
 
     # ---- The answer
 
-    def against(self, than, measure=HEADLINE_MEASURES[0]):
-        """{spp: how many times less error blue has than `than`}."""
-        found = {spp: self.gains.gain("blue", spp, measure, than) for spp in self.counts}
+    def against(self, than):
+        """{spp: how many times less error blue has than `than`, as displayed}."""
+        found = {spp: self.gains.gain("blue", spp, HEADLINE_MEASURES[0], than) for spp in self.counts}
         return {spp: gain.value for spp, gain in found.items() if gain}
 
     def short(self):

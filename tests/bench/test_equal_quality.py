@@ -56,5 +56,5 @@ def test_costs_are_measured_once(pathtracer, tmp_path, monkeypatch):
     builds = judge.Builds(pathtracer, 1, store)
     found = equal_quality.costs(pathtracer, store, own, chosen, "a machine", builds)
     assert set(found) == {("cornell", "white"), ("cornell", "zorder")} and all(0.01 < cost < 1000 for cost in found.values())
-    monkeypatch.setattr(equal_quality, "run_pathtracer", None)
+    monkeypatch.setattr(equal_quality, "processor_seconds", None)
     assert equal_quality.costs(pathtracer, store, own, chosen, "a machine", builds) == found

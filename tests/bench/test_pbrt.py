@@ -191,8 +191,7 @@ def test_options():
     assert (options.seeds, options.spp, options.whole, str(options.out)) == (2, 16, False, "out/pbrt")
     options = pbrt.parse_options(["--pbrt=/some/where"])
     assert options.command == "scripts/bench pbrt --pbrt=DIR" and options.whole and str(options.out) == "docs/report"
-    for part in (["--spp", "4"], ["--seeds", "1"], ["--crops", "1"], ["--samplers", "blue,zsobol"], ["--reference-share", "0.1"],
-                 ["--scenes", "hair"]):
+    for part in (["--spp", "4"], ["--seeds", "1"], ["--samplers", "blue,zsobol"], ["--scenes", "hair"]):
         assert str(pbrt.parse_options(["--pbrt", "x", *part]).out) == "out/pbrt", part
     with pytest.raises(SystemExit):
         pbrt.parse_options(["--pbrt", "x", "--views", "tuning", "--scenes", "room"])
