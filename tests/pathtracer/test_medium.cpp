@@ -10,19 +10,12 @@
 #include "check.h"
 #include "integrator.h"
 #include "medium.h"
-#include "sampler.h"
-#include "scene.h"
 #include "scene_builder.h"
+#include "scenes.h"
 
 namespace {
 
 constexpr int PIXELS = 16; // of pictures, each side
-
-SamplerPointer sampler_of(const char *name) {
-    SamplerSettings settings;
-    settings.name = name;
-    return sampler_create(settings);
-}
 
 // The mean of many values, and its standard deviation.
 struct Mean {
@@ -77,7 +70,7 @@ const Ray RAYS[] = {
 
 void test_walks_against_integrals(const char *sampler_name) {
     const Medium medium = ramp_medium();
-    const SamplerPointer sampler = sampler_of(sampler_name);
+    const SamplerPointer sampler = sampler_named(sampler_name);
     for (const Ray &ray : RAYS)
         for (const float end : {1.5f, 2.6f, 50.0f}) {
             const double expected = std::exp(-optical_depth(medium, ray, static_cast<double>(end)));
@@ -104,7 +97,7 @@ void test_walks_against_integrals(const char *sampler_name) {
 void test_even_medium() {
     const Medium medium =
         medium_create({0, 0, 0}, {10, 1, 1}, {16, 2, 2}, {1, 1, 1}, 0, [](Vec3) { return 0.5f; });
-    const SamplerPointer sampler = sampler_of("white");
+    const SamplerPointer sampler = sampler_named("white");
     Mean passed[4];
     for (uint32_t i = 0; i < 100000; ++i) {
         const PixelSample sample = {sampler.get(), 3, 5, i};
@@ -127,7 +120,7 @@ void test_even_medium() {
 // A ray that misses the box, or ends before it, meets nothing and draws nothing.
 void test_rays_that_miss() {
     const Medium medium = ramp_medium();
-    const SamplerPointer sampler = sampler_of("blue");
+    const SamplerPointer sampler = sampler_named("blue");
     const Ray misses[] = {{{-2, 1.5f, 0}, {1, 0, 0}},
                           {{-2, 0, 0}, {-1, 0, 0}},
                           {{-2, 0, 0}, {0, 1, 0}},
@@ -227,9 +220,7 @@ Scene fog_alone(Medium medium, float sky) {
     Scene scene;
     scene.camera = camera_look_at({1, 0, 6}, {1, 0, 0}, {0, 1, 0}, 0.05f);
     scene.medium = std::make_shared<Medium>(std::move(medium));
-    if (sky > 0)
-        scene.environment = std::make_shared<Environment>(
-            environment_create(8, 4, std::vector<Vec3>(32, {sky, sky, sky})));
+    if (sky > 0) scene.environment = even_environment(sky);
     return scene;
 }
 
@@ -242,7 +233,7 @@ struct Pixels {
 Pixels pixels_of(Scene &scene, uint32_t spp, uint32_t max_depth, const char *name = "white") {
     camera_fit(scene.camera, PIXELS, PIXELS);
     const GeometryPointer geometry = geometry_build(scene);
-    const SamplerPointer sampler = sampler_of(name);
+    const SamplerPointer sampler = sampler_named(name);
     const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), max_depth);
     PathCounters counters;
     Pixels result;

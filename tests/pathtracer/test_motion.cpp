@@ -8,9 +8,8 @@
 
 #include "check.h"
 #include "integrator.h"
-#include "sampler.h"
-#include "scene.h"
 #include "scene_builder.h"
+#include "scenes.h"
 
 namespace {
 
@@ -20,9 +19,7 @@ constexpr int PIXELS = 32; // of a picture, across; one row is enough
 std::vector<double> row_of(Scene &scene, uint32_t spp, uint32_t max_depth, const char *name) {
     camera_fit(scene.camera, PIXELS, PIXELS);
     const GeometryPointer geometry = geometry_build(scene);
-    SamplerSettings settings;
-    settings.name = name;
-    const SamplerPointer sampler = sampler_create(settings);
+    const SamplerPointer sampler = sampler_named(name);
     const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), max_depth);
     PathCounters counters;
     std::vector<double> row;
@@ -34,11 +31,6 @@ std::vector<double> row_of(Scene &scene, uint32_t spp, uint32_t max_depth, const
         row.push_back(sum / spp);
     }
     return row;
-}
-
-void even_sky(Scene &scene) {
-    scene.environment =
-        std::make_shared<Environment>(environment_create(8, 4, std::vector<Vec3>(32, {1, 1, 1})));
 }
 
 // How much of a pixel from `a` to `b`, over the time that the shutter is open, is covered by an
@@ -60,7 +52,7 @@ void test_coverage_of_a_moving_square(const char *sampler, float lens, uint32_t 
     scene.camera = camera_look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.25f);
     if (lens > 0) camera_set_lens(scene.camera, lens, {0, 0, 0}); // the square is in focus
     scene.light_samples = light_samples;
-    even_sky(scene);
+    scene.environment = even_environment();
     add_quad(scene, add_diffuse(scene, {0, 0, 0}), {-0.5f, -2, 0}, {0.3f, -2, 0}, {0.3f, 2, 0},
              {-0.5f, 2, 0});
     add_motion(scene, 0, [](Vec3 p) { return p + Vec3{0.7f, 0, 0}; });
@@ -140,7 +132,7 @@ void test_no_motion() {
     for (const bool still : {false, true}) {
         Scene scene;
         scene.camera = camera_look_at({0, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.2f);
-        even_sky(scene);
+        scene.environment = even_environment();
         add_sphere(scene, add_diffuse(scene, {0.5f, 0.5f, 0.5f}), {0, 0, 0}, 0.5f);
         if (still) add_motion(scene, 0, [](Vec3 p) { return p; });
         scene_finish(scene);

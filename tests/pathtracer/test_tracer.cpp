@@ -12,9 +12,8 @@
 #include "integrator.h"
 #include "intersect.h"
 #include "render.h"
-#include "sampler.h"
-#include "scene.h"
 #include "scene_builder.h"
+#include "scenes.h"
 
 namespace {
 
@@ -37,10 +36,7 @@ struct Picture {
 // Renders a finished scene; no picture may hold what is not a number or negative.
 Picture picture(Scene &scene, const Settings &settings) {
     camera_fit(scene.camera, SIZE, SIZE);
-    SamplerSettings sampler_settings;
-    sampler_settings.name = settings.sampler;
-    sampler_settings.seed = settings.seed;
-    const SamplerPointer sampler = sampler_create(sampler_settings);
+    const SamplerPointer sampler = sampler_named(settings.sampler, settings.seed);
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator =
         integrator_create(scene, *geometry, sampler.get(), settings.max_depth);
@@ -193,8 +189,7 @@ void test_coplanar_faces() {
     Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
     const uint32_t other = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
     add_quad(scene, other, {-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2});
-    scene.environment =
-        std::make_shared<Environment>(environment_create(8, 4, std::vector<Vec3>(32, {1, 1, 1})));
+    scene.environment = even_environment();
     scene_finish(scene);
     check_near(picture(scene, {}).mean, 0.5, 0.01, "coplanar faces under an even sky");
 }
@@ -205,8 +200,7 @@ void test_normals_that_are_none() {
     for (const Vec3 normal : normals) {
         Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
         scene.normals.assign(4, normal);
-        scene.environment = std::make_shared<Environment>(
-            environment_create(8, 4, std::vector<Vec3>(32, {1, 1, 1})));
+        scene.environment = even_environment();
         scene_finish(scene);
         const Picture seen = picture(scene, {});
         CHECK(seen.mean > 0.1 && seen.mean < 0.6, "normal %g %g %g: %g", normal.x, normal.y,
@@ -255,11 +249,6 @@ void test_light_edge_on() {
     add_light(side, dark, {5, 5, 5}, {-1, 0, -1}, {-1, 0, 1}, {1, 0, 1});
     scene_finish(side);
     CHECK(picture(side, {}).mean < 0.5, "it shines sideways");
-}
-
-std::shared_ptr<Environment> even_environment() {
-    return std::make_shared<Environment>(
-        environment_create(16, 8, std::vector<Vec3>(128, {1, 1, 1})));
 }
 
 // White things of every material under an even sky cannot be told from it.
@@ -356,8 +345,7 @@ void test_no_light_and_no_scene() {
     scene_finish(sky);
     check_near(picture(sky, {}).mean, 1, 1e-5, "nothing but sky");
     Scene black_sky = floor_scene({0.5f, 0.5f, 0.5f});
-    black_sky.environment =
-        std::make_shared<Environment>(environment_create(8, 4, std::vector<Vec3>(32, {0, 0, 0})));
+    black_sky.environment = even_environment(0);
     scene_finish(black_sky);
     CHECK(picture(black_sky, {}).mean == 0, "light from a black sky");
 }
