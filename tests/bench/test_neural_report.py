@@ -16,6 +16,12 @@ from report import neural, neural_plane
 BUILTIN = neural.ROOT / "libbn/data/neural.onnx"
 
 
+def test_costs_are_those_of_the_files():
+    text = (neural.DATA / "README.md").read_text(encoding="utf-8")
+    for file, flop, radius in neural.NETWORKS.values():
+        assert f"| `{file}` | {(neural.DATA / file).stat().st_size:,} | {flop / 1000:.2f} | {radius} |" in text
+
+
 class Plane:
     """A generator for machines with and without a GPU, which notes its windows."""
 
