@@ -51,6 +51,13 @@ class Installed:
             *self.pkg_config("--libs", *static), f"-Wl,-rpath,{self.library.parent}")
 
 
+    def compile_cpp(self, program: Path, *arguments) -> Path:
+        """Compiles C++17 without a warning, and links it with the static library; returns the program."""
+        run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *self.pkg_config("--cflags"),
+            *arguments, "-o", program, *self.pkg_config("--libs", "--static"), "-lm")
+        return program
+
+
 def install(kind: str, folder: Path) -> Installed:
     build, first, prefix = folder / "build", folder / "first", folder / "moved" / "here"
     cmake_build(ROOT, build, f"-DBN_BUILD_SHARED={'ON' if kind == 'shared' else 'OFF'}", "-DBN_BUILD_TESTS=OFF",

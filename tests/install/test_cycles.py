@@ -13,7 +13,6 @@ from test_porting import compiled_check, passes_check
 HERE = ROOT / "tests" / "install" / "cycles"
 OWN = ROOT / "examples" / "cycles"
 PATCH = OWN / "cycles-v4.2.0.patch"
-FLAGS = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1")
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +27,7 @@ def folder(tmp_path_factory):
 
 
 def link(folder, library, name, *arguments):
-    run(os.environ.get("CXX", "c++"), *FLAGS, "-I", folder, "-I", HERE, *library.pkg_config("--cflags"), *arguments, HERE / "draws.cpp",
-        "-o", folder / name, *library.pkg_config("--libs", "--static"), "-lm")
-    return folder / name
+    return library.compile_cpp(folder / name, "-I", folder, "-I", HERE, *arguments, HERE / "draws.cpp")
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The listings of docs/paths.md compile, and do what the page says of them."""
 
-import os
 import re
 
 from conftest import ROOT, run
@@ -74,9 +73,7 @@ def test_the_listings_work(static_library, tmp_path):
     text = "".join(LISTINGS).replace("float split(", "float split_(")
     includes = "#include <bn/bn.hpp>\n#include <cmath>\n"
     (tmp_path / "main.cpp").write_text(includes + text + MAIN)
-    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1", *static_library.pkg_config("--cflags"),
-        tmp_path / "main.cpp", "-o", tmp_path / "program", *static_library.pkg_config("--libs", "--static"), "-lm")
-    assert run(tmp_path / "program") == "0\n"
+    assert run(static_library.compile_cpp(tmp_path / "program", tmp_path / "main.cpp")) == "0\n"
 
 
 def test_links_are_there():

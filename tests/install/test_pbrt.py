@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sampler for pbrt-v4 compiles, and draws what pbrt asks for: no number twice, whole strata, blue noise."""
 
-import os
 import re
 
 import pytest
@@ -12,26 +11,21 @@ HERE = ROOT / "tests" / "install" / "pbrt"
 OWN = ROOT / "examples" / "pbrt"
 # The headers of pbrt that blue.h and blue.cpp include.
 HEADERS = sorted(set(re.findall(r"#include <(pbrt/[^>]+)>", (OWN / "blue.h").read_text() + (OWN / "blue.cpp").read_text())))
-FLAGS = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-O1")
 
 
 @pytest.fixture(scope="module")
-def folder(static_library, tmp_path_factory):
-    """A folder with the sampler's object file and the headers it was compiled with."""
+def folder(tmp_path_factory):
+    """A folder with the headers of pbrt."""
     folder = tmp_path_factory.mktemp("pbrt")
     for name in HEADERS:
         header = folder / name
         header.parent.mkdir(parents=True, exist_ok=True)
         header.write_text((OWN / "blue.h").read_text() if name == "pbrt/blue.h" else f'#include "{HERE / "stand_in.h"}"\n')
-    run(os.environ.get("CXX", "c++"), *FLAGS, "-I", folder, *static_library.pkg_config("--cflags"), "-c", OWN / "blue.cpp",
-        "-o", folder / "blue.o")
     return folder
 
 
 def link(folder, library, name, *arguments):
-    run(os.environ.get("CXX", "c++"), *FLAGS, "-I", folder, *library.pkg_config("--cflags"), *arguments, HERE / "draws.cpp",
-        folder / "blue.o", "-o", folder / name, *library.pkg_config("--libs", "--static"), "-lm")
-    return folder / name
+    return library.compile_cpp(folder / name, "-I", folder, *arguments, HERE / "draws.cpp", OWN / "blue.cpp")
 
 
 @pytest.fixture(scope="module")

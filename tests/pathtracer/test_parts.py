@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
+from pathtracer_driver import OTHER_PICTURES, assert_near, assert_same, read_exr, read_layers
 from scene_files import write_environment
 from scipy.ndimage import gaussian_filter
 
@@ -61,15 +61,7 @@ def test_parts_that_do_not_belong_together(pathtracer):
     overlapping = pathtracer.render(*common, "--first-sample", 1)
     assert "same samples" in pathtracer.failure("--merge", first, overlapping, *out)
     later = ["--first-sample", 2]
-    for name, changed in [
-        ("seed", ["--seed", 1]),
-        ("sampler", ["--sampler", "sobol"]),
-        ("scene", ["--scene", "furnace"]),
-        ("max depth", ["--max-depth", 3]),
-        ("light samples", ["--light-samples", 2]),
-        ("declared", ["--declare", 4]),
-        ("size", ["--size", "37x45"]),
-    ]:
+    for name, changed in [*OTHER_PICTURES, ("size", ["--size", "37x45"])]:
         other = pathtracer.render(*common, *later, *changed)
         assert name in pathtracer.failure("--merge", first, other, *out)
 

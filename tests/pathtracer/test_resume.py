@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 from PIL import Image
-from pathtracer_driver import assert_near, read_exr, read_layers
+from pathtracer_driver import OTHER_PICTURES, assert_near, read_exr, read_layers
 from scene_files import DOWN, SMALL, floor
 
 SIZE = ["--size", "45x37"]
@@ -60,13 +60,8 @@ def test_what_is_not_the_same_picture_is_refused(pathtracer):
     begun = pathtracer.render(*common, "--crop", "0,0,20,20", "--first-sample", 4)
     out = ["-o", "out.exr"]
     for name, changed in [
-        ("seed", ["--seed", 1]),
-        ("sampler", ["--sampler", "sobol"]),
-        ("scene", ["--scene", "furnace"]),
+        *OTHER_PICTURES,
         ("camera", ["--fov", 20]),
-        ("max depth", ["--max-depth", 3]),
-        ("light samples", ["--light-samples", 2]),
-        ("declared", ["--declare", 4]),
         ("--size", ["--size", "40x40"]),
         ("--size", ["--size", "8x8"]),
         ("single scatter", ["--single-scatter"]),
