@@ -388,7 +388,7 @@ static void test_failing_calls(const char *provider) {
         if (state->calls < fail_at) break;
         runtime += result == BN_ERROR_RUNTIME;
         bad_data += result == BN_ERROR_BAD_DATA;
-        CHECK(result == BN_ERROR_RUNTIME || (cuda ? result == BN_SUCCESS : result == BN_ERROR_BAD_DATA));
+        CHECK(result == BN_ERROR_RUNTIME || result == (cuda ? BN_SUCCESS : BN_ERROR_BAD_DATA));
     }
     /* On the processor the session or the try of the model blames the model. */
     CHECK(runtime > (cuda ? 15 : 6) && bad_data == (cuda ? 0 : 4));
