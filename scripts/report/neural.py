@@ -342,6 +342,7 @@ def main():
                              "docs/report/paper.csv, if it exists)")
     parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
     parser.add_argument("--again", action="store_true", help="keep the times in neural.csv and redo everything else")
+    neural_plane.add_option(parser)
     add_out(parser)
     parser.add_argument("--guide", type=Path, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()

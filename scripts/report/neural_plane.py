@@ -4,6 +4,7 @@
 Part of `scripts/bench neural`. Each window lies beside the one before, so nothing could be reused.
 """
 
+import argparse
 import os
 import subprocess
 import time
@@ -14,6 +15,22 @@ import bluenoise
 from report.files import read_rows, write_rows
 
 FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")
+
+
+def available(provider):
+    """The argument, if it is not "cuda" or there is a GPU: an argument's type for argparse."""
+    if provider == "cuda":
+        try:
+            bluenoise.NeuralGenerator(provider=provider)
+        except bluenoise.RuntimeMissingError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return provider
+
+
+def add_option(parser):
+    parser.add_argument("--provider", type=available, choices=("cpu", "cuda"),
+                        help="measure the endless plane on the processor alone (cpu), or fail without a GPU (cuda); default: "
+                             "on the GPU too, if there is one")
 
 
 def gpu_name():
@@ -34,20 +51,23 @@ def time_windows(generator, extent, windows):
     return time.perf_counter() - start
 
 
-def measure(models, quick):
-    """Rows as dicts, also on a GPU if there is one; models: {name of a network: path}."""
+def measure(models, provider, quick):
+    """Rows as dicts; models: {name of a network: path}."""
     extent, windows = (256, 2) if quick else (2048, 4)
     cores = os.cpu_count() or 1
     rows = []
     for name, path in models.items():
-        for provider, threads, device in (*(("cpu", threads, "processor") for threads in sorted({1, cores})), ("cuda", 0, gpu_name())):
+        runs = [("cpu", threads, "processor") for threads in sorted({1, cores})]
+        if provider != "cpu":
+            runs.append(("cuda", 0, gpu_name()))
+        for chosen, threads, device in runs:
             try:
-                generator = bluenoise.NeuralGenerator(path, threads=threads, provider=provider)
+                generator = bluenoise.NeuralGenerator(path, threads=threads, provider=chosen)
             except bluenoise.RuntimeMissingError:
-                if provider == "cpu":
+                if provider == "cuda" or chosen == "cpu":
                     raise
                 continue
-            count = windows if provider == "cpu" else 8 * windows
+            count = windows if chosen == "cpu" else 8 * windows
             seconds = time_windows(generator, extent, count)
             rows.append({"network": name, "device": device, "threads": threads or min(cores, 4), "extent": extent,
                          "windows": count, "seconds": f"{max(seconds, 1e-9):.9f}"})
@@ -82,6 +102,6 @@ def section(models, options):
     path = options.out / "neural_plane.csv"
     if options.again and path.is_file():
         return lines_of(read_rows(path))
-    rows = measure(models, options.quick)
+    rows = measure(models, options.provider, options.quick)
     write_rows(path, FIELDS, rows)
     return lines_of(rows)

@@ -37,15 +37,24 @@ class Plane:
 
 
 @pytest.mark.parametrize("has_gpu", [False, True])
-def test_endless_plane(monkeypatch, tmp_path, has_gpu):
+@pytest.mark.parametrize("provider", [None, "cpu", "cuda"])
+def test_endless_plane(monkeypatch, tmp_path, has_gpu, provider):
     monkeypatch.setattr(bluenoise, "NeuralGenerator", Plane)
     monkeypatch.setattr(Plane, "has_gpu", has_gpu)
     monkeypatch.setattr(Plane, "windows", [])
-    options = argparse.Namespace(out=tmp_path, again=False, quick=True)
+    options = argparse.Namespace(out=tmp_path, again=False, quick=True, provider=provider)
+    if provider == "cuda" and not has_gpu:
+        with pytest.raises(bluenoise.RuntimeMissingError):
+            neural_plane.section({"network": None}, options)
+        with pytest.raises(argparse.ArgumentTypeError, match="no GPU"):
+            neural_plane.available(provider)
+        return
+    assert neural_plane.available(provider) == provider
+    measured = has_gpu and provider != "cpu"
     lines = neural_plane.section({"network": None}, options)
-    assert any("No GPU was measured" in line for line in lines) == (not has_gpu)
+    assert any("No GPU was measured" in line for line in lines) == (not measured)
     places = [place for name, *place in Plane.windows if name == "cuda"]
-    assert places == [[256 * i, 0, 256, 256] for i in range(17 if has_gpu else 0)]
+    assert places == [[256 * i, 0, 256, 256] for i in range(17 if measured else 0)]
     assert len([line for line in lines if line.startswith("| network | processor |")]) == len({1, os.cpu_count()})
     assert neural_plane.section({"network": None}, argparse.Namespace(**{**vars(options), "again": True})) == lines
 
