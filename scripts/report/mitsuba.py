@@ -182,7 +182,7 @@ def table(result):
 
 def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=positive, default=160, metavar="N", help="side of the pictures (default 160)")
+    parser.add_argument("--size", type=positive, default=320, metavar="N", help="side of the pictures (default 320)")
     parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="pictures of each sampler (default 16)")
     parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
                         help=f"samples per pixel of references (default {REFERENCE_SPP})")
