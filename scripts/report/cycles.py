@@ -19,7 +19,7 @@ import numpy as np
 from .bench_options import run_or_say_why
 from .convergence import positive
 from .cycles_build import TAG, build
-from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, FIELDS, Report
+from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, FIELDS, PREVIEW, PREVIEW_SPP, Report
 from .cycles_scenes import SCENES, SIZE, View, text
 from .files import read_exr, write_rows, write_text
 from .image_error import LUMINANCE
@@ -49,16 +49,18 @@ def integrator(sampler, spp, seed, threshold=None):
             "adaptive_threshold": threshold or 0}
 
 
-def render(program, checkout, scene, settings, out, counts=False):
-    """Renders into `out`, with `counts` the samples of each pixel; returns the processor seconds."""
+def render(program, checkout, scene, settings, out, spp=0, counts=False):
+    """Renders `spp` samples (default: as the settings tell the pattern) into `out`, with `counts` their number in each pixel; returns the
+    processor seconds."""
     with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
         path = Path(folder) / "scene.xml"
         path.write_text(text(scene, checkout, settings), encoding="utf-8")
         (Path(folder) / "examples").symlink_to(Path(checkout).resolve() / "examples")
         # Cycles finds included files from the folder of a relative path alone.
         command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
-                   str(settings["aa_samples"]), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
-        seconds = processor_seconds(command, f"Cycles failed on {scene}", {**os.environ, "BN_COUNTS": "1"} if counts else None)
+                   str(spp or settings["aa_samples"]), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
+        environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
+        seconds = processor_seconds(command, f"Cycles failed on {scene}", environment)
         if not Path(out).is_file():
             raise RenderError(f"Cycles wrote no picture of {scene}")
     return seconds
@@ -66,17 +68,19 @@ def render(program, checkout, scene, settings, out, counts=False):
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """All pictures of one view, pattern and seed; with a threshold one adaptive picture."""
+    """All pictures of one view, pattern and seed; with a threshold one adaptive picture. The pattern is told the count of each picture,
+    or `told`."""
 
     view: View
     sampler: str
     seed: int
     counts: tuple
     threshold: float = 0.0
+    told: int = 0
 
     @property
     def label(self):
-        return f"{self.sampler} {self.threshold}" if self.threshold else self.sampler
+        return f"{self.sampler} {self.told or self.threshold}" if self.told or self.threshold else self.sampler
 
     @property
     def cost(self):
@@ -102,7 +106,7 @@ class CyclesRun(Run):
         self.builds = Builds(program)
 
     def key(self, task, reference):
-        return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, 0, task.seed, task.threshold)), "size": SIZE,
+        return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed, task.threshold)), "size": SIZE,
                 "counts": task.counts, "build": self.builds.sha256}
 
     def measure(self, task, reference):
@@ -110,13 +114,13 @@ class CyclesRun(Run):
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             out = Path(folder) / "out.exr"
             for spp in task.counts:
-                settings = integrator(task.sampler, spp, task.seed, task.threshold)
-                seconds = render(self.program, self.checkout, task.view.scene, settings, out)
+                settings = integrator(task.sampler, task.told or spp, task.seed, task.threshold)
+                seconds = render(self.program, self.checkout, task.view.scene, settings, out, spp)
                 picture = read_exr(out)[0]
                 row = {"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)), **errors(picture, reference.picture)}
                 if task.threshold:
                     out.unlink()
-                    render(self.program, self.checkout, task.view.scene, settings, out, counts=True)
+                    render(self.program, self.checkout, task.view.scene, settings, out, spp, counts=True)
                     # Cycles gives the share of the greatest count.
                     row["samples"] = float(np.mean(read_exr(out)[0][..., 0])) * spp
                 rows.append(row)
@@ -153,7 +157,7 @@ def parse_options(arguments):
 Get the checkout with:
   git clone --branch {TAG} https://github.com/blender/cycles DIR
 It stays as it is: a copy of it is patched and built in ~/.cache/libbn/cycles, in a quarter of an hour on two cores, with the packages
-that examples/cycles/README.md names. The whole comparison then takes about 20 minutes on one core the first time. Builds, references
+that examples/cycles/README.md names. The whole comparison then takes about an hour on one core the first time. Builds, references
 and results are cached there, and a run that was interrupted resumes.""")
     parser.add_argument("--cycles", metavar="DIR", required=True, help="a checkout of Cycles, see below")
     parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(SCENES)}")
@@ -196,6 +200,8 @@ def run(arguments):
     references = work.references(views, options.reference_spp)
     seeds = range(1, options.seeds + 1)
     tasks = [Task(view, sampler, seed, counts) for view in views for sampler in SAMPLERS for seed in seeds]
+    tasks += [Task(view, sampler, seed, tuple(n for n in counts if n < PREVIEW_SPP), told=PREVIEW_SPP) for view in views
+              for sampler in PREVIEW for seed in seeds]
     tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), threshold) for view in views for sampler in SAMPLERS for seed in seeds
               for threshold in ADAPTIVE if not options.no_adaptive]
     cells = Cells(work.results(references, tasks))

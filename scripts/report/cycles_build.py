@@ -24,9 +24,14 @@ SAMPLE = (OWN / "blue.h", ROOT / "libbn" / "include" / "bn" / "bn_draw.glsl", RO
 OFF = ("ALEMBIC", "EMBREE", "OPENCOLORIO", "OPENIMAGEDENOISE", "OPENSUBDIV", "OPENVDB", "NANOVDB", "OSL", "USD", "DEVICE_CUDA",
        "DEVICE_OPTIX", "DEVICE_HIP", "HYDRA_RENDER_DELEGATE")
 OPTIONS = ("-DCMAKE_BUILD_TYPE=Release", "-DWITH_CYCLES_NATIVE_ONLY=ON", *(f"-DWITH_CYCLES_{name}=OFF" for name in OFF))
-# The program writes one picture. With the variable BN_COUNTS it is the samples of each pixel, which adaptive sampling chooses.
-COUNTS = ("src/app/cycles_standalone.cpp", "pass->set_type(PASS_COMBINED);",
-          'pass->set_type(getenv("BN_COUNTS") ? PASS_SAMPLE_COUNT : PASS_COMBINED);')
+# For measuring alone, (file, text, what it becomes). With the variable BN_COUNTS the program's one picture is the samples of each pixel,
+# which adaptive sampling chooses; with BN_TOLD patterns are told that many samples, as a preview tells them, whatever is taken.
+CHANGES = (
+    ("src/app/cycles_standalone.cpp", "pass->set_type(PASS_COMBINED);",
+     'pass->set_type(getenv("BN_COUNTS") ? PASS_SAMPLE_COUNT : PASS_COMBINED);'),
+    ("src/session/session.cpp", "set_aa_samples(params.samples);",
+     'set_aa_samples(getenv("BN_TOLD") ? atoi(getenv("BN_TOLD")) : params.samples);'),
+)
 
 
 def check(checkout):
@@ -40,7 +45,7 @@ def check(checkout):
 
 def prepare(checkout, folder):
     """Copies the checkout's files to folder/src, without its folders for precompiled libraries, and applies the patch."""
-    stamp = hashlib.sha256("\n".join([COMMIT, git(checkout, "diff", "HEAD", "--", "src"), *COUNTS,
+    stamp = hashlib.sha256("\n".join([COMMIT, git(checkout, "diff", "HEAD", "--", "src"), *(word for change in CHANGES for word in change),
                                       PATCH.read_text(encoding="utf-8")]).encode()).hexdigest()
     source, stamp_file = folder / "src", folder / "src.sha256"
     if not stamp_file.is_file() or stamp_file.read_text() != stamp:
@@ -52,11 +57,11 @@ def prepare(checkout, folder):
                               env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.resolve())})
         if done.returncode:
             raise RenderError(f"{PATCH} does not apply: {done.stderr.strip()}")
-        path, before, after = COUNTS
-        text = (new / path).read_text(encoding="utf-8")
-        if text.count(before) != 1:
-            raise RenderError(f"{path} has no line {before}")
-        write_text(new / path, text.replace(before, after))
+        for path, before, after in CHANGES:
+            text = (new / path).read_text(encoding="utf-8")
+            if text.count(before) != 1:
+                raise RenderError(f"{path} has no line {before}")
+            write_text(new / path, text.replace(before, after))
         shutil.rmtree(source, ignore_errors=True)
         new.rename(source)
         stamp_file.write_text(stamp)

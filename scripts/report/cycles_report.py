@@ -15,6 +15,8 @@ FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds")
 HEADLINE = ("displayed_2.1", "rmse_2.1")
 NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
 ADAPTIVE, ADAPTIVE_SPP = (0.05,), 128
+# Patterns that have to be told the number of samples, told so many, and stopped before.
+PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
 ANSWER_COUNTS = (1, 4, 16, 64)
 SPREAD_COUNTS = (1, 4, 16, 64)
 
@@ -26,7 +28,7 @@ table says otherwise. *As displayed* clips pictures to 0..1 before the blur, *ra
 """
 
 METHOD = """The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles' `sampling_pattern`, which are told
-the number of samples (`aa_samples`), and `blue`, which is not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone
+the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone
 program's, a box. Cycles puts sample 0 into the middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
 
 References are means of two pictures by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
@@ -49,14 +51,22 @@ class Report:
         for than in self.own:
             found = [self.gains.gain("blue", spp, measure, than) for spp in self.counts]
             rows.append([NAMES[than], *((gain.text() if intervals else f"{gain.value:.2f}") if gain else "" for gain in found)])
-        return md_table(["over `blue`", *map(str, self.counts)], rows)
+        return md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows)
+
+    def preview_table(self, measure):
+        counts = [spp for spp in self.counts if spp < PREVIEW_SPP]
+        rows = []
+        for than in PREVIEW:
+            found = [self.gains.gain("blue", spp, measure, f"{than} {PREVIEW_SPP}") for spp in counts]
+            rows.append([NAMES[than], *(gain.text() if gain else "" for gain in found)])
+        return md_table(["error over `blue`'s, at spp", *map(str, counts)], rows)
 
     def summary(self):
         """The table of examples/cycles/README.md: as displayed and in brackets raw."""
-        rows = []
-        for than in self.own:
-            found = [[self.gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in self.counts]
-            rows.append([NAMES[than], *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
+        rows, own = [], [(than, NAMES[than]) for than in self.own]
+        for label, name in own + [(f"{than} {PREVIEW_SPP}", f"{NAMES[than]}, told {PREVIEW_SPP}") for than in PREVIEW]:
+            found = [[self.gains.gain("blue", spp, measure, label) for measure in HEADLINE] for spp in self.counts]
+            rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
         return (f"Scenes: {len(self.gains.views)}; seeds: {self.options.seeds}.\n\n"
                 + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
 
@@ -135,10 +145,13 @@ class Report:
         samples, error = (self.mean_ratio(name, "tabulated_sobol", threshold) for name in ("samples", HEADLINE[0]))
         last = (f"With adaptive sampling and a threshold of {threshold}, Tabulated Sobol takes {samples[0]:.2f} times the samples of `blue` "
                 f"and ends with {error[0]:.2f} times its error; " if samples and error else "")
-        return (f"{at}, Cycles' Tabulated Sobol has {said[0]} times the error of `blue` as displayed (raw {raw[0]}). Its own blue noise, which has to know "
-                f"the number of samples beforehand, has {said[2]} times with *pure* (raw {raw[2]}) and {said[1]} times with "
-                f"*first* (raw {raw[1]}). {last}"
-                f"{'a' if last else 'A'} sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
+        early = [n for n in counts if n < PREVIEW_SPP]
+        preview = [", ".join(f"{gain.value:.2f}" if gain else "?" for gain in (
+            self.gains.gain("blue", spp, HEADLINE[0], f"{than} {PREVIEW_SPP}") for spp in early)) for than in PREVIEW]
+        return (f"{at}, Cycles' default, Tabulated Sobol, has {said[0]} times the error of `blue` as displayed (raw {raw[0]}). Its own blue noise, "
+                f"told the number of samples beforehand, has {said[2]} times with *pure* (raw {raw[2]}) and {said[1]} times with "
+                f"*first* (raw {raw[1]}); told {PREVIEW_SPP} and stopped at {', '.join(map(str, early))}, as in a preview, {preview[1]} and {preview[0]} times. "
+                f"{last}{'a' if last else 'A'} sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
 
     def text(self):
         parts = ["# In Cycles", "", self.answer(), "", INTRO]
@@ -148,6 +161,10 @@ class Report:
         for measure in HEADLINE:
             for than in ("tabulated_sobol", "blue_noise_pure"):
                 parts += [f"{name_of(measure).capitalize()}:", "", self.scenes_table(measure, than), ""]
+        parts += ["## Stopped early", "", f"As a preview shows them: told {PREVIEW_SPP} samples, of which so many have been taken. `blue` is "
+                  "not told.", ""]
+        for measure in HEADLINE:
+            parts += [f"{name_of(measure).capitalize()}:", "", self.preview_table(measure), ""]
         if any(self.cells.get(view, f"blue {ADAPTIVE[0]}", ADAPTIVE_SPP, "samples") for view in self.gains.views):
             parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, and Cycles' own "
                       "least count. Cycles stops where two halves of a pixel's samples agree, told apart by bits of the sample's index: with a "

@@ -18,10 +18,11 @@ from report.renderer import RenderError
 def checkout(tmp_path):
     """A folder that looks like Cycles."""
     folder = tmp_path / "cycles"
-    for name in ("src/kernel/sample", "src/app", "lib/linux_x64", "examples"):
+    for name in ("src/kernel/sample", "src/app", "src/session", "lib/linux_x64", "examples"):
         (folder / name).mkdir(parents=True)
     (folder / "src/kernel/sample/pattern.h").write_text("first\n")
-    (folder / cycles_build.COUNTS[0]).write_text(f"before {cycles_build.COUNTS[1]} after\n")
+    for path, before, _ in cycles_build.CHANGES:
+        (folder / path).write_text(f"before {before} after\n")
     (folder / "examples/scene_monkey.xml").write_text(
         '<cycles>\n<camera type="perspective" fov="0.5"/>\n<include src="./objects/suzanne.xml" />\n</cycles>\n')
     git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@example.org")
@@ -50,7 +51,8 @@ def test_a_copy_is_patched_and_what_is_the_same_stays(checkout, tmp_path, monkey
     cycles_build.prepare(checkout, folder)
     copy = folder / "src"
     assert (copy / "src/kernel/sample/pattern.h").read_text() == "first\nsecond\n"
-    assert (copy / cycles_build.COUNTS[0]).read_text() == f"before {cycles_build.COUNTS[2]} after\n"
+    for path, _, after in cycles_build.CHANGES:
+        assert (copy / path).read_text() == f"before {after} after\n"
     assert (copy / "src/kernel/sample/blue.h").read_text() == (cycles_build.OWN / "blue.h").read_text()
     assert not (copy / "lib").exists() and (checkout / "lib").exists()
     assert (checkout / "src/kernel/sample/pattern.h").read_text() == "first\n"
@@ -85,8 +87,9 @@ def report(names=("penumbra", "monkey")):
 
 def test_the_report_says_what_was_measured():
     text = report().text()
-    assert ("Cycles' Tabulated Sobol has 1.50, 1.50, 1.50, 1.50 times the error of `blue` as displayed" in text
+    assert ("Tabulated Sobol, has 1.50, 1.50, 1.50, 1.50 times the error of `blue` as displayed" in text
             and "has 1.20, 1.20, 1.20, 1.20 times with *pure* (raw" in text and "takes 2.00 times as long" in text)
+    assert "told 64 and stopped at 1, 4, 16, as in a preview, 1.20, 1.20, 1.20 and" in text
     assert "Tabulated Sobol takes 1.50 times the samples of `blue` and ends with 1.50 times its error" in text
     assert text.count("1.50 (1.50 to 1.50)") == 2 * 9 + 3 * len(cycles_report.ADAPTIVE)
     assert "| Tabulated Sobol | 1.50 (1.50) |" in report().summary()
