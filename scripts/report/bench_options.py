@@ -6,9 +6,7 @@ import os
 from pathlib import Path
 
 from . import peers, variants
-from .command import add_out, add_pathtracer, positive, run_or_say_why
-
-__all__ = ["add_common_options", "arguments_that_count", "find_onnxruntime", "finish_options", "run_or_say_why"]
+from .command import add_out, add_pathtracer, positive
 
 # Options that say where to read and write, not what to measure.
 PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--embree")

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .bench_options import run_or_say_why
-from .convergence import positive
+from .command import positive, run_or_say_why
 from .cycles_build import TAG, build
 from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, FIELDS, PREVIEW, PREVIEW_SPP, Report
 from .cycles_scenes import SCENES, SIZE, View, text
