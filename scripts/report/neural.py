@@ -10,6 +10,7 @@ import argparse
 import dataclasses
 import functools
 import os
+import re
 import statistics
 import time
 from collections.abc import Callable
@@ -35,10 +36,15 @@ FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_se
 COLOURS = {"network": "tab:red", "fast network": "tab:pink", "vector network": "tab:purple", "void-and-cluster": "tab:blue", "relax": "tab:green",
            "anneal": "tab:orange", "white": "0.6"}
 
-# File, FLOP per texel without margins, and receptive radius in texels. Two operations per weight of a convolution, one per value that
-# another operator computes; libbn/data/README.md says how the files were made.
-NETWORKS = {"network": ("neural.onnx", 938, 33), "fast network": ("neural_fast.onnx", 444, 18)}
-VECTOR_FLOP = 1871
+NETWORKS = {"network": "neural.onnx", "fast network": "neural_fast.onnx", "vector network": "neural_vector.onnx"}
+
+
+def cost(file):
+    """(FLOP per texel without margins, receptive radius in texels) of a network, from the table that comes with it."""
+    text = (DATA / "README.md").read_text(encoding="utf-8")
+    kflop, radius = re.search(rf"^\| `{re.escape(file)}` \| [0-9,]+ \| ([0-9.]+) \| ([0-9]+) \|", text, re.MULTILINE).groups()
+    return 1000 * float(kflop), int(radius)
+
 
 # Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a disc of radius 5 for each texel it
 # sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15 before and
@@ -76,8 +82,8 @@ def relax(**options):
 
 def methods(most):
     """All methods; those that take long have no sizes above `most`."""
-    made = [Method(name, "", network(DATA / file), flop) for name, (file, flop, _) in NETWORKS.items()]
-    made += [Method("vector network", "", network(channels=2), VECTOR_FLOP), Method("relax", "", relax(), 2 * RELAX_PAIRS)]
+    made = [Method(name, "", network(DATA / file, 2 if name == "vector network" else 1), cost(file)[0]) for name, file in NETWORKS.items()]
+    made.append(Method("relax", "", relax(), 2 * RELAX_PAIRS))
     made += [Method("relax", f"{steps} steps", relax(steps=steps), RELAX_FLOP * steps) for steps in (16, 64, 128)]
     made.append(Method("void-and-cluster", "", mask(), VOID_AND_CLUSTER_FLOP, many_threads=False))
     for sweeps, largest in ((100, 256), (1000, 128)):
@@ -315,8 +321,9 @@ def report_text(rows, sizes, quality, flatness, anisotropy, masks, levels, vecto
              "multiplications and additions of the inner loop (for a network, one per computed value),",
              "without margins and sorting; those of void-and-cluster, relaxation and annealing are integer",
              "operations.", ""]
-    for name, (file, flop, radius) in NETWORKS.items():
-        parts.append(f"* {name}: {(DATA / file).stat().st_size} bytes, {flop} FLOP per texel, receptive radius {radius} texels.")
+    for name, file in NETWORKS.items():
+        flop, radius = cost(file)
+        parts.append(f"* {name}: {(DATA / file).stat().st_size} bytes, {flop:.0f} FLOP per texel, receptive radius {radius} texels.")
     parts.append("")
     for size in sizes:
         parts += [f"## {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
@@ -350,7 +357,8 @@ def main():
     threads = os.cpu_count() or 1
     sizes = QUICK_SIZES if options.quick else SIZES
     if options.again:
-        rows = [row for row in read_rows(options.out / "neural.csv") if row["repeats"]]
+        flop = {(method.name, method.options): method.flop for method in methods(max(sizes))}
+        rows = [{**row, "flop_per_texel": flop[row["method"], row["options"]]} for row in read_rows(options.out / "neural.csv") if row["repeats"]]
     else:
         rows = measure(methods(64 if options.quick else max(sizes)), sizes, threads, options.quick)
     if options.paper or paper.is_file():
@@ -369,7 +377,7 @@ def main():
     flatness = fixed_pattern(generator, seeds), seeds
     anisotropy = {name: bluenoise.anisotropy(masks) for name, masks in groups.items()}
     text = report_text(rows, sizes, quality, flatness, anisotropy, count, level_table(groups), neural_vectors.section(options), threads)
-    text += "\n".join(["", *neural_plane.section({name: DATA / file for name, (file, *_) in NETWORKS.items()}, options), ""])
+    text += "\n".join(["", *neural_plane.section({name: DATA / NETWORKS[name] for name in ("network", "fast network")}, options), ""])
     write_text(options.out / "neural.md", text)
     if options.guide or not options.quick:
         update_table(options.guide or ROOT / "docs" / "masks.md", "scripts/bench neural", choice_table(rows, threads))
