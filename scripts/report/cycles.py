@@ -10,7 +10,6 @@ import argparse
 import dataclasses
 import hashlib
 import os
-import sys
 import tempfile
 from pathlib import Path
 
@@ -20,14 +19,13 @@ from .command import positive, run_or_say_why
 from .cycles_build import TAG, build
 from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, FIELDS, PREVIEW, PREVIEW_SPP, Report
 from .cycles_scenes import SCENES, SIZE, View, text
-from .files import read_exr, write_rows, write_text
+from .files import read_exr
 from .image_error import LUMINANCE
 from .judge import Cells, Run, Store
-from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_picture
+from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_picture, write_report
 from .pbrt import MEASURES, errors, rows_of
-from .progress import Progress, duration
+from .progress import Progress
 from .renderer import RenderError, cache_folder
-from .tables import update_table
 
 # Values of Cycles' `sampling_pattern`: its default, its two kinds of blue noise, and that of examples/cycles.
 SAMPLERS = ("tabulated_sobol", "blue_noise_first", "blue_noise_pure", "blue")
@@ -205,14 +203,8 @@ def run(arguments):
               for threshold in ADAPTIVE if not options.no_adaptive]
     cells = Cells(work.results(references, tasks))
     report = Report(options, cells, references, SAMPLERS, counts)
-    write_rows(options.pages / "cycles.csv", FIELDS + MEASURES, rows_of(cells, set(views)))
-    write_text(options.out / "cycles.md", report.text())
-    if options.out.resolve() == Path("docs/report").resolve():
-        update_table(options.guide, "scripts/bench cycles", report.summary())
+    if write_report(options, "cycles", report, rows_of(cells, set(views)), FIELDS + MEASURES, references):
         work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
-    print(report.text())
-    print(f"Written: {options.out}/cycles.md and {options.pages}/cycles.csv. References took "
-          f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)
 
 
 def main(arguments=None):

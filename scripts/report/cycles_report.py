@@ -28,11 +28,13 @@ table says otherwise. *As displayed* clips pictures to 0..1 before the blur, *ra
 """
 
 METHOD = """The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles' `sampling_pattern`, which are told
-the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone
-program's, a box. Cycles puts sample 0 into the middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
+the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is not. Clamping of indirect light is
+Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample 0 into the middle of the pixel, whatever the
+pattern. `penumbra` and `lens` guided the choice of what is drawn where.
 
 References are means of two pictures by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
-difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that."""
+difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that;
+where a cell is empty, the reference is too noisy."""
 
 
 class Report:
@@ -143,15 +145,16 @@ class Report:
         at = f"At {', '.join(map(str, counts[:-1]))} and {counts[-1]} samples" if len(counts) > 1 else f"At {counts[0]} sample"
         threshold = ADAPTIVE[-1]
         samples, error = (self.mean_ratio(name, "tabulated_sobol", threshold) for name in ("samples", HEADLINE[0]))
-        last = (f"With adaptive sampling and a threshold of {threshold}, Tabulated Sobol takes {samples[0]:.2f} times the samples of `blue` "
-                f"and ends with {error[0]:.2f} times its error; " if samples and error else "")
+        last = ("With adaptive sampling and a threshold of {}, Tabulated Sobol takes {:.2f} ({:.2f} to {:.2f}) times the samples of `blue` and ends "
+                "with {:.2f} ({:.2f} to {:.2f}) times its error. ".format(threshold, *samples, *error) if samples and error else "")
         early = [n for n in counts if n < PREVIEW_SPP]
         preview = [", ".join(f"{gain.value:.2f}" if gain else "?" for gain in (
             self.gains.gain("blue", spp, HEADLINE[0], f"{than} {PREVIEW_SPP}") for spp in early)) for than in PREVIEW]
-        return (f"{at}, Cycles' default, Tabulated Sobol, has {said[0]} times the error of `blue` as displayed (raw {raw[0]}). Its own blue noise, "
-                f"told the number of samples beforehand, has {said[2]} times with *pure* (raw {raw[2]}) and {said[1]} times with "
-                f"*first* (raw {raw[1]}); told {PREVIEW_SPP} and stopped at {', '.join(map(str, early))}, as in a preview, {preview[1]} and {preview[0]} times. "
-                f"{last}{'a' if last else 'A'} sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
+        return (f"{at}, Tabulated Sobol, the default of Cycles' stand-alone program, has {said[0]} times the error of `blue` as "
+                f"displayed (raw {raw[0]}). Told the number of samples, Cycles' blue noise has {said[2]} times with *pure* (raw {raw[2]}) and {said[1]} times "
+                f"with *first* (raw {raw[1]}). Told {PREVIEW_SPP} and stopped at {', '.join(map(str, early))}, as in a preview, *pure* has {preview[1]} times "
+                f"and *first* {preview[0]} times. "
+                f"{last}A sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
 
     def text(self):
         parts = ["# In Cycles", "", self.answer(), "", INTRO]
@@ -166,9 +169,9 @@ class Report:
         for measure in HEADLINE:
             parts += [f"{name_of(measure).capitalize()}:", "", self.preview_table(measure), ""]
         if any(self.cells.get(view, f"blue {ADAPTIVE[0]}", ADAPTIVE_SPP, "samples") for view in self.gains.views):
-            parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, and Cycles' own "
-                      "least count. Cycles stops where two halves of a pixel's samples agree, told apart by bits of the sample's index: with a "
-                      "pattern whose halves are better spread they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
+            parts += ["## Adaptive sampling", "", f"At most {ADAPTIVE_SPP} samples, which is also what the patterns are told, with Cycles' default "
+                      "minimum. Cycles splits a pixel's samples into two halves by bits of the index and stops where they agree: if the halves of "
+                      "a pattern are better spread, they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
         parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes. On a machine with other work a few "
                   "per cent mean nothing.", "", self.times_table(), ""]
         parts += ["## Other blurs", ""]

@@ -4,6 +4,7 @@
 import dataclasses
 import hashlib
 import os
+import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -12,9 +13,11 @@ import numpy as np
 
 from .bench_options import arguments_that_count
 from .contact_sheet import enlarged_part, preview, sheet
-from .files import read_exr
+from .files import read_exr, write_rows, write_text
 from .image_error import displayed_rmse
+from .progress import duration
 from .renderer import RenderError
+from .tables import update_table
 from .whole_files import written_beside
 
 
@@ -88,6 +91,20 @@ def write_picture(path, pictures, reference, part, factor, sigma=2.1):
     cells = [[enlarged_part(image, part, factor)] for image in shown]
     with written_beside(path) as beside:
         sheet([cells], [""], names).save(beside, quality=92, subsampling=0)
+
+
+def write_report(options, name, report, rows, fields, references):
+    """Writes NAME.md and the CSV of all figures, and prints the report. In docs/report the guide's table changes, too; returns whether."""
+    write_rows(options.pages / f"{name}.csv", fields, rows)
+    text = report.text()
+    write_text(options.out / f"{name}.md", text)
+    whole = options.out.resolve() == Path("docs/report").resolve()
+    if whole:
+        update_table(options.guide, f"scripts/bench {name}", report.summary())
+    print(text)
+    print(f"Written: {options.out}/{name}.md and {options.pages}/{name}.csv. References took "
+          f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)
+    return whole
 
 
 def command_shown(command, arguments, checkout):

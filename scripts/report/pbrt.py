@@ -20,16 +20,15 @@ import numpy as np
 
 from . import gains
 from .command import positive, run_or_say_why
-from .files import read_exr, write_rows, write_text
+from .files import read_exr
 from .image_error import LUMINANCE, SIGMAS, displayed, rmse
 from .judge import Cells, Run, Store
-from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of
+from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_report
 from .pbrt_build import COMMIT, build
 from .pbrt_report import FIELDS, Report
 from .pbrt_scenes import CROP, SCENES, TUNING, crops, write_files
-from .progress import Progress, duration
+from .progress import Progress
 from .renderer import cache_folder
-from .tables import update_table
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in
@@ -252,14 +251,8 @@ def run(arguments):
     if "blue" not in options.samplers:
         return print(f"Rendered without `blue`, to be compared later: {len(tasks)} runs are in the cache.", file=sys.stderr)
     report = Report(options, cells, references, built.remarks if built else (), [n for n in COUNTS if n <= options.spp])
-    write_rows(options.pages / "pbrt.csv", FIELDS + MEASURES, rows_of(cells, set(views)))
-    write_text(options.out / "pbrt.md", report.text())
-    if options.out.resolve() == Path("docs/report").resolve():
-        update_table(options.guide, "scripts/bench pbrt", report.summary())
+    if write_report(options, "pbrt", report, rows_of(cells, set(views)), FIELDS + MEASURES, references):
         gains.write_rows(options.out / "pbrt_headline.csv", report.headline_rows())
-    print(report.text())
-    print(f"Written: {options.out}/pbrt.md and {options.pages}/pbrt.csv. References took "
-          f"{duration(sum(reference.seconds for reference in references.values()))} of processor time once.", file=sys.stderr)
 
 
 def main(arguments=None):

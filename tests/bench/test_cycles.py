@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from report import cycles, cycles_build, cycles_report, cycles_scenes, other_renderer
-from report.files import read_exr
+from report.files import read_exr, write_exr
 from report.renderer import RenderError
 
 
@@ -87,11 +87,11 @@ def report(names=("penumbra", "monkey")):
 
 def test_the_report_says_what_was_measured():
     text = report().text()
-    assert ("Tabulated Sobol, has 1.50, 1.50, 1.50, 1.50 times the error of `blue` as displayed" in text
+    assert ("program, has 1.50, 1.50, 1.50, 1.50 times the error of `blue` as displayed" in text
             and "has 1.20, 1.20, 1.20, 1.20 times with *pure* (raw" in text and "takes 2.00 times as long" in text)
-    assert "told 64 and stopped at 1, 4, 16, as in a preview, 1.20, 1.20, 1.20 and" in text
-    assert "Tabulated Sobol takes 1.50 times the samples of `blue` and ends with 1.50 times its error" in text
-    assert text.count("1.50 (1.50 to 1.50)") == 2 * 9 + 3 * len(cycles_report.ADAPTIVE)
+    assert "Told 64 and stopped at 1, 4, 16, as in a preview, *pure* has 1.20, 1.20, 1.20 times and" in text
+    assert "takes 1.50 (1.50 to 1.50) times the samples of `blue` and ends with 1.50 (1.50 to 1.50) times its error" in text
+    assert text.count("1.50 (1.50 to 1.50)") == 2 * 9 + 3 * len(cycles_report.ADAPTIVE) + 2
     assert "| Tabulated Sobol | 1.50 (1.50) |" in report().summary()
     assert max(map(len, text.split("## Other")[0].replace("|", "\n").splitlines())) < 800
 
@@ -116,6 +116,28 @@ def test_cycles_that_fails_is_an_error_with_its_last_line(tmp_path, checkout):
         cycles.render(program, checkout, "lens", cycles.integrator("blue", 1, 1), tmp_path / "out.exr")
 
 
+def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
+    """A program whose pictures are noise that depends on the scene file alone."""
+    for number in range(10):
+        noise = np.random.default_rng(number).random((cycles_scenes.SIZE[1], cycles_scenes.SIZE[0], 3))
+        write_exr(tmp_path / f"{number}.exr", noise.astype(np.float32), {})
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\nfor last; do :; done\nwhile [ $1 != --output ]; do shift; done\n"
+                       f"sum=$(cksum < $last)\ncp {tmp_path}/$((${{sum%% *}} % 10)).exr $2\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "docs/report").mkdir(parents=True)
+    guide = tmp_path / "guide.md"
+    guide.write_text("<!-- table: scripts/bench cycles -->\n<!-- end of the table -->\n")
+    monkeypatch.chdir(tmp_path)
+    cycles.run(["--cycles", str(checkout), "--program", str(program), "--scenes", "monkey", "--spp", "4", "--seeds", "2", "--jobs", "2",
+                "--out", "docs/report", "--guide", str(guide)])
+    text = (tmp_path / "docs/report/cycles.md").read_text()
+    assert "## Stopped early" in text and "## Adaptive sampling" in text and "`monkey`: Cycles'" in text
+    assert "| Tabulated Sobol |" in guide.read_text() and (tmp_path / "out/cycles/cycles.csv").is_file()
+    assert (tmp_path / "docs/cycles.jpg").is_file()
+
+
 # ---- With Cycles
 
 @pytest.fixture(scope="session")
@@ -125,11 +147,19 @@ def program():
     return cycles_build.build(os.environ["BN_CYCLES"], os.cpu_count() or 1)
 
 
-def test_pictures_differ_by_their_seeds_alone(program, tmp_path):
-    def picture(seed):
-        out = tmp_path / "out.exr"
-        cycles.render(program, os.environ["BN_CYCLES"], "penumbra", cycles.integrator("blue", 2, seed), out)
-        return read_exr(out)[0]
+def picture(program, folder, settings, spp):
+    out = folder / "out.exr"
+    cycles.render(program, os.environ["BN_CYCLES"], "penumbra", settings, out, spp)
+    return read_exr(out)[0]
 
-    first, again, other = picture(1), picture(1), picture(2)
+
+def test_pictures_differ_by_their_seeds_alone(program, tmp_path):
+    first, again, other = (picture(program, tmp_path, cycles.integrator("blue", 2, seed), 2) for seed in (1, 1, 2))
     assert np.array_equal(first, again) and np.mean(first != other) > 0.5 and abs(first.mean() / other.mean() - 1) < 0.02
+
+
+@pytest.mark.parametrize("sampler", cycles.SAMPLERS)
+def test_what_patterns_are_told(program, tmp_path, sampler):
+    """Blue noise of Cycles depends on it, as the table of pictures that stop early needs; `blue` does not."""
+    told_four, told_more = (picture(program, tmp_path, cycles.integrator(sampler, told, 1), 4) for told in (4, 64))
+    assert np.array_equal(told_four, told_more) == (sampler not in cycles_report.PREVIEW)
