@@ -14,6 +14,9 @@
 
 namespace pbrt {
 
+// Up to this many samples per pixel are given equidistant wavelengths.
+static constexpr int MaxEquidistant = 7;
+
 BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const FileLoc *loc,
                                  Allocator alloc) {
     const int asked = parameters.GetOneInt("pixelsamples", 16);
@@ -55,13 +58,29 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
     }
 }
 
+// In [0, 1): where a sample's wavelengths lie in the distance between them. That is u[3]. With few samples the gaps between
+// theirs are far from even, so they keep their order and are moved to equal distances, beginning where
+// the first one tells.
+Float BlueSampler::WavelengthOffset() const {
+    if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
+    int rank = 0;
+    Float first = 0;
+    for (int i = 0; i < samplesPerPixel; ++i) {
+        float other[2];
+        bn_draw_pair(table, pixel.x, pixel.y, i, bn_domain_child(BN_DOMAIN_ROOT, 0), 1, other);
+        if (i == 0) first = samplesPerPixel * other[1];
+        rank += other[1] < u[3];
+    }
+    return (rank + (first - int(first))) / samplesPerPixel;
+}
+
 Float BlueSampler::Get1D() {
     if (dimension == 0) {
         // Of the wavelengths w, w + 1/4, w + 1/2, w + 3/4, only w modulo 1/4 decides which are taken.
         OpenDomain(0);
         spent = 4;
         dimension = 1;
-        return std::min<Float>((int(4 * u[2]) + u[3]) / 4, OneMinusEpsilon);
+        return std::min<Float>((int(4 * u[2]) + WavelengthOffset()) / 4, OneMinusEpsilon);
     }
     if (spent >= 2) OpenNextDomain();
     ++dimension;

@@ -40,6 +40,7 @@ class BlueSampler {
   private:
     void OpenDomain(int newKey);
     void OpenNextDomain();
+    Float WavelengthOffset() const;
 
     int samplesPerPixel;
     const bn_draw_table *table;

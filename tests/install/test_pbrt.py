@@ -54,6 +54,10 @@ def test_sixteen_samples_meet_every_stratum(draws):
     assert run(draws, "strata") == "0\n"
 
 
+def test_wavelengths_of_few_samples_are_equidistant(draws):
+    assert run(draws, "wavelengths") == "0\n"
+
+
 @pytest.fixture(scope="module")
 def check(folder, static_library):
     return link(folder, static_library, "check", "-DCHECK", compiled_check(folder))

@@ -3,11 +3,14 @@
 //     draws path DIMENSIONS DEPTHS     one line per number: its values in eight samples
 //     draws wavefront DEPTHS           how many numbers differ from those of a path without a break
 //     draws domains                    how many numbers are not those of the domain they should be of
+//     draws wavelengths                how many pixels' wavelengths are not at equal distances, 1 to 7 samples
 //     draws strata                     how many strata of the numbers of 16 samples are not met once
 #include <pbrt/blue.h>
 
 #include <bn/bn.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -125,6 +128,33 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return wrong;
 }
 
+// With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart; where they begin is uniform.
+[[maybe_unused]] int wavelengths() {
+    int wrong = 0;
+    for (int count = 1; count <= 7; ++count) {
+        pbrt::given.pixelSamples = count;
+        pbrt::BlueSampler sampler = make();
+        std::vector<int> begin(8);
+        for (int x = 0; x < 4096; ++x) {
+            std::vector<double> places;
+            for (int index = 0; index < count; ++index) {
+                const float w = path(sampler, {x % 64, x / 64}, index, "7", 1)[0];
+                if (!(w >= 0 && w < 1)) ++wrong;
+                places.push_back(4 * w - std::floor(4 * w));
+            }
+            std::sort(places.begin(), places.end());
+            for (int k = 0; k < count; ++k)
+                if (std::abs(places[size_t(k)] - places[0] - double(k) / count) > 1e-5) {
+                    ++wrong;
+                    break;
+                }
+            ++begin[size_t(8 * count * places[0])];
+        }
+        for (int bin : begin) wrong += std::abs(bin - 512) > 100;
+    }
+    return wrong;
+}
+
 // Sixteen samples of a pixel meet each of 16 strata once: of single numbers, of pairs (4x4) and of wavelengths, of which
 // pbrt takes w, w + 1/4, w + 1/2 and w + 3/4 (4 places of the first by 4 within a quarter).
 [[maybe_unused]] int strata() {
@@ -175,6 +205,7 @@ int main(int, char **arguments) {
     if (what == "path") return print_path(arguments[2], std::atoi(arguments[3]));
     std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2]))
                         : what == "domains" ? domains()
+                        : what == "wavelengths" ? wavelengths()
                                             : strata());
     return 0;
 }
