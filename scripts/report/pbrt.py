@@ -23,7 +23,7 @@ from .command import positive, run_or_say_why
 from .files import read_exr
 from .image_error import LUMINANCE, SIGMAS, displayed, rmse
 from .judge import Cells, Run, Store
-from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_report
+from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_picture, write_report
 from .pbrt_build import COMMIT, build
 from .pbrt_report import FIELDS, Report
 from .pbrt_scenes import CROP, SCENES, TUNING, crops, write_files
@@ -43,6 +43,10 @@ ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 REFERENCE_LINE = SAMPLERS["paddedsobol"]
 REFERENCE_SEED = 1_000_003
 PROBES = ("motion", "skin", "room")  # between them they draw all that a path can draw
+# What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
+PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/pbrt.jpg", "penumbra", 6
+PICTURE_BOUNDS, PICTURE_PART = (460, 780, 280, 520), (104, 60, 96, 96)
+PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
 MEASURES = tuple(f"{kind}_{sigma}" for kind in ("displayed", "displayed_luminance", "rmse", "luminance") for sigma in SIGMAS)
 
 
@@ -189,6 +193,19 @@ def rows_of(cells, views):
     return rows
 
 
+def make_picture(program, path, reference_spp):
+    scene = SCENES[PICTURE_SCENE]
+    with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
+        def picture(name, spp, seed, line):
+            out = Path(folder) / "out.exr"
+            render(program, write_files(folder, scene, name, line), PICTURE_BOUNDS, spp, seed, out)
+            return read_exr(out)[0]
+
+        pictures = {name: picture(name, PICTURE_SPP, 1, SAMPLERS[name]) for name in PICTURE_SAMPLERS}
+        reference = picture("reference", reference_spp, REFERENCE_SEED, REFERENCE_LINE)
+    write_picture(path, pictures, reference, PICTURE_PART, 3)
+
+
 # ---- The command
 
 def parse_options(arguments):
@@ -215,6 +232,8 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
                         "the table in examples/pbrt/README.md, else the folder of --pages)")
     parser.add_argument("--pages", type=Path, default=Path("out/pbrt"), metavar="FOLDER",
                         help="folder for the CSV of all figures (default out/pbrt)")
+    parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
+                        help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
     parser.add_argument("--guide", type=Path, default=Path("examples/pbrt/README.md"), help=argparse.SUPPRESS)
     parser.add_argument("--program", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
@@ -239,6 +258,8 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
 def run(arguments):
     options = parse_options(arguments)
     built = build(options.pbrt, options.jobs) if not options.program else None
+    if options.picture:
+        return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 8)
     work = PbrtRun(options.program or built.program, options.jobs)
     try:
         views = [view for name in options.scenes for view in crops(name, options.views)[:options.crops]]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from report import other_renderer, pbrt, pbrt_build, pbrt_report, pbrt_scenes
-from report.files import read_exr
+from report.files import read_exr, write_exr
 from report.image_error import all_errors
 from report.renderer import RenderError
 
@@ -205,6 +205,21 @@ def test_pbrt_that_fails_is_an_error_with_its_last_line(tmp_path):
         pbrt.render(program, "scene.pbrt", (0, 1, 0, 1), 1, 1, tmp_path / "out.exr")
     with pytest.raises(RenderError, match="cannot run"):
         pbrt.render(tmp_path / "missing", "scene.pbrt", (0, 1, 0, 1), 1, 1, tmp_path / "out.exr")
+
+
+def test_the_picture(tmp_path, monkeypatch):
+    x0, x1, y0, y1 = pbrt.PICTURE_BOUNDS
+    asked = []
+
+    def render(program, scene_file, bounds, spp, seed, out):
+        asked.append((scene_file.stem, spp))
+        write_exr(out, np.random.default_rng(spp).random((y1 - y0, x1 - x0, 3)).astype(np.float32), {})
+
+    monkeypatch.setattr(pbrt, "render", render)
+    pbrt.run(["--pbrt", "x", "--program", "pbrt", "--picture", str(tmp_path / "picture.jpg")])
+    left, top, width, height = pbrt.PICTURE_PART
+    assert left + width <= x1 - x0 and top + height <= y1 - y0 and (tmp_path / "picture.jpg").is_file()
+    assert asked == [(f"penumbra-{name}", 6) for name in pbrt.PICTURE_SAMPLERS] + [("penumbra-reference", 512)]
 
 
 # ---- With pbrt
