@@ -17,6 +17,16 @@ namespace pbrt {
 // Up to this many samples per pixel are given equidistant wavelengths.
 static constexpr int MaxEquidistant = 7;
 
+static bn_sampler *CreateSampler(int kind, int seed, const FileLoc *loc) {
+    bn_sampler_options options = bn_sampler_options_default();
+    options.kind = kind;
+    options.seed = uint32_t(seed);
+    bn_sampler *sampler = nullptr;
+    if (bn_result result = bn_sampler_create(&options, &sampler); result != BN_SUCCESS)
+        ErrorExit(loc, "blue: %s", bn_result_string(result));
+    return sampler;
+}
+
 BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const FileLoc *loc,
                                  Allocator alloc) {
     const int asked = parameters.GetOneInt("pixelsamples", 16);
@@ -25,13 +35,10 @@ BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const Fi
                                               : asked;
     const int seed = parameters.GetOneInt("seed", Options->seed);
 
-    // All clones share this sampler. It lives until pbrt ends, as pbrt never destroys a Sampler.
-    bn_sampler_options options = bn_sampler_options_default();
-    options.seed = uint32_t(seed);
-    bn_sampler *sampler = nullptr;
-    if (bn_result result = bn_sampler_create(&options, &sampler); result != BN_SUCCESS)
-        ErrorExit(loc, "blue: %s", bn_result_string(result));
-    return alloc.new_object<BlueSampler>(count, bn_sampler_table(sampler));
+    // All clones share these. They live until pbrt ends, as pbrt never destroys a Sampler.
+    const bn_sampler *sampler = CreateSampler(BN_SAMPLER_BLUE, seed, loc);
+    const bn_sampler *mask = count == 1 ? CreateSampler(BN_SAMPLER_MASK, seed, loc) : nullptr;
+    return alloc.new_object<BlueSampler>(count, bn_sampler_table(sampler), mask);
 }
 
 void BlueSampler::OpenDomain(int newKey) {
@@ -60,8 +67,11 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
 
 // In [0, 1): where a sample's wavelengths lie in the distance between them. That is u[3]. With few samples the gaps between
 // theirs are far from even, so they keep their order and are moved to equal distances, beginning where
-// the first one tells.
+// the first one tells. For a single sample and a single smooth number, a mask is the bluest noise.
 Float BlueSampler::WavelengthOffset() const {
+    if (samplesPerPixel == 1)
+        return bn_sample_1d(mask, pixel.x, pixel.y, sampleIndex,
+                            bn_domain_child(BN_DOMAIN_ROOT, 0));
     if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
     int rank = 0;
     Float first = 0;

@@ -13,6 +13,7 @@
 #include <string>
 
 struct bn_draw_table;
+struct bn_sampler;
 
 namespace pbrt {
 
@@ -20,8 +21,9 @@ namespace pbrt {
 // the position in the pixel share domain 0.
 class BlueSampler {
   public:
-    BlueSampler(int samplesPerPixel, const bn_draw_table *table)
-        : samplesPerPixel(samplesPerPixel), table(table) {}
+    // mask: of the same seed, for pictures of one sample per pixel.
+    BlueSampler(int samplesPerPixel, const bn_draw_table *table, const bn_sampler *mask)
+        : samplesPerPixel(samplesPerPixel), table(table), mask(mask) {}
 
     static constexpr const char *Name() { return "BlueSampler"; }
     static BlueSampler *Create(const ParameterDictionary &parameters, const FileLoc *loc,
@@ -44,6 +46,7 @@ class BlueSampler {
 
     int samplesPerPixel;
     const bn_draw_table *table;
+    const bn_sampler *mask;
     Point2i pixel;
     int sampleIndex = 0, dimension = 0;
     // The open domain: its key, its numbers, and how many of them are spent, from u[2] on.

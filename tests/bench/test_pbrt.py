@@ -144,12 +144,16 @@ class Made:
         return [(0.5 if label == "blue" else 1.0) / np.sqrt(spp)] * 4
 
 
-@pytest.fixture
-def made():
+def made_of(*scenes):
     options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, command="scripts/bench pbrt --pbrt DIR")
-    views = [view for scene in ("cornell", "room") for view in pbrt_scenes.crops(scene, "final")]
+    views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "final")]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(pbrt.MEASURES, 0.001), 4096, 1.0) for view in views}
     return pbrt_report.Report(options, Made(), references, ("A remark.",), list(pbrt.COUNTS))
+
+
+@pytest.fixture
+def made():
+    return made_of("cornell", "room")
 
 
 def test_ratios_are_over_blue(made):
@@ -160,7 +164,8 @@ def test_ratios_are_over_blue(made):
     text = made.text()
     assert text.index("## Held-out scenes") < text.index("## Tuning scenes") and "A remark." in text
     assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary()
-    assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text
+    assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text and "without `hair`" not in text
+    assert "without `hair`" in made_of("hair", "room").text()
 
 
 def test_a_reference_too_noisy_leaves_a_crop_out(made):

@@ -128,9 +128,14 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return wrong;
 }
 
-// With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart; where they begin is uniform.
+// With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart; where they begin is uniform,
+// and a mask's with one sample.
 [[maybe_unused]] int wavelengths() {
     int wrong = 0;
+    bn_sampler_options options = bn_sampler_options_default();
+    options.kind = BN_SAMPLER_MASK;
+    bn_sampler *mask;
+    if (bn_sampler_create(&options, &mask) != BN_SUCCESS) return -1;
     for (int count = 1; count <= 7; ++count) {
         pbrt::given.pixelSamples = count;
         pbrt::BlueSampler sampler = make();
@@ -149,9 +154,13 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
                     break;
                 }
             ++begin[size_t(8 * count * places[0])];
+            const float wanted =
+                bn_sample_1d(mask, x % 64, x / 64, 0, bn_domain_child(BN_DOMAIN_ROOT, 0));
+            wrong += count == 1 && std::abs(places[0] - double(wanted)) > 1e-6;
         }
         for (int bin : begin) wrong += std::abs(bin - 512) > 100;
     }
+    bn_sampler_destroy(mask);
     return wrong;
 }
 
@@ -203,10 +212,10 @@ void draw(int x, int y, unsigned index, int decision, float u[2]) {
 int main(int, char **arguments) {
     const std::string what = arguments[1];
     if (what == "path") return print_path(arguments[2], std::atoi(arguments[3]));
-    std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2]))
-                        : what == "domains" ? domains()
+    std::printf("%d\n", what == "wavefront"     ? wavefront(std::atoi(arguments[2]))
+                        : what == "domains"     ? domains()
                         : what == "wavelengths" ? wavelengths()
-                                            : strata());
+                                                : strata());
     return 0;
 }
 #endif
