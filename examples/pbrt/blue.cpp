@@ -14,8 +14,10 @@
 
 namespace pbrt {
 
-// Up to this many samples per pixel are given equidistant wavelengths.
+// With 2 to this many samples per pixel, wavelengths are equidistant. Sample i takes place i * step modulo their number, so that the
+// first few are far apart, too.
 static constexpr int MaxEquidistant = 7;
+static constexpr int EquidistantSteps[MaxEquidistant + 1] = {0, 1, 1, 2, 3, 3, 5, 4};
 
 static bn_sampler *CreateSampler(int kind, int seed, const FileLoc *loc) {
     bn_sampler_options options = bn_sampler_options_default();
@@ -65,23 +67,18 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
     }
 }
 
-// In [0, 1): where a sample's wavelengths lie in the distance between them. That is u[3]. With few samples the gaps between
-// theirs are far from even, so they keep their order and are moved to equal distances, beginning where
-// the first one tells. For a single sample and a single smooth number, a mask is the bluest noise.
+// Where a sample's wavelengths fall within their spacing, in [0, 1). Usually u[3]. The u[3] of 2 to 7 samples are unevenly
+// spaced, so evenly spaced numbers take their place, of which the first is sample 0's u[3]. For one sample a mask: nothing is
+// bluer where a single smooth number decides.
 Float BlueSampler::WavelengthOffset() const {
-    if (samplesPerPixel == 1)
-        return bn_sample_1d(mask, pixel.x, pixel.y, sampleIndex,
-                            bn_domain_child(BN_DOMAIN_ROOT, 0));
     if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
-    int rank = 0;
-    Float first = 0;
-    for (int i = 0; i < samplesPerPixel; ++i) {
-        float other[2];
-        bn_draw_pair(table, pixel.x, pixel.y, i, bn_domain_child(BN_DOMAIN_ROOT, 0), 1, other);
-        if (i == 0) first = samplesPerPixel * other[1];
-        rank += other[1] < u[3];
-    }
-    return (rank + (first - int(first))) / samplesPerPixel;
+    const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, 0);
+    if (samplesPerPixel == 1) return bn_sample_1d(mask, pixel.x, pixel.y, 0, domain);
+    float first[2];
+    bn_draw_pair(table, pixel.x, pixel.y, 0, domain, 1, first);
+    const int place = sampleIndex * EquidistantSteps[samplesPerPixel] % samplesPerPixel;
+    const Float v = first[1] + Float(place) / samplesPerPixel;
+    return v - int(v);
 }
 
 Float BlueSampler::Get1D() {

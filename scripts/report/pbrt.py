@@ -26,13 +26,14 @@ from .judge import Cells, Run, Store
 from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_picture, write_report
 from .pbrt_build import COMMIT, build
 from .pbrt_report import FIELDS, Report
-from .pbrt_scenes import CROP, SCENES, TUNING, crops, write_files
+from .pbrt_scenes import CROP, HELD_OUT, SCENES, TUNING, crops, write_files
 from .progress import Progress
 from .renderer import cache_folder
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in
             ("independent", "stratified", "halton", "paddedsobol", "sobol", "zsobol", "pmj02bn", "blue")}
+VIEWS = {"final": SCENES, "tuning": TUNING, "fresh": HELD_OUT}
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 SEEDS = 8
 MINUTES = 75  # of the whole comparison on two cores
@@ -218,8 +219,9 @@ It stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in 
 comparison then takes about {MINUTES} minutes on two cores the first time. Builds, references and results are cached there: a run
 that was interrupted resumes, and a change of libbn renders only `blue` again.""")
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
-    parser.add_argument("--views", choices=("final", "tuning"), default="final",
-                        help="final: all scenes, the views of the report (default); tuning: views of half of the scenes to choose by")
+    parser.add_argument("--views", choices=tuple(VIEWS), default="final",
+                        help="final: all scenes, the views of the report (default); tuning: views of half of the scenes to choose by; "
+                        "fresh: others of the held-out scenes, which were first rendered when nothing was left to choose")
     parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(SCENES)}")
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
@@ -241,7 +243,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     options.whole = options.views == "final" and not options.quick and all(
         getattr(options, name) == parser.get_default(name)
         for name in ("scenes", "samplers", "spp", "seeds"))
-    for name, known in (("scenes", TUNING if options.views == "tuning" else SCENES), ("samplers", SAMPLERS)):
+    for name, known in (("scenes", VIEWS[options.views]), ("samplers", SAMPLERS)):
         chosen = getattr(options, name).split(",") if getattr(options, name) else list(known)
         for one in chosen:
             if one not in known:

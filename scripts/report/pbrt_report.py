@@ -23,19 +23,20 @@ WANTED_SAMPLER, WANTED_SPP = "zsobol", 16
 
 TITLE = "# In pbrt-v4\n"
 INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
-ratios, pbrt's sampler over `blue`, at the same number of samples per pixel: 1.20 means that pbrt's sampler has 1.20 times the
+ratios, pbrt's sampler over `blue`, at the same `--spp`: 1.20 means that pbrt's sampler has 1.20 times the
 error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds; in brackets is the 95 %
 interval of a bootstrap over all three.
 
 Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from pictures of {WIDTH}x{HEIGHT},
 after a Gaussian blur of 2.1 pixels unless a table says otherwise. *As displayed* clips pictures to 0..1 before the blur, *raw*
-does not. Hashes of the names place the crops. The sampler, and what its decisions share, were chosen by other crops of the
-tuning scenes alone.
+does not. Hashes of the names place the crops. The sampler and the layout of its decisions were chosen by other crops, of the tuning
+scenes {', '.join(TUNING)}.
+
+`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples.
 """
 
 METHOD = """pbrt's film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator is `volpath`. `--spp` and
-`--seed` set counts and seeds, other options of samplers are pbrt's defaults. `zsobol` rounds counts down to powers of two: with
-`--spp 3` and `--spp 6` it takes 2 and 4 samples, and is compared as such. `halton` and `sobol` keep the positions in the pixel for
+`--seed` set counts and seeds, other options of samplers are pbrt's defaults. `halton` and `sobol` keep the positions in the pixel for
 all seeds.
 
 References are means of two pictures by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
@@ -43,21 +44,31 @@ own, so their errors are independent of all others'. Half the difference of the 
 counts where the error of `blue` is at least three times that."""
 
 
-def answer(rows):
-    """Two sentences from rows of Report.headline_rows(): where blue is ahead of pbrt's default and of the best of all, and where not."""
-    def of(than):
+def answer(rows, rest):
+    """Where blue is ahead of pbrt's default and of the best of all, and where not: sentences from rows of Report.headline_rows(), over
+    the first scenes and, if there are any, over those without SPECTRAL."""
+    def of(rows, than):
         found = {int(row["spp"]): float(row["gain"]) for row in rows if row["measure"] == HEADLINE[0] and row["than"] == than}
         return {spp: value for spp, value in found.items() if spp in HEADLINE_COUNTS}
 
-    default, best = of("zsobol"), of("best of pbrt")
+    def spread(values):
+        return f"{min(values):.2f} to {max(values):.2f}"
+
+    def against_default(found):
+        powers = spread([value for spp, value in found.items() if not spp & (spp - 1)])
+        others = [f"{value:.2f} at {spp}" for spp, value in found.items() if spp & (spp - 1)]
+        return f"{powers} times the error of `blue` at powers of two" + (f" (and {', '.join(others)})" if others else "")
+
     parts = []
-    if default:
-        parts.append(f"As displayed, after a blur, pbrt's default `zsobol` has {min(default.values()):.2f} to {max(default.values()):.2f} times the error of "
-                     f"`blue` at {min(default)} to {max(default)} samples.")
-    if best:
+    if default := of(rows, "zsobol"):
+        parts.append(f"As displayed, after a blur, pbrt's default `zsobol` has {against_default(default)}. At other counts it takes fewer samples.")
+    if best := of(rows, "best of pbrt"):
         behind = [f"{spp} ({value:.2f})" for spp, value in best.items() if value < 1]
-        parts.append(f"The best of all of pbrt's samplers, chosen at each count afterwards, has {min(best.values()):.2f} to {max(best.values()):.2f} times"
+        parts.append(f"The best of all of pbrt's samplers, chosen at each count afterwards, has {spread(best.values())} times"
                      + (f" and is ahead at {', '.join(behind)}." if behind else "."))
+    if default and best and rest:
+        parts.append(f"One scene, `{SPECTRAL}`, decides much of that and makes intervals wide: without it `zsobol` has "
+                     f"{against_default(of(rest, 'zsobol'))}, and the best {spread(of(rest, 'best of pbrt').values())} times.")
     return " ".join(parts)
 
 
@@ -70,10 +81,10 @@ def than_name(than):
     return "best of pbrt's" if than == BEST_PEER else f"`{than}`"
 
 
-WAVELENGTHS = """Two crops of `hair` show an evenly lit background alone, where nothing but wavelengths is noisy. A path has four of them, and
-`pmj02bn` puts its single numbers at equal distances: 3 and 6 samples have 12 and 24 wavelengths at equal distances, but at 4 samples
-those of all nearly coincide. `blue` does so for 2 to 7 samples, and with one takes a mask's number. These two crops had shown what that
-is worth; how to do it was chosen by the tuning crops."""
+WAVELENGTHS = """Two crops of `hair` show an evenly lit background alone, where nothing but wavelengths is noisy. A path has four of them.
+`pmj02bn` spaces its single numbers evenly: with 3 and 6 samples there are 12 and 24 evenly spaced wavelengths, but with 4 the
+samples' sets of four nearly coincide. With 2 to 7 samples `blue` always spaces wavelengths evenly, and with one it takes them from a mask.
+These two crops prompted that; how to do it was chosen by the tuning crops."""
 SPECTRAL = "hair"
 
 
@@ -95,6 +106,11 @@ class Report:
         gains = Gains(self.cells, {view: own for view, own in self.references.items() if view.scene in scenes}, self.samplers)
         gains.peers = self.own
         return gains
+
+    def without_spectral(self):
+        """Gains over the held-out scenes but SPECTRAL; None without it, or of it alone."""
+        rest = self.gains_of([scene for scene in HELD_OUT if scene != SPECTRAL])
+        return rest if 0 < len(rest.views) < len(next(iter(self.sets.values())).views) else None
 
     # ---- Errors
 
@@ -119,9 +135,9 @@ class Report:
         return (f"{next(iter(self.sets))}: {scenes}; crops: {len(gains.views)}; seeds: {self.options.seeds}.\n\n"
                 + md_table(["error over `blue`'s, at spp", *map(str, counts)], rows))
 
-    def headline_rows(self):
+    def headline_rows(self, gains=None):
         """What `scripts/bench summary` reads: over held-out scenes, in the form of gains.write_rows()."""
-        gains = next(iter(self.sets.values()))
+        gains = gains or next(iter(self.sets.values()))
         found = [(gains.gain("blue", spp, measure, than), measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than)
                  for measure in HEADLINE for spp in self.counts for than in (*self.own, BEST_PEER)]
         return [row_of(*row) for row in found if row[0]]
@@ -209,14 +225,15 @@ class Report:
     # ---- All
 
     def text(self):
-        parts = [TITLE, answer(self.headline_rows()), "", INTRO]
+        rest = self.without_spectral()
+        parts = [TITLE, answer(self.headline_rows(), self.headline_rows(rest) if rest else []), "", INTRO]
         for title, gains in self.sets.items():
             parts += [f"## {title}", ""]
             for measure in HEADLINE:
                 parts += [f"{name_of(measure).capitalize()}:", "", self.headline(gains, measure), ""]
-        parts += [WAVELENGTHS, ""]
-        rest = self.gains_of([scene for scene in HELD_OUT if scene != SPECTRAL])
-        if rest.views and len(rest.views) < len(next(iter(self.sets.values())).views):
+        if rest:
+            if self.options.views == "final":
+                parts += [WAVELENGTHS, ""]
             parts += [f"Held-out scenes without `{SPECTRAL}`, {name_of(HEADLINE[0])}:", "", self.headline(rest, HEADLINE[0]), ""]
         parts += ["## Scene by scene", "", "In brackets: the smallest and the greatest of a scene's crops.", ""]
         for gains in self.sets.values():

@@ -308,7 +308,7 @@ class View:
 
 
 def crops(scene, purpose):
-    """The CROPS views of a scene. A hash of their names places them. purpose: "tuning" or "final"."""
+    """The CROPS views of a scene. A hash of their names places them. purpose: "tuning", "final" or "fresh"."""
     views = []
     for k in range(CROPS):
         digest = hashlib.sha256(f"{scene} {purpose} {k}".encode()).digest()

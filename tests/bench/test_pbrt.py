@@ -21,13 +21,13 @@ def test_scenes_are_halved_and_crops_differ():
     assert len(pbrt_scenes.TUNING) == len(pbrt_scenes.HELD_OUT) == 6 and len(pbrt_scenes.SCENES) == 12
     places = []
     for scene in pbrt_scenes.SCENES:
-        for purpose in ("tuning", "final"):
+        for purpose in pbrt.VIEWS:
             for view in pbrt_scenes.crops(scene, purpose):
                 x0, x1, y0, y1 = view.bounds
                 assert 0 <= x0 < x1 <= pbrt_scenes.WIDTH and 0 <= y0 < y1 <= pbrt_scenes.HEIGHT
                 assert (x1 - x0, y1 - y0) == pbrt_scenes.CROP
                 places.append((scene, x0, y0))
-    assert len(set(places)) == 12 * 2 * pbrt_scenes.CROPS
+    assert len(set(places)) == 12 * 3 * pbrt_scenes.CROPS
 
 
 def test_crops_stay_where_they_are():
@@ -145,7 +145,7 @@ class Made:
 
 
 def made_of(*scenes):
-    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, command="scripts/bench pbrt --pbrt DIR")
+    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, views="final", command="scripts/bench pbrt --pbrt DIR")
     views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "final")]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(pbrt.MEASURES, 0.001), 4096, 1.0) for view in views}
     return pbrt_report.Report(options, Made(), references, ("A remark.",), list(pbrt.COUNTS))

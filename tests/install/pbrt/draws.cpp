@@ -128,8 +128,8 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return wrong;
 }
 
-// With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart; where they begin is uniform,
-// and a mask's with one sample.
+// With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart. Each sample's are
+// uniform, and a mask's with one sample.
 [[maybe_unused]] int wavelengths() {
     int wrong = 0;
     bn_sampler_options options = bn_sampler_options_default();
@@ -139,13 +139,14 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     for (int count = 1; count <= 7; ++count) {
         pbrt::given.pixelSamples = count;
         pbrt::BlueSampler sampler = make();
-        std::vector<int> begin(8);
+        std::vector<int> bins(size_t(8 * count));
         for (int x = 0; x < 4096; ++x) {
             std::vector<double> places;
             for (int index = 0; index < count; ++index) {
                 const float w = path(sampler, {x % 64, x / 64}, index, "7", 1)[0];
                 if (!(w >= 0 && w < 1)) ++wrong;
                 places.push_back(4 * w - std::floor(4 * w));
+                ++bins[size_t(8 * index) + size_t(8 * places.back())];
             }
             std::sort(places.begin(), places.end());
             for (int k = 0; k < count; ++k)
@@ -153,12 +154,11 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
                     ++wrong;
                     break;
                 }
-            ++begin[size_t(8 * count * places[0])];
             const float wanted =
                 bn_sample_1d(mask, x % 64, x / 64, 0, bn_domain_child(BN_DOMAIN_ROOT, 0));
             wrong += count == 1 && std::abs(places[0] - double(wanted)) > 1e-6;
         }
-        for (int bin : begin) wrong += std::abs(bin - 512) > 100;
+        for (int bin : bins) wrong += std::abs(bin - 512) > 100;
     }
     bn_sampler_destroy(mask);
     return wrong;
