@@ -221,7 +221,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--views", choices=tuple(VIEWS), default="final",
                         help="final: all scenes, the views of the report (default); tuning: views of half of the scenes to choose by; "
-                        "fresh: others of the held-out scenes, which were first rendered when nothing was left to choose")
+                        "fresh: others of the held-out scenes, by which nothing was chosen")
     parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(SCENES)}")
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
