@@ -5,9 +5,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from browser import Browser, chromium
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+
+from report.browser import Browser, chromium  # noqa: E402
 
 
 @pytest.fixture(scope="session")
