@@ -14,8 +14,8 @@
 
 namespace pbrt {
 
-// With 2 to this many samples per pixel, wavelengths are equidistant. Sample i takes place i * step modulo their number, so that the
-// first few are far apart, too.
+// With 2 to MaxEquidistant samples per pixel, wavelengths are equidistant. Sample i takes place i * step modulo the count, so
+// that the first few samples are far apart, too.
 static constexpr int MaxEquidistant = 7;
 static constexpr int EquidistantSteps[MaxEquidistant + 1] = {0, 1, 1, 2, 3, 3, 5, 4};
 

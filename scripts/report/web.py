@@ -101,7 +101,7 @@ def run(arguments):
     parser.add_argument("--seeds", type=positive, default=8, metavar="N", help="pictures of each sampler (default 8)")
     parser.add_argument("--reference-spp", type=positive, default=256, metavar="N",
                         help="samples per pixel of each of the reference's two pictures (default 256)")
-    parser.add_argument("--picture", metavar="FILE", default=PICTURE, help=f"where to put the picture (default {PICTURE})")
+    parser.add_argument("--picture", metavar="FILE", help=f"where to put the picture (default {PICTURE}, with --print none)")
     add_options(parser, "examples/web/package/README.md")
     options = parser.parse_args(arguments)
     program = chromium()
@@ -115,7 +115,8 @@ def run(arguments):
         finally:
             progress.close()
             browser.close()
-    write_picture(Path(options.picture), shown, reference, PICTURE_PART, 3)
+    if options.picture or not options.print:
+        write_picture(Path(options.picture or PICTURE), shown, reference, PICTURE_PART, 3)
     write_or_print(options, COMMAND, table(errors))
 
 
