@@ -152,11 +152,11 @@ static void weigh(error_matrix *m, int count, int first, int levels, const doubl
 }
 
 /* Planes for pair 0 and 1, and which of both an integrand is the product of. With a width, a Gaussian
- * bump of this width at a place instead. */
+ * bump of this width at a place instead, in one or two dimensions. */
 typedef struct {
     bake_plane plane[2];
     int uses; /* 1, 2 or 3 for both */
-    float width, x, y;
+    float width, along_x, along_y, x, y;
 } label_integrand;
 
 /* The errors of a bump at all counts. Its mean is that of its samples over all labels. */
@@ -165,7 +165,7 @@ static void put_bump(float *out, const label_integrand *f, const float *x, const
     float value[POINTS], sum = 0, partial[PARTIALS] = {0};
     for (int i = 0; i < POINTS; ++i) {
         float dx = x[i] - f->x, dy = y[i] - f->y;
-        value[i] = expf(-(dx * dx + dy * dy) / (2 * f->width * f->width));
+        value[i] = expf(-(f->along_x * dx * dx + f->along_y * dy * dy) / (2 * f->width * f->width));
     }
     for (int i = 0, l = 0; i < POINTS; ++i) {
         sum += value[i];
@@ -189,10 +189,10 @@ static void centre(error_matrix *m, int first) {
     }
 }
 
-/* Groups of integrands share a domain: the random digits of its coordinates, and its order. */
+/* Two integrands share a domain: the random digits of its coordinates, and its order. */
 static void add_integrands(error_matrix *m, const bake_pair pairs[2], const label_integrand *list,
                            int n, int partials, const double *weight, bake_random *r) {
-    enum { GROUP = 8 };
+    enum { GROUP = 2 };
     float x[2][POINTS], y[2][POINTS];
     int first = m->used, columns = LEVELS + partials;
     m->used += n * columns;
@@ -228,6 +228,16 @@ static void add_integrands(error_matrix *m, const bake_pair pairs[2], const labe
     weigh(m, PIXELS, first, columns, weight);
 }
 
+static label_integrand bump_make(bake_random *r, int pair, int along_x, int along_y) {
+    label_integrand bump = {.uses = 1 << pair,
+                            .width = (float)(0.12 + 0.3 * bake_random_double(r)),
+                            .along_x = (float)along_x,
+                            .along_y = (float)along_y};
+    bump.x = (float)bake_random_double(r);
+    bump.y = (float)bake_random_double(r);
+    return bump;
+}
+
 /* A share of the full number for a small effort, never more. */
 static int fewer(const bake_options *options, int full, int least) {
     double effort = options->effort < 1 ? options->effort : 1;
@@ -246,6 +256,9 @@ void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_
                                                                    .3,  .4,  .3,  .4,  .3, .3},
                               bump_weight[LEVELS + PARTIALS] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
                                                                 .3, .3, .3, .2, .2, .2, .2, .1, .1},
+                              single_weight[LEVELS + PARTIALS] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.4,
+                                                                  1.4, .6,  .5,  .7,  .6,  .6,
+                                                                  .4,  .5,  .4,  .5,  .4,  .4},
                               step_weight[LEVELS] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3},
                               axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     enum { MOST = 160 };
@@ -253,15 +266,17 @@ void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_
     static bake_pair pairs[2];
     int planes = fewer(options, 112, 8), both = fewer(options, 160, 8);
     int bumps = fewer(options, 32, 8), steps = fewer(options, 48, 8), axes = fewer(options, 20, 4);
+    int singles = fewer(options, 128, 8);
     int own = (2 * planes + both + 2 * bumps) * (LEVELS + PARTIALS);
     error_matrix m = {NULL,
-                      what == FEATURES_OWN    ? own
-                      : what == FEATURES_AXES ? (member == 0 ? 2 : 4) * axes * LEVELS
-                                              : steps * LEVELS,
+                      what == FEATURES_OWN      ? own
+                      : what == FEATURES_AXES   ? (member == 0 ? 2 : 4) * axes * LEVELS
+                      : what >= FEATURES_SINGLE ? (singles + bumps) * (LEVELS + PARTIALS)
+                                                : steps * LEVELS,
                       0};
     m.rows = bake_allocate((size_t)PIXELS * m.stride, sizeof *m.rows);
     for (int k = 0; k < 2; ++k) bake_pair_make(&pairs[k], &table->member[member], k);
-    bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 8 + what));
+    bake_random r = bake_random_make(options->seed, 5, (uint64_t)(member * 16 + what));
     memset(list, 0, sizeof list);
     if (what == FEATURES_OWN) {
         for (int kind = 1; kind <= 3; ++kind) {
@@ -276,14 +291,18 @@ void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_
                            &r);
         }
         for (int pair = 0; pair < 2; ++pair) {
-            for (int i = 0; i < bumps; ++i) {
-                list[i].uses = 1 << pair;
-                list[i].width = (float)(0.12 + 0.3 * bake_random_double(&r));
-                list[i].x = (float)bake_random_double(&r);
-                list[i].y = (float)bake_random_double(&r);
-            }
+            for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, pair, 1, 1);
             add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
         }
+    } else if (what >= FEATURES_SINGLE) {
+        const int d = what - FEATURES_SINGLE;
+        for (int i = 0; i < singles; ++i) {
+            list[i].uses = 1 << d / 2;
+            list[i].plane[d / 2] = bake_plane_step(d & 1, (i + bake_random_double(&r)) / singles);
+        }
+        add_integrands(&m, pairs, list, singles, PARTIALS, single_weight, &r);
+        for (int i = 0; i < bumps; ++i) list[i] = bump_make(&r, d / 2, !(d & 1), d & 1);
+        add_integrands(&m, pairs, list, bumps, PARTIALS, bump_weight, &r);
     } else {
         int n = what == FEATURES_AXES ? axes : steps;
         for (int pair = 0; pair < 2; ++pair) {
@@ -317,7 +336,8 @@ void bake_features_of_label(bake_features *f, const bake_table *table, const bak
                             int member, int what) {
     bake_features errors;
     bake_errors_of_label(&errors, table, options, member, what);
-    int width = fewer(options, what == FEATURES_OWN ? 336 : 80, 32) / LANES * LANES;
+    const int most = what == FEATURES_OWN ? 336 : what >= FEATURES_SINGLE ? 128 : 80;
+    int width = fewer(options, most, 32) / LANES * LANES;
     make_features(f, errors, PIXELS, 1, width);
 }
 

@@ -5,8 +5,11 @@
  * scrambling that keeps every net, so that points differ in all 32 digits. And the coordinates of a
  * pair change places in some members: in one domain two coordinates of different pairs are related
  * more closely or less, depending on which, at up to 8 samples; over the four members every place
- * has each relation once. Member 0 stays as it is, for its first pair knows rows from columns. */
+ * has each relation once. In members 0 and 2 dimension 2 is then the one that fills boxes of 2^a x
+ * 2^b x 2^c better together with the first pair: there it is a time beside a position, or a choice
+ * and then a point. The first pair of member 0 stays as it is, for it knows rows from columns. */
 #include "bake_tile.h"
+#include <string.h>
 
 static void exchange(pole_vectors *v, int pair) {
     for (int i = 0; i < POLE_INDEX_BITS + POLE_LABEL_BITS; ++i) {
@@ -20,9 +23,13 @@ static void exchange(pole_vectors *v, int pair) {
 
 void bake_exchange(bake_table *table) {
     for (int member = 0; member < MEMBERS; ++member) {
-        if (member & 1) exchange(&table->member[member], 1);
+        if (!(member & 1)) exchange(&table->member[member], 1);
         if (member & 2) exchange(&table->member[member], 0);
     }
+    uint16_t third[PIXELS];
+    memcpy(third, table->single[2], sizeof third);
+    memcpy(table->single[2], table->single[3], sizeof third);
+    memcpy(table->single[3], third, sizeof third);
 }
 
 void bake_finish(bake_table *table, const bake_options *options) {

@@ -37,8 +37,13 @@ typedef struct {
 
 /* ---- Terms, kernels and products ---- */
 
-int bake_terms(int member, bake_term terms[BAKE_MOST_TERMS]) {
+int bake_terms(int which, bake_term terms[BAKE_MOST_TERMS]) {
+    const int member = which;
     int n = 0;
+    if (which >= MEMBERS) {
+        terms[n++] = (bake_term){FEATURES_SINGLE + which - MEMBERS, 0, 1, {3, 0}, 0.4};
+        return n;
+    }
     terms[n++] = (bake_term){FEATURES_OWN, 0, 1, {3, 0}, 0.25};
     for (int a = 0; a < member; ++a) {
         terms[n++] = (bake_term){FEATURES_OF_TWO, a, 2.0 / member, {3, 0}, 0.25};
@@ -285,7 +290,7 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
             g->crossed = 1;
             continue;
         }
-        bake_features_of_label(&f, table, options, member, term->what);
+        bake_features_of_label(&f, table, options, member < MEMBERS ? member : 0, term->what);
         g = add_group(&t);
         for (int k = 0; k < 2 && term->axes[k] != 0; ++k) {
             bake_kernel_add(&g->kernel, term->axes[k], term->narrow, term->weight);
@@ -296,6 +301,7 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
 }
 
 void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts) {
+    uint16_t *label = bake_labels_of(table, member);
     static arrangement *t;
     static int prepared = -1;
     if (prepared != member) {
@@ -303,9 +309,9 @@ void bake_labels(bake_table *table, const bake_options *options, int member, int
         prepared = member;
     }
     if (part == 0 && member > 0) {
-        memcpy(table->label[member], table->label[0], sizeof table->label[0]);
+        memcpy(label, table->label[0], sizeof table->label[0]);
     }
-    memcpy(t->label, table->label[member], sizeof t->label);
+    memcpy(t->label, label, sizeof t->label);
     for (int i = 0; i < t->groups; ++i) {
         feature_group *g = &t->group[i];
         if (g->gram != NULL) continue;
@@ -313,7 +319,7 @@ void bake_labels(bake_table *table, const bake_options *options, int member, int
         for (int block = 0; block < BLOCKS; ++block) gram_of_block(g, t, block);
     }
     make_fields(t);
-    const double hot = member == 0 ? 9 : 14, cold = member == 0 ? 0.9 : 1.2;
+    const double hot = member == 0 || member >= MEMBERS ? 9 : 14, cold = 0.1 * hot;
     bake_random r = bake_random_make(options->seed, 7, (uint64_t)(member * 64 + part));
     int sweeps = bake_count(options, 90, 1);
     for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -324,5 +330,5 @@ void bake_labels(bake_table *table, const bake_options *options, int member, int
         }
         options->progress((sweep + 1.0) / sweeps);
     }
-    memcpy(table->label[member], t->label, sizeof t->label);
+    memcpy(label, t->label, sizeof t->label);
 }

@@ -14,8 +14,8 @@
 
 enum { CORNER = 32, PLANES = 160, FEW_LEVELS = 7 };
 
-/* Every fourth plane shares the random digits of a domain. */
-enum { KEYS = 4 };
+/* Every eighth plane shares the random digits of a domain. */
+enum { KEYS = 8 };
 
 struct bake_planes {
     bake_plane plane[PLANES];

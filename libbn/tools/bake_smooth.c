@@ -18,10 +18,10 @@ enum {
     DIGITS = 12,
     CELLS = 1 << DIGITS,
     SHIFTS = 64,
-    SINGLES = 5,
+    SINGLES = 8,
     MIXED = 40,
     FACTORS = SINGLES + MIXED,
-    SUMS = 104,
+    SUMS = 116,
     PLANES = 96
 };
 enum { GROUPS = 12, FEW_LEVELS = 7 };
@@ -39,6 +39,7 @@ typedef struct {
     double factor_mean[FACTORS];
     smooth_function f[SUMS];
     int count, factors;
+    double single_weight; /* of the penalty on single dimensions worse than Sobol' */
     uint32_t shift[SHIFTS][4];
     double planes_limit[2][2][FEW_LEVELS]; /* [pair][blurred, raw] */
 } smooth_judge;
@@ -46,14 +47,15 @@ typedef struct {
 /* ---- Integrands ---- */
 
 typedef struct {
-    int kind; /* a wave, a bump or a power */
+    int kind; /* a wave, a bump, a power or an interval */
     double a, b, c;
 } curve;
 
 static double curve_at(const curve *f, double u) {
     if (f->kind == 0) return f->c + cos(TURN * (f->a * u + f->b));
     if (f->kind == 1) return exp(-(u - f->a) * (u - f->a) / (2 * f->b * f->b));
-    return pow(u, f->a);
+    if (f->kind == 2) return pow(u, f->a);
+    return floor(u * f->a) == f->b;
 }
 
 static int add_factor(smooth_judge *j, curve f) {
@@ -85,7 +87,8 @@ static void add_function(smooth_judge *j, int group, int dimensions, const int *
 static void make_functions(smooth_judge *j, bake_random *r) {
     static const int cross[4][2] = {{0, 2}, {0, 3}, {1, 2}, {1, 3}};
     const curve single[SINGLES] = {
-        {0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0}, {2, 1, 0, 0}, {2, 2, 0, 0}};
+        {0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0},  {2, 1, 0, 0},
+        {2, 2, 0, 0}, {3, 3, 1, 0},    {3, 7, 2, 0}, {3, 17, 5, 0}};
     int one[SINGLES], more[MIXED], n = 0;
     for (int i = 0; i < SINGLES; ++i) one[i] = add_factor(j, single[i]);
     while (n < MIXED) {
@@ -202,7 +205,9 @@ static double smooth_energy(const smooth_judge *j, const pole_vectors *v) {
             double q = ratio[f][l];
             /* Single dimensions are good enough soon. */
             logs[function->group][l] += log(fmax(q, function->dimensions == 1 ? 0.4 : 0.05));
-            if (function->dimensions == 1 && l > 1 && q > 1.05) energy += 2 * (q - 1.05);
+            if (function->dimensions == 1 && l > 1 && q > 1.05) {
+                energy += j->single_weight * (q - 1.05);
+            }
         }
     }
     for (int g = 0; g < GROUPS; ++g) {
@@ -236,6 +241,7 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
     bake_random r = bake_random_make(options->seed, 10, (uint64_t)member);
     bake_planes *planes = bake_planes_make(&r, PLANES);
     judge_begin(j, &r);
+    j->single_weight = member == 0 ? 6 : 2; /* its dimensions are single numbers, too */
     const uint16_t *label = table->label[member];
     pole_vectors now = table->member[member], best;
     double penalty[2] = {0, 0};

@@ -87,15 +87,20 @@ void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within) {
     }
 }
 
+uint16_t *bake_labels_of(bake_table *table, int which) {
+    return which < MEMBERS ? table->label[which] : table->single[which - MEMBERS];
+}
+
 /* See the layout in libbn/data/README.md. */
 void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]) {
     memset(words, 0, TABLE_WORDS * sizeof *words);
     for (uint32_t p = 0; p < PIXELS; ++p) {
-        uint32_t places = 0;
-        for (uint32_t a = 0; a < MEMBERS; ++a) places |= (table->label[a][p] & 15u) << (4 * a);
-        words[p / 2] |= places << (p % 2 * 16);
+        for (uint32_t a = 0; a < MEMBERS; ++a) {
+            const uint32_t places = (table->label[a][p] & 15u) | (table->single[a][p] & 15u) << 4;
+            words[p] |= places << (8 * a);
+        }
     }
-    uint32_t *out = words + PIXELS / 2;
+    uint32_t *out = words + PIXELS;
     for (uint32_t b = 0; b < BLOCKS; ++b) {
         uint32_t upper = table->label[0][b / 16 * 4 * SIDE + b % 16 * 4] >> 4;
         out[b / 4] |= upper << (b % 4 * 8);
@@ -114,13 +119,14 @@ void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]) {
 }
 
 void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]) {
-    const uint32_t *blocks = words + PIXELS / 2, *in = blocks + BLOCKS / 4;
+    const uint32_t *blocks = words + PIXELS, *in = blocks + BLOCKS / 4;
     for (uint32_t p = 0; p < PIXELS; ++p) {
         uint32_t b = p / (4 * SIDE) * 16 + p % SIDE / 4;
         uint32_t upper = blocks[b / 4] >> (b % 4 * 8) & 255u;
         for (uint32_t a = 0; a < MEMBERS; ++a) {
-            table->label[a][p] =
-                (uint16_t)(upper << 4 | (words[p / 2] >> (p % 2 * 16 + 4 * a) & 15u));
+            const uint32_t places = words[p] >> (8 * a);
+            table->label[a][p] = (uint16_t)(upper << 4 | (places & 15u));
+            table->single[a][p] = (uint16_t)(upper << 4 | (places >> 4 & 15u));
         }
     }
     for (int a = 0; a < MEMBERS; ++a) {
@@ -146,7 +152,7 @@ void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which) {
 
 bake_key bake_key_make(bake_random *r) {
     uint64_t bits = bake_random_bits(r);
-    bake_key key = {(uint32_t)bits & 0x1fffffffu, (uint32_t)(bits >> 32) & 0x1fffffffu};
+    bake_key key = {(uint32_t)bits, (uint32_t)(bits >> 32)};
     return key;
 }
 

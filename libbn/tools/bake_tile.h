@@ -17,7 +17,7 @@ enum {
     MEMBERS = 4,
     POINTS = 256,
     LEVELS = 9, /* 1, 2, 4 ... 256 samples */
-    TABLE_WORDS = PIXELS / 2 + BLOCKS / 4 + MEMBERS * POLE_VECTORS * 4
+    TABLE_WORDS = PIXELS + BLOCKS / 4 + MEMBERS * POLE_VECTORS * 4
 };
 
 static const double SIGMA = 2.1; /* of the blur through which a picture is judged, in pixels */
@@ -25,6 +25,7 @@ static const double SIGMA = 2.1; /* of the blur through which a picture is judge
 typedef struct {
     pole_vectors member[MEMBERS];
     uint16_t label[MEMBERS][PIXELS]; /* label >> 4 is the same for all members */
+    uint16_t single[4][PIXELS];      /* and for these, of single numbers by dimension of member 0 */
 } bake_table;
 
 typedef struct {
@@ -65,7 +66,7 @@ void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]);
 void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]);
 
 /* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
- * of a domain from the fourth on, and of a pixel from the seventeenth. */
+ * of a domain in a copy of the tile, and of a pixel from the seventeenth on. */
 typedef struct {
     uint32_t point[POINTS][2], shift[PIXELS][2];
 } bake_pair;
@@ -151,8 +152,10 @@ void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LE
 void bake_order(bake_table *table, const bake_options *options, int member);
 /* Which labels each block has, for all members. */
 void bake_blocks(bake_table *table, const bake_options *options);
-/* Part `part` of `parts` of the arrangement of a member's labels. */
-void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts);
+/* The labels of member `which`, or from MEMBERS on those of single numbers in a dimension. */
+uint16_t *bake_labels_of(bake_table *table, int which);
+/* Part `part` of `parts` of the arrangement of these. */
+void bake_labels(bake_table *table, const bake_options *options, int which, int part, int parts);
 /* Lower digits, and which coordinate is which: what the search does not look at. */
 void bake_finish(bake_table *table, const bake_options *options);
 /* The latter alone. Twice, it changes nothing. */
@@ -174,10 +177,17 @@ typedef struct {
     float *rows;
 } bake_features;
 
-enum { FEATURES_OWN, FEATURES_STEP_X, FEATURES_STEP_Y, FEATURES_AXES, FEATURES_OF_TWO };
+enum {
+    FEATURES_OWN,
+    FEATURES_STEP_X,
+    FEATURES_STEP_Y,
+    FEATURES_AXES,
+    FEATURES_OF_TWO,
+    FEATURES_SINGLE /* and 0 to 3 for the dimension */
+};
 
 /* Of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of the
- * pair (0, 1), or steps in the pairs whose axes must be alike. */
+ * pair (0, 1), steps in the pairs whose axes must be alike, or steps and bumps of one dimension. */
 void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_options *options,
                           int member, int what);
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
@@ -200,6 +210,6 @@ typedef struct {
 } bake_term;
 
 enum { BAKE_MOST_TERMS = 5 };
-int bake_terms(int member, bake_term terms[BAKE_MOST_TERMS]);
+int bake_terms(int which, bake_term terms[BAKE_MOST_TERMS]);
 
 #endif

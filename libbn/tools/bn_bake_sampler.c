@@ -18,7 +18,12 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 4096, LABEL_PARTS = 6, PARTS = 4 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + 1 };
+enum {
+    PATH_SIZE = 4096,
+    LABEL_PARTS = 6,
+    SINGLE_PARTS = 2,
+    PARTS = 4 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + SINGLE_PARTS * 4 + 1
+};
 
 static const char usage[] =
     "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--stop-after PARTS] -o FILE\n"
@@ -121,6 +126,9 @@ static void make_plan(void) {
         if (a == 0) plan[n++] = (part){"blocks", 0, 0, 40};
         for (int k = 0; k < LABEL_PARTS; ++k) plan[n++] = (part){"labels", a, k, 22};
     }
+    for (int d = 0; d < 4; ++d) {
+        for (int k = 0; k < SINGLE_PARTS; ++k) plan[n++] = (part){"single numbers", MEMBERS + d, k, 8};
+    }
     plan[n++] = (part){"lower digits", 0, 0, 0};
 }
 
@@ -137,7 +145,8 @@ static void run_part(bake_table *table, const bake_options *options, int index) 
     } else if (index == 4 * MEMBERS) {
         bake_blocks(table, options);
     } else if (index < PARTS - 1) {
-        bake_labels(table, options, p->member, p->number, LABEL_PARTS);
+        bake_labels(table, options, p->member, p->number,
+                    p->member < MEMBERS ? LABEL_PARTS : SINGLE_PARTS);
     } else {
         bake_finish(table, options);
     }

@@ -51,7 +51,7 @@ void answer(out uint result[16]) {
     bn_path branch = bn_path_branch(path, split, count, k);
     bn_path last = bn_path_branch(branch, split, count, count);
     result[15] += 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray
-        + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_dimension(k)
+        + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k)
         + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
         + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
         + 43u * last.domain + 45u * bn_path_noise_bits(branch, split, k)

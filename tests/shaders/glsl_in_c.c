@@ -28,7 +28,7 @@ glsl_path glsl_path_words(const uint32_t *words, int32_t x, int32_t y, uint32_t 
     found.ray = bn_path_ray_domain(path, ray);
     found.camera = bn_path_camera_domain(path);
     found.domain_1d = bn_ray_1d_domain(found.ray, k);
-    found.dimension_1d = bn_ray_1d_dimension(k);
+    found.pair_1d = bn_ray_1d_pair(k);
     found.domain_2d = bn_ray_2d_domain(found.ray, k);
     found.pair_2d = bn_ray_2d_pair(k);
     found.domain_4d = bn_ray_4d_domain(found.ray, k);

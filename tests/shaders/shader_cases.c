@@ -119,7 +119,7 @@ static uint32_t path_words(const uint32_t *words, uint32_t *record) {
     const bn_path last = bn_path_branch(branch, split.domain, count, count);
     return 9u * path.x + 11u * path.y + 13u * path.index + 15u * path.domain + 17u * ray.domain +
            19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray.domain, k) +
-           23u * bn_ray_1d_dimension(k) + 25u * bn_ray_2d_domain(ray.domain, k) +
+           23u * bn_ray_1d_pair(k) + 25u * bn_ray_2d_domain(ray.domain, k) +
            27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
            33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
            41u * last.index + 43u * last.domain +

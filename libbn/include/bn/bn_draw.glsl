@@ -13,6 +13,7 @@
  *
  *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
  *     vec2 v = bn_draw_blue_pair(uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw, alone
+ *     vec2 w = bn_draw_blue_pair(uint(pixel.x), uint(pixel.y), index, domain, 2u); // single numbers
  *
  * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
  * Without storage buffers, as in WebGL 2, the words come from a texture:
@@ -41,33 +42,28 @@ precision highp int;
 #define BN_TABLE
 #define BN_PASS_TABLE
 #define bn_draw_domain_child bn_domain_child
-/* Newer versions have instructions for what is spelled out below. */
+/* Newer versions have an instruction for what is spelled out below. */
 #if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)
 #define BN_REVERSE_BITS(v) bitfieldReverse(v)
-#define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
-uint bn_multiply_high(uint a, uint b) {
-    uint high, low;
-    umulExtended(a, b, high, low);
-    return high;
-}
 #endif
 #endif
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words, in the byte order of the machine: 42 KiB, the same
+ * One flat buffer of BN_WORD_COUNT 32-bit words, in the byte order of the machine: 47 KiB, the same
  * for all three kinds. Seeds differ in the first two words alone, and SOBOL and WHITE read no others.
  * Entries of two words hold the first 16 digits of four coordinates, a half-word each from the lowest
  * up; entries of four, all 32 digits of each. `member` is the domain's number within its family, 0 to
  * 3. */
 #define BN_SEED_AT 0u      /* the hashed seed, its low word first */
-#define BN_PIXELS_AT 2u    /* 64 x 64, row-major: eight bits for each member of a family from the
-                              lowest up, eight times the place of the pixel in its block of 4 x 4 */
+#define BN_PIXELS_AT 2u    /* 64 x 64, row-major: a byte for each member from the lowest up, in its lower
+                              half the place of the pixel in its block of 4 x 4; in the upper half of
+                              byte d, the place for dimension d of single numbers */
 #define BN_BLOCKS_AT 4098u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
-#define BN_PLACES_AT 6146u /* [16][member][2]: digits of a place in a block */
+#define BN_PLACES_AT 6146u /* [member][16][2]: digits of a place in a block */
 #define BN_POINTS_AT 6274u /* [256][member][4]: the first 256 points, by reversed index */
-#define BN_LATER_AT 10370u /* [24][member][4]: digits of bits 8 to 31 of an index */
-#define BN_WORD_COUNT 10754u
+#define BN_LATER_AT 10370u /* [6][16][member][4]: digits of bits 8 to 31 of an index, four at a time */
+#define BN_WORD_COUNT 11906u
 
 #ifndef bn_uint4 /* else a vector of the language */
 struct bn_uint4 {
@@ -116,17 +112,6 @@ BN_FUNCTION BN_UINT bn_reverse_bits(BN_UINT v) {
 }
 #endif
 
-#ifndef BN_MULTIPLY_HIGH
-#define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
-/* The upper half of the 64-bit product, from products of half-words. */
-BN_FUNCTION BN_UINT bn_multiply_high(BN_UINT a, BN_UINT b) {
-    BN_UINT low = (a & 0xffffu) * (b & 0xffffu);
-    BN_UINT left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
-    BN_UINT right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
-    return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
-}
-#endif
-
 /* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
  * "Prospecting for Hash Functions", 2018). */
 BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
@@ -136,9 +121,12 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
 }
 
 /* bn_domain_child(): a hash of the parent and of key / 4, which is the same for a whole family,
- * with the member of the family in the upper two bits. The draws hash the result once more. */
+ * with the member of the family in the upper two bits. The draws hash the result once more. Families
+ * of one parent differ by multiples of the golden ratio before the last step, which leaves the upper
+ * half alone: of any twenty in a row, no two have the same upper five bits, by which BLUE places
+ * them. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
-    BN_UINT v = (domain + (key >> 2u) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
+    BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
 }
 
@@ -175,8 +163,9 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
+    BN_UINT places;         /* the pixel's word of the tile */
     BN_UINT place, block;   /* the words that hold the upper 16 digits of the pixel */
-    BN_UINT keys01, keys23; /* what the domain adds to them, from the fourth digit on */
+    BN_UINT keys01, keys23; /* random digits of this copy of the tile, added to them */
     BN_UINT low01, low23;   /* the lower 16 digits, random: as in all these, a half-word each */
     BN_UINT shuffle;        /* of the index: the same for all members of a family */
     BN_UINT member;         /* of the family, times two */
@@ -186,33 +175,40 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_U
     bn_blue_pixel pixel;
     BN_UINT member = (domain >> 29u) & 6u;
     pixel.member = member;
-    /* The family: its four members differ only in the upper two bits of the domain. The upper half
-     * of a 64-bit product depends on every bit of it. */
-    BN_UINT family = (domain << 2u) ^ BN_WORD(BN_SEED_AT);
-    family = BN_MULTIPLY_HIGH(family, 0x7f4a7c15u) + family * 0x9e3779b9u + BN_WORD(BN_SEED_AT + 1u);
-    /* The order of the samples: one for 32 x 32 pixels, so that samples in the middle of an octave
-     * are as blue as the first ones. */
-    pixel.shuffle = bn_hash32((x >> 5u) + (y >> 5u) * 0x9e3779b1u) + family;
-    /* The tile, reflected and shifted. */
-    BN_UINT column = ((x ^ (0u - (family >> 16u & 1u))) + (family >> 26u)) & 63u;
-    BN_UINT row = ((y ^ (0u - (family >> 17u & 1u))) + (family >> 20u)) & 63u;
-    BN_UINT places = BN_WORD(BN_PIXELS_AT + row * 64u + column);
-    pixel.place = BN_PLACES_AT + (places >> (4u * member) & 255u) + member;
+    /* The family: its four members differ only in the upper two bits of the domain. */
+    BN_UINT start = (domain << 2u) ^ BN_WORD(BN_SEED_AT);
+    BN_UINT family = start * 0x21f0aaadu;
+    family = (family ^ (family >> 16u)) * 0xd35a2d97u + BN_WORD(BN_SEED_AT + 1u);
+    /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
+     * the copies differently. */
+    BN_UINT column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
+    BN_UINT row = (y ^ (0u - (family >> 19u & 1u))) + (family >> 20u);
+    /* Each copy of the tile has random digits and an order of the samples of its own, which all its
+     * pixels share: so samples in the middle of an octave are as blue as the first ones. */
+    BN_UINT copy = (column >> 6u) + (row >> 6u << 16u) + family;
+    copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
+    copy ^= copy >> 15u;
+    pixel.shuffle = copy;
+    column &= 63u;
+    row &= 63u;
+    pixel.places = BN_WORD(BN_PIXELS_AT + row * 64u + column);
+    pixel.place = BN_PLACES_AT + (pixel.places >> (4u * member) & 15u) * 2u + member * 16u;
     pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
-    BN_UINT own = member * 0x85ebca6bu;
-    BN_UINT keys = (family ^ (family >> 15u)) * (own + 0x21f0aaadu);
-    pixel.keys01 = keys & 0x1fff1fffu;
-    pixel.keys23 = keys >> 3u & 0x1fff1fffu;
-    BN_UINT low = (bn_hash32(x + y * 0x9e3779b1u) ^ family) * 0x21f0aaadu + own;
-    pixel.low01 = low ^ (low >> 15u);
-    pixel.low23 = pixel.low01 * 0xd35a2d97u;
+    /* The first eight digits of the four coordinates are bits of their own. */
+    BN_UINT keys = copy * (member * 0x85ebca6bu + 0xd35a2d97u);
+    keys ^= keys >> 16u;
+    pixel.keys01 = keys;
+    pixel.keys23 = keys << 8u | keys >> 24u;
+    pixel.low01 = (bn_hash32(x + y * 0x9e3779b1u) ^ keys) * 0x21f0aaadu;
+    pixel.low23 = pixel.low01 ^ keys;
     return pixel;
 }
 
 /* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
- * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. */
+ * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. It
+ * depends on the lowest eight bits of the index alone. */
 BN_FUNCTION BN_UINT bn_draw_flip(BN_UINT index) {
-    BN_UINT t = (index >> 1u) - 1u;
+    BN_UINT t = ((index & 255u) >> 1u) - 1u;
     BN_UINT flip = 2u << (t & 15u);
     flip |= (index >> 5u & 1u) << (((t + 5u) & 15u) + 1u);
     flip |= (index >> 6u & 1u) << (((t + 11u) & 15u) + 1u);
@@ -239,25 +235,30 @@ BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index
     v.z ^= high23 << 16u | (pixel.low23 & 0xffffu);
     v.w ^= (high23 & 0xffff0000u) | pixel.low23 >> 16u;
     BN_UINT later = BN_LATER_AT + pixel.member * 2u;
-    for (digits <<= 8u; BN_ANY(digits); digits <<= 1u) {
-        BN_UINT picked = 0u - (digits >> 31u);
-        bn_uint4 row = BN_ROW(later);
-        v.x ^= row.x & picked;
-        v.y ^= row.y & picked;
-        v.z ^= row.z & picked;
-        v.w ^= row.w & picked;
-        later += 16u;
+    for (digits <<= 8u; BN_ANY(digits); digits <<= 4u) {
+        bn_uint4 row = BN_ROW(later + (digits >> 28u) * 16u);
+        v.x ^= row.x;
+        v.y ^= row.y;
+        v.z ^= row.z;
+        v.w ^= row.w;
+        later += 256u;
     }
     return v;
 }
 
-/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of
- * the index add to it. */
+/* One pair of dimensions alone, by 0 or 1, or by 2 or 3 as single numbers: the sample of these digits
+ * without what bits 8 to 31 of the index add to it. */
 BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UINT digits,
                                              BN_UINT pair) {
-    BN_UINT second = 0u - pair;
-    bn_uint2 place = BN_HALF_ROW(pixel.place + pair), block = BN_HALF_ROW(pixel.block + pair);
-    BN_UINT high = place.x ^ block.x ^ pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
+    BN_UINT single = 0u - (pair >> 1u);
+    pair &= 1u;
+    BN_UINT second = 0u - pair, places = BN_PLACES_AT + pixel.member * 16u + pair;
+    BN_UINT at = pixel.place + pair, other = at;
+    at ^= (at ^ (places + (pixel.places >> (16u * pair + 4u) & 15u) * 2u)) & single;
+    other ^= (other ^ (places + (pixel.places >> (16u * pair + 12u) & 15u) * 2u)) & single;
+    BN_UINT high = (BN_WORD(at) & 0xffffu) | (BN_WORD(other) & 0xffff0000u);
+    high ^= BN_WORD(pixel.block + pair);
+    high ^= pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
     BN_UINT low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
     bn_uint2 v = BN_HALF_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
     v.x ^= high << 16u | (low & 0xffffu);
@@ -269,13 +270,12 @@ BN_FUNCTION bn_uint2 bn_draw_blue_pair_at(BN_TABLE bn_blue_pixel pixel, BN_UINT 
                                           BN_UINT pair) {
     BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
     bn_uint2 v = bn_draw_blue_pair_first(BN_PASS_TABLE pixel, digits, pair);
-    BN_UINT later = BN_LATER_AT + (pixel.member + pair) * 2u;
-    for (digits <<= 8u; BN_ANY(digits); digits <<= 1u) {
-        BN_UINT picked = 0u - (digits >> 31u);
-        bn_uint2 row = BN_HALF_ROW(later);
-        v.x ^= row.x & picked;
-        v.y ^= row.y & picked;
-        later += 16u;
+    BN_UINT later = BN_LATER_AT + (pixel.member + (pair & 1u)) * 2u;
+    for (digits <<= 8u; BN_ANY(digits); digits <<= 4u) {
+        bn_uint2 row = BN_HALF_ROW(later + (digits >> 28u) * 16u);
+        v.x ^= row.x;
+        v.y ^= row.y;
+        later += 256u;
     }
     return v;
 }
@@ -319,7 +319,7 @@ BN_FUNCTION bn_uint2 bn_draw_sobol_two(BN_UINT key, BN_UINT index) {
 BN_FUNCTION bn_uint2 bn_draw_sobol_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
                                              BN_UINT domain, BN_UINT pair) {
     BN_UINT key = bn_draw_sobol_key(BN_PASS_TABLE x, y, domain);
-    key ^= (key ^ bn_draw_sobol_second_key(key)) & (0u - pair);
+    key ^= (key ^ bn_draw_sobol_second_key(key)) & (0u - (pair & 1u));
     return bn_draw_sobol_two(key, index);
 }
 
@@ -336,39 +336,52 @@ BN_FUNCTION bn_uint4 bn_draw_sobol_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT i
     return v;
 }
 
-/* WHITE has two 32-bit keys: pixels that collide in one differ in the other. */
-BN_FUNCTION BN_UINT bn_draw_white_key(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
-    return bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT))));
+/* WHITE: a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020:
+ * pcg4d, after O'Neill's generators). The pixel, the index and the domain are the counter, the seed is
+ * added to it. */
+BN_FUNCTION bn_uint4 bn_draw_white_hash(bn_uint4 v) {
+    v.x = v.x * 1664525u + 1013904223u;
+    v.y = v.y * 1664525u + 1013904223u;
+    v.z = v.z * 1664525u + 1013904223u;
+    v.w = v.w * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v.x ^= v.x >> 16u;
+    v.y ^= v.y >> 16u;
+    v.z ^= v.z >> 16u;
+    v.w ^= v.w >> 16u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
 }
 
-BN_FUNCTION BN_UINT bn_draw_white_other_key(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
-    return bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ BN_WORD(BN_SEED_AT + 1u))));
-}
-
-BN_FUNCTION BN_UINT bn_draw_white_one(BN_UINT a, BN_UINT b, BN_UINT index) {
-    return bn_hash32(a ^ bn_hash32(index ^ bn_hash32(b)));
-}
-
-BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
-                                             BN_UINT domain, BN_UINT pair) {
-    bn_uint2 v;
-    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE x, y, domain);
-    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE x, y, domain) + pair * 0x3c6ef372u;
-    v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
-    v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
+BN_FUNCTION bn_uint4 bn_draw_white_counter(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                           BN_UINT domain) {
+    bn_uint4 v;
+    v.x = x + BN_WORD(BN_SEED_AT);
+    v.y = y;
+    v.z = index;
+    v.w = domain + BN_WORD(BN_SEED_AT + 1u);
     return v;
 }
 
 BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
                                         BN_UINT domain) {
-    bn_uint4 v;
-    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE x, y, domain);
-    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE x, y, domain);
-    v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
-    v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
-    v.z = bn_draw_white_one(a, b + 0xdaa66d2bu, index);
-    v.w = bn_draw_white_one(a, b + 0x78dde6e4u, index);
-    return v;
+    return bn_draw_white_hash(bn_draw_white_counter(BN_PASS_TABLE x, y, index, domain));
+}
+
+BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+                                             BN_UINT domain, BN_UINT pair) {
+    bn_uint4 v = bn_draw_white_bits(BN_PASS_TABLE x, y, index, domain);
+    BN_UINT second = 0u - (pair & 1u);
+    bn_uint2 two;
+    two.x = v.x ^ ((v.x ^ v.z) & second);
+    two.y = v.y ^ ((v.y ^ v.w) & second);
+    return two;
 }
 
 /* ---- The draws of shaders */

@@ -77,7 +77,7 @@ extern "C" {
 #endif
 
 /* Increases with every change of the tables or of the values drawn from them. */
-#define BN_DRAW_TABLE_VERSION 5u
+#define BN_DRAW_TABLE_VERSION 6u
 
 /* ---- The text that shaders share */
 
@@ -96,7 +96,6 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 #define BN_REVERSE_BITS(v) __brev(v)
 #endif
-#define BN_MULTIPLY_HIGH(a, b) (uint32_t)((unsigned long long)(a) * (b) >> 32)
 #include <bn/bn_draw.glsl>
 #undef BN_UINT
 #undef BN_FUNCTION
@@ -104,7 +103,6 @@ typedef struct bn_blue_pixel bn_blue_pixel;
 #undef BN_PASS_TABLE
 #undef BN_WORD
 #undef BN_REVERSE_BITS
-#undef BN_MULTIPLY_HIGH
 #undef BN_ANY
 #undef BN_ROW
 #undef BN_HALF_ROW
@@ -147,11 +145,12 @@ BN_DEVICE_INLINE void bn_draw_white(const uint32_t *words, int32_t x, int32_t y,
     bn_draw_floats(bn_draw_white_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
-/* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1. */
+/* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1,
+ * and the same as single numbers with 2 and 3. */
 BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
                                         uint32_t domain, uint32_t pair, float out[2]) {
     bn_draw_pair_floats(
-        bn_draw_blue_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
+        bn_draw_blue_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 3u), out);
 }
 
 BN_DEVICE_INLINE void bn_draw_sobol_pair(const uint32_t *words, int32_t x, int32_t y,
@@ -174,11 +173,9 @@ BN_DEVICE_INLINE void bn_draw_white_pair(const uint32_t *words, int32_t x, int32
 /* ---- The table of a sampler */
 
 typedef struct bn_draw_table {
-    uint32_t version;      /* BN_DRAW_TABLE_VERSION */
-    int32_t kind;          /* BN_SAMPLER_... */
-    uint32_t blue_indices; /* 256 when kind is BLUE, else 0 */
-    uint32_t reserved;
-    /* For the first 256 indices: the bit-reversed index, and bn_draw_flip() of the index. */
+    uint32_t version; /* BN_DRAW_TABLE_VERSION */
+    int32_t kind;     /* BN_SAMPLER_... */
+    /* For the lowest eight bits of an index: bit-reversed, and bn_draw_flip(). */
     struct {
         uint32_t reversed, flip;
     } index[256];
@@ -189,7 +186,31 @@ typedef struct bn_draw_table {
 /* The table of a sampler; valid until the sampler is destroyed. */
 BN_API const bn_draw_table *bn_sampler_table(const bn_sampler *sampler);
 
-/* ---- The first 256 samples of BLUE, faster */
+/* ---- BLUE, faster */
+
+/* The digits of an index: bn_draw_blue_digits() by tables. */
+static inline uint32_t bn_draw_blue_shuffled(const bn_draw_table *table, uint32_t shuffle,
+                                             uint32_t index) {
+    const uint32_t low = index & 255u;
+    uint32_t reversed = table->index[low].reversed;
+    if (index > 255u) {
+        reversed |= table->index[index >> 8 & 255u].reversed >> 8 |
+                    table->index[index >> 16 & 255u].reversed >> 16 |
+                    table->index[index >> 24].reversed >> 24;
+    }
+    return bn_draw_blue_digits(shuffle, reversed, table->index[low].flip);
+}
+
+/* The words that hold the upper digits of a pixel in one pair, as single numbers or not. */
+static inline uint32_t bn_draw_blue_place(const uint32_t *words, const bn_blue_pixel *pixel,
+                                          uint32_t pair) {
+    const uint32_t half = pair & 1u;
+    const uint32_t *place;
+    if (pair < 2u) return words[pixel->place + half];
+    place = words + BN_PLACES_AT + pixel->member * 16u + half;
+    return (place[(pixel->places >> (16u * half + 4u) & 15u) * 2u] & 0xffffu) |
+           (place[(pixel->places >> (16u * half + 12u) & 15u) * 2u] & 0xffff0000u);
+}
 
 #if defined(BN_DRAW_SSE2)
 
@@ -197,21 +218,8 @@ static inline __m128i bn_draw_load_pair(const uint32_t *words) {
     return _mm_loadl_epi64((const __m128i *)(const void *)words);
 }
 
-/* The four dimensions in one register. */
-static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_blue_pixel *pixel,
-                                         uint32_t index) {
-    uint32_t digits =
-        bn_draw_blue_digits(pixel->shuffle, table->index[index].reversed, table->index[index].flip);
-    const uint32_t *point =
-        table->words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
-    __m128i high = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->keys01),
-                                      _mm_cvtsi32_si128((int)pixel->keys23));
-    high = _mm_xor_si128(high, _mm_xor_si128(bn_draw_load_pair(table->words + pixel->place),
-                                             bn_draw_load_pair(table->words + pixel->block)));
-    __m128i low = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->low01),
-                                     _mm_cvtsi32_si128((int)pixel->low23));
-    return _mm_xor_si128(_mm_unpacklo_epi16(low, high),
-                         _mm_loadu_si128((const __m128i *)(const void *)point));
+static inline __m128i bn_draw_load_four(const uint32_t *words) {
+    return _mm_loadu_si128((const __m128i *)(const void *)words);
 }
 
 #endif
@@ -220,30 +228,49 @@ static inline __m128i bn_draw_blue_first(const bn_draw_table *table, const bn_bl
 static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue_pixel *pixel,
                                        uint32_t index, float out[4]) {
 #if defined(BN_DRAW_SSE2)
-    if (index < 256u) {
-        __m128i v = _mm_srli_epi32(bn_draw_blue_first(table, pixel, index), 8);
-        _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(v), _mm_set1_ps(1.0f / 16777216.0f)));
-        return;
+    /* The four dimensions in one register. */
+    const uint32_t *words = table->words, *later = words + BN_LATER_AT + pixel->member * 2u;
+    uint32_t digits = bn_draw_blue_shuffled(table, pixel->shuffle, index);
+    const uint32_t *point = words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
+    __m128i high = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->keys01),
+                                      _mm_cvtsi32_si128((int)pixel->keys23));
+    __m128i low = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->low01),
+                                     _mm_cvtsi32_si128((int)pixel->low23));
+    __m128i v;
+    high = _mm_xor_si128(high, _mm_xor_si128(bn_draw_load_pair(words + pixel->place),
+                                             bn_draw_load_pair(words + pixel->block)));
+    v = _mm_xor_si128(_mm_unpacklo_epi16(low, high), bn_draw_load_four(point));
+    for (digits <<= 8; digits != 0; digits <<= 4, later += 256) {
+        v = _mm_xor_si128(v, bn_draw_load_four(later + (size_t)(digits >> 28) * 16u));
     }
-#endif
+    _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)),
+                                  _mm_set1_ps(1.0f / 16777216.0f)));
+#else
     bn_draw_floats(bn_draw_blue_at(table->words, *pixel, index), out);
+#endif
 }
 
-/* One pair of the sample with these digits. */
+/* One pair of it, or its single numbers. */
 static inline void bn_draw_blue_pair_floats(const bn_draw_table *table, const bn_blue_pixel *pixel,
-                                            uint32_t digits, uint32_t pair, float out[2]) {
+                                            uint32_t index, uint32_t pair, float out[2]) {
 #if defined(BN_DRAW_SSE2)
     const uint32_t *words = table->words;
-    uint32_t high = words[pixel->place + pair] ^ words[pixel->block + pair];
-    __m128i v = bn_draw_load_pair(words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u +
-                                  2u * (pixel->member + pair));
-    __m128i high01 = _mm_cvtsi32_si128((int)(high ^ (pair ? pixel->keys23 : pixel->keys01)));
-    __m128i low01 = _mm_cvtsi32_si128((int)(pair ? pixel->low23 : pixel->low01));
-    v = _mm_srli_epi32(_mm_xor_si128(v, _mm_unpacklo_epi16(low01, high01)), 8);
-    __m128 u = _mm_mul_ps(_mm_cvtepi32_ps(v), _mm_set1_ps(1.0f / 16777216.0f));
+    const uint32_t half = pair & 1u, member = 2u * (pixel->member + half);
+    const uint32_t *later = words + BN_LATER_AT + member;
+    uint32_t digits = bn_draw_blue_shuffled(table, pixel->shuffle, index);
+    uint32_t high = bn_draw_blue_place(words, pixel, pair) ^ words[pixel->block + half] ^
+                    (half ? pixel->keys23 : pixel->keys01);
+    __m128i v = bn_draw_load_pair(words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
+    __m128i low = _mm_cvtsi32_si128((int)(half ? pixel->low23 : pixel->low01));
+    __m128 u;
+    v = _mm_xor_si128(v, _mm_unpacklo_epi16(low, _mm_cvtsi32_si128((int)high)));
+    for (digits <<= 8; digits != 0; digits <<= 4, later += 256) {
+        v = _mm_xor_si128(v, bn_draw_load_pair(later + (size_t)(digits >> 28) * 16u));
+    }
+    u = _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f));
     _mm_storel_epi64((__m128i *)(void *)out, _mm_castps_si128(u));
 #else
-    bn_draw_pair_floats(bn_draw_blue_pair_first(table->words, *pixel, digits, pair), out);
+    bn_draw_pair_floats(bn_draw_blue_pair_at(table->words, *pixel, index, pair), out);
 #endif
 }
 
@@ -278,15 +305,19 @@ static inline void
 #endif
 bn_draw_4d_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                 float out[4]) {
-    uint32_t bits[4];
-    bn_draw_4d_u32(table, x, y, index, domain, bits);
-    for (int d = 0; d < 4; ++d) out[d] = bn_draw_float(bits[d]);
+    if (table->kind == BN_SAMPLER_SOBOL) {
+        bn_draw_sobol(table->words, x, y, index, domain, out);
+    } else if (table->kind == BN_SAMPLER_WHITE) {
+        bn_draw_white(table->words, x, y, index, domain, out);
+    } else {
+        bn_sample_4d(table->sampler, x, y, index, domain, out);
+    }
 }
 
 /* bn_sample_4d(), from the table of a sampler of any kind. */
 static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                               uint32_t domain, float out[4]) {
-    if (index < table->blue_indices) {
+    if (table->kind == BN_SAMPLER_BLUE) {
         bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
         bn_draw_blue_floats(table, &pixel, index, out);
     } else {
@@ -302,9 +333,7 @@ static inline void
 #endif
 bn_draw_pair_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   uint32_t pair, float out[2]) {
-    if (table->kind == BN_SAMPLER_BLUE) {
-        bn_draw_blue_pair(table->words, x, y, index, domain, pair, out);
-    } else if (table->kind == BN_SAMPLER_SOBOL) {
+    if (table->kind == BN_SAMPLER_SOBOL) {
         bn_draw_sobol_pair(table->words, x, y, index, domain, pair, out);
     } else if (table->kind == BN_SAMPLER_WHITE) {
         bn_draw_white_pair(table->words, x, y, index, domain, pair, out);
@@ -316,11 +345,9 @@ bn_draw_pair_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t ind
 /* bn_sample_pair(), from the table of a sampler of any kind. */
 static inline void bn_draw_pair(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
                                 uint32_t domain, uint32_t pair, float out[2]) {
-    if (index < table->blue_indices) {
+    if (table->kind == BN_SAMPLER_BLUE) {
         bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
-        uint32_t digits = bn_draw_blue_digits(pixel.shuffle, table->index[index].reversed,
-                                              table->index[index].flip);
-        bn_draw_blue_pair_floats(table, &pixel, digits, pair & 1u, out);
+        bn_draw_blue_pair_floats(table, &pixel, index, pair & 3u, out);
     } else {
         bn_draw_pair_rare(table, x, y, index, domain, pair, out);
     }

@@ -63,13 +63,14 @@ BN_FUNCTION BN_UINT bn_path_camera_domain(bn_path path) {
 
 /* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
 
-/* The domain and the dimension of single number k. */
+/* The domain of single number k, and the pair there of which it is the first or, if k is odd, the
+ * second. */
 BN_FUNCTION BN_UINT bn_ray_1d_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k & 0xfffffffcu);
 }
 
-BN_FUNCTION BN_UINT bn_ray_1d_dimension(BN_UINT k) {
-    return k & 3u;
+BN_FUNCTION BN_UINT bn_ray_1d_pair(BN_UINT k) {
+    return 2u + (k >> 1u & 1u);
 }
 
 /* The domain and the pair of pair k. */
@@ -118,12 +119,14 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
- * that WHITE draws from it. */
+/* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
+ * from it; the next four are those of the same hash a step further. */
 BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT domain, BN_UINT k) {
-    BN_UINT a = bn_draw_white_key(BN_PASS_TABLE path.x, path.y, domain);
-    BN_UINT b = bn_draw_white_other_key(BN_PASS_TABLE path.x, path.y, domain);
-    return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
+    bn_uint4 v = bn_draw_white_bits(BN_PASS_TABLE path.x, path.y, path.index,
+                                    domain + (k >> 2u) * 0x9e3779b9u);
+    BN_UINT odd = 0u - (k & 1u), upper = 0u - (k >> 1u & 1u);
+    BN_UINT low = v.x ^ ((v.x ^ v.y) & odd);
+    return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }
 
 #endif

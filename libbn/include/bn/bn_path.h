@@ -187,8 +187,7 @@ static inline float bn_ray_1d(const bn_draw_table *table, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
     if (k & 1u) return ray->next_1d;
-    bn_path_draw_pair(table, &ray->path, bn_ray_1d_domain(ray->domain, k),
-                      bn_ray_1d_dimension(k) >> 1, pair);
+    bn_path_draw_pair(table, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
     ray->next_1d = pair[1];
     return pair[0];
 }
@@ -225,18 +224,17 @@ static inline void bn_path_time(const bn_draw_table *table, const bn_path *path,
 /* ---- Loops */
 
 typedef struct bn_noise {
-    float first[4];
-    uint32_t key, other_key, index, drawn;
+    float next[4];
+    bn_uint4 counter; /* of WHITE, for the numbers after the first four */
+    uint32_t drawn;
 } bn_noise;
 
 /* The numbers of the next loop of a ray. */
 static inline bn_noise bn_ray_noise(const bn_draw_table *table, bn_ray *ray) {
     const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
     bn_noise noise;
-    bn_path_draw_4d(table, &ray->path, loop, noise.first);
-    noise.key = bn_draw_white_key(table->words, ray->path.x, ray->path.y, loop);
-    noise.other_key = bn_draw_white_other_key(table->words, ray->path.x, ray->path.y, loop);
-    noise.index = ray->path.index;
+    bn_path_draw_4d(table, &ray->path, loop, noise.next);
+    noise.counter = bn_draw_white_counter(table->words, ray->path.x, ray->path.y, ray->path.index, loop);
     noise.drawn = 0;
     return noise;
 }
@@ -244,9 +242,11 @@ static inline bn_noise bn_ray_noise(const bn_draw_table *table, bn_ray *ray) {
 /* The next number of a loop, in [0, 1). The first four are the sampler's. */
 static inline float bn_noise_1d(bn_noise *noise) {
     const uint32_t k = noise->drawn++;
-    if (k < 4u) return noise->first[k];
-    return bn_draw_float(
-        bn_draw_white_one(noise->key, noise->other_key + (k + 1u) * 0x9e3779b9u, noise->index));
+    if (k > 3u && (k & 3u) == 0) {
+        noise->counter.w += 0x9e3779b9u;
+        bn_draw_floats(bn_draw_white_hash(noise->counter), noise->next);
+    }
+    return noise->next[k & 3u];
 }
 
 #endif

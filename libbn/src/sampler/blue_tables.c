@@ -3,6 +3,7 @@
  * member of a family, the vectors of digits that the bits of an index and of a label contribute.
  * Takes microseconds. */
 #include "sampler/blue_tables.h"
+#include <string.h>
 
 extern const uint32_t bn_data_blue[];
 
@@ -14,8 +15,8 @@ enum {
     LABEL_BITS = 12,
     MEMBERS = 4,
     /* The parts of the data, in words. */
-    TILE_AT = 0,                         /* 16 bits a pixel: four for each member */
-    BLOCKS_AT = TILE_AT + PIXELS / 2,    /* 8 bits a block: the upper bits of its labels */
+    TILE_AT = 0,                         /* as in the tables */
+    BLOCKS_AT = TILE_AT + PIXELS,        /* 8 bits a block: the upper bits of its labels */
     VECTORS_AT = BLOCKS_AT + BLOCKS / 4, /* [member][INDEX_BITS + LABEL_BITS][4] */
     VECTORS = INDEX_BITS + LABEL_BITS
 };
@@ -38,12 +39,7 @@ static void add_label_vectors(uint32_t member, uint32_t first, uint32_t bits, ui
 }
 
 static void fill_words(uint32_t *words) {
-    for (uint32_t i = 0; i < PIXELS; ++i) {
-        uint32_t places = bn_data_blue[TILE_AT + i / 2u] >> (i % 2u * 16u);
-        for (uint32_t member = 0; member < MEMBERS; ++member) {
-            words[BN_PIXELS_AT + i] |= (places >> 4u * member & 15u) << 3 << 8u * member;
-        }
-    }
+    memcpy(words + BN_PIXELS_AT, bn_data_blue + TILE_AT, PIXELS * sizeof *words);
     for (uint32_t member = 0; member < MEMBERS; ++member) {
         for (uint32_t i = 0; i < BLOCKS; ++i) {
             uint32_t label = bn_data_blue[BLOCKS_AT + i / 4u] >> (i % 4u * 8u) & 255u;
@@ -52,16 +48,16 @@ static void fill_words(uint32_t *words) {
         }
         for (uint32_t i = 0; i < 1u << PLACE_BITS; ++i) {
             add_label_vectors(member, INDEX_BITS, i,
-                              words + BN_PLACES_AT + (i * MEMBERS + member) * 2u);
+                              words + BN_PLACES_AT + (member * 16u + i) * 2u);
         }
         for (uint32_t i = 0; i < 256u; ++i) {
             add_vectors(member, 0, i,
                         words + BN_POINTS_AT +
                             ((bn_reverse_bits(i) >> 24) * MEMBERS + member) * 4u);
         }
-        for (uint32_t i = 0; i < 24u * 4u; ++i) {
-            words[BN_LATER_AT + (i / 4u * MEMBERS + member) * 4u + i % 4u] =
-                bn_data_blue[VECTORS_AT + (member * VECTORS + 8u) * 4u + i];
+        for (uint32_t i = 0; i < 6u * 16u; ++i) {
+            add_vectors(member, 8u + i / 16u * 4u, bn_reverse_bits(i) >> 28,
+                        words + BN_LATER_AT + (i * MEMBERS + member) * 4u);
         }
     }
 }
@@ -70,7 +66,6 @@ void bn_blue_tables_fill(bn_sampler *sampler, int32_t kind, uint64_t seed_key) {
     bn_draw_table *table = &sampler->table;
     table->version = BN_DRAW_TABLE_VERSION;
     table->kind = kind;
-    table->blue_indices = kind == BN_SAMPLER_BLUE ? 256u : 0u;
     table->sampler = sampler;
     table->words = sampler->words;
     sampler->words[BN_SEED_AT] = (uint32_t)seed_key;

@@ -77,7 +77,13 @@ void bn_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
 
 void bn_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   float out[4]) {
-    bn_draw_4d(&sampler->table, x, y, index, domain, out);
+    if (sampler->table.kind > BN_SAMPLER_WHITE) {
+        uint32_t bits[4];
+        draw_by_call(sampler, x, y, index, domain, 3, bits);
+        for (int d = 0; d < 4; ++d) out[d] = bn_draw_float(bits[d]);
+    } else {
+        bn_draw_4d(&sampler->table, x, y, index, domain, out);
+    }
 }
 
 void bn_sample_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,

@@ -2,11 +2,11 @@
  * The kind ZORDER: Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
  * Error via Hierarchical Ordering of Pixels", 2020. Along a Morton curve with scrambled digits, the
  * pixels of a 4096 x 4096 tile own consecutive blocks of 2^k points of one Owen-scrambled Sobol'
- * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. All
- * domains of a family share the curve. The second pair is the first with the index mapped by the
- * matrix of an SZ sequence (Ahmed et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025),
- * and each member of a family has a different order, so that pairs and members are stratified
- * together. A draw takes a few hundred instructions. */
+ * sequence. Indices from 2^k on continue a pixel's block, scrambled differently in each pixel. The
+ * second pair of a domain is the first with the index mapped by the matrix of an SZ sequence (Ahmed
+ * et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are
+ * stratified together. Each domain has a curve and orders of its own: numbers of different domains
+ * are independent, as those of different dimensions are in the method's paper. */
 #include "sampler/zorder.h"
 
 enum { BN_MORTON_BITS = 12 };
@@ -42,20 +42,6 @@ static uint64_t second_pair64(uint64_t digits, uint32_t form) {
     digits ^= (times_x64(times_x64(digits)) << 16) & 0xffff0000ffff0000u;
     digits ^= times_x64(digits) << 32;
     return digits ^ ((digits << 1) & (form & 1u ? 0xaaaaaaaaaaaaaaaau : 0u));
-}
-
-/* The order of a member of a family: a linear map of the first eight digits in which no digit
- * affects a later one. Byte 7 - k is the image of digit k. Found by a search that minimised the
- * error of products over two members. */
-static uint64_t member64(uint64_t digits, uint32_t member) {
-    static const uint64_t images[4] = {0x8040201008040201u, 0x8040a090f85c127bu,
-                                       0x80402090682c1eddu, 0x8040a01018ac5e75u};
-    uint64_t mapped = 0;
-    for (uint32_t k = 0; k < 8u; ++k) {
-        mapped ^=
-            (images[member & 3u] >> (56u - 8u * k) & 255u) & (0u - (digits >> (63u - k) & 1u));
-    }
-    return mapped << 56 | (digits & 0x00ffffffffffffffu);
 }
 
 /* A coordinate from sample 2^k on. `first` is the coordinate within the block, `shifted` holds all
@@ -97,28 +83,24 @@ void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t in
     /* Each tile of 4096 x 4096 pixels is scrambled independently. */
     uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
                               bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
-    uint32_t keys[2] = {domain, domain << 2}; /* of the domain, and of its family */
-    for (int i = 0; i < 2; ++i) {
-        keys[i] = bn_hash32(tile ^ bn_hash32(keys[i] + sampler->words[BN_SEED_AT]));
-        keys[i] = bn_hash32(keys[i] ^ sampler->words[BN_SEED_AT + 1u]);
-    }
-    uint32_t key = keys[0], family = keys[1];
+    uint32_t key = bn_hash32(tile ^ bn_hash32(domain + sampler->words[BN_SEED_AT]));
+    key = bn_hash32(key ^ sampler->words[BN_SEED_AT + 1u]);
+    const uint32_t curve = bn_hash32(key ^ 0x2545f491u);
     uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
                       morton_spread((uint32_t)y & coordinate_mask) << 1;
     uint32_t pixel =
-        bn_owen(morton << (32 - 2 * BN_MORTON_BITS), family) >> (32 - 2 * BN_MORTON_BITS);
+        bn_owen(morton << (32 - 2 * BN_MORTON_BITS), curve) >> (32 - 2 * BN_MORTON_BITS);
     /* The order within the block, and of later blocks, differs in each pixel. */
-    uint32_t order_key =
-        bn_hash32(bn_hash32(pixel ^ bn_hash32(family ^ 0x5bd1e995u)) ^ (index >> k));
+    uint32_t order_key = bn_hash32(bn_hash32(pixel ^ curve) ^ (index >> k));
     uint32_t low = k == 0 ? 0 : bn_owen((index & block_mask) << (32 - k), order_key) >> (32 - k);
-    uint64_t block = member64(reverse_bits64((uint64_t)pixel << k | low), domain >> 30);
+    uint64_t block = reverse_bits64((uint64_t)pixel << k | low);
     uint64_t later = reverse_bits64((uint64_t)(index & ~block_mask));
     uint64_t top = k == 0 ? 0 : ~(uint64_t)0 << (64 - k);
     for (uint32_t pair = 0; pair < 2u; ++pair) {
         key = bn_hash32(key + 0x9e3779b9u);
         if (!(pairs >> pair & 1u)) continue;
         uint32_t pixel_key = bn_hash32(pixel ^ bn_hash32(key ^ 0x5bd1e995u));
-        if (pair == 1) block = second_pair64(block, domain >> 29);
+        if (pair == 1) block = second_pair64(block, curve);
         uint64_t later_second = sobol_second64(later), block_second = sobol_second64(block);
         block_second ^= later_second & top;
         out[2 * pair] =

@@ -27,7 +27,6 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at);
 #define BN_HALF_ROW(i) half_row_at(bn_words, i)
 #define BN_ANY(v) u32_any(v)
 #define BN_REVERSE_BITS(v) u32_reverse_bits(v)
-#define BN_MULTIPLY_HIGH(a, b) u32_multiply_high(a, b)
 #include <bn/bn_draw.glsl>
 
 BN_INLINE bn_uint4 row_at(const uint32_t *words, bn_u32v at) {
@@ -42,8 +41,8 @@ BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at) {
     return (bn_uint2){v[0], v[1]};
 }
 
-/* What is drawn: dimension 0, a pair, or three or four dimensions. */
-enum { ONE, FIRST_PAIR, SECOND_PAIR, WIDE };
+/* What is drawn: a pair, by its number, dimension 0, or three or four dimensions. */
+enum { ONE = 4, WIDE };
 
 /* Draws a multiple of BN_U32_LANES lanes. `kind` and `form` are constants, so that what they do not
  * need falls away. */
@@ -60,7 +59,7 @@ BN_INLINE void draw_loop(const uint32_t *words, int32_t kind, int form, uint32_t
             bn_u32v all[4] = {v.x, v.y, v.z, v.w};
             u32_store_wide(all, dimensions, out);
         } else {
-            const bn_u32v pair = x * 0u + (form == SECOND_PAIR ? 1u : 0u);
+            const bn_u32v pair = x * 0u + (form == ONE ? 0u : (uint32_t)form);
             const bn_uint2 v = kind == BN_SAMPLER_BLUE
                                    ? bn_draw_blue_pair_bits(words, x, y, index, domain, pair)
                                : kind == BN_SAMPLER_SOBOL
@@ -82,9 +81,13 @@ BN_INLINE void draw_kind(const uint32_t *words, int32_t kind, uint32_t pair, uin
     } else if (dimensions == 1) {
         draw_loop(words, kind, ONE, 1, lanes, out);
     } else if (pair == 0) {
-        draw_loop(words, kind, FIRST_PAIR, 2, lanes, out);
+        draw_loop(words, kind, 0, 2, lanes, out);
+    } else if (pair == 1) {
+        draw_loop(words, kind, 1, 2, lanes, out);
+    } else if (pair == 2) {
+        draw_loop(words, kind, 2, 2, lanes, out);
     } else {
-        draw_loop(words, kind, SECOND_PAIR, 2, lanes, out);
+        draw_loop(words, kind, 3, 2, lanes, out);
     }
 }
 

@@ -33,18 +33,6 @@ static inline bn_u32v u32_load(const void *p) {
     return v;
 }
 
-/* The upper halves of the products. */
-static inline bn_u32v u32_multiply_high(bn_u32v a, uint32_t b) {
-    const bn_register factor = BN_V(set1_epi32)((int)b), v = (bn_register)a;
-    const bn_register even = BN_V(srli_epi64)(BN_V(mul_epu32)(v, factor), 32);
-    const bn_register odd = BN_V(mul_epu32)(BN_V(srli_epi64)(v, 32), factor);
-#if defined(BN_SIMD_AVX512)
-    return (bn_u32v)_mm512_mask_blend_epi32(0xaaaa, even, odd);
-#else
-    return (bn_u32v)_mm256_blend_epi32(even, odd, 0xaa);
-#endif
-}
-
 /* The same 16 bytes in each block of four lanes. */
 static inline bn_register blocks_of(__m128i block) {
 #if defined(BN_SIMD_AVX512)
