@@ -35,13 +35,7 @@ std::vector<NamedFile> input_files(const Options &options) {
 } // namespace
 
 std::vector<NamedFile> setting_files(const Options &options) {
-    std::vector<NamedFile> files;
-    if (is_scene_file(options.scene)) files.push_back({"--scene", options.scene});
-    const std::string &environment = options.environment, &mask = options.sampler.mask;
-    if (!environment.empty() && environment != "sky" && environment != "none")
-        files.push_back({"--env", environment});
-    if (!mask.empty() && mask != "builtin" && mask != "neural") files.push_back({"--mask", mask});
-    return files;
+    return named_files(options.scene, options.environment, options.sampler.mask);
 }
 
 void check_file_names(const Options &options) {

@@ -9,13 +9,8 @@
 
 #include "convergence.h"
 #include "exr.h"
+#include "input_record.h"
 #include "options.h"
-
-// A file, and the option that names it.
-struct NamedFile {
-    std::string role;
-    std::filesystem::path path;
-};
 
 // The files that the settings of a picture name: scene, environment and mask, as far as they are
 // files.
