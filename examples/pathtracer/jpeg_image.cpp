@@ -26,7 +26,8 @@ std::vector<uint8_t> jpeg_decode_rgba(const std::vector<unsigned char> &bytes, i
     // Viewers show what a warning is about, too.
     if (tjDecompress2(jpeg.get(), bytes.data(), size, rgba.data(), width, 0, height, TJPF_RGBA,
                       TJFLAG_ACCURATEDCT) != 0) {
-        if (tjGetErrorCode(jpeg.get()) != TJERR_WARNING)
+        // An error after a warning counts as one, too, but leaves texels unwritten.
+        if (tjGetErrorCode(jpeg.get()) != TJERR_WARNING || rgba.back() != 255)
             throw Error("is damaged: it cannot be decoded");
         // libjpeg's words, the only sign of it.
         cut_short = std::strstr(tjGetErrorStr2(jpeg.get()), "Premature end of JPEG") != nullptr;
