@@ -156,15 +156,37 @@ void test_no_domain_is_drawn_twice() {
     }
 }
 
-// The first two numbers of ray 0 are x and y in the pixel: a slanted plane has a depth for each.
-void test_the_place_in_the_pixel() {
-    const float slope_x = 0.4f, slope_y = -0.7f;
+// A plane that has another depth at each place.
+constexpr float SLOPE_X = 0.4f, SLOPE_Y = -0.7f;
+
+Scene slanted_plane() {
     Scene scene;
     scene.camera = camera_look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 0.3f);
-    const auto at = [&](float x, float y) { return Vec3{x, y, -5 + slope_x * x + slope_y * y}; };
+    const auto at = [&](float x, float y) { return Vec3{x, y, -5 + SLOPE_X * x + SLOPE_Y * y}; };
     add_quad(scene, add_diffuse(scene, {1, 1, 1}), at(-4, -4), at(4, -4), at(4, 4), at(-4, 4));
     scene_finish(scene);
     camera_fit(scene.camera, SIZE, SIZE);
+    return scene;
+}
+
+// Out of focus, the point on the lens moves what is seen, and only the second pair of ray 0 does.
+void test_the_lens_has_a_pair_of_its_own() {
+    Scene scene = slanted_plane();
+    camera_set_lens(scene.camera, 0.2f, {0, 0, -1});
+    const GeometryPointer geometry = geometry_build(scene);
+    for (int d = 0; d < 4; ++d) {
+        const float by_ray = change_by(scene, *geometry, false, d).depth;
+        const float by_camera = change_by(scene, *geometry, true, d).depth;
+        CHECK(by_ray > 0.003f, "number %d of ray 0 changes depth by %g", d,
+              static_cast<double>(by_ray));
+        CHECK(by_camera < 1e-6f, "number %d of the camera changes depth by %g", d,
+              static_cast<double>(by_camera));
+    }
+}
+
+// The first two numbers of ray 0 are x and y in the pixel.
+void test_the_place_in_the_pixel() {
+    const Scene scene = slanted_plane();
     const GeometryPointer geometry = geometry_build(scene);
     for (const SamplerEntry &entry : sampler_entries()) {
         const SamplerPointer sampler = sampler_named(entry.name, 7);
@@ -176,7 +198,7 @@ void test_the_place_in_the_pixel() {
             const Draw u = draw({sampler.get(), x, y, index}, ray_domain(*sampler, 0), 2);
             const float along_x = (static_cast<float>(x) + u.u[0]) / SIZE * 2 - 1;
             const float along_y = 1 - (static_cast<float>(y) + u.u[1]) / SIZE * 2;
-            const float expected = 5 / (1 + 0.3f * (slope_x * along_x + slope_y * along_y));
+            const float expected = 5 / (1 + 0.3f * (SLOPE_X * along_x + SLOPE_Y * along_y));
             const float depth = trace_path(integrator, x, y, index, counters).depth;
             CHECK(std::abs(depth - expected) < 1e-4f, "%s, pixel %d,%d: depth %g, should be %g",
                   entry.name, x, y, static_cast<double>(depth), static_cast<double>(expected));
@@ -281,6 +303,7 @@ void test_roulette_leaves_the_mean() {
 
 int main() {
     test_the_place_in_the_pixel();
+    test_the_lens_has_a_pair_of_its_own();
     test_lens_light_and_time_have_numbers_of_their_own();
     test_no_domain_is_drawn_twice();
     test_roulette_leaves_the_mean();
