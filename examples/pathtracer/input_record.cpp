@@ -13,9 +13,28 @@ namespace {
 
 constexpr const char *MISSING = "# missing: ";
 
-// Control characters and backslashes as escapes, those of sha256sum where it has any.
+bool is_utf8(const std::string &text) {
+    constexpr uint32_t LEAST[4] = {0, 0x80, 0x800, 0x10000}; // of so many further bytes
+    for (size_t i = 0; i < text.size();) {
+        const auto first = static_cast<unsigned char>(text[i++]);
+        const uint32_t further = first < 0x80 ? 0 : first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
+        if ((first >= 0x80 && first < 0xc0) || first >= 0xf8) return false;
+        uint32_t code = further == 0 ? first : first & (0x3fu >> further);
+        for (uint32_t k = 0; k < further; ++k, ++i) {
+            if (i == text.size() || (text[i] & 0xc0) != 0x80) return false;
+            code = code << 6 | (text[i] & 0x3fu);
+        }
+        if (code < LEAST[further] || code > 0x10ffff || (code >= 0xd800 && code < 0xe000))
+            return false;
+    }
+    return true;
+}
+
+// Backslashes, control characters and what is no UTF-8, which readers of EXR attributes refuse, as
+// escapes: those of sha256sum where it has any.
 std::string escaped(const std::string &name) {
     const std::string clean = without_controls(name);
+    const bool plain = is_utf8(name);
     std::string result;
     for (size_t i = 0; i < name.size(); ++i) {
         char code[8];
@@ -23,7 +42,7 @@ std::string escaped(const std::string &name) {
             result += "\\\\";
         } else if (name[i] == '\n' || name[i] == '\r') {
             result += name[i] == '\n' ? "\\n" : "\\r";
-        } else if (clean[i] != name[i]) {
+        } else if (clean[i] != name[i] || (!plain && (name[i] & 0x80) != 0)) {
             std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(name[i]));
             result += code;
         } else {

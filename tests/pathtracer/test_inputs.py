@@ -3,6 +3,7 @@
 
 import hashlib
 import json
+import os
 import subprocess
 
 import numpy as np
@@ -107,6 +108,19 @@ def test_sizes_and_names_of_any_kind(pathtracer):
                               capture_output=True, check=False)
         assert done.returncode == 0, (listed, done.stderr)
     assert pathtracer.success("--scene", "cornell", "--env", "sky", "--list-inputs").stdout == ""
+    # Attributes of an EXR are UTF-8: what is not becomes escapes.
+    rng = np.random.default_rng(4)
+    fixed = [b"\xe4.png", b"\xc3\xa9.png", b"\xc0\x80", b"\xed\xa0\x80", b"\xf4\x90\x80\x80", b"\xf0\x9f\x98\x80", b"\xe2\x82"]
+    for name in [*fixed, *(bytes(rng.integers(0x30, 256, 3, dtype=np.uint8)) for _ in range(30))]:
+        (folder / os.fsdecode(name)).write_bytes(b"x")
+        listed = subprocess.run([pathtracer.binary, "--mask", name, "--list-inputs"], cwd=folder, capture_output=True,
+                                check=True).stdout
+        try:
+            name.decode()
+            assert b"\\x" not in listed or name.startswith(b"\xc2")  # controls above ASCII
+        except UnicodeDecodeError:
+            assert b"\\x" in listed
+        listed.decode()
 
 
 @pytest.fixture
