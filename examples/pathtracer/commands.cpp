@@ -183,6 +183,7 @@ Picture prepare(const Options &options) {
     InputRecord record;
     record_others(o, record);
     p.scene = load_scene(o, record);
+    check_file_names(o, record.files("--scene"));
     p.sampler = sampler_create(o.sampler);
     record_others(o, record);
     p.spp = checked_spp(o, p.scene, *p.sampler);

@@ -119,6 +119,13 @@ std::string InputRecord::text() const {
     return result;
 }
 
+std::vector<NamedFile> InputRecord::files(const std::string &role) const {
+    std::vector<NamedFile> result;
+    for (const auto &[name, hash] : hashes_)
+        if (!hash.empty()) result.push_back({role, name});
+    return result;
+}
+
 std::string inputs_difference(const std::string &one, const std::string &other) {
     const auto a = parsed(one), b = parsed(other);
     for (const auto &[name, contents] : a) {

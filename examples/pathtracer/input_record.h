@@ -31,6 +31,9 @@ class InputRecord {
     // stand in comments.
     std::string text() const;
 
+    // The files, as what `role` reads.
+    std::vector<NamedFile> files(const std::string &role) const;
+
   private:
     void add_hash(const std::filesystem::path &path, const std::string &hash);
 

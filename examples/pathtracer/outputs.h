@@ -18,7 +18,8 @@ std::vector<NamedFile> setting_files(const Options &options);
 
 // Throws Error if an output is also another output or an input, under any name. Only the --resume
 // picture may be replaced by -o. With --resume, call this once the picture's settings are known.
-void check_file_names(const Options &options);
+// `read` are inputs that the options do not name.
+void check_file_names(const Options &options, const std::vector<NamedFile> &read = {});
 
 class Outputs {
   public:

@@ -147,6 +147,16 @@ def scene(pathtracer):
     return [*SMALL, "--scene", "scene.obj", "--env", "sky.exr", "--sampler", "mask", "--mask", "mask.png"], changes
 
 
+def test_no_output_replaces_a_file_of_the_scene(pathtracer, scene):
+    """The preview of wood.exr would be the texture."""
+    arguments, _ = scene
+    before = (pathtracer.folder / "wood.png").read_bytes()
+    (pathtracer.folder / "link.png").symlink_to("bumps.png")
+    for output, file in (("wood.exr", "wood.png"), ("link.exr", "bumps.png")):
+        pathtracer.failure(*arguments, "--spp", 1, "-o", output, said=["the preview of -o", file, "--scene reads"])
+    assert (pathtracer.folder / "wood.png").read_bytes() == before
+
+
 @pytest.mark.parametrize("name", ["scene.obj", "m.mtl", "wood.png", "bumps.png", "sky.exr", "mask.png"])
 def test_pictures_of_changed_files_are_refused(pathtracer, scene, name):
     arguments, changes = scene
