@@ -89,11 +89,15 @@ std::string settings_difference(const ExrHead &one, const ExrHead &other, bool a
     return "";
 }
 
-void note_unknown_inputs(const std::string &path, const ExrHead &head) {
-    if (!head.attributes.inputs)
-        say(path +
-            " does not say what was in the files that it was rendered from, as older versions "
-            "and --allow-changed leave it; they are not compared");
+void note_unknown_inputs(const std::vector<std::string> &paths, const std::vector<ExrHead> &heads) {
+    size_t count = 0;
+    std::string first;
+    for (size_t i = 0; i < heads.size(); ++i)
+        if (!heads[i].attributes.inputs && count++ == 0) first = paths[i];
+    if (count > 0)
+        say("there is no record of the input files in " + first +
+            (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
+            ": older versions write none, nor does --allow-changed; changes of files go unnoticed");
 }
 
 void add_cost(ExrAttributes &to, const ExrAttributes &part) {
@@ -126,8 +130,6 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
         }
         heads.push_back(head);
     }
-
-    for (size_t i = 0; i < heads.size(); ++i) note_unknown_inputs(paths[i], heads[i]);
 
     MergedPicture merged{{}, heads[0].attributes};
     ExrAttributes &all = merged.attributes;
@@ -166,6 +168,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
                          heads[i], paths[i]);
         }
     }
+    note_unknown_inputs(paths, heads);
     all.spp = film_counts(merged.film).most;
     all.fireflies = film_fireflies(merged.film);
     return merged;

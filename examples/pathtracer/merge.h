@@ -12,8 +12,8 @@
 // Regions and sample ranges are not compared.
 std::string settings_difference(const ExrHead &one, const ExrHead &other, bool allow_changed);
 
-// Prints a line if the files that a picture was made of are not known.
-void note_unknown_inputs(const std::string &path, const ExrHead &head);
+// Prints one line if the files that some of these pictures were made of are not known.
+void note_unknown_inputs(const std::vector<std::string> &paths, const std::vector<ExrHead> &heads);
 
 // Adds the rendering cost of a part.
 void add_cost(ExrAttributes &to, const ExrAttributes &part);

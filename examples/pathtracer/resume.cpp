@@ -87,7 +87,6 @@ ExrHead resume_settings(Options &options) {
 
 void resume_check(const std::string &path, const ExrHead &picture, const ExrHead &wanted,
                   bool allow_changed) {
-    note_unknown_inputs(path, picture);
     ExrHead earlier = picture;
     if (noise_continues(picture.attributes.noise, wanted.attributes.noise, picture.attributes.spp))
         earlier.attributes.noise = wanted.attributes.noise;
@@ -102,6 +101,7 @@ void resume_check(const std::string &path, const ExrHead &picture, const ExrHead
     if (!difference.empty())
         throw Error(path + " is not an earlier state of this picture: they differ in " +
                     difference + "; options that you leave out are taken from it");
+    note_unknown_inputs({path}, {picture});
 }
 
 Film resume_film(const std::string &path, uint32_t spp) {

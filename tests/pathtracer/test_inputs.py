@@ -200,7 +200,7 @@ def test_pictures_that_do_not_say_their_files(pathtracer, scene):
     changes["wood.png"]()
     for mode in (["--resume", old, "--spp", 2], ["--merge", new, old]):
         done = pathtracer.success(*mode, "--quiet", *OUT)
-        assert done.stderr.count("\n") == 1 and f"{old.name} does not say" in done.stderr
+        assert done.stderr.count("\n") == 1 and "no record of the input files" in done.stderr and old.name in done.stderr
         assert "inputs" not in read_exr(pathtracer.folder / "out.exr")[1]
     plain = forget(pathtracer.render(*SMALL, "--spp", 1))
     assert pathtracer.success("--resume", plain, "--spp", 2, "--quiet", *OUT).stderr == ""
