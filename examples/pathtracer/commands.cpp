@@ -100,8 +100,16 @@ struct Picture {
     std::vector<ConvergenceRow> convergence;
 };
 
-Scene load_scene(const Options &options) {
-    Scene scene = scene_build(options.scene, scene_options(options));
+// Adds the files that are not read through the scene's folder.
+void record_others(const Options &options, InputRecord &record) {
+    for (const NamedFile &file : setting_files(options))
+        if (file.role != "--scene") record.add_file(file.path);
+}
+
+Scene load_scene(const Options &options, InputRecord &record) {
+    SceneOptions choices = scene_options(options);
+    choices.record = &record;
+    Scene scene = scene_build(options.scene, choices);
     const CameraChoice &camera = options.camera;
     if (!camera.eye && !camera.target && !camera.fov && camera.listed.empty())
         frame_from_inside_if_black(scene, options.scene);
@@ -171,19 +179,27 @@ Picture prepare(const Options &options) {
     }
     const Options &o = p.options;
     check_file_names(o);
-    p.scene = load_scene(o);
+    // Before and after: a file that changes meanwhile is an error.
+    InputRecord record;
+    record_others(o, record);
+    p.scene = load_scene(o, record);
+    check_file_names(o, record.files("--scene"));
     p.sampler = sampler_create(o.sampler);
+    record_others(o, record);
     p.spp = checked_spp(o, p.scene, *p.sampler);
     p.crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
     p.reference = load_reference(o.reference, o.width, o.height, p.crop);
     p.head = picture_settings(o, p.scene, p.crop);
+    p.head.attributes.inputs = record.text();
     return p;
 }
 
 // An empty film, or the resumed picture's.
 void prepare_film(Picture &p) {
     if (p.resumed) {
-        resume_check(p.options.resume, *p.resumed, p.head);
+        resume_check(p.options.resume, *p.resumed, p.head, p.options.allow_changed);
+        if (p.resumed->attributes.inputs != p.head.attributes.inputs)
+            p.head.attributes.inputs.reset();
         p.film = resume_film(p.options.resume, p.spp);
     } else {
         p.film = film_create(p.options.width, p.options.height, p.crop);
@@ -319,6 +335,15 @@ SceneOptions scene_options(const Options &options) {
     return result;
 }
 
+std::string input_list(const Options &options) {
+    InputRecord record;
+    SceneOptions choices = scene_options(options);
+    choices.record = &record;
+    scene_build(options.scene, choices);
+    record_others(options, record);
+    return record.text();
+}
+
 int run_render(const Options &options) {
     Picture picture = prepare(options);
     const Outputs outputs(picture.options, picture.options.scene);
@@ -330,7 +355,7 @@ int run_render(const Options &options) {
 
 void run_merge(const Options &options) {
     check_file_names(options);
-    const MergedPicture merged = merge_pictures(options.merge);
+    const MergedPicture merged = merge_pictures(options.merge, options.allow_changed);
     const Film &film = merged.film;
     const std::optional<Image> reference =
         load_reference(options.reference, film.full_width, film.full_height, film.crop);

@@ -13,3 +13,6 @@ void run_merge(const Options &options);
 
 // The options that affect the scene. Reads the environment.
 SceneOptions scene_options(const Options &options);
+
+// Reads all files of a picture. Returns their names and hashes.
+std::string input_list(const Options &options);

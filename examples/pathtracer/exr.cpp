@@ -26,6 +26,7 @@
 
 #include "error.h"
 #include "exr_check.h"
+#include "input_record.h"
 
 namespace {
 
@@ -163,6 +164,10 @@ ExrHead read_head(const Imf::Header &header) {
     a.environment = text("environment");
     a.sampler = text("sampler");
     a.mask = text("mask");
+    if (header.findTypedAttribute<Imf::StringAttribute>("inputs"))
+        a.inputs = text("inputs");
+    else if (named_files(a.scene, a.environment, a.mask).empty())
+        a.inputs = "";
     const auto matrix = [&](const char *name) {
         const auto m = attribute<Imf::M44fAttribute>(header, name);
         std::array<float, 16> rows;
@@ -233,6 +238,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     text("environment", attributes.environment);
     text("sampler", attributes.sampler);
     text("mask", attributes.mask);
+    if (attributes.inputs) text("inputs", *attributes.inputs);
     const auto matrix = [&](const char *name, const std::array<float, 16> &rows) {
         Imath::M44f m;
         std::copy(rows.begin(), rows.end(), &m[0][0]);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ constexpr uint64_t MAX_PIXELS = 1u << 26;
 // The attributes of the header.
 struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
+    // InputRecord::text() of the files of scene, environment and mask; nothing if that is not known
+    std::optional<std::string> inputs;
     CameraMatrices matrices;
     uint32_t spp; // the highest count of any pixel
     uint32_t declared_spp, first_sample, max_depth, light_samples;

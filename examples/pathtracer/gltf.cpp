@@ -383,8 +383,8 @@ void gltf_check_required(const std::vector<std::string> &extensions) {
                         ", which cannot be read");
 }
 
-SceneDraft gltf_read(const std::string &path, SceneFolder &folder) {
-    const std::vector<unsigned char> bytes = read_file(path);
+SceneDraft gltf_read(SceneFolder &folder) {
+    const std::vector<unsigned char> bytes = folder.read_scene();
     const tinygltf::Model model = load(bytes, folder);
     SceneDraft draft;
     draft_set_input(draft, bytes.size(), folder);

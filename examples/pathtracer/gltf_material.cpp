@@ -152,6 +152,7 @@ int32_t GltfMaterials::load(int index, bool srgb) {
         throw Error(name + ": " + error.what());
     }
     Texture &loaded = draft_.scene.textures[static_cast<size_t>(number)];
+    if (loaded.cut_short) draft_.ignored.insert("that " + name + " is cut short");
     loaded.srgb = srgb;
     if (texture.sampler >= 0) {
         const tinygltf::Sampler &sampler = gltf_at(model_.samplers, texture.sampler, "sampler");

@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "error.h"
+#include "input_record.h"
 
 namespace fs = std::filesystem;
 
@@ -65,8 +66,8 @@ std::vector<unsigned char> read_file(const fs::path &path) {
     return bytes;
 }
 
-SceneFolder::SceneFolder(const fs::path &scene, bool allow_outside)
-    : allow_outside_(allow_outside) {
+SceneFolder::SceneFolder(const fs::path &scene, bool allow_outside, InputRecord *record)
+    : scene_(scene), allow_outside_(allow_outside), record_(record) {
     std::error_code error;
     const fs::path folder = scene.parent_path();
     folder_ = fs::canonical(folder.empty() ? fs::path(".") : folder, error);
@@ -85,11 +86,28 @@ fs::path SceneFolder::resolve(const std::string &name) const {
     return path;
 }
 
+fs::path SceneFolder::listed(const fs::path &path) const {
+    return scene_.parent_path() / path.lexically_relative(folder_);
+}
+
+std::vector<unsigned char> SceneFolder::read_scene() {
+    std::vector<unsigned char> bytes = read_file(scene_);
+    if (record_) record_->add(scene_, bytes);
+    return bytes;
+}
+
 std::optional<std::vector<unsigned char>> SceneFolder::find(const std::string &name) {
     const fs::path path = resolve(name);
     std::error_code error;
-    if (!fs::exists(path, error)) return {};
+    if (fs::exists(path, error)) return load(path);
+    // Once it is there, it will be read.
+    if (record_) record_->add_missing(listed(path));
+    return {};
+}
+
+std::vector<unsigned char> SceneFolder::load(const fs::path &path) {
     std::vector<unsigned char> bytes = read_file(path);
+    if (record_) record_->add(listed(path), bytes);
     if (known_.insert(path).second) size_ += bytes.size();
     bytes_read_ += bytes.size();
     if (bytes_read_ >= MAX_FILE) throw Error("is too much: a scene reads at most 4 GiB of files");
@@ -97,7 +115,5 @@ std::optional<std::vector<unsigned char>> SceneFolder::find(const std::string &n
 }
 
 std::vector<unsigned char> SceneFolder::read(const std::string &name) {
-    std::optional<std::vector<unsigned char>> bytes = find(name);
-    if (!bytes) throw Error("there is no such file");
-    return std::move(*bytes);
+    return load(resolve(name));
 }

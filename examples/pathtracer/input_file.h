@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+class InputRecord;
+
 // The bytes of a file. Throws Error, its text to follow the file's name.
 std::vector<unsigned char> read_file(const std::filesystem::path &path);
 
@@ -35,7 +37,12 @@ class InputFile {
 class SceneFolder {
   public:
     // `scene` is the path of the scene file. With `allow_outside`, its files may lie anywhere.
-    SceneFolder(const std::filesystem::path &scene, bool allow_outside);
+    // `record` gets every file that is read, and may be null.
+    SceneFolder(const std::filesystem::path &scene, bool allow_outside,
+                InputRecord *record = nullptr);
+
+    // The bytes of the scene file. Throws Error.
+    std::vector<unsigned char> read_scene();
 
     // The path a name leads to, all links followed, whether or not a file is there. Throws Error if
     // it is outside the folder.
@@ -45,12 +52,17 @@ class SceneFolder {
     // Likewise, but a missing file is an Error.
     std::vector<unsigned char> read(const std::string &name);
 
-    // The bytes of all files read so far, each file counted once.
+    // The bytes of all files read so far but the scene's own, each file counted once.
     uint64_t size() const { return size_; }
 
   private:
-    std::filesystem::path folder_;
+    std::vector<unsigned char> load(const std::filesystem::path &path);
+    // The name of a file in the record: as the scene's own path is written.
+    std::filesystem::path listed(const std::filesystem::path &path) const;
+
+    std::filesystem::path scene_, folder_;
     bool allow_outside_;
+    InputRecord *record_;
     std::set<std::filesystem::path> known_;
     uint64_t size_ = 0, bytes_read_ = 0; // of each file once; of every read
 };

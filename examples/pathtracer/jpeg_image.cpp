@@ -4,13 +4,14 @@
 
 #include <turbojpeg.h>
 
+#include <cstring>
 #include <memory>
 #include <new>
 
 #include "error.h"
 
 std::vector<uint8_t> jpeg_decode_rgba(const std::vector<unsigned char> &bytes, int width,
-                                      int height) {
+                                      int height, bool &cut_short) {
     const std::unique_ptr<void, int (*)(tjhandle)> jpeg(tjInitDecompress(), tjDestroy);
     if (!jpeg) throw std::bad_alloc();
     const auto size = static_cast<unsigned long>(bytes.size());
@@ -24,8 +25,12 @@ std::vector<uint8_t> jpeg_decode_rgba(const std::vector<unsigned char> &bytes, i
     std::vector<uint8_t> rgba(size_t{4} * static_cast<size_t>(width) * static_cast<size_t>(height));
     // Viewers show what a warning is about, too.
     if (tjDecompress2(jpeg.get(), bytes.data(), size, rgba.data(), width, 0, height, TJPF_RGBA,
-                      TJFLAG_ACCURATEDCT) != 0 &&
-        tjGetErrorCode(jpeg.get()) != TJERR_WARNING)
-        throw Error("is damaged: it cannot be decoded");
+                      TJFLAG_ACCURATEDCT) != 0) {
+        // An error after a warning counts as one, too, but leaves texels unwritten.
+        if (tjGetErrorCode(jpeg.get()) != TJERR_WARNING || rgba.back() != 255)
+            throw Error("is damaged: it cannot be decoded");
+        // libjpeg's words, the only sign of it.
+        cut_short = std::strstr(tjGetErrorStr2(jpeg.get()), "Premature end of JPEG") != nullptr;
+    }
     return rgba;
 }

@@ -72,6 +72,8 @@ int main(int argc, char **argv) {
             print_list();
         } else if (options.list_cameras) {
             print_cameras(options);
+        } else if (options.list_inputs) {
+            std::fputs(input_list(options).c_str(), stdout);
         } else if (!options.merge.empty()) {
             run_merge(options);
         } else {

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "error.h"
+#include "input_record.h"
 
 namespace {
 
@@ -27,15 +28,20 @@ std::string noise_text(const NoiseSettings &noise) {
     return text;
 }
 
-// The settings that parts of one picture must share, with names for the error message.
-std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &head) {
+using NamedSettings = std::vector<std::pair<const char *, std::string>>;
+
+// What parts of one picture must share, with names for the error message: the names of its files,
+// and the rest, which may follow from what is in them.
+NamedSettings names_of(const ExrHead &head) {
+    const ExrAttributes &a = head.attributes;
+    return {{"scene", a.scene}, {"environment", a.environment}, {"mask", a.mask}};
+}
+
+NamedSettings settings_of(const ExrHead &head) {
     const ExrAttributes &a = head.attributes;
     return {{"size", std::to_string(head.full_width) + "x" + std::to_string(head.full_height)},
-            {"scene", a.scene},
-            {"camera", a.camera},
-            {"environment", a.environment},
             {"sampler", a.sampler},
-            {"mask", a.mask},
+            {"camera", a.camera},
             {"declared spp", std::to_string(a.declared_spp)},
             {"seed", std::to_string(a.seed)},
             {"max depth", std::to_string(a.max_depth)},
@@ -43,6 +49,13 @@ std::vector<std::pair<const char *, std::string>> settings_of(const ExrHead &hea
             {"noise", noise_text(a.noise)},
             {"single scatter", a.single_scatter ? "on" : "off"},
             {"photometric", a.photometric ? "on" : "off"}};
+}
+
+std::string first_difference(const NamedSettings &a, const NamedSettings &b) {
+    for (size_t i = 0; i < a.size(); ++i)
+        if (a[i].second != b[i].second)
+            return std::string(a[i].first) + " '" + a[i].second + "' and '" + b[i].second + "'";
+    return "";
 }
 
 // Adds a part's samples to a pixel of the picture, which starts at sample `first`.
@@ -61,15 +74,30 @@ void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first
 
 } // namespace
 
-std::string settings_difference(const ExrHead &one, const ExrHead &other) {
-    const auto a = settings_of(one), b = settings_of(other);
-    for (size_t i = 0; i < a.size(); ++i)
-        if (a[i].second != b[i].second)
-            return std::string(a[i].first) + " '" + a[i].second + "' and '" + b[i].second + "'";
+std::string settings_difference(const ExrHead &one, const ExrHead &other, bool allow_changed) {
+    std::string difference = first_difference(names_of(one), names_of(other));
+    const auto &a = one.attributes.inputs, &b = other.attributes.inputs;
+    if (difference.empty() && !allow_changed && a && b) {
+        difference = inputs_difference(*a, *b);
+        if (!difference.empty()) difference += " (--allow-changed mixes them all the same)";
+    }
+    if (difference.empty()) difference = first_difference(settings_of(one), settings_of(other));
+    if (!difference.empty()) return difference;
     const CameraMatrices &m = one.attributes.matrices, &n = other.attributes.matrices;
     if (m.world_to_camera != n.world_to_camera || m.world_to_ndc != n.world_to_ndc)
         return "camera orientation";
     return "";
+}
+
+void note_unknown_inputs(const std::vector<std::string> &paths, const std::vector<ExrHead> &heads) {
+    size_t count = 0;
+    std::string first;
+    for (size_t i = 0; i < heads.size(); ++i)
+        if (!heads[i].attributes.inputs && count++ == 0) first = paths[i];
+    if (count > 0)
+        say("there is no record of the input files in " + first +
+            (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
+            ": older versions write none, nor does --allow-changed; changes of files go unnoticed");
 }
 
 void add_cost(ExrAttributes &to, const ExrAttributes &part) {
@@ -82,15 +110,15 @@ void add_cost(ExrAttributes &to, const ExrAttributes &part) {
     to.threads = std::max(to.threads, part.threads);
 }
 
-MergedPicture merge_pictures(const std::vector<std::string> &paths) {
+MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_changed) {
     std::vector<ExrHead> heads;
     for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
         if (!heads.empty()) {
-            const std::string difference = settings_difference(head, heads[0]);
+            const std::string difference = settings_difference(head, heads[0], allow_changed);
             if (!difference.empty())
                 throw Error(path + " and " + paths[0] +
-                            " are not parts of one picture: " + difference);
+                            " are not parts of one picture: they differ in " + difference);
         }
         for (size_t i = 0; i < heads.size(); ++i) {
             const ExrAttributes &a = heads[i].attributes, &b = head.attributes;
@@ -111,6 +139,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
         crop = around(crop, heads[i].crop);
         all.first_sample = std::min(all.first_sample, a.first_sample);
         all.end_sample = std::max(all.end_sample, a.end_sample);
+        if (a.inputs != all.inputs) all.inputs.reset();
         add_cost(all, a);
     }
     if (pixel_count(crop) > MAX_PIXELS)
@@ -139,6 +168,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
                          heads[i], paths[i]);
         }
     }
+    note_unknown_inputs(paths, heads);
     all.spp = film_counts(merged.film).most;
     all.fireflies = film_fireflies(merged.film);
     return merged;

@@ -44,7 +44,8 @@ void mend_backslashes(std::string &content) {
 }
 
 // Reads each material file once. Missing files are noted as ignored; other errors are kept for
-// finish(), as no exception should pass through the loader.
+// finish(), as no exception should pass through the loader. The answer is never true, because the
+// loader would then skip the other files of the line.
 class MaterialFiles : public tinyobj::MaterialReader {
   public:
     MaterialFiles(SceneFolder &folder, std::set<std::string> &ignored)
@@ -53,14 +54,14 @@ class MaterialFiles : public tinyobj::MaterialReader {
                     std::map<std::string, int> *numbers, std::string *warning,
                     std::string *error) override {
         try {
-            if (!known_.insert(folder_.resolve(local_name(name))).second) return true;
+            if (!known_.insert(folder_.resolve(local_name(name))).second) return false;
             const auto bytes = folder_.find(local_name(name));
             if (bytes) {
                 std::istringstream file(std::string(bytes->begin(), bytes->end()));
                 tinyobj::LoadMtl(numbers, materials, &file, warning, error);
-                return true;
+            } else {
+                ignored_.insert("the missing material file " + printable(name));
             }
-            ignored_.insert("the missing material file " + printable(name));
         } catch (const Error &problem) {
             problem_ = "material file " + printable(name) + ": " + problem.what();
         }
@@ -110,6 +111,8 @@ struct MaterialReader {
                 throw Error("image " + printable(name) + ": " + error.what());
             }
             Texture &loaded = draft.scene.textures.back();
+            if (loaded.cut_short)
+                draft.ignored.insert("that image " + printable(name) + " is cut short");
             loaded.srgb = srgb;
             if (options.clamp) loaded.wrap_u = loaded.wrap_v = Texture::CLAMP;
         }
@@ -343,9 +346,9 @@ void add_faces(const tinyobj::mesh_t &mesh, MaterialNumbers &materials, Vertices
 
 } // namespace
 
-SceneDraft obj_read(const std::string &path, SceneFolder &folder) {
+SceneDraft obj_read(SceneFolder &folder) {
     SceneDraft draft;
-    const std::vector<unsigned char> bytes = read_file(path);
+    const std::vector<unsigned char> bytes = folder.read_scene();
     std::string content(bytes.begin(), bytes.end());
     mend_backslashes(content);
     MaterialFiles material_files(folder, draft.ignored);

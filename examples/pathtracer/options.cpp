@@ -157,6 +157,10 @@ void check_noise(const Options &o) {
         throw Error(o.resume + " has impossible settings of --noise");
     if (o.auto_exposure || (!o.exposure && is_scene_file(o.scene)))
         throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
+    if (o.first_sample > 0 && o.given.count("--first-sample") == 0)
+        throw Error("--noise needs the first samples of a pixel, but " + o.resume +
+                    " begins with sample " + std::to_string(o.first_sample) +
+                    "; continue it without --noise");
     if (o.first_sample > 0)
         throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
                     "split the picture with --crop");
@@ -231,6 +235,7 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
   --photometric          the file's punctual lights are in candela and lux: divide them by 683
   --allow-outside        let a scene file, or the picture of --resume, name files outside its folder
+  --allow-changed        let --resume and --merge mix pictures whose files differ in contents
   --single-scatter       leave multiple scattering out of rough materials and of fog
   --threads N            number of threads (default: number of cores)
   --max-memory GIB       end with an error before the program takes more memory than this (default: half of the
@@ -245,6 +250,7 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --quiet                print only errors, and the error against the reference
   --list                 list scenes and samplers
   --list-cameras         list the cameras of --scene as --eye, --target and --fov
+  --list-inputs          list the files of --scene, --env and --mask, and all that the scene names, with their SHA-256
   --help                 print this text
 )";
 }
@@ -272,6 +278,10 @@ Options parse_options(int argc, const char *const *argv) {
             options.list = true;
         } else if (is("--list-cameras")) {
             options.list_cameras = true;
+        } else if (is("--list-inputs")) {
+            options.list_inputs = true;
+        } else if (is("--allow-changed")) {
+            options.allow_changed = true;
         } else if (is("--help") || is("-h")) {
             options.help = true;
         } else {
@@ -280,6 +290,9 @@ Options parse_options(int argc, const char *const *argv) {
             if (!known) throw Error("there is no option '" + name + "'; see --help");
             if (i + 1 == argc) throw Error(name + " needs a value; see --help");
             const std::string value = argv[++i];
+            if (value.compare(0, 2, "--") == 0 || value == "-o" || value == "-h")
+                throw Error(name + " needs a value, not the option '" + value +
+                            "'; write a file of that name as './" + value + "'");
 
             options.given.insert(name);
             if (is("--resume")) options.resume = value;
@@ -317,7 +330,7 @@ Options parse_options(int argc, const char *const *argv) {
     if (options.noise > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
     if (options.time_limit > 0 && options.given.count("--spp") == 0)
         options.spp = std::min(MAX_SPP, UINT32_MAX - options.first_sample);
-    if (!options.help && !options.list && !options.list_cameras &&
+    if (!options.help && !options.list && !options.list_cameras && !options.list_inputs &&
         (options.resume.empty() || !options.merge.empty()))
         check_options(options);
     return options;

@@ -26,6 +26,7 @@ struct Options {
     bool single_scatter = false;
     bool photometric = false;
     bool allow_outside = false; // scenes and resumed pictures may name files outside their folder
+    bool allow_changed = false; // mix pictures whose files have changed
     std::string environment;    // an EXR file, or empty: the scene's own
     unsigned threads;           // default: one per core
     double max_memory;          // GiB; default: half of the machine's; 0: no bound
@@ -42,10 +43,11 @@ struct Options {
     bool quiet = false;
     bool list = false;
     bool list_cameras = false; // of the scene
+    bool list_inputs = false;  // the files of the picture
     bool help = false;
 };
 
-// Throws Error. With --help, --list or --list-cameras, checks nothing else.
+// Throws Error. With --help or any --list..., checks nothing else.
 Options parse_options(int argc, const char *const *argv);
 
 // Checks options against each other; call it once a resumed picture's are known. Throws Error.

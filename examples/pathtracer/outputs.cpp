@@ -35,16 +35,12 @@ std::vector<NamedFile> input_files(const Options &options) {
 } // namespace
 
 std::vector<NamedFile> setting_files(const Options &options) {
-    std::vector<NamedFile> files;
-    if (is_scene_file(options.scene)) files.push_back({"--scene", options.scene});
-    const std::string &environment = options.environment, &mask = options.sampler.mask;
-    if (!environment.empty() && environment != "sky" && environment != "none")
-        files.push_back({"--env", environment});
-    if (!mask.empty() && mask != "builtin" && mask != "neural") files.push_back({"--mask", mask});
-    return files;
+    return named_files(options.scene, options.environment, options.sampler.mask);
 }
 
-void check_file_names(const Options &options) {
+void check_file_names(const Options &options, const std::vector<NamedFile> &read) {
+    std::vector<NamedFile> inputs = input_files(options);
+    inputs.insert(inputs.end(), read.begin(), read.end());
     const std::vector<NamedFile> outputs = output_files(options);
     const auto other_name = [](const NamedFile &one, const NamedFile &other) {
         return one.path == other.path ? "" : " (as " + other.path.string() + ")";
@@ -55,7 +51,7 @@ void check_file_names(const Options &options) {
                 throw Error(outputs[k].role + " and " + outputs[i].role + " would both write " +
                             outputs[k].path.string() + other_name(outputs[k], outputs[i]) +
                             "; give one of them another name");
-        for (const NamedFile &input : input_files(options)) {
+        for (const NamedFile &input : inputs) {
             if (outputs[i].role == "-o" && input.role == "--resume") continue;
             if (is_same_file(outputs[i].path, input.path))
                 throw Error(outputs[i].role + " would overwrite " + outputs[i].path.string() +

@@ -85,11 +85,12 @@ ExrHead resume_settings(Options &options) {
     return head;
 }
 
-void resume_check(const std::string &path, const ExrHead &picture, const ExrHead &wanted) {
+void resume_check(const std::string &path, const ExrHead &picture, const ExrHead &wanted,
+                  bool allow_changed) {
     ExrHead earlier = picture;
     if (noise_continues(picture.attributes.noise, wanted.attributes.noise, picture.attributes.spp))
         earlier.attributes.noise = wanted.attributes.noise;
-    std::string difference = settings_difference(earlier, wanted);
+    std::string difference = settings_difference(earlier, wanted, allow_changed);
     const uint32_t first = picture.attributes.first_sample;
     const Crop &a = picture.crop, &b = wanted.crop;
     if (difference.empty() && first != wanted.attributes.first_sample)
@@ -100,6 +101,7 @@ void resume_check(const std::string &path, const ExrHead &picture, const ExrHead
     if (!difference.empty())
         throw Error(path + " is not an earlier state of this picture: they differ in " +
                     difference + "; options that you leave out are taken from it");
+    note_unknown_inputs({path}, {picture});
 }
 
 Film resume_film(const std::string &path, uint32_t spp) {

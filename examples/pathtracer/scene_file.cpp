@@ -177,9 +177,8 @@ uint32_t draft_add_material(SceneDraft &draft, const Material &material, const E
 
 Scene scene_file_read(const std::string &path, const SceneOptions &options) {
     try {
-        SceneFolder folder(path, options.allow_outside);
-        SceneDraft draft =
-            ending(path) == ".obj" ? obj_read(path, folder) : gltf_read(path, folder);
+        SceneFolder folder(path, options.allow_outside, options.record);
+        SceneDraft draft = ending(path) == ".obj" ? obj_read(folder) : gltf_read(folder);
         Scene &scene = draft.scene;
         if (scene.triangles.empty()) throw Error("has no triangles to render");
         if (scene.maps.empty()) { // then nothing looks these up

@@ -75,5 +75,5 @@ uint32_t draft_add_material(SceneDraft &draft, const Material &material, const E
 
 // Read a scene file, and through its folder the files it names. Errors say what is wrong, without
 // the file's name.
-SceneDraft gltf_read(const std::string &path, SceneFolder &folder);
-SceneDraft obj_read(const std::string &path, SceneFolder &folder);
+SceneDraft gltf_read(SceneFolder &folder);
+SceneDraft obj_read(SceneFolder &folder);

@@ -190,10 +190,11 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
     Texture texture;
     texture.width = static_cast<int>(extent.width);
     texture.height = static_cast<int>(extent.height);
-    texture.rgba = is_png(bytes)    ? png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
-                                                      static_cast<uint32_t>(extent.height))
-                   : is_jpeg(bytes) ? jpeg_decode_rgba(bytes, texture.width, texture.height)
-                                    : decode_with_stb(bytes, extent);
+    texture.rgba = is_png(bytes) ? png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
+                                                   static_cast<uint32_t>(extent.height))
+                   : is_jpeg(bytes)
+                       ? jpeg_decode_rgba(bytes, texture.width, texture.height, texture.cut_short)
+                       : decode_with_stb(bytes, extent);
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;

@@ -14,11 +14,12 @@ from pathlib import Path
 from report.progress import Progress, duration
 
 from . import cluster, worker
-from .inputs import files_of
+from .inputs import hashes_of
 from .parts import FarmError, PartsFolder, split
 
 # Options of the path tracer that make no sense for a part.
-REFUSED = ("--merge", "--resume", "--time", "--write-partial", "--convergence", "--list", "--list-cameras")
+REFUSED = ("--merge", "--resume", "--time", "--write-partial", "--convergence", "--noise", "--min-spp", "--allow-changed",
+           "--list", "--list-cameras", "--list-inputs")
 # They concern the whole picture.
 FOR_MERGING = ("--exposure", "--reference")
 FILES = ("--scene", "--env", "--mask", "--reference")
@@ -99,24 +100,22 @@ def parse(arguments):
 
 
 def sort_out(others):
-    """Splits the path tracer's options into those of all parts, those for merging, and the files they name."""
-    parts, merging, files, i = [], [], [], 0
+    """Splits the path tracer's options into those of all parts and those for merging."""
+    parts, merging, i = [], [], 0
     while i < len(others):
         words = others[i:i + (2 if others[i] in (*FILES, *FOR_MERGING) else 1)]
         if words[0] in FILES and len(words) == 2 and Path(words[1]).is_file():
             # Workers, and the program that merges, run in other folders.
             words[1] = os.path.abspath(words[1])
-            if words[0] != "--reference":
-                files += files_of(words[1])
         (merging if words[0] in FOR_MERGING else parts).extend(words)
         i += len(words)
-    return parts, merging, sorted({str(file) for file in files})
+    return parts, merging
 
 
 def run_pathtracer(program, arguments, folder=None):
     try:
         done = subprocess.run([program, *arguments], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              check=False)
+                              errors="surrogateescape", check=False)
     except OSError as error:
         raise FarmError(f"cannot run {program} ({error.strerror}); build it with scripts/setup") from None
     if done.returncode in (128 + signal.SIGINT, -signal.SIGINT):
@@ -158,8 +157,11 @@ def render_parts(options, program, shared, inputs, folder, parts, found):
 def run(arguments):
     options, others = parse(arguments)
     program, output = os.path.abspath(options.pathtracer), Path(os.path.abspath(options.output))
-    shared, merging, inputs = sort_out(others)
+    shared, merging = sort_out(others)
     shared += ["--size", "{}x{}".format(*options.size)]
+    listed = run_pathtracer(program, [*shared, "--list-inputs"]).stdout
+    hashes = hashes_of(listed)
+    inputs = list(hashes)
     # Compared with the inputs, because the program that merges does not know them.
     for file in (output, output.with_suffix(".png")):
         if file.is_dir():
@@ -174,10 +176,10 @@ def run(arguments):
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         run_pathtracer(program, [*shared, *merging, "--first-sample", str(options.first_sample + options.spp - 1), "--spp", "1",
                                  "--crop", f"{x0},{y0},{x0 + 1},{y0 + 1}", "-o", os.path.join(folder, "probe.exr")])
-    found = worker.fingerprint(program, inputs)
+    found = {**worker.fingerprint(program, []), **hashes}
     output.parent.mkdir(parents=True, exist_ok=True)
     folder = PartsFolder(output, {"arguments": shared, "files": found, "crop": options.crop, "tile": options.tile,
-                                  "samples": [options.first_sample, options.spp, options.samples_per_task]})
+                                  "samples": [options.first_sample, options.spp, options.samples_per_task]}, listed)
     for file, wrong in folder.remove_damaged(parts):
         print(f"farm: {file} {wrong}; it is rendered again", file=sys.stderr)
     kept = folder.count(parts)
@@ -221,7 +223,8 @@ def main():
     except (FarmError, worker.WorkerError) as error:
         print("farm:", plain(error), file=sys.stderr)
     except OSError as error:
-        print("farm:", plain(f"{error.filename or ''}: {error.strerror or error}"), file=sys.stderr)
+        where = f"{error.filename}: " if error.filename else ""
+        print("farm:", plain(f"{where}{error.strerror or error}"), file=sys.stderr)
     else:
         return 0
     return 1

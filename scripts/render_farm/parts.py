@@ -61,8 +61,8 @@ def silent():
         os.close(nothing)
 
 
-def complaint(path, part):
-    """What keeps the EXR from being the part, or None."""
+def complaint(path, part, inputs):
+    """What keeps the EXR from being the part, rendered from these files, or None."""
     import OpenEXR  # scripts/farm --help works without it
 
     try:
@@ -71,20 +71,24 @@ def complaint(path, part):
             (x0, y0), (x1, y1) = (corner.tolist() for corner in header["dataWindow"])
             samples = channels["count"].pixels
             first, last = int(header["firstSample"]), int(header["endSample"])
+            same_files = header.get("inputs") == inputs
     except Exception as error:  # of a library that raises many kinds
         return f"is damaged ({type(error).__name__})"
     if (x0, y0, x1 + 1, y1 + 1) != part[:4]:
         return f"shows the pixels {x0},{y0},{x1 + 1},{y1 + 1}"
     if (first, last) != (part.first, part.first + part.count) or (samples != part.count).any():
         return "has other samples"
+    if not same_files:
+        return "was rendered from other files"
     return None
 
 
 class PartsFolder:
-    """The finished parts of one picture, in a folder beside it."""
+    """The finished parts of one picture, in a folder beside it. `inputs` is what pathtracer --list-inputs says."""
 
-    def __init__(self, output, settings):
-        self.path = Path(f"{output}.parts")
+    def __init__(self, output, settings, inputs):
+        self.path, self.inputs = Path(f"{output}.parts"), inputs
+        settings = {**settings, "inputs": inputs}
         if self.path.is_symlink():
             raise FarmError(f"{self.path}, where parts are kept, is a symbolic link; remove it, or choose another output")
         record, text = self.path / "picture.json", json.dumps(settings, indent=1, sort_keys=True) + "\n"
@@ -109,7 +113,7 @@ class PartsFolder:
         found = []
         for part in parts:
             path = self.path / part.file_name
-            if path.is_file() and (wrong := complaint(path, part)):
+            if path.is_file() and (wrong := complaint(path, part, self.inputs)):
                 path.unlink()
                 found.append((path, wrong))
         return found
@@ -118,8 +122,8 @@ class PartsFolder:
         """Raises FarmError unless `data` is that part."""
         with written_beside(self.path / part.file_name) as beside:
             beside.write_bytes(data)
-            if wrong := complaint(beside, part):
-                raise FarmError(f"a worker's part {part.file_name} {wrong}; is its disk full?")
+            if wrong := complaint(beside, part, self.inputs):
+                raise FarmError(f"a worker's part {part.file_name} {wrong}; is its disk full, or did a file change?")
 
     def remove(self, parts):
         """Removes the parts and their record, and the folder if nothing else is in it."""

@@ -15,10 +15,15 @@ def written_beside(path):
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".libbn-", dir=path.parent) as folder:
         beside = Path(folder) / path.name
-        yield beside
-        with open(beside, "r+b") as file:
-            os.fsync(file.fileno())
-        os.replace(beside, path)
+        try:
+            yield beside
+            with open(beside, "r+b") as file:
+                os.fsync(file.fileno())
+            os.replace(beside, path)
+        except OSError as error:
+            # Where a disk is full, the error of a write names no file.
+            error.filename = error.filename or str(path)
+            raise
 
 
 def write_text(path, text):

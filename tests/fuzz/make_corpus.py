@@ -87,7 +87,8 @@ def textures():
     save("texture", "rgb.jpg", encoded(PICTURE, "JPEG", quality=30))
     save("texture", "grey.jpg", encoded(PICTURE[..., 0], "JPEG", progressive=True))
     whole = encoded(PICTURE[..., 0], "JPEG", progressive=True)
-    save("texture", "cut.jpg", whole[: len(whole) // 2])
+    save("texture", "cut.jpg", whole[:-3])
+    save("texture", "refused_cut.jpg", whole[: len(whole) // 2])  # within a table
     save("texture", "refused_cmyk.jpg", encoded(PICTURE, "JPEG", mode="CMYK", quality=30))
     save("texture", "rgb.bmp", encoded(PICTURE, "BMP"))
     save("texture", "rgb.tga", encoded(PICTURE, "TGA"))

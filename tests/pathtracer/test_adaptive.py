@@ -112,6 +112,10 @@ def test_what_cannot_be_continued_is_refused(pathtracer):
         assert "noise" in pathtracer.failure("--resume", adaptive, "--spp", 128, *change, *out)
     plain = pathtracer.render(*SCENE, "--spp", 5)
     assert "noise 'off'" in pathtracer.failure("--resume", plain, *NOISE, *out)
+    # Nobody gave a --first-sample that could be left out.
+    later = pathtracer.render(*SCENE, "--spp", 1, "--first-sample", 7)
+    message = pathtracer.failure("--resume", later, *NOISE, *out, said=[f"{later.name} begins with sample 7"])
+    assert "--first-sample" not in message
 
 
 @pytest.mark.parametrize(("options", "said"), [

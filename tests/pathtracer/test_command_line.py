@@ -76,6 +76,9 @@ def test_help_and_list(pathtracer):
         (["--write-partial", "-1"], ["--write-partial", "'-1'"]),
         (["--write-partial"], ["--write-partial", "value"]),
         (["--merge"], ["--merge"]),
+        (["--scene", "--size", "512x512"], ["--scene needs a value", "'--size'"]),
+        (["--mask", "-o", "a.exr"], ["--mask needs a value", "'-o'"]),
+        (["--noise", "0.1", "--first-sample", "3"], ["leave out --first-sample"]),
         (["--merge", "absent.exr"], ["absent.exr"]),
     ],
 )

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files made to read what is not theirs, to never end or to take all memory: one clear line, soon and with little."""
 
+import io
 import json
 import os
 import struct
@@ -10,6 +11,7 @@ import zlib
 
 import numpy as np
 import pytest
+from PIL import Image
 from scene_files import FOUR, QUAD, SMALL, Gltf, ball, cornell, encoded, floor, textured_floor, write_exr
 
 MEMORY = 700e6  # bytes; a run takes 35e6 without any of this, this process and its children 150e6
@@ -294,11 +296,23 @@ def test_jpeg_scans_without_data(pathtracer):
         assert code == 0 or f"has {scans} scans; at most 100 of this extent are read" in line
 
 
-def test_jpeg_that_is_cut_short(pathtracer):
-    """What is there is shown."""
-    whole = encoded(np.random.default_rng(1).integers(256, size=(64, 64, 3)), "JPEG")
+@pytest.mark.parametrize("progressive", [False, True])
+def test_jpeg_that_is_cut_short(pathtracer, progressive):
+    """What is there is shown, and a line says so, unless the cut makes it no JPEG at all."""
+    stream = io.BytesIO()
+    pixels = np.random.default_rng(1).integers(256, size=(64, 64, 3), dtype=np.uint8)
+    Image.fromarray(pixels).save(stream, "JPEG", quality=95, progressive=progressive)
+    whole = stream.getvalue()
+    assert peak_memory(pathtracer, "--scene", with_picture(pathtracer, whole), code=0)[1] == ""
     for size in range(len(whole) // 2, len(whole), len(whole) // 9):
-        peak_memory(pathtracer, "--scene", with_picture(pathtracer, whole[:size]), code=0)
+        done = pathtracer.run("--scene", with_picture(pathtracer, whole[:size]), *SMALL, "--spp", 1, "-o", "out.exr")
+        said = "image 0 is cut short" if done.returncode == 0 else "image 0: is damaged"
+        assert done.stderr.count("\n") == 1 and said in done.stderr, done.stderr
+    # The same in an OBJ
+    path, materials = obj(pathtracer, "a.mtl", "half.jpg")
+    (pathtracer.folder / "a.mtl").write_text(materials)
+    (pathtracer.folder / "half.jpg").write_bytes(whole[:-100])
+    assert "half.jpg is cut short" in peak_memory(pathtracer, "--scene", path, code=0)[1]
 
 
 def test_even_pictures_are_read_still(pathtracer):

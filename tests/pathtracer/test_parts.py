@@ -8,7 +8,9 @@ import subprocess
 import time
 
 import numpy as np
+import OpenEXR
 import pytest
+from PIL import Image
 from pathtracer_driver import OTHER_PICTURES, assert_near, assert_same, read_exr, read_layers
 from scene_files import write_environment
 from scipy.ndimage import gaussian_filter
@@ -64,6 +66,63 @@ def test_parts_that_do_not_belong_together(pathtracer):
     for name, changed in [*OTHER_PICTURES, ("size", ["--size", "37x45"])]:
         other = pathtracer.render(*common, *later, *changed)
         assert name in pathtracer.failure("--merge", first, other, *out)
+
+
+# Attributes in which parts of one picture may differ, and displayWindow, which is the size. Others are settings.
+PARTS_DIFFER_IN = {
+    "channels", "chunkCount", "compression", "dataWindow", "lineOrder", "name", "pixelAspectRatio", "screenWindowCenter",
+    "screenWindowWidth", "type", "spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "samplingShare",
+    "fireflies", "software", "bnVersion", "displayWindow",
+}  # fmt: skip
+SETTINGS = {
+    "scene", "camera", "environment", "sampler", "mask", "inputs", "worldToCamera", "worldToNDC", "declaredSpp", "seed",
+    "maxDepth", "lightSamples", "singleScatter", "photometric", "noise", "minSpp", "noiseExposure",
+}  # fmt: skip
+
+
+def another(value):
+    """A value of the same type that differs."""
+    if isinstance(value, str):
+        return str(int(value) + 1) if value.isdigit() else value + "x"
+    return value + 1 if isinstance(value, (int, np.ndarray)) else value * 1.5 + 0.01
+
+
+def test_parts_differ_in_no_setting(pathtracer):
+    """Whatever attribute of a picture is changed, it is no part of that picture any more, unless it is known to be one in
+    which parts differ. So a setting that is new is compared, or its attribute stands in the list above."""
+    common = [*SIZE, "--noise", 0.3, "--min-spp", 2, "--spp", 4]
+    first = pathtracer.render(*common, "--crop", "0,0,16,37")
+    second = pathtracer.render(*common, "--crop", "16,0,45,37")
+    merge(pathtracer, first, second)
+    with OpenEXR.File(str(second), separate_channels=True) as file:
+        header, channels = file.header(), {name: np.array(c.pixels) for name, c in file.channels().items()}
+        settings = {name: value for name, value in header.items() if name not in PARTS_DIFFER_IN}
+        assert set(settings) >= SETTINGS
+        for name in (None, *settings):
+            changed = {**header, **({name: another(settings[name])} if name else {})}
+            changed.pop("channels")
+            copy = pathtracer.folder / "copy.exr"
+            with OpenEXR.File(changed, channels) as written:
+                written.write(str(copy))
+            if not name:
+                merge(pathtracer, first, copy)  # written again, it is the same still
+                continue
+            pathtracer.failure("--merge", first, copy, "-o", "out.exr", said=["not parts of one picture", copy.name])
+
+
+def test_another_mask_is_another_picture(pathtracer):
+    """By its name, and by what is in a file of the same name."""
+    values = np.random.default_rng(3).permutation(64).astype(np.uint8).reshape(8, 8)
+    mask = pathtracer.folder / "mask.png"
+    Image.fromarray(values).save(mask)
+    common = [*SIZE, "--spp", 2, "--sampler", "mask"]
+    first = pathtracer.render(*common, "--mask", mask)
+    for later in (["--mask", "builtin"], []):
+        other = pathtracer.render(*common, *later, "--first-sample", 2)
+        pathtracer.failure("--merge", first, other, "-o", "out.exr", said=["mask"])
+    Image.fromarray(values.T).save(mask)
+    other = pathtracer.render(*common, "--mask", mask, "--first-sample", 2)
+    pathtracer.failure("--merge", first, other, "-o", "out.exr", said=[f"the contents of {mask}"])
 
 
 @pytest.mark.parametrize("damage", ["truncated", "foreign", "empty", "flipped"])

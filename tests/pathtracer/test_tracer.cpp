@@ -232,6 +232,51 @@ void test_tiny_light() {
     check_near(picture(scene, {16, 1, 0, "white"}).mean, expected, 0.003, "tiny light");
 }
 
+// Irradiance of a point from a parallelogram of radiance 1, by Lambert's formula.
+double irradiance_from(const Light &light, Vec3 point, Vec3 normal) {
+    const Vec3 a = light.corner - point;
+    const Vec3 corners[4] = {a, a + light.edge_u, a + light.edge_u + light.edge_v,
+                             a + light.edge_v};
+    double sum = 0;
+    for (int i = 0; i < 4; ++i) {
+        const Vec3 p = normalize(corners[i]), q = normalize(corners[(i + 1) % 4]);
+        const Vec3 axis = cross(p, q);
+        const double sine = static_cast<double>(length(axis));
+        sum += std::atan2(sine, static_cast<double>(dot(p, q))) / sine *
+               static_cast<double>(dot(axis, normal));
+    }
+    return std::abs(sum) / 2;
+}
+
+// A lamp that shines to both sides lights a floor below it as Lambert says, whichever side that
+// sees, small and large: light samples decide the one, scattered rays the other.
+void test_lights_of_two_sides() {
+    for (const bool turned : {false, true})
+        for (const float side : {0.5f, 3.0f}) {
+            Scene scene = floor_scene({0.8f, 0.8f, 0.8f});
+            const float h = side / 2, x = turned ? -h : h;
+            add_light(scene, add_diffuse(scene, {0, 0, 0}), {5, 5, 5}, {-x, 1, -h}, {x, 1, -h},
+                      {x, 1, h});
+            scene.lights[0].both_sides = true;
+            scene.camera = camera_look_at({0, 0.9f, 2.5f}, {0.1f, 0, 0.2f}, {0, 1, 0}, 0.002f);
+            scene_finish(scene);
+            const double expected = 0.8 / static_cast<double>(PI) * 5 *
+                                    irradiance_from(scene.lights[0], {0.1f, 0, 0.2f}, {0, 1, 0});
+            double sum = 0, squares = 0;
+            constexpr int SEEDS = 8;
+            for (int seed = 0; seed < SEEDS; ++seed) {
+                const double mean =
+                    picture(scene, {64, 1, static_cast<uint64_t>(seed), "sobol"}).mean;
+                sum += mean;
+                squares += mean * mean;
+            }
+            const double mean = sum / SEEDS;
+            const double deviation = std::sqrt((squares / SEEDS - mean * mean) / (SEEDS - 1));
+            CHECK(6 * deviation < 0.001 * expected, "too noisy: %g of %g", deviation, expected);
+            check_near(mean, expected, 0.001, turned ? "a lamp's back" : "a lamp's front");
+        }
+}
+
 // A wall sees a light edge-on: half of the wall's neighbours are before it, none may shine wrongly.
 void test_light_edge_on() {
     Scene scene = floor_scene({0.5f, 0.5f, 0.5f});
@@ -495,6 +540,7 @@ int main() {
     test_coplanar_faces();
     test_normals_that_are_none();
     test_tiny_light();
+    test_lights_of_two_sides();
     test_light_edge_on();
     test_one_bright_texel();
     test_closed_white_box();

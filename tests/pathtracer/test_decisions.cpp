@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which number serves which decision of a path: no two decisions share one, and each is where
+// sampler.h says. A sampler of known numbers shows it: one of its numbers is changed, and what must
+// not follow stays as it is. What numbers that are shared would do to a mean is tested, too.
+#include <algorithm>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "check.h"
+#include "integrator.h"
+#include "intersect.h"
+#include "scene_builder.h"
+#include "scenes.h"
+
+namespace {
+
+constexpr int SIZE = 24;
+
+// Independent numbers for each pixel, index, key and dimension. `changed` replaces some of them in
+// every pixel; `drawn` counts the draws of each key.
+class KnownNumbers : public PeerSampler {
+  public:
+    std::map<std::pair<uint32_t, int>, float> changed; // by key and dimension
+    mutable std::map<uint32_t, int> drawn;
+
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        ++drawn[key];
+        for (int d = 0; d < dimensions; ++d) {
+            const auto found = changed.find({key, d});
+            uint64_t state = 0;
+            for (const uint32_t part : {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index,
+                                        key, static_cast<uint32_t>(d)}) {
+                Random random{state + part};
+                random();
+                state = random.state ^ random.state >> 29;
+                state *= 0xff51afd7ed558ccdu;
+            }
+            u[d] = found != changed.end() ? found->second : Random{state}();
+        }
+    }
+    void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count, uint32_t k,
+                    float *u) const override {
+        draw(x, y, index * count + k, key, 2, u);
+        if (k > 0) --drawn[key]; // one decision
+    }
+};
+
+// A sampler of known numbers, and access to them.
+struct Known {
+    KnownNumbers *numbers;
+    Sampler sampler;
+
+    Known() {
+        auto made = std::make_unique<KnownNumbers>();
+        numbers = made.get();
+        const bn_sampler_options options = bn_sampler_options_default();
+        bn_sampler *library = nullptr;
+        CHECK(bn_sampler_create(&options, &library) == BN_SUCCESS, "no sampler");
+        sampler.library.reset(library); // for generators of loops
+        sampler.peer = std::move(made);
+    }
+};
+
+// The camera looks down on a floor, which it is focused on, below a lamp beside it. With motion, the
+// floor sinks.
+Scene floor_below_lamp(bool lens, bool motion) {
+    Scene scene;
+    scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 0.2f);
+    if (lens) camera_set_lens(scene.camera, 0.2f, {0, 0, 0});
+    add_quad(scene, add_diffuse(scene, {0.5f, 0.5f, 0.5f}), {-9, 0, 9}, {9, 0, 9}, {9, 0, -9},
+             {-9, 0, -9});
+    if (motion) add_motion(scene, 0, [](Vec3 v) { return v - Vec3{0, 1, 0}; });
+    add_light_towards(scene, add_diffuse(scene, {0, 0, 0}), {5, 5, 5}, {3, 2, 0}, {0, 0, 0}, 2, 2);
+    scene_finish(scene);
+    camera_fit(scene.camera, SIZE, SIZE);
+    return scene;
+}
+
+// The largest relative change of depth and of radiance if one number becomes another.
+struct Change {
+    float depth = 0, radiance = 0;
+};
+
+Change change_by(const Scene &scene, const Geometry &geometry, bool of_camera, int dimension) {
+    Known known;
+    const Integrator integrator = integrator_create(scene, geometry, &known.sampler, 1);
+    const uint32_t key = of_camera ? camera_domain(known.sampler) : ray_domain(known.sampler, 0);
+    Change most;
+    PathCounters counters;
+    for (int pixel = 0; pixel < 64; ++pixel) {
+        const int x = 8 + pixel % 8, y = 8 + pixel / 8;
+        PathSample seen[2];
+        for (int i = 0; i < 2; ++i) {
+            known.numbers->changed = {{{key, dimension}, i == 0 ? 0.1f : 0.8f}};
+            seen[i] = trace_path(integrator, x, y, 0, counters);
+        }
+        const float depth = std::abs(seen[1].depth / seen[0].depth - 1);
+        const float a = seen[0].radiance.x, b = seen[1].radiance.x;
+        most.depth = std::max(most.depth, depth);
+        most.radiance = std::max(most.radiance, std::abs(a - b) / std::max(a, b));
+    }
+    return most;
+}
+
+// Depth tells the time, as only motion changes it. Radiance tells the point on the lamp, as the lens
+// does not move a point in focus.
+void test_lens_light_and_time_have_numbers_of_their_own() {
+    constexpr float ROUNDING = 1e-3f;
+    for (const bool lens : {false, true})
+        for (const bool motion : {false, true}) {
+            const Scene scene = floor_below_lamp(lens, motion);
+            const GeometryPointer geometry = geometry_build(scene);
+            for (const bool of_camera : {false, true})
+                for (int d = 0; d < 4; ++d) {
+                    const Change seen = change_by(scene, *geometry, of_camera, d);
+                    const char *domain = of_camera ? "camera" : "ray 0";
+                    const bool is_time = motion && of_camera && d == 2;
+                    CHECK(is_time ? seen.depth > 0.05f : seen.depth < ROUNDING,
+                          "lens %d, motion %d: number %d of the %s changes depth by %g", lens,
+                          motion, d, domain, static_cast<double>(seen.depth));
+                    // A moving floor is out of focus, and time and place change its light.
+                    const bool is_light = lens ? of_camera && d < 2 : !of_camera && d >= 2;
+                    const bool is_film = !of_camera && d < 2;
+                    if (is_time || is_film || (motion && lens && !of_camera)) continue;
+                    CHECK(is_light ? seen.radiance > 0.02f : seen.radiance < ROUNDING,
+                          "lens %d, motion %d: number %d of the %s changes radiance by %g", lens,
+                          motion, d, domain, static_cast<double>(seen.radiance));
+                }
+        }
+}
+
+// A path draws each domain once; only what belongs to the camera alone is two decisions, time and
+// the first light.
+void test_no_domain_is_drawn_twice() {
+    for (const SceneEntry &entry : scene_entries()) {
+        Scene scene = entry.build();
+        scene_finish(scene);
+        camera_fit(scene.camera, SIZE, SIZE);
+        const GeometryPointer geometry = geometry_build(scene);
+        Known known;
+        const Integrator integrator = integrator_create(scene, *geometry, &known.sampler, 20);
+        PathCounters counters;
+        size_t most = 0;
+        for (int i = 0; i < SIZE * SIZE; ++i) {
+            known.numbers->drawn.clear();
+            trace_path(integrator, i % SIZE, i / SIZE, 3, counters);
+            for (const auto &[key, count] : known.numbers->drawn)
+                CHECK(count == 1 || (count == 2 && key == camera_domain(known.sampler) &&
+                                     !scene.motions.empty()),
+                      "%s: domain %u is drawn %d times", entry.name, key, count);
+            most = std::max(most, known.numbers->drawn.size());
+        }
+        CHECK(most > 5, "%s: a path of %zu domains", entry.name, most);
+    }
+}
+
+// A plane that has another depth at each place.
+constexpr float SLOPE_X = 0.4f, SLOPE_Y = -0.7f;
+
+Scene slanted_plane() {
+    Scene scene;
+    scene.camera = camera_look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 0.3f);
+    const auto at = [&](float x, float y) { return Vec3{x, y, -5 + SLOPE_X * x + SLOPE_Y * y}; };
+    add_quad(scene, add_diffuse(scene, {1, 1, 1}), at(-4, -4), at(4, -4), at(4, 4), at(-4, 4));
+    scene_finish(scene);
+    camera_fit(scene.camera, SIZE, SIZE);
+    return scene;
+}
+
+// Out of focus, the point on the lens moves what is seen, and only the second pair of ray 0 does.
+void test_the_lens_has_a_pair_of_its_own() {
+    Scene scene = slanted_plane();
+    camera_set_lens(scene.camera, 0.2f, {0, 0, -1});
+    const GeometryPointer geometry = geometry_build(scene);
+    for (int d = 0; d < 4; ++d) {
+        const float by_ray = change_by(scene, *geometry, false, d).depth;
+        const float by_camera = change_by(scene, *geometry, true, d).depth;
+        CHECK(by_ray > 0.003f, "number %d of ray 0 changes depth by %g", d,
+              static_cast<double>(by_ray));
+        CHECK(by_camera < 1e-6f, "number %d of the camera changes depth by %g", d,
+              static_cast<double>(by_camera));
+    }
+}
+
+// The first two numbers of ray 0 are x and y in the pixel.
+void test_the_place_in_the_pixel() {
+    const Scene scene = slanted_plane();
+    const GeometryPointer geometry = geometry_build(scene);
+    for (const SamplerEntry &entry : sampler_entries()) {
+        const SamplerPointer sampler = sampler_named(entry.name, 7);
+        const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), 0);
+        PathCounters counters;
+        for (int i = 0; i < 500; ++i) {
+            const int x = i % SIZE, y = i / SIZE;
+            const auto index = static_cast<uint32_t>(i % 5);
+            const Draw u = draw({sampler.get(), x, y, index}, ray_domain(*sampler, 0), 2);
+            const float along_x = (static_cast<float>(x) + u.u[0]) / SIZE * 2 - 1;
+            const float along_y = 1 - (static_cast<float>(y) + u.u[1]) / SIZE * 2;
+            const float expected = 5 / (1 + 0.3f * (SLOPE_X * along_x + SLOPE_Y * along_y));
+            const float depth = trace_path(integrator, x, y, index, counters).depth;
+            CHECK(std::abs(depth - expected) < 1e-4f, "%s, pixel %d,%d: depth %g, should be %g",
+                  entry.name, x, y, static_cast<double>(depth), static_cast<double>(expected));
+        }
+    }
+}
+
+// ---- Means
+
+// From within boxes of tinted rough glass in one another, under an even sky: lobes weigh differently,
+// and all light takes many bounces.
+Scene boxes_of_glass() {
+    Scene scene;
+    scene.camera = camera_look_at({0.1f, 0.05f, 0.15f}, {0, 0, -1}, {0, 1, 0}, 0.2f);
+    const uint32_t glass = add_dielectric(scene, 1.8f, 0.5f, {0.7f, 0.7f, 0.7f});
+    for (const float r : {0.4f, 0.6f, 0.8f, 1.0f})
+        add_box(scene, glass, {0, 0, 0}, {r, 0, 0}, {0, r, 0}, {0, 0, r});
+    scene.environment = even_environment();
+    scene_finish(scene);
+    camera_fit(scene.camera, SIZE, SIZE);
+    return scene;
+}
+
+// The light along a ray, without roulette, by numbers of its own.
+double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &random) {
+    Vec3 throughput = {1, 1, 1};
+    Hit hit;
+    while (intersect(geometry, ray, false, hit)) {
+        const bool front = dot(hit.normal, ray.direction) < 0;
+        const Vec3 normal = front ? hit.normal : -hit.normal;
+        const Frame frame = frame_around(normal);
+        const Vec2 u = {random(), random()};
+        const MaterialSample sample =
+            material_sample(scene.materials[scene.surfaces[hit.triangle].material], front,
+                            to_local(frame, -ray.direction), u, random());
+        if (!(sample.pdf > 0)) return 0;
+        throughput *= sample.weight;
+        const Vec3 point = ray.origin + hit.distance * ray.direction;
+        ray = {offset_point(point, sample.wi.z > 0 ? normal : -normal, hit.distance),
+               to_world(frame, sample.wi)};
+    }
+    return static_cast<double>(throughput.x);
+}
+
+struct Mean {
+    double value, deviation; // of the value itself
+};
+
+// Of batches, which need not be independent within.
+template <typename Batch>
+Mean mean_of(int batches, Batch batch) {
+    double sum = 0, squares = 0;
+    for (int i = 0; i < batches; ++i) {
+        const double value = batch(i);
+        sum += value;
+        squares += value * value;
+    }
+    const double mean = sum / batches;
+    return {mean, std::sqrt((squares / batches - mean * mean) / (batches - 1))};
+}
+
+// Roulette must not ask the number that chose the lobe, nor any other that the bounce depends on:
+// the survivors would be of one lobe. Six deviations are exceeded by chance once in ten thousand
+// with 32 batches, or rarer.
+void test_roulette_leaves_the_mean() {
+    constexpr int SAMPLES = 64 * 256; // of 64 pixels, in each batch
+    const Scene scene = boxes_of_glass();
+    const GeometryPointer geometry = geometry_build(scene);
+    Random random{5};
+    const auto middle = [](int i) { return 8 + i % 8; };
+    const Mean expected = mean_of(32, [&](int) {
+        double sum = 0;
+        for (int i = 0; i < SAMPLES; ++i) {
+            const Vec2 pixel = {static_cast<float>(middle(i)) + random(),
+                                static_cast<float>(middle(i / 8 % 8)) + random()};
+            sum += walked(scene, *geometry, camera_ray(scene.camera, pixel, {0, 0}), random);
+        }
+        return sum / SAMPLES;
+    });
+    CHECK(expected.deviation < 0.005 * expected.value, "%g +- %g", expected.value,
+          expected.deviation);
+    for (const char *name : {"white", "sobol", "blue"}) {
+        PathCounters counters;
+        const Mean seen = mean_of(32, [&](int seed) {
+            const SamplerPointer sampler = sampler_named(name, static_cast<uint64_t>(seed));
+            const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), 1000);
+            double sum = 0;
+            for (int i = 0; i < SAMPLES; ++i)
+                sum += static_cast<double>(trace_path(integrator, middle(i), middle(i / 8 % 8),
+                                                      static_cast<uint32_t>(i / 64), counters)
+                                               .radiance.x);
+            return sum / SAMPLES;
+        });
+        const double deviation = std::hypot(seen.deviation, expected.deviation);
+        CHECK(deviation < 0.01 * expected.value, "%s: too noisy, %g", name, deviation);
+        CHECK(std::abs(seen.value - expected.value) < 6 * deviation, "%s: %g, should be %g +- %g",
+              name, seen.value, expected.value, deviation);
+    }
+}
+
+} // namespace
+
+int main() {
+    test_the_place_in_the_pixel();
+    test_the_lens_has_a_pair_of_its_own();
+    test_lens_light_and_time_have_numbers_of_their_own();
+    test_no_domain_is_drawn_twice();
+    test_roulette_leaves_the_mean();
+    return 0;
+}
