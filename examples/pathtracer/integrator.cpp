@@ -242,8 +242,10 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
     const Integrator::RayDomains &domains = integrator.rays[bounce + 1];
     const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
     Draw choices{};
-    if (roulette || material_reads_lobe(material))
-        choices = counted_draw(path.sample, domains.choices, 2, *path.counters);
+    if (roulette || material_reads_lobe(material)) {
+        ++path.counters->draws_2d;
+        choices = draw_choices(path.sample, domains.choices);
+    }
     path.u = counted_draw(path.sample, domains.ray, domains.dimensions, *path.counters);
     const MaterialSample sample =
         material_sample(material, v.front, v.wo, pair01(path.u), choices.u[0]);

@@ -111,6 +111,14 @@ inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
     return result;
 }
 
+// Two numbers that decide one thing each, in u[0] and u[1]: libbn's `blue` arranges them singly.
+inline Draw draw_choices(const PixelSample &s, uint32_t domain) {
+    if (s.sampler->peer) return draw(s, domain, 2);
+    Draw result{};
+    bn_sample_pair(s.sampler->library.get(), s.x, s.y, s.index, domain, 2, result.u);
+    return result;
+}
+
 // The first two dimensions of part k when this sample is split into `count` parts.
 inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, uint32_t k) {
     if (count == 1 || !s.sampler->peer)
@@ -126,12 +134,10 @@ using LoopNumbers = bn_noise;
 
 inline LoopNumbers loop_start(const PixelSample &s, uint32_t domain) {
     const uint32_t *words = bn_sampler_table(s.sampler->library.get())->words;
-    const auto x = static_cast<uint32_t>(s.x), y = static_cast<uint32_t>(s.y);
     const Draw first = draw(s, domain, 4);
     return {{first.u[0], first.u[1], first.u[2], first.u[3]},
-            bn_draw_white_key(words, x, y, domain),
-            bn_draw_white_other_key(words, x, y, domain),
-            s.index,
+            bn_draw_white_counter(words, static_cast<uint32_t>(s.x), static_cast<uint32_t>(s.y),
+                                  s.index, domain),
             0};
 }
 
