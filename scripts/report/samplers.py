@@ -35,6 +35,8 @@ FIGURES = {
     "half-planes-23": "Half-planes in dimensions (2,3)",
     "products": "Products over both pairs of a domain",
     "siblings": "Products over two domains of a family",
+    "families": "Products over domains of two families",
+    "singles": "Steps in a number of its own",
     "steps": "Steps along the axes, at the position in the pixel",
     "discs": "Discs in dimensions (0,1)",
     "smooth": "Smooth bumps in dimensions (0,1)",
@@ -43,6 +45,9 @@ FIGURES = {
 WHAT = {
     "products": "Half-planes in (0,1) and in (2,3) of one domain, multiplied.",
     "siblings": "A half-plane in each of two domains of a family, multiplied, for all six pairs of siblings and all pairs of dimensions.",
+    "families": "The same in domains of two families of one parent, which are independent.",
+    "singles": "u < c at irrational c, in all four numbers, in domains with keys 4k: libbn's single numbers, pairs 2 and 3 of "
+               "`bn_sample_pair()`.",
     "steps": "x < c and y < c at irrational c, in (0,1) of domains with keys 4k, blurred along the edge only: edges parallel to "
              "the sides of the picture.",
 }
@@ -51,6 +56,7 @@ EVERY = ("half-planes-01", "discs", "smooth", "products", "siblings", "smooth-pr
 EVERY_DOMAINS, EVERY_COUNTS = 4, (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64)
 EVERY_SAMPLERS = ("white", BASE, "sobol4d", "zorder", "blue")
 BLURS = ("2.1", "1.0", "0.0")
+MEAN = "inf"  # the blur that leaves the mean of the picture
 SPECTRA_COUNTS = (1, 4, 16)
 # Centres and radii of the discs for the spectra (the first is shown), and the positions of the steps.
 DISCS = ((0.4, 0.45, 0.35), (0.63, 0.37, 0.27), (0.29, 0.71, 0.23))
@@ -93,9 +99,9 @@ def errors(rows, sampler, figure, sigma):
             if (row["sampler"], row["figure"], row["sigma"]) == (sampler, figure, sigma)}
 
 
-def ratios(rows, sampler, figure, sigma):
-    """{spp: RMSE relative to that of BASE}"""
-    base = errors(rows, BASE, figure, sigma)
+def ratios(rows, sampler, figure, sigma, base=BASE):
+    """{spp: RMSE relative to that of `base`}"""
+    base = errors(rows, base, figure, sigma)
     return {spp: error / base[spp] for spp, error in errors(rows, sampler, figure, sigma).items()}
 
 
@@ -107,8 +113,8 @@ def ratio_row(label, found):
     return [label, *(f"{value:.2f}" if value < 10 else f"{value:.1f}" for value in found.values())]
 
 
-def table(rows, figure, sigma):
-    found = {name: ratios(rows, name, figure, sigma) for name in names_in(rows) if name != BASE}
+def table(rows, figure, sigma, base=BASE):
+    found = {name: ratios(rows, name, figure, sigma, base) for name in names_in(rows) if name != base}
     return md_table(["sampler", *map(str, errors(rows, BASE, figure, sigma))],
                     [ratio_row(name, of_counts) for name, of_counts in found.items()])
 
@@ -373,6 +379,7 @@ def report_text(rows, draws, unlike, command):
             parts += [WHAT[figure], ""]
         for sigma in BLURS:
             parts += [f"Sigma {sigma}:", "", table(rows, figure, sigma), ""]
+        parts += ["The mean of the picture, over white noise's:", "", table(rows, figure, MEAN, "white"), ""]
     return "\n".join(parts)
 
 

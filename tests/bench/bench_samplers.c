@@ -5,13 +5,16 @@
  *
  * An integrand has the same form in every pixel of a picture of 128 x 128 pixels. The image of
  * per-pixel errors at n samples is blurred with a Gaussian, and its RMSE taken inside a margin that
- * the blur does not reach over. A row is the mean over 48 integrands in each of 16 domains, which
+ * the blur does not reach over; with sigma "inf" it is the error of the whole picture's mean. A row is the mean over 48 integrands in each of 16 domains, which
  * take turns as members of their families and have a seed each. Figures:
  *
  *     half-planes-01, half-planes-23   half-planes in a pair of dimensions
  *     products                         half-planes in both pairs of a domain, multiplied
  *     siblings                         half-planes in two domains of a family, multiplied: all six
  *                                      relations and all pairs in turn
+ *     families                         the same in domains of two families of one parent
+ *     singles                          u < c for a number of its own, all four in turn, in domains with
+ *                                      keys 4 k
  *     steps                            x < c, blurred along columns only, and y < c, blurred along
  *                                      rows, in (0,1) of domains with keys 4 k: edges of a picture
  *                                      that are parallel to its sides
@@ -35,8 +38,8 @@
 #include "bench_openqmc.h"
 
 enum { SIZE = 128, PIXELS = SIZE * SIZE, MARGIN = 8, INTEGRANDS = 48, DOMAINS = 16, MEMBERS = 4 };
-enum { KINDS = 6, SIGMAS = 3, MOST = 256, EVERY = 64, COUNTS = EVERY };
-static const double sigmas[SIGMAS] = {2.1, 1.0, 0.0};
+enum { KINDS = 6, SIGMAS = 4, MOST = 256, EVERY = 64, COUNTS = EVERY };
+static const double sigmas[SIGMAS] = {2.1, 1.0, 0.0, INFINITY};
 static uint32_t counts[COUNTS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
 
 typedef enum figure {
@@ -44,15 +47,17 @@ typedef enum figure {
     HALF_PLANES_23,
     PRODUCTS,
     SIBLINGS,
+    FAMILIES,
+    SINGLES,
     STEPS,
     DISCS,
     SMOOTH,
     SMOOTH_PRODUCTS,
     FIGURES
 } figure;
-static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
-                                                  "siblings",       "steps",          "discs",
-                                                  "smooth",         "smooth-products"};
+static const char *const figure_names[FIGURES] = {
+    "half-planes-01", "half-planes-23", "products", "siblings", "families",
+    "singles",        "steps",          "discs",    "smooth",   "smooth-products"};
 
 /* ---- Integrands */
 
@@ -114,8 +119,11 @@ static half_plane round_make(figure what, int domain, int k) {
 
 enum { ALONG_ROWS = 1, ALONG_COLUMNS = 2 };
 
+/* Beside the members of a family: single numbers of its first one, and a member of another family. */
+enum { SINGLE = MEMBERS, OTHER_FAMILY, DOMAINS_AT_ONCE };
+
 /* One half-plane or what round_make() makes, or two half-planes multiplied; `at` is 4 times the
- * member plus the first dimension. */
+ * place among DOMAINS_AT_ONCE plus the first dimension. */
 typedef struct integrand {
     figure what;
     half_plane first, second;
@@ -127,12 +135,13 @@ typedef struct integrand {
 
 static integrand integrand_make(figure what, int domain, int k) {
     static const int siblings[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    const int own = 4 * (domain % MEMBERS);
+    const int own = 4 * (domain % MEMBERS), pairs = k / 6 % 4;
     integrand f = {what,
                    half_plane_make(domain, k, 0),
                    half_plane_make(domain, k, 1),
                    {own, own + 2},
-                   what == PRODUCTS || what == SIBLINGS || what == SMOOTH_PRODUCTS,
+                   what == PRODUCTS || what == SIBLINGS || what == FAMILIES ||
+                       what == SMOOTH_PRODUCTS,
                    ALONG_ROWS | ALONG_COLUMNS,
                    0.0};
     if (what == DISCS || what == SMOOTH || what == SMOOTH_PRODUCTS) {
@@ -144,8 +153,13 @@ static integrand integrand_make(figure what, int domain, int k) {
         f.at[0] = 0;
     } else if (what == HALF_PLANES_23) {
         f.at[0] = own + 2;
+    } else if (what == SINGLES) {
+        f.first = step_make(domain, k);
+        f.at[0] = 4 * SINGLE + 2 * (k / 2 % 2);
+    } else if (what == FAMILIES) {
+        f.at[0] = own + 2 * (pairs % 2);
+        f.at[1] = 4 * OTHER_FAMILY + 2 * (pairs / 2);
     } else if (what == SIBLINGS) {
-        const int pairs = k / 6 % 4;
         f.at[0] = 4 * siblings[k % 6][0] + 2 * (pairs % 2);
         f.at[1] = 4 * siblings[k % 6][1] + 2 * (pairs / 2);
     }
@@ -189,12 +203,23 @@ static bn_sampler *open_sampler(const source *s, int domain, uint32_t declared) 
     return sampler;
 }
 
-/* A row of the picture in a member of a domain's family: [SIZE][count][4]. */
-static void read_row(const source *s, const bn_sampler *sampler, int domain, int member, int row,
+/* A row of the picture, in a member of a domain's family or at another of DOMAINS_AT_ONCE:
+ * [SIZE][count][4]. */
+static void read_row(const source *s, const bn_sampler *sampler, int domain, int place, int row,
                      uint32_t count, float *out) {
+    const int member = place < MEMBERS   ? place
+                       : place == SINGLE ? 0
+                                         : domain % MEMBERS + 4 * DOMAINS;
     const uint32_t parent = (uint32_t)domain + 1u, key = (uint32_t)(4 * domain + member);
     if (s->peer != NULL) {
         s->peer->read_row(parent, parent, key, row, SIZE, count, out);
+    } else if (place == SINGLE) {
+        const uint32_t own = bn_domain_child(bn_domain_child(BN_DOMAIN_ROOT, parent), key);
+        for (uint32_t i = 0; i < SIZE * count; ++i) {
+            const int32_t x = (int32_t)(i / count);
+            bn_sample_pair(sampler, x, row, i % count, own, 2, out + 4 * (size_t)i);
+            bn_sample_pair(sampler, x, row, i % count, own, 3, out + 4 * (size_t)i + 2);
+        }
     } else if (bn_sample_block(sampler, 0, row, SIZE, 1, 0, count,
                                bn_domain_child(bn_domain_child(BN_DOMAIN_ROOT, parent), key), out,
                                (size_t)SIZE * count * 4) != BN_SUCCESS) {
@@ -258,16 +283,16 @@ static double sum_values(const integrand *f, float u[][MOST], uint32_t i, uint32
 /* The error images of one run at the counts number `first` to `end - 1`. */
 static void make_images(const source *s, int domain, uint32_t declared, const integrand *f,
                         int first, int end) {
-    static float row[MEMBERS][(size_t)SIZE * MOST * 4], u[4 * MEMBERS][MOST];
+    static float row[DOMAINS_AT_ONCE][(size_t)SIZE * MOST * 4], u[4 * DOMAINS_AT_ONCE][MOST];
     bn_sampler *sampler = open_sampler(s, domain, declared);
     const uint32_t last = counts[end - 1];
-    int used[MEMBERS] = {0};
+    int used[DOMAINS_AT_ONCE] = {0};
     for (int k = 0; k < INTEGRANDS; ++k) {
         used[f[k].at[0] / 4] = 1;
         if (f[k].product) used[f[k].at[1] / 4] = 1;
     }
     for (int p = 0; p < PIXELS; ++p) {
-        for (int m = 0; m < MEMBERS; ++m) {
+        for (int m = 0; m < DOMAINS_AT_ONCE; ++m) {
             if (!used[m]) continue;
             if (p % SIZE == 0) read_row(s, sampler, domain, m, p / SIZE, last, row[m]);
             const float *own = row[m] + (size_t)(p % SIZE) * last * 4;
@@ -292,6 +317,10 @@ static double blurred_rmse(const float *errors, double sigma, int directions) {
     static float scratch[PIXELS];
     float kernel[MARGIN + 1], sums[SIZE];
     double total = 0.0, square = 0.0;
+    if (isinf(sigma)) {
+        for (int p = 0; p < PIXELS; ++p) total += errors[p];
+        return fabs(total / PIXELS);
+    }
     const int radius = sigma > 0.0 ? MARGIN : 0;
     const int across = directions & ALONG_ROWS ? radius : 0;
     const int down = directions & ALONG_COLUMNS ? radius : 0;

@@ -41,8 +41,9 @@
  * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any
  * number of threads, whatever rounding mode, flush-to-zero or trap the program has set. The
  * neural network is the one exception; see neural.h. bn_mask_error(), bn_power_spectrum() and
- * bn_rank_to_float() from 2^27 ranks on round as the program has set. A new version of the library
- * may give other bits: CHANGELOG.md says so. */
+ * bn_rank_to_float() from 2^27 ranks on round as the program has set. The bits of a kind of sampler
+ * stay from version 0.1 on: what is better gets a kind of its own. Masks of a new version may differ;
+ * CHANGELOG.md says so. */
 #ifndef BN_BN_H
 #define BN_BN_H
 
@@ -137,7 +138,10 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
 #define BN_DOMAIN_ROOT 0u
 
 /* The child of a domain: a hash of the domain and of key / 4, with key % 4 as the member of the
- * family. Any domain and any key are allowed. Takes about a nanosecond. */
+ * family. Any domain and any key are allowed. Takes about a nanosecond. As a hash has 30 bits, two
+ * given families are one and the same with probability 2^-30. Among the 40 families of a path of depth
+ * 16 that takes four single numbers, four pairs and two fours at each ray, that is one frame in a
+ * million. */
 BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* ---- Samplers */
@@ -150,15 +154,17 @@ enum {
      * in dimensions (0, 1) and in (2, 3), and every prefix of 4^m samples is a (0, m, 4)-net in
      * base 4 in all four dimensions. Over the pixels of an aligned block of 16^s pixels, that
      * prefix is a (0, m + 2 s, 4)-net. Blurred errors fall with nearly every sample, as each
-     * sample by itself is blue: the pixels of 32 x 32 share the order of their samples. Over
-     * domains, such as frames, each sample is uniform in each of its pairs. docs/blue.md has the
-     * construction. */
+     * sample by itself is blue: the pixels of 64 x 64 share the order of their samples. They share
+     * random digits, too, others than the next 64 x 64, so no error is that of the whole picture.
+     * Over seeds and domains, such as frames, each sample is uniform in all four dimensions.
+     * docs/blue.md has the construction. */
     BN_SAMPLER_BLUE = 0,
     /* Owen-scrambled Sobol' (0, 2)-sequences, padded, independent in each pixel: the usual choice
      * of renderers, as a baseline. Padded: dimensions (0, 1) and (2, 3) are two sequences in
      * unrelated orders, each well stratified, the two together not at all. */
     BN_SAMPLER_SOBOL = 1,
-    /* Independent uniform random numbers. */
+    /* Independent uniform random numbers: pcg4d (Jarzynski and Olano, "Hash Functions for GPU
+     * Rendering", 2020) of pixel, index and domain. */
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka,
      * "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
@@ -193,7 +199,7 @@ static inline bn_sampler_options bn_sampler_options_default(void) {
     return options;
 }
 
-/* Creates a sampler of about 45 KiB; MASK takes 8 more bytes per texel. On failure *sampler is
+/* Creates a sampler of about 50 KiB; MASK takes 8 more bytes per texel. On failure *sampler is
  * NULL. Errors: INVALID_ARGUMENT (sampler is NULL, the kind is unknown, a mask has a zero extent,
  * extents were given without a mask, a mask was given to another kind than MASK), BAD_DATA
  * (mask_ranks is not a permutation), OUT_OF_MEMORY, UNSUPPORTED. */
@@ -209,8 +215,12 @@ BN_API void bn_sampler_destroy(bn_sampler *sampler);
  *
  * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
  * 2^-24, always in [0, 1). The 1-D draw is dimension 0 of the 4-D draw and the 2-D draw dimensions
- * (0, 1). bn_sample_pair() draws one pair alone, (0, 1) with pair 0 and (2, 3) with pair 1; only the
- * lowest bit of `pair` counts. A pair never takes longer than a 4-D draw. */
+ * (0, 1). bn_sample_pair() draws one pair alone, (0, 1) with pair 0 and (2, 3) with pair 1. With
+ * pair 2 and 3 it draws the same dimensions as single numbers, for decisions that take one number
+ * each, such as a choice or a distance: BLUE arranges each of them for itself, best in domains whose
+ * keys are multiples of four, while the two together are nothing special; other kinds give the same
+ * numbers as with pair 0 and 1. Only the lower two bits of `pair` count. Draw a pair either way, not
+ * both. A pair never takes longer than a 4-D draw. */
 BN_API float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                           uint32_t domain);
 BN_API void bn_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -247,8 +257,8 @@ BN_API bn_result bn_sample_many(const bn_sampler *sampler, size_t count, const i
                                 const int32_t *y, const uint32_t *index, const uint32_t *domain,
                                 uint32_t dimensions, float *out, size_t out_count);
 
-/* The same for one pair of dimensions, by 0 or 1: out[count][2], bit-equal to bn_sample_pair().
- * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, pair is not 0 or 1),
+/* The same for one pair of dimensions, by 0 to 3: out[count][2], bit-equal to bn_sample_pair().
+ * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, pair is above 3),
  * SIZE_MISMATCH (out_count is not count * 2). */
 BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int32_t *x,
                                      const int32_t *y, const uint32_t *index,
@@ -257,7 +267,7 @@ BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, co
 
 /* Copies the tables of a sampler into one flat buffer, for drawing in a shader (docs/shaders.md);
  * bn_draw.glsl describes its contents. If `needed` is not NULL, it receives the number of words,
- * which make 42 KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is
+ * which make 47 KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is
  * NULL, or both words and needed are), SIZE_MISMATCH (count is not the number of words). */
 BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
                                         size_t *needed);

@@ -32,33 +32,35 @@
  *
  * Labels are places in a tile of 64 x 64 pixels. A search (libbn/tools/bn_bake_sampler.c) permuted
  * them within blocks of 4 x 4, which preserves the nets, and chose linear scramblings of the
- * digits, so that the errors of neighbouring pixels cancel at 1, 2, 4 ... 256 samples.
+ * digits, so that the errors of neighbouring pixels cancel at 1, 2, 4 ... 256 samples. For single
+ * numbers each dimension has a permutation of its own, better for it than that of its pair.
  *
  * The four domains of a family, the children of one parent with keys 4 k to 4 k + 3, have different
  * denominators and different orders of the index, found so that any two of them are stratified
- * together too. They share the shift of the tile and the order of the samples.
+ * together too. They share the shift of the tile and the order of the samples. The first thirty
+ * families of one parent never share a shift.
  *
  * The order inside an octave, samples 2^m to 2^(m+1) - 1, is free: every prefix of 2^m samples is
- * the same set whatever it is. It is a nested shuffle of the index, one for 32 x 32 pixels of the
- * screen, independent between these blocks and between families. As the pixels of a block share it,
- * each sample by itself is as blue as the first, and the error falls with nearly every sample, not
- * only from one power of two to the next.
+ * the same set whatever it is. It is a nested shuffle of the index, one for each copy of the tile,
+ * independent between copies and between families. As the pixels of a copy share it, each sample by
+ * itself is as blue as the first, and the error falls with nearly every sample, not only from one
+ * power of two to the next.
  *
- * Over the 4,096 labels, the first three digits of the four coordinates are each of the 8^4 cells
- * once. The family shifts the tile at random, and the domain adds random digits from the fourth on.
- * So over domains each sample is uniform in each pair, and in all four dimensions over the cells of
- * six digits each: later digits added to dimensions (2, 3) repeat some of those of (0, 1).
+ * Each copy of the tile also adds (XOR) random digits to its samples, from the first on, others for
+ * each member. So over seeds and domains each sample is uniform: over the cells of eight digits in
+ * all four dimensions, below that in each pair, where digits of (2, 3) repeat some of (0, 1). And the
+ * errors of two copies have nothing in common.
  *
- * Dimensions (0, 1) of member 0 are made for the position in the pixel: their errors are also evenly distributed along rows and
- * columns, the direction of most edges in a picture.
+ * Dimensions (0, 1) of member 0 are made for the position in the pixel: their errors are also
+ * evenly distributed along rows and columns, the direction of most edges in a picture.
  *
  * COST
  *
- * A draw of four dimensions takes about 60 instructions on x86-64 and four loads of 8 to 16 bytes,
- * from 42 KiB of tables, of which one member of a family uses half. A draw of one pair or one
- * dimension takes a few instructions less, and many lanes at a time three quarters of the time. Inlined into a loop, draws of
- * many domains in one pixel, or of many indices, share their common work. Samples from index 256 on
- * take one more XOR for each further bit of the index. With SSE2, the last step handles all four
+ * A draw of four dimensions takes about 120 instructions on x86-64 and four loads of 8 to 16 bytes,
+ * from 47 KiB of tables, of which one member of a family uses half. A draw of one pair or one
+ * dimension takes a few instructions less, and many lanes at a time half the time. Inlined into a
+ * loop, draws of many domains in one pixel, or of many indices, share their common work. Samples from
+ * index 256 on take one more XOR for every four bits of the index. With SSE2, the last step handles all four
  * dimensions at once. Define BN_DRAW_PLAIN to do without SSE2, as CUDA and HIP do; the bits are the
  * same. */
 #ifndef BN_BN_DRAW_H
@@ -231,7 +233,8 @@ static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue
     /* The four dimensions in one register. */
     const uint32_t *words = table->words, *later = words + BN_LATER_AT + pixel->member * 2u;
     uint32_t digits = bn_draw_blue_shuffled(table, pixel->shuffle, index);
-    const uint32_t *point = words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
+    const uint32_t *point =
+        words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
     __m128i high = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->keys01),
                                       _mm_cvtsi32_si128((int)pixel->keys23));
     __m128i low = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->low01),
@@ -243,8 +246,8 @@ static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue
     for (digits <<= 8; digits != 0; digits <<= 4, later += 256) {
         v = _mm_xor_si128(v, bn_draw_load_four(later + (size_t)(digits >> 28) * 16u));
     }
-    _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)),
-                                  _mm_set1_ps(1.0f / 16777216.0f)));
+    _mm_storeu_ps(
+        out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f)));
 #else
     bn_draw_floats(bn_draw_blue_at(table->words, *pixel, index), out);
 #endif

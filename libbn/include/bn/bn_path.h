@@ -28,8 +28,9 @@
  * the branches of the path, whose own would differ.
  *
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
- * a sequence of its own below the ray, so a number more never shifts the pairs, and no ray can meet
- * another's, however many it draws. Pixels that drew differently at one ray agree again at the next.
+ * a sequence of its own below the ray, so a number more never shifts the pairs, nor another ray's
+ * numbers. Domains are hashes, so two decisions can meet by chance: bn_domain_child() says how seldom.
+ * Pixels that drew differently at one ray agree again at the next.
  * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
  * bn_ray_4d().
  *
@@ -48,7 +49,7 @@
  * Decisions that neighbours meet in another order, such as the transparency of layers, are named
  * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
  * walk) draws from bn_ray_noise(): four stratified numbers, and from then on a counter-based
- * generator, two hashes a number.
+ * generator.
  *
  * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
  * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
@@ -181,8 +182,8 @@ static inline void bn_ray_draw_light(const bn_draw_table *table, const bn_ray *r
     bn_path_draw_pair(table, &ray->path, ray->domain, 1, out);
 }
 
-/* The next single number of the ray. Four in a row are stratified together; every other one costs
- * nothing. */
+/* The next single number of the ray, arranged for decisions that take one number. Four in a row are
+ * stratified together in the pixel; every other one costs nothing. */
 static inline float bn_ray_1d(const bn_draw_table *table, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
@@ -234,7 +235,8 @@ static inline bn_noise bn_ray_noise(const bn_draw_table *table, bn_ray *ray) {
     const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
     bn_noise noise;
     bn_path_draw_4d(table, &ray->path, loop, noise.next);
-    noise.counter = bn_draw_white_counter(table->words, ray->path.x, ray->path.y, ray->path.index, loop);
+    noise.counter =
+        bn_draw_white_counter(table->words, ray->path.x, ray->path.y, ray->path.index, loop);
     noise.drawn = 0;
     return noise;
 }
