@@ -173,11 +173,12 @@ class Ray:
         return self._draw(self._domain, 1)
 
     def next_1d(self) -> _Floats:
-        """(...): the next single number. Four in a row are stratified together; every other one costs nothing."""
+        """(...): the next single number, arranged for decisions that take one. Four in a row are stratified together in the
+        pixel; every other one costs nothing."""
         k = self._1d
         self._1d += 1
         if k & 1 == 0:
-            self._kept = self._draw(_child(self._domain, k & ~3), (k & 3) >> 1)
+            self._kept = self._draw(_child(self._domain, k & ~3), 2 + ((k & 3) >> 1))
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
@@ -275,36 +276,26 @@ class Split:
 class Noise:
     """The numbers of a loop without bound, from ``Ray.next_noise``: four of the sampler's, then a generator's."""
 
-    __slots__ = ("_drawn", "_first", "_index", "_key", "_other_key")
+    __slots__ = ("_domain", "_drawn", "_four", "_path", "_white")
 
     def __init__(self, ray: Ray, domain: _Words) -> None:
-        path = ray._path
-        x, y = path._x.astype(np.uint32), path._y.astype(np.uint32)
-        low, high = path._sampler.table_words()[:2]
-        self._first = ray._draw(domain)
-        with np.errstate(over="ignore"):  # NumPy's scalars warn when they wrap around
-            self._key = _hash32(x ^ _hash32(y ^ _hash32(domain + low)))
-            self._other_key = _hash32(y + _hash32(x + _hash32(domain ^ high)))
-        self._index = path._index
+        self._path, self._domain = ray._path, domain
+        self._four = ray._draw(domain)
+        self._white: Optional[Sampler] = None
         self._drawn = 0
 
     def next_1d(self) -> _Floats:
-        """(...): the next number, for all paths. From the fifth on it costs two hashes."""
+        """(...): the next number, for all paths. From the fifth on they are those of a ``Sampler("white")``."""
         k = self._drawn
         self._drawn += 1
-        if k < 4:
-            return self._first[..., k]
-        step = np.uint32((k + 1) * 0x9E3779B9 & 0xFFFFFFFF)
-        with np.errstate(over="ignore"):
-            bits = _hash32(self._key ^ _hash32(self._index ^ _hash32(self._other_key + step)))
-        return np.asarray((bits >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24))
+        if k >= 4 and k % 4 == 0:
+            path = self._path
+            if self._white is None:
+                self._white = Sampler("white", seed=path._sampler.seed)
+            step = np.uint32(k // 4 * 0x9E3779B9 & 0xFFFFFFFF)
+            with np.errstate(over="ignore"):  # NumPy's scalars warn when they wrap around
+                self._four = self._white.sample(path._x, path._y, path._index, self._domain + step)
+        return self._four[..., k % 4]
 
     def __repr__(self) -> str:
-        return f"Noise(shape={self._first.shape[:-1]}, drawn={self._drawn})"
-
-
-def _hash32(v: Any) -> Any:
-    """bn_hash32() of bn_draw.glsl."""
-    v = (v ^ (v >> np.uint32(16))) * np.uint32(0x21F0AAAD)
-    v = (v ^ (v >> np.uint32(15))) * np.uint32(0xD35A2D97)
-    return v ^ (v >> np.uint32(15))
+        return f"Noise(shape={self._four.shape[:-1]}, drawn={self._drawn})"

@@ -96,12 +96,12 @@ class Sampler {
     }
 
     /* The arrays have equal shapes, with strides of 0 along broadcast axes; `out` has one more axis,
-     * for 1 to 4 dimensions. `pair` is 0 or 1 for dimensions (0, 1) or (2, 3), and else -1. */
+     * for 1 to 4 dimensions. `pair` is 0 to 3, as in bn_sample_pair(), and else -1. */
     void sample(const Int32s &x, const Int32s &y, const UInt32s &index, const UInt32s &domain,
                 Floats &out, int32_t pair) const {
         std::vector<py::ssize_t> shape(out.shape(), out.shape() + out.ndim());
-        if (pair < -1 || pair > 1 || (pair >= 0 && shape.back() != 2)) {
-            throw py::value_error("pair must be 0 or 1, with two dimensions, or -1");
+        if (pair < -1 || pair > 3 || (pair >= 0 && shape.back() != 2)) {
+            throw py::value_error("pair must be 0 to 3, with two dimensions, or -1");
         }
         const py::array *arrays[4] = {&x, &y, &index, &domain};
         const char *at[4];

@@ -139,7 +139,8 @@ class Sampler {
         return out;
     }
 
-    // One pair of dimensions alone: (0, 1) with pair 0, (2, 3) with pair 1.
+    // One pair of dimensions alone: (0, 1) with pair 0, (2, 3) with pair 1; as single numbers with 2
+    // and 3.
     std::array<float, 2> sample_pair(int32_t x, int32_t y, uint32_t index, Domain domain,
                                      uint32_t pair) const noexcept {
         std::array<float, 2> out{};
@@ -166,7 +167,7 @@ class Sampler {
               bn_sample_many(sampler_, count, x, y, index, domain, N, out, count * N));
     }
 
-    // bn_sample_many_pair(): one pair of dimensions, 0 or 1, to out[count][2]. Throws
+    // bn_sample_many_pair(): one pair of dimensions, 0 to 3, to out[count][2]. Throws
     // INVALID_ARGUMENT for another pair too.
     void sample_many_pair(std::size_t count, const int32_t *x, const int32_t *y,
                           const uint32_t *index, const uint32_t *domain, uint32_t pair,
