@@ -19,6 +19,7 @@ enum {
     CELLS = 1 << DIGITS,
     SHIFTS = 64,
     SINGLES = 8,
+    WITHOUT_INTERVALS = 5,
     MIXED = 40,
     FACTORS = SINGLES + MIXED,
     SUMS = 116,
@@ -39,7 +40,8 @@ typedef struct {
     double factor_mean[FACTORS];
     smooth_function f[SUMS];
     int count, factors;
-    double single_weight; /* of the penalty on single dimensions worse than Sobol' */
+    int singles;          /* functions of one dimension */
+    double single_weight; /* of the penalty on those worse than with Sobol' */
     uint32_t shift[SHIFTS][4];
     double planes_limit[2][2][FEW_LEVELS]; /* [pair][blurred, raw] */
 } smooth_judge;
@@ -86,9 +88,8 @@ static void add_function(smooth_judge *j, int group, int dimensions, const int *
  * a point on what was chosen (2, 3), 11 all four. */
 static void make_functions(smooth_judge *j, bake_random *r) {
     static const int cross[4][2] = {{0, 2}, {0, 3}, {1, 2}, {1, 3}};
-    const curve single[SINGLES] = {
-        {0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0},  {2, 1, 0, 0},
-        {2, 2, 0, 0}, {3, 3, 1, 0},    {3, 7, 2, 0}, {3, 17, 5, 0}};
+    const curve single[SINGLES] = {{0, 1, 0, 0}, {0, 1, 0.25, 0}, {0, 2, 0, 0}, {2, 1, 0, 0},
+                                   {2, 2, 0, 0}, {3, 3, 1, 0},    {3, 7, 2, 0}, {3, 17, 5, 0}};
     int one[SINGLES], more[MIXED], n = 0;
     for (int i = 0; i < SINGLES; ++i) one[i] = add_factor(j, single[i]);
     while (n < MIXED) {
@@ -98,7 +99,7 @@ static void make_functions(smooth_judge *j, bake_random *r) {
         more[n++] = add_factor(j, kind < 0.5 ? bump : kind < 0.8 ? wave : ramp);
     }
     for (int d = 0; d < 4; ++d) {
-        for (int i = 0; i < SINGLES; ++i) add_function(j, d, 1, &one[i], &d);
+        for (int i = 0; i < j->singles; ++i) add_function(j, d, 1, &one[i], &d);
     }
     for (int pair = 0; pair < 2; ++pair) {
         int of[2] = {2 * pair, 2 * pair + 1};
@@ -240,8 +241,10 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
     smooth_judge *j = bake_allocate(1, sizeof *j);
     bake_random r = bake_random_make(options->seed, 10, (uint64_t)member);
     bake_planes *planes = bake_planes_make(&r, PLANES);
+    /* The dimensions of member 0 are single numbers, too. */
+    j->singles = member == 0 ? SINGLES : WITHOUT_INTERVALS;
+    j->single_weight = member == 0 ? 6 : 2;
     judge_begin(j, &r);
-    j->single_weight = member == 0 ? 6 : 2; /* its dimensions are single numbers, too */
     const uint16_t *label = table->label[member];
     pole_vectors now = table->member[member], best;
     double penalty[2] = {0, 0};
@@ -251,7 +254,7 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
     }
     double smooth = smooth_energy(j, &now), least = smooth;
     best = now;
-    int trials = bake_count(options, 12000, 4);
+    int trials = bake_count(options, 24000, 4);
     for (int trial = 0; trial < trials; ++trial) {
         double temperature = 1.2 * pow(0.02, (double)trial / trials);
         double limit =
@@ -296,6 +299,7 @@ void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LE
     for (uint64_t n = 0; n < JUDGES; ++n) {
         bake_random r = bake_random_make(20001, 11, n);
         memset(j, 0, sizeof *j);
+        j->singles = SINGLES;
         judge_begin(j, &r);
         measure_ratios(j, v, ratio);
         for (int f = 0; f < j->count; ++f) {
