@@ -151,6 +151,7 @@ ExrHead picture_settings(const Options &options, const Scene &scene, const Crop 
     a.matrices = camera_matrices(scene, options.width, options.height);
     a.environment = options.environment;
     a.sampler = options.sampler.name;
+    a.draws = BN_DRAW_TABLE_VERSION;
     a.mask = options.sampler.mask;
     a.declared_spp = options.sampler.declared_spp;
     a.first_sample = options.first_sample;

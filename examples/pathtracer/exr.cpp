@@ -175,6 +175,7 @@ ExrHead read_head(const Imf::Header &header) {
         return rows;
     };
     a.matrices = {matrix("worldToCamera"), matrix("worldToNDC")};
+    if (header.findTypedAttribute<Imf::IntAttribute>("draws")) a.draws = whole("draws");
     a.spp = whole("spp");
     a.declared_spp = static_cast<uint32_t>(count_attribute(header, "declaredSpp", UINT32_MAX));
     a.first_sample = static_cast<uint32_t>(count_attribute(header, "firstSample", UINT32_MAX));
@@ -246,6 +247,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     };
     matrix("worldToCamera", attributes.matrices.world_to_camera);
     matrix("worldToNDC", attributes.matrices.world_to_ndc);
+    count("draws", attributes.draws);
     count("spp", attributes.spp);
     text("declaredSpp", std::to_string(attributes.declared_spp));
     text("firstSample", std::to_string(attributes.first_sample));

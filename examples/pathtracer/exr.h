@@ -26,7 +26,8 @@ struct ExrAttributes {
     // InputRecord::text() of the files of scene, environment and mask; nothing if that is not known
     std::optional<std::string> inputs;
     CameraMatrices matrices;
-    uint32_t spp; // the highest count of any pixel
+    uint32_t draws; // BN_DRAW_TABLE_VERSION of what drew its samples; 0 if that is not known
+    uint32_t spp;   // the highest count of any pixel
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     bool single_scatter, photometric;
     NoiseSettings noise; // its level is 0 without adaptive sampling

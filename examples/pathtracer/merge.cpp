@@ -41,6 +41,7 @@ NamedSettings settings_of(const ExrHead &head) {
     const ExrAttributes &a = head.attributes;
     return {{"size", std::to_string(head.full_width) + "x" + std::to_string(head.full_height)},
             {"sampler", a.sampler},
+            {"version of the draws", std::to_string(a.draws)},
             {"camera", a.camera},
             {"declared spp", std::to_string(a.declared_spp)},
             {"seed", std::to_string(a.seed)},

@@ -75,7 +75,7 @@ PARTS_DIFFER_IN = {
     "fireflies", "software", "bnVersion", "displayWindow",
 }  # fmt: skip
 SETTINGS = {
-    "scene", "camera", "environment", "sampler", "mask", "inputs", "worldToCamera", "worldToNDC", "declaredSpp", "seed",
+    "scene", "camera", "environment", "sampler", "mask", "draws", "inputs", "worldToCamera", "worldToNDC", "declaredSpp", "seed",
     "maxDepth", "lightSamples", "singleScatter", "photometric", "noise", "minSpp", "noiseExposure",
 }  # fmt: skip
 
