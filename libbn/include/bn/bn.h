@@ -199,7 +199,7 @@ static inline bn_sampler_options bn_sampler_options_default(void) {
     return options;
 }
 
-/* Creates a sampler of about 50 KiB; MASK takes 8 more bytes per texel. On failure *sampler is
+/* Creates a sampler of about 50 KiB; MASK takes 4 more bytes per texel. On failure *sampler is
  * NULL. Errors: INVALID_ARGUMENT (sampler is NULL, the kind is unknown, a mask has a zero extent,
  * extents were given without a mask, a mask was given to another kind than MASK), BAD_DATA
  * (mask_ranks is not a permutation), OUT_OF_MEMORY, UNSUPPORTED. */

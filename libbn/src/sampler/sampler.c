@@ -12,10 +12,10 @@
 /* ---- MASK */
 
 /* The mask gives the first sample of every pixel, with one lookup per dimension, each at a
- * different shift. The other samples come from a scrambled Sobol' (0, 2)-sequence, digitally
- * shifted in each pixel so that its sample 0 is the value of the mask. A digital shift preserves
- * the nets of a pixel. The usual Cranley-Patterson rotation (1976) destroys them, and is worse than
- * no mask from about 4 samples on. */
+ * different shift. The other samples come from an Owen-scrambled Sobol' (0, 2)-sequence that begins
+ * at zero, with the mask's value added as a digital shift (XOR), which preserves the nets of a pixel.
+ * The usual Cranley-Patterson rotation (1976) destroys them, and is worse than no mask from about 4
+ * samples on. */
 
 enum { BN_MASK_KEY_X = 0x51ed270b, BN_MASK_KEY_Y = 0x3c6ef372 };
 
@@ -24,12 +24,18 @@ static uint32_t wrap(int32_t coordinate, uint32_t shift, uint32_t extent) {
     return (uint32_t)(sum < 0 ? sum + extent : sum);
 }
 
-/* The index of the texel that a lookup reads. */
-static size_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t key) {
+/* The value of the texel that a lookup reads, in 32 digits. */
+static uint32_t mask_lookup(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t key) {
     uint32_t w = sampler->mask_width, h = sampler->mask_height;
     uint32_t shift_x = (uint32_t)((uint64_t)key * w >> 32);
     uint32_t shift_y = (uint32_t)((uint64_t)bn_hash32(key) * h >> 32);
-    return (size_t)wrap(y, shift_y, h) * w + wrap(x, shift_x, w);
+    uint64_t rank = sampler->mask_ranks[(size_t)wrap(y, shift_y, h) * w + wrap(x, shift_x, w)];
+    return (uint32_t)((2u * rank + 1u) * sampler->mask_scale >> 32);
+}
+
+/* Owen scrambling that maps zero to itself. */
+static uint32_t mask_scramble(uint32_t digits, uint32_t key) {
+    return bn_owen(digits, key) ^ bn_owen(0, key);
 }
 
 static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
@@ -47,10 +53,10 @@ static void draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t 
         /* A nested shuffle that maps each power-of-two prefix to itself. */
         uint32_t digits = reversed ^ (reversed * (pixel_x << 1));
         uint32_t second = bn_sobol_second(digits);
-        digits ^= sampler->mask_x[mask_lookup(sampler, x, y, key_x)] ^ (pixel_x & low);
-        second ^= sampler->mask_y[mask_lookup(sampler, x, y, key_y)] ^ (pixel_y & low);
-        out[2 * pair] = bn_owen(digits, BN_MASK_KEY_X);
-        out[2 * pair + 1] = bn_owen(second, BN_MASK_KEY_Y);
+        out[2 * pair] = mask_scramble(digits, BN_MASK_KEY_X) ^ mask_lookup(sampler, x, y, key_x) ^
+                        (pixel_x & low);
+        out[2 * pair + 1] = mask_scramble(second, BN_MASK_KEY_Y) ^
+                            mask_lookup(sampler, x, y, key_y) ^ (pixel_y & low);
     }
 }
 
@@ -114,28 +120,6 @@ float bn_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t ind
  * it. */
 extern const uint16_t bn_data_mask_64[];
 
-/* The digits that bn_owen() scrambles to `value`, found one by one from the first: whether a digit
- * is flipped does not depend on later ones. */
-static uint32_t owen_inverse(uint32_t value, uint32_t seed) {
-    uint32_t digits = 0;
-    for (uint32_t bit = 1u << 31; bit != 0; bit >>= 1) {
-        digits |= (bn_owen(digits, seed) ^ value) & bit;
-    }
-    return digits;
-}
-
-/* Fills the two tables of digits from ranks. */
-static void mask_digits(const uint32_t *ranks, size_t count, bn_sampler *sampler) {
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t value = (uint32_t)((((uint64_t)ranks[i] * 2u + 1u) << 31) / count);
-        sampler->mask_x[i] = owen_inverse(value, BN_MASK_KEY_X);
-        sampler->mask_y[i] = owen_inverse(value, BN_MASK_KEY_Y);
-    }
-    /* Digits finer than the ranks are filled with random bits. */
-    sampler->mask_low_digits = UINT32_MAX;
-    for (size_t cells = 1; cells < count; cells *= 2) sampler->mask_low_digits >>= 1;
-}
-
 static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sampler) {
     enum { builtin_size = 64, builtin_count = builtin_size * builtin_size };
     uint32_t w = options->mask_width, h = options->mask_height, builtin[builtin_count];
@@ -148,12 +132,15 @@ static bn_result copy_mask(const bn_sampler_options *options, bn_sampler *sample
     const size_t count = (size_t)w * h;
     const bn_result result = bn_check_mask(ranks, w, h, count);
     if (result != BN_SUCCESS) return result;
-    sampler->mask_x = bn_allocate(count, 2 * sizeof *sampler->mask_x);
-    if (sampler->mask_x == NULL) return BN_ERROR_OUT_OF_MEMORY;
-    sampler->mask_y = sampler->mask_x + count;
+    sampler->mask_ranks = bn_allocate(count, sizeof *sampler->mask_ranks);
+    if (sampler->mask_ranks == NULL) return BN_ERROR_OUT_OF_MEMORY;
+    memcpy(sampler->mask_ranks, ranks, count * sizeof *ranks);
     sampler->mask_width = w;
     sampler->mask_height = h;
-    mask_digits(ranks, count, sampler);
+    sampler->mask_scale = (((uint64_t)1 << 63) + count - 1u) / count;
+    /* Digits finer than the ranks are filled with random bits. */
+    sampler->mask_low_digits = UINT32_MAX;
+    for (size_t cells = 1; cells < count; cells *= 2) sampler->mask_low_digits >>= 1;
     return BN_SUCCESS;
 }
 
@@ -199,7 +186,7 @@ bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **samp
 
 void bn_sampler_destroy(bn_sampler *sampler) {
     if (sampler == NULL) return;
-    bn_free(sampler->mask_x);
+    bn_free(sampler->mask_ranks);
     bn_free(sampler);
 }
 

@@ -11,10 +11,9 @@ struct bn_sampler {
     uint32_t words[BN_WORD_COUNT]; /* table.words */
     const bn_simd *simd;           /* chosen when the sampler is created */
     uint32_t zorder_log2;          /* kind ZORDER: log2 of the block every pixel owns */
-    /* Kind MASK, [mask_height][mask_width]: the digits that scrambling turns into the values of the
-     * mask, for the first and the second dimension of a pair. One allocation. */
-    uint32_t *mask_x, *mask_y;
-    uint32_t mask_low_digits; /* a bit mask: the digits finer than the ranks */
+    uint32_t *mask_ranks;          /* kind MASK: [mask_height][mask_width] */
+    uint64_t mask_scale;           /* 2^63 over the number of ranks, rounded up */
+    uint32_t mask_low_digits;      /* a bit mask: the digits finer than the ranks */
     uint32_t mask_width, mask_height;
 };
 
