@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The build step behind bn_embed(): INPUT, OUTPUT, NAME and TYPE come with -D.
+# The build step behind bn_embed(): INPUT, OUTPUT, NAME, TYPE and HEADER come with -D.
 file(READ "${INPUT}" hex HEX)
 if(TYPE STREQUAL "uint8_t")
     string(REGEX REPLACE "(..)" "0x\\1," values "${hex}")
@@ -22,7 +22,11 @@ math(EXPR count "${length} / ${count_divisor}")
 # Lines of bounded length, for compilers that limit them.
 string(REGEX REPLACE "(0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,0x[0-9a-f]+,)"
        "\\1\n" values "${values}")
-file(WRITE "${OUTPUT}.tmp" "#include <stddef.h>\n#include <stdint.h>\n\
-extern const ${TYPE} ${NAME}[];\nextern const size_t ${NAME}_count;\n\
+set(declaration "extern const ${TYPE} ${NAME}[];")
+if(HEADER)
+    set(declaration "#include <${HEADER}>")
+endif()
+file(WRITE "${OUTPUT}.tmp" "#include <stddef.h>\n#include <stdint.h>\n${declaration}\n\
+extern const size_t ${NAME}_count;\n\
 const ${TYPE} ${NAME}[] = {\n${values}};\nconst size_t ${NAME}_count = ${count};\n")
 file(RENAME "${OUTPUT}.tmp" "${OUTPUT}")

@@ -6,11 +6,9 @@
  * makes choices with a number of a draw and keeps the rest of it, neural.h makes masks with a neural
  * network, and bn.hpp has samplers and domains as C++17 classes.
  *
- *     bn_sampler *sampler;
- *     if (bn_sampler_create(NULL, &sampler) != BN_SUCCESS) return 1;
+ *     bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, seed);
  *     float u[4];
- *     bn_sample_4d(sampler, x, y, index, domain, u);
- *     bn_sampler_destroy(sampler);
+ *     bn_sample_4d(&sampler, x, y, index, domain, u);
  *
  * CONVENTIONS
  *
@@ -146,7 +144,8 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 
 /* ---- Samplers */
 
-typedef struct bn_sampler bn_sampler;
+/* Increases with every change of the tables or of the values drawn from them; see Reproducibility. */
+#define BN_DRAW_TABLE_VERSION 6u
 
 enum {
     /* The sampler to use. Progressive: it needs no sample count. The error is blue over the screen
@@ -187,8 +186,8 @@ typedef struct bn_sampler_options {
     uint32_t samples_per_pixel;
     /* Different seeds give independent images. Default 0. */
     uint64_t seed;
-    /* Only for MASK: the ranks of a mask, which are copied; NULL (default) means the built-in 64 x
-     * 64 mask. */
+    /* Only for MASK: the ranks of a mask, which must live and stay as they are for as long as the
+     * sampler or a copy of it draws; NULL (default) means the built-in 64 x 64 mask. */
     const uint32_t *mask_ranks;
     /* Extents of mask_ranks in texels; 0 when it is NULL. */
     uint32_t mask_width, mask_height;
@@ -199,18 +198,42 @@ static inline bn_sampler_options bn_sampler_options_default(void) {
     return options;
 }
 
-/* Creates a sampler of about 50 KiB; MASK takes 4 more bytes per texel. On failure *sampler is
- * NULL. Errors: INVALID_ARGUMENT (sampler is NULL, the kind is unknown, a mask has a zero extent,
- * extents were given without a mask, a mask was given to another kind than MASK), BAD_DATA
- * (mask_ranks is not a permutation), OUT_OF_MEMORY, UNSUPPORTED. */
-BN_API bn_result bn_sampler_create(const bn_sampler_options *options, bn_sampler **sampler);
+/* A sampler: a value of 48 bytes, to be copied, kept and shared between threads as one likes. There
+ * is nothing to destroy. The fields are the library's: make it with one of the next two functions. */
+typedef struct bn_sampler {
+    int32_t kind;
+    uint32_t log2_samples;    /* ZORDER: of the block of samples that every pixel owns */
+    uint32_t seed[2];         /* hashed; see bn_sampler_seed() */
+    const uint32_t *mask;     /* MASK: ranks, or NULL for the built-in mask */
+    uint64_t mask_scale;      /* 2^63 over the number of ranks, rounded up */
+    uint32_t mask_low_digits; /* the digits finer than ranks */
+    uint32_t mask_width, mask_height;
+} bn_sampler;
 
-/* Destroys a sampler. NULL is allowed. */
-BN_API void bn_sampler_destroy(bn_sampler *sampler);
+/* A sampler of one of the kinds above; another number means BLUE. ZORDER is tuned for 256 samples,
+ * and MASK uses the built-in mask. Cannot fail. */
+static inline bn_sampler bn_sampler_make(int32_t kind, uint64_t seed) {
+    bn_sampler sampler = {kind, 8, {0, 0}, NULL, (uint64_t)1 << 51, 0xfffffu, 64, 64};
+    /* The finaliser of SplitMix64 (Steele, Lea and Flood, 2014) with Stafford's variant 13. */
+    uint64_t v = seed + 0x9e3779b97f4a7c15u;
+    v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
+    v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
+    v ^= v >> 31;
+    sampler.seed[0] = (uint32_t)v;
+    sampler.seed[1] = (uint32_t)(v >> 32);
+    if (kind < BN_SAMPLER_BLUE || kind > BN_SAMPLER_MASK) sampler.kind = BN_SAMPLER_BLUE;
+    return sampler;
+}
+
+/* The same with all options, checked. On failure *sampler is as it was. Errors: INVALID_ARGUMENT
+ * (sampler is NULL, the kind is unknown, a mask has a zero extent, extents were given without a mask,
+ * a mask was given to another kind than MASK), BAD_DATA (mask_ranks is not a permutation),
+ * OUT_OF_MEMORY (a bit per texel is needed for that check), UNSUPPORTED. */
+BN_API bn_result bn_sampler_init(bn_sampler *sampler, const bn_sampler_options *options);
 
 /* Draws sample number `index` of pixel (x, y) in a domain. The result depends on the arguments
  * alone, so the order of draws, threads, tiles, crops and restarts cannot change it. Coordinates
- * may be negative, and every index up to 2^32 - 1 gives a new sample. Draws need a valid sampler.
+ * may be negative, and every index up to 2^32 - 1 gives a new sample. Draws need a sampler that was made.
  * They cannot fail, allocate nothing and take no locks.
  *
  * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
@@ -247,7 +270,7 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
  * if it is 0, the arrays may be NULL. Each array needs the alignment of its elements, 4 bytes, and
  * no more than that; `out` must not overlap the others. Allocates nothing and takes no locks.
  *
- * With AVX2 or AVX-512, found when the sampler is created, BLUE takes about half as long as single
+ * With AVX2 or AVX-512, BLUE takes about half as long as single
  * draws, WHITE a third and SOBOL a quarter or less. Other kinds take as long as single draws, and so
  * do all kinds on other processors and in libraries compiled by MSVC or by GCC for Windows.
  *
@@ -265,12 +288,17 @@ BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, co
                                      const uint32_t *domain, uint32_t pair, float *out,
                                      size_t out_count);
 
-/* Copies the tables of a sampler into one flat buffer, for drawing in a shader (docs/shaders.md);
- * bn_draw.glsl describes its contents. If `needed` is not NULL, it receives the number of words,
- * which make 47 KiB. If `words` is NULL, nothing is copied. Errors: INVALID_ARGUMENT (sampler is
- * NULL, or both words and needed are), SIZE_MISMATCH (count is not the number of words). */
-BN_API bn_result bn_sampler_table_words(const bn_sampler *sampler, uint32_t *words, size_t count,
-                                        size_t *needed);
+/* ---- Drawing on a GPU (docs/shaders.md) */
+
+/* The tables of BLUE, the same for every seed: *count words, 46.5 KiB, constant and always there.
+ * bn_draw.glsl describes them. *version is BN_DRAW_TABLE_VERSION of the library. Either may be NULL. */
+BN_API const uint32_t *bn_tables(size_t *count, uint32_t *version);
+
+/* The seed of a sampler as shaders take it: two words. */
+static inline void bn_sampler_seed(const bn_sampler *sampler, uint32_t seed[2]) {
+    seed[0] = sampler->seed[0];
+    seed[1] = sampler->seed[1];
+}
 
 /* ---- Making masks */
 

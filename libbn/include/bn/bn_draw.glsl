@@ -4,16 +4,18 @@
  * bn_draw.metal as their languages; libbn/tools/make_wgsl.py writes bn_draw.wgsl from it. See
  * docs/shaders.md.
  *
- * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), say how to read word i of what
- * bn_sampler_table_words() wrote, then include this file:
+ * In a shader (GLSL 3.30 or GLSL ES 3.00, no extensions), say how to read word i of bn_tables(), then
+ * include this file. The seed is that of bn_sampler_seed():
  *
  *     #version 430
  *     layout(std430, binding = 0) readonly buffer bn_table { uint bn_words[]; };
  *     #define BN_WORD(i) bn_words[i]
+ *     uniform uvec2 seed;
  *
- *     vec4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, domain);
- *     vec2 v = bn_draw_blue_pair(uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw, alone
- *     vec2 w = bn_draw_blue_pair(uint(pixel.x), uint(pixel.y), index, domain, 2u); // single numbers
+ *     vec4 u = bn_draw_blue(seed, uint(pixel.x), uint(pixel.y), index, domain);
+ *     vec2 v = bn_draw_blue_pair(seed, uint(pixel.x), uint(pixel.y), index, domain, 1u); // u.zw
+ *     vec2 w = bn_draw_blue_pair(seed, uint(pixel.x), uint(pixel.y), index, domain, 2u); // single
+ *                                                                                        // numbers
  *
  * Coordinates are signed integers reinterpreted as unsigned: uint(-1) is the column left of zero.
  * Without storage buffers, as in WebGL 2, the words come from a texture:
@@ -38,6 +40,8 @@ precision highp int;
 #define BN_UINT uint
 #define BN_FLOAT2 vec2
 #define BN_FLOAT4 vec4
+#define bn_uint2 uvec2
+#define bn_uint4 uvec4
 #define BN_FUNCTION
 #define BN_TABLE
 #define BN_PASS_TABLE
@@ -50,20 +54,18 @@ precision highp int;
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words, in the byte order of the machine: 47 KiB, the same
- * for all three kinds. Seeds differ in the first two words alone, and SOBOL and WHITE read no others.
- * Entries of two words hold the first 16 digits of four coordinates, a half-word each from the lowest
- * up; entries of four, all 32 digits of each. `member` is the domain's number within its family, 0 to
- * 3. */
-#define BN_SEED_AT 0u      /* the hashed seed, its low word first */
-#define BN_PIXELS_AT 2u    /* 64 x 64, row-major: a byte for each member from the lowest up, in its lower
+ * One flat buffer of BN_WORD_COUNT 32-bit words, 46.5 KiB, the same for every seed; only BLUE reads
+ * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
+ * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
+ * family, 0 to 3. */
+#define BN_PIXELS_AT 0u    /* 64 x 64, row-major: a byte for each member from the lowest up, in its lower
                               half the place of the pixel in its block of 4 x 4; in the upper half of
                               byte d, the place for dimension d of single numbers */
-#define BN_BLOCKS_AT 4098u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
-#define BN_PLACES_AT 6146u /* [member][16][2]: digits of a place in a block */
-#define BN_POINTS_AT 6274u /* [256][member][4]: the first 256 points, by reversed index */
-#define BN_LATER_AT 10370u /* [6][16][member][4]: digits of bits 8 to 31 of an index, four at a time */
-#define BN_WORD_COUNT 11906u
+#define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
+#define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place in a block */
+#define BN_POINTS_AT 6272u /* [256][member][4]: the first 256 points, by reversed index */
+#define BN_LATER_AT 10368u /* [6][16][member][4]: digits of bits 8 to 31 of an index, four at a time */
+#define BN_WORD_COUNT 11904u
 
 #ifndef bn_uint4 /* else a vector of the language */
 struct bn_uint4 {
@@ -171,14 +173,14 @@ struct bn_blue_pixel {
     BN_UINT member;         /* of the family, times two */
 };
 
-BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
+BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT domain) {
     bn_blue_pixel pixel;
     BN_UINT member = (domain >> 29u) & 6u;
     pixel.member = member;
     /* The family: its four members differ only in the upper two bits of the domain. */
-    BN_UINT start = (domain << 2u) ^ BN_WORD(BN_SEED_AT);
+    BN_UINT start = (domain << 2u) ^ seed.x;
     BN_UINT family = start * 0x21f0aaadu;
-    family = (family ^ (family >> 16u)) * 0xd35a2d97u + BN_WORD(BN_SEED_AT + 1u);
+    family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
     /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
      * the copies differently. */
     BN_UINT column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
@@ -280,15 +282,15 @@ BN_FUNCTION bn_uint2 bn_draw_blue_pair_at(BN_TABLE bn_blue_pixel pixel, BN_UINT 
     return v;
 }
 
-BN_FUNCTION bn_uint2 bn_draw_blue_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint2 bn_draw_blue_pair_bits(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                             BN_UINT domain, BN_UINT pair) {
-    bn_blue_pixel pixel = bn_draw_blue_pixel(BN_PASS_TABLE x, y, domain);
+    bn_blue_pixel pixel = bn_draw_blue_pixel(BN_PASS_TABLE seed, x, y, domain);
     return bn_draw_blue_pair_at(BN_PASS_TABLE pixel, index, pair);
 }
 
-BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                        BN_UINT domain) {
-    return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE x, y, domain), index);
+    return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE seed, x, y, domain), index);
 }
 
 /* ---- SOBOL and WHITE */
@@ -298,9 +300,9 @@ BN_FUNCTION BN_UINT bn_draw_sobol_next(BN_UINT key) {
 }
 
 /* The first key of a domain. Each pair takes three, one after the other. */
-BN_FUNCTION BN_UINT bn_draw_sobol_key(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT domain) {
-    BN_UINT key = bn_hash32(y ^ bn_hash32(domain + BN_WORD(BN_SEED_AT)));
-    return bn_hash32(x ^ bn_hash32(key + BN_WORD(BN_SEED_AT + 1u)));
+BN_FUNCTION BN_UINT bn_draw_sobol_key(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT domain) {
+    BN_UINT key = bn_hash32(y ^ bn_hash32(domain + seed.x));
+    return bn_hash32(x ^ bn_hash32(key + seed.y));
 }
 
 BN_FUNCTION BN_UINT bn_draw_sobol_second_key(BN_UINT key) {
@@ -316,17 +318,17 @@ BN_FUNCTION bn_uint2 bn_draw_sobol_two(BN_UINT key, BN_UINT index) {
     return v;
 }
 
-BN_FUNCTION bn_uint2 bn_draw_sobol_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint2 bn_draw_sobol_pair_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                              BN_UINT domain, BN_UINT pair) {
-    BN_UINT key = bn_draw_sobol_key(BN_PASS_TABLE x, y, domain);
+    BN_UINT key = bn_draw_sobol_key(seed, x, y, domain);
     key ^= (key ^ bn_draw_sobol_second_key(key)) & (0u - (pair & 1u));
     return bn_draw_sobol_two(key, index);
 }
 
-BN_FUNCTION bn_uint4 bn_draw_sobol_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint4 bn_draw_sobol_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                         BN_UINT domain) {
     bn_uint4 v;
-    BN_UINT key = bn_draw_sobol_key(BN_PASS_TABLE x, y, domain);
+    BN_UINT key = bn_draw_sobol_key(seed, x, y, domain);
     bn_uint2 two = bn_draw_sobol_two(key, index);
     v.x = two.x;
     v.y = two.y;
@@ -359,24 +361,24 @@ BN_FUNCTION bn_uint4 bn_draw_white_hash(bn_uint4 v) {
     return v;
 }
 
-BN_FUNCTION bn_uint4 bn_draw_white_counter(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint4 bn_draw_white_counter(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                            BN_UINT domain) {
     bn_uint4 v;
-    v.x = x + BN_WORD(BN_SEED_AT);
+    v.x = x + seed.x;
     v.y = y;
     v.z = index;
-    v.w = domain + BN_WORD(BN_SEED_AT + 1u);
+    v.w = domain + seed.y;
     return v;
 }
 
-BN_FUNCTION bn_uint4 bn_draw_white_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint4 bn_draw_white_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                         BN_UINT domain) {
-    return bn_draw_white_hash(bn_draw_white_counter(BN_PASS_TABLE x, y, index, domain));
+    return bn_draw_white_hash(bn_draw_white_counter(seed, x, y, index, domain));
 }
 
-BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index,
+BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                              BN_UINT domain, BN_UINT pair) {
-    bn_uint4 v = bn_draw_white_bits(BN_PASS_TABLE x, y, index, domain);
+    bn_uint4 v = bn_draw_white_bits(seed, x, y, index, domain);
     BN_UINT second = 0u - (pair & 1u);
     bn_uint2 two;
     two.x = v.x ^ ((v.x ^ v.z) & second);
@@ -397,31 +399,31 @@ BN_FUNCTION BN_FLOAT2 bn_draw_pair_floats(bn_uint2 v) {
     return BN_FLOAT2(float(v.x >> 8u), float(v.y >> 8u)) * scale;
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
-    return bn_draw_floats(bn_draw_blue_bits(BN_PASS_TABLE x, y, index, domain));
+BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+    return bn_draw_floats(bn_draw_blue_bits(BN_PASS_TABLE seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_sobol(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
-    return bn_draw_floats(bn_draw_sobol_bits(BN_PASS_TABLE x, y, index, domain));
+BN_FUNCTION BN_FLOAT4 bn_draw_sobol(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+    return bn_draw_floats(bn_draw_sobol_bits(seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_white(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
-    return bn_draw_floats(bn_draw_white_bits(BN_PASS_TABLE x, y, index, domain));
+BN_FUNCTION BN_FLOAT4 bn_draw_white(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+    return bn_draw_floats(bn_draw_white_bits(seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_blue_pair(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
+BN_FUNCTION BN_FLOAT2 bn_draw_blue_pair(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
                                     BN_UINT pair) {
-    return bn_draw_pair_floats(bn_draw_blue_pair_bits(BN_PASS_TABLE x, y, index, domain, pair));
+    return bn_draw_pair_floats(bn_draw_blue_pair_bits(BN_PASS_TABLE seed, x, y, index, domain, pair));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_sobol_pair(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
+BN_FUNCTION BN_FLOAT2 bn_draw_sobol_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
                                      BN_UINT pair) {
-    return bn_draw_pair_floats(bn_draw_sobol_pair_bits(BN_PASS_TABLE x, y, index, domain, pair));
+    return bn_draw_pair_floats(bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_white_pair(BN_TABLE BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
+BN_FUNCTION BN_FLOAT2 bn_draw_white_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
                                      BN_UINT pair) {
-    return bn_draw_pair_floats(bn_draw_white_pair_bits(BN_PASS_TABLE x, y, index, domain, pair));
+    return bn_draw_pair_floats(bn_draw_white_pair_bits(seed, x, y, index, domain, pair));
 }
 #endif
 

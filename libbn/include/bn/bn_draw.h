@@ -1,22 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draws of bn.h as inline functions, for renderers that want them inside their own loops. They
- * are bit-equal to bn_sample_4d_u32() and its relatives:
- *
- *     const bn_draw_table *table = bn_sampler_table(sampler);
- *     float u[4];
- *     bn_draw_4d(table, x, y, index, domain, u);
- *     bn_draw_pair(table, x, y, index, domain, 1, u); // dimensions (2, 3) alone
- *
- * The table lives as long as its sampler. BLUE, SOBOL and WHITE are drawn inline; for ZORDER and
- * MASK the inline functions call the library.
+ * The draws of bn.h inline: in a file that includes this header, bn_sample_1d(), bn_sample_2d(),
+ * bn_sample_pair(), bn_sample_4d() and bn_sample_4d_u32() are compiled into their callers, with the
+ * same bits. BLUE, SOBOL and WHITE need no call then; for ZORDER and MASK the inline functions call
+ * the library. A library with other tables than this header's fails to link.
  *
  * ON A GPU
  *
  * The draws themselves are in bn_draw.glsl, in 32-bit integer arithmetic that GLSL, HLSL, Metal and
  * WGSL share (docs/shaders.md). CUDA and HIP include this header: bn_draw_blue(), bn_draw_sobol()
- * and bn_draw_white() are __host__ __device__ there. All they read is a copy of the words of
- * bn_sampler_table_words() in the memory of the device. bn_draw_domain_child() is bn_domain_child()
- * for device code.
+ * and bn_draw_white() are __host__ __device__ there. BLUE reads a copy of the words of bn_tables() in
+ * the memory of the device; the seed is an argument. bn_draw_domain_child() is bn_domain_child() for
+ * device code.
  *
  * HOW BLUE WORKS
  *
@@ -78,9 +72,6 @@
 extern "C" {
 #endif
 
-/* Increases with every change of the tables or of the values drawn from them. */
-#define BN_DRAW_TABLE_VERSION 6u
-
 /* ---- The text that shaders share */
 
 typedef struct bn_uint4 bn_uint4;
@@ -126,90 +117,90 @@ BN_DEVICE_INLINE void bn_draw_pair_floats(bn_uint2 v, float out[2]) {
     out[1] = bn_draw_float(v.y);
 }
 
-/* ---- Draws from the words alone, as in shaders */
+/* ---- Draws from words and a seed, as in shaders */
 
-/* bn_sample_4d() of a BLUE sampler. `words` is what bn_sampler_table_words() wrote for a sampler of
- * the same seed; its kind does not matter. */
-BN_DEVICE_INLINE void bn_draw_blue(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
-                                   uint32_t domain, float out[4]) {
-    bn_draw_floats(bn_draw_blue_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+/* bn_sample_4d() of a BLUE sampler with bn_sampler_seed() `seed`. `words` are those of bn_tables(). */
+BN_DEVICE_INLINE void bn_draw_blue(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
+                                   uint32_t index, uint32_t domain, float out[4]) {
+    bn_draw_floats(bn_draw_blue_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
 /* The same for SOBOL. */
-BN_DEVICE_INLINE void bn_draw_sobol(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+BN_DEVICE_INLINE void bn_draw_sobol(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
                                     uint32_t domain, float out[4]) {
-    bn_draw_floats(bn_draw_sobol_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+    bn_draw_floats(bn_draw_sobol_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
 /* The same for WHITE. */
-BN_DEVICE_INLINE void bn_draw_white(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+BN_DEVICE_INLINE void bn_draw_white(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
                                     uint32_t domain, float out[4]) {
-    bn_draw_floats(bn_draw_white_bits(words, (uint32_t)x, (uint32_t)y, index, domain), out);
+    bn_draw_floats(bn_draw_white_bits(seed, (uint32_t)x, (uint32_t)y, index, domain), out);
 }
 
 /* bn_sample_pair() of the three: dimensions (0, 1) of the same draw with pair 0, (2, 3) with pair 1,
  * and the same as single numbers with 2 and 3. */
-BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
-                                        uint32_t domain, uint32_t pair, float out[2]) {
+BN_DEVICE_INLINE void bn_draw_blue_pair(const uint32_t *words, bn_uint2 seed, int32_t x, int32_t y,
+                                        uint32_t index, uint32_t domain, uint32_t pair,
+                                        float out[2]) {
     bn_draw_pair_floats(
-        bn_draw_blue_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 3u), out);
+        bn_draw_blue_pair_bits(words, seed, (uint32_t)x, (uint32_t)y, index, domain, pair & 3u),
+        out);
 }
 
-BN_DEVICE_INLINE void bn_draw_sobol_pair(const uint32_t *words, int32_t x, int32_t y,
-                                         uint32_t index, uint32_t domain, uint32_t pair,
-                                         float out[2]) {
-    uint32_t key = bn_draw_sobol_key(words, (uint32_t)x, (uint32_t)y, domain);
+BN_DEVICE_INLINE void bn_draw_sobol_pair(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
+                                         uint32_t domain, uint32_t pair, float out[2]) {
+    uint32_t key = bn_draw_sobol_key(seed, (uint32_t)x, (uint32_t)y, domain);
     if (pair & 1u) key = bn_draw_sobol_second_key(key);
     bn_draw_pair_floats(bn_draw_sobol_two(key, index), out);
 }
 
-BN_DEVICE_INLINE void bn_draw_white_pair(const uint32_t *words, int32_t x, int32_t y,
-                                         uint32_t index, uint32_t domain, uint32_t pair,
-                                         float out[2]) {
+BN_DEVICE_INLINE void bn_draw_white_pair(bn_uint2 seed, int32_t x, int32_t y, uint32_t index,
+                                         uint32_t domain, uint32_t pair, float out[2]) {
     bn_draw_pair_floats(
-        bn_draw_white_pair_bits(words, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
+        bn_draw_white_pair_bits(seed, (uint32_t)x, (uint32_t)y, index, domain, pair & 1u), out);
 }
 
 #ifndef BN_DEVICE_ONLY
 
-/* ---- The table of a sampler */
+/* ---- The tables of the library, constant. Their names carry BN_TABLES_VERSION. */
 
-typedef struct bn_draw_table {
-    uint32_t version; /* BN_DRAW_TABLE_VERSION */
-    int32_t kind;     /* BN_SAMPLER_... */
-    /* For the lowest eight bits of an index: bit-reversed, and bn_draw_flip(). */
-    struct {
-        uint32_t reversed, flip;
-    } index[256];
-    const bn_sampler *sampler;
-    const uint32_t *words; /* what bn_sampler_table_words() copies */
-} bn_draw_table;
+/* What bn_tables() returns. */
+BN_API extern const uint32_t bn_tables_6[BN_WORD_COUNT];
 
-/* The table of a sampler; valid until the sampler is destroyed. */
-BN_API const bn_draw_table *bn_sampler_table(const bn_sampler *sampler);
+/* Of the lowest eight bits of an index: bit-reversed, and bn_draw_flip(). */
+typedef struct bn_index_digits {
+    uint32_t reversed, flip;
+} bn_index_digits;
+
+BN_API extern const bn_index_digits bn_index_digits_6[256];
+
+static inline bn_uint2 bn_draw_seed(const bn_sampler *sampler) {
+    bn_uint2 seed;
+    seed.x = sampler->seed[0];
+    seed.y = sampler->seed[1];
+    return seed;
+}
 
 /* ---- BLUE, faster */
 
 /* The digits of an index: bn_draw_blue_digits() by tables. */
-static inline uint32_t bn_draw_blue_shuffled(const bn_draw_table *table, uint32_t shuffle,
-                                             uint32_t index) {
-    const uint32_t low = index & 255u;
-    uint32_t reversed = table->index[low].reversed;
+static inline uint32_t bn_draw_blue_shuffled(uint32_t shuffle, uint32_t index) {
+    const bn_index_digits low = bn_index_digits_6[index & 255u];
+    uint32_t reversed = low.reversed;
     if (index > 255u) {
-        reversed |= table->index[index >> 8 & 255u].reversed >> 8 |
-                    table->index[index >> 16 & 255u].reversed >> 16 |
-                    table->index[index >> 24].reversed >> 24;
+        reversed |= bn_index_digits_6[index >> 8 & 255u].reversed >> 8 |
+                    bn_index_digits_6[index >> 16 & 255u].reversed >> 16 |
+                    bn_index_digits_6[index >> 24].reversed >> 24;
     }
-    return bn_draw_blue_digits(shuffle, reversed, table->index[low].flip);
+    return bn_draw_blue_digits(shuffle, reversed, low.flip);
 }
 
 /* The words that hold the upper digits of a pixel in one pair, as single numbers or not. */
-static inline uint32_t bn_draw_blue_place(const uint32_t *words, const bn_blue_pixel *pixel,
-                                          uint32_t pair) {
+static inline uint32_t bn_draw_blue_place(const bn_blue_pixel *pixel, uint32_t pair) {
     const uint32_t half = pair & 1u;
     const uint32_t *place;
-    if (pair < 2u) return words[pixel->place + half];
-    place = words + BN_PLACES_AT + pixel->member * 16u + half;
+    if (pair < 2u) return bn_tables_6[pixel->place + half];
+    place = bn_tables_6 + BN_PLACES_AT + pixel->member * 16u + half;
     return (place[(pixel->places >> (16u * half + 4u) & 15u) * 2u] & 0xffffu) |
            (place[(pixel->places >> (16u * half + 12u) & 15u) * 2u] & 0xffff0000u);
 }
@@ -227,43 +218,42 @@ static inline __m128i bn_draw_load_four(const uint32_t *words) {
 #endif
 
 /* Sample `index` of a pixel. */
-static inline void bn_draw_blue_floats(const bn_draw_table *table, const bn_blue_pixel *pixel,
-                                       uint32_t index, float out[4]) {
+static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t index, float out[4]) {
 #if defined(BN_DRAW_SSE2)
     /* The four dimensions in one register. */
-    const uint32_t *words = table->words, *later = words + BN_LATER_AT + pixel->member * 2u;
-    uint32_t digits = bn_draw_blue_shuffled(table, pixel->shuffle, index);
+    const uint32_t *later = bn_tables_6 + BN_LATER_AT + pixel->member * 2u;
+    uint32_t digits = bn_draw_blue_shuffled(pixel->shuffle, index);
     const uint32_t *point =
-        words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
+        bn_tables_6 + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + pixel->member * 2u;
     __m128i high = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->keys01),
                                       _mm_cvtsi32_si128((int)pixel->keys23));
     __m128i low = _mm_unpacklo_epi32(_mm_cvtsi32_si128((int)pixel->low01),
                                      _mm_cvtsi32_si128((int)pixel->low23));
     __m128i v;
-    high = _mm_xor_si128(high, _mm_xor_si128(bn_draw_load_pair(words + pixel->place),
-                                             bn_draw_load_pair(words + pixel->block)));
+    high = _mm_xor_si128(high, _mm_xor_si128(bn_draw_load_pair(bn_tables_6 + pixel->place),
+                                             bn_draw_load_pair(bn_tables_6 + pixel->block)));
     v = _mm_xor_si128(_mm_unpacklo_epi16(low, high), bn_draw_load_four(point));
     for (digits <<= 8; digits != 0; digits <<= 4, later += 256) {
         v = _mm_xor_si128(v, bn_draw_load_four(later + (size_t)(digits >> 28) * 16u));
     }
-    _mm_storeu_ps(
-        out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f)));
+    _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)),
+                                  _mm_set1_ps(1.0f / 16777216.0f)));
 #else
-    bn_draw_floats(bn_draw_blue_at(table->words, *pixel, index), out);
+    bn_draw_floats(bn_draw_blue_at(bn_tables_6, *pixel, index), out);
 #endif
 }
 
 /* One pair of it, or its single numbers. */
-static inline void bn_draw_blue_pair_floats(const bn_draw_table *table, const bn_blue_pixel *pixel,
-                                            uint32_t index, uint32_t pair, float out[2]) {
+static inline void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t index,
+                                            uint32_t pair, float out[2]) {
 #if defined(BN_DRAW_SSE2)
-    const uint32_t *words = table->words;
     const uint32_t half = pair & 1u, member = 2u * (pixel->member + half);
-    const uint32_t *later = words + BN_LATER_AT + member;
-    uint32_t digits = bn_draw_blue_shuffled(table, pixel->shuffle, index);
-    uint32_t high = bn_draw_blue_place(words, pixel, pair) ^ words[pixel->block + half] ^
+    const uint32_t *later = bn_tables_6 + BN_LATER_AT + member;
+    uint32_t digits = bn_draw_blue_shuffled(pixel->shuffle, index);
+    uint32_t high = bn_draw_blue_place(pixel, pair) ^ bn_tables_6[pixel->block + half] ^
                     (half ? pixel->keys23 : pixel->keys01);
-    __m128i v = bn_draw_load_pair(words + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
+    __m128i v =
+        bn_draw_load_pair(bn_tables_6 + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
     __m128i low = _mm_cvtsi32_si128((int)(half ? pixel->low23 : pixel->low01));
     __m128 u;
     v = _mm_xor_si128(v, _mm_unpacklo_epi16(low, _mm_cvtsi32_si128((int)high)));
@@ -273,24 +263,57 @@ static inline void bn_draw_blue_pair_floats(const bn_draw_table *table, const bn
     u = _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f));
     _mm_storel_epi64((__m128i *)(void *)out, _mm_castps_si128(u));
 #else
-    bn_draw_pair_floats(bn_draw_blue_pair_at(table->words, *pixel, index, pair), out);
+    bn_draw_pair_floats(bn_draw_blue_pair_at(bn_tables_6, *pixel, index, pair), out);
 #endif
 }
 
-/* ---- The draws */
+/* ---- The draws of bn.h */
 
-/* bn_sample_4d_u32(), from the table of a sampler of any kind. */
-static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
-                                  uint32_t domain, uint32_t out[4]) {
-    bn_uint4 v;
-    if (table->kind == BN_SAMPLER_BLUE) {
-        v = bn_draw_blue_bits(table->words, (uint32_t)x, (uint32_t)y, index, domain);
-    } else if (table->kind == BN_SAMPLER_SOBOL) {
-        v = bn_draw_sobol_bits(table->words, (uint32_t)x, (uint32_t)y, index, domain);
-    } else if (table->kind == BN_SAMPLER_WHITE) {
-        v = bn_draw_white_bits(table->words, (uint32_t)x, (uint32_t)y, index, domain);
+#if defined(__GNUC__)
+#define BN_RARE __attribute__((noinline, unused)) static void
+#else
+#define BN_RARE static inline void
+#endif
+
+/* The kinds that are not drawn inline, called, so that there is one copy of each per translation
+ * unit. */
+BN_RARE bn_inline_rare_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                          uint32_t domain, float out[4]) {
+    if (sampler->kind == BN_SAMPLER_SOBOL) {
+        bn_draw_sobol(bn_draw_seed(sampler), x, y, index, domain, out);
+    } else if (sampler->kind == BN_SAMPLER_WHITE) {
+        bn_draw_white(bn_draw_seed(sampler), x, y, index, domain, out);
     } else {
-        bn_sample_4d_u32(table->sampler, x, y, index, domain, out);
+        bn_sample_4d(sampler, x, y, index, domain, out);
+    }
+}
+
+BN_RARE bn_inline_rare_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                            uint32_t domain, uint32_t pair, float out[2]) {
+    if (sampler->kind == BN_SAMPLER_SOBOL) {
+        bn_draw_sobol_pair(bn_draw_seed(sampler), x, y, index, domain, pair, out);
+    } else if (sampler->kind == BN_SAMPLER_WHITE) {
+        bn_draw_white_pair(bn_draw_seed(sampler), x, y, index, domain, pair, out);
+    } else {
+        bn_sample_pair(sampler, x, y, index, domain, pair, out);
+    }
+}
+
+#undef BN_RARE
+
+static inline void bn_inline_sample_4d_u32(const bn_sampler *sampler, int32_t x, int32_t y,
+                                           uint32_t index, uint32_t domain, uint32_t out[4]) {
+    const bn_uint2 seed = bn_draw_seed(sampler);
+    const uint32_t column = (uint32_t)x, row = (uint32_t)y;
+    bn_uint4 v;
+    if (sampler->kind == BN_SAMPLER_BLUE) {
+        v = bn_draw_blue_bits(bn_tables_6, seed, column, row, index, domain);
+    } else if (sampler->kind == BN_SAMPLER_SOBOL) {
+        v = bn_draw_sobol_bits(seed, column, row, index, domain);
+    } else if (sampler->kind == BN_SAMPLER_WHITE) {
+        v = bn_draw_white_bits(seed, column, row, index, domain);
+    } else {
+        bn_sample_4d_u32(sampler, x, y, index, domain, out);
         return;
     }
     out[0] = v.x;
@@ -299,76 +322,48 @@ static inline void bn_draw_4d_u32(const bn_draw_table *table, int32_t x, int32_t
     out[3] = v.w;
 }
 
-/* The cases that bn_draw_4d() does not handle inline. Called, so that there is one copy of it per
- * translation unit. */
-#if defined(__GNUC__)
-__attribute__((noinline, unused)) static void
-#else
-static inline void
-#endif
-bn_draw_4d_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t domain,
-                float out[4]) {
-    if (table->kind == BN_SAMPLER_SOBOL) {
-        bn_draw_sobol(table->words, x, y, index, domain, out);
-    } else if (table->kind == BN_SAMPLER_WHITE) {
-        bn_draw_white(table->words, x, y, index, domain, out);
+static inline void bn_inline_sample_4d(const bn_sampler *sampler, int32_t x, int32_t y,
+                                       uint32_t index, uint32_t domain, float out[4]) {
+    if (sampler->kind == BN_SAMPLER_BLUE) {
+        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_6, bn_draw_seed(sampler), (uint32_t)x,
+                                                 (uint32_t)y, domain);
+        bn_draw_blue_floats(&pixel, index, out);
     } else {
-        bn_sample_4d(table->sampler, x, y, index, domain, out);
+        bn_inline_rare_4d(sampler, x, y, index, domain, out);
     }
 }
 
-/* bn_sample_4d(), from the table of a sampler of any kind. */
-static inline void bn_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
-                              uint32_t domain, float out[4]) {
-    if (table->kind == BN_SAMPLER_BLUE) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
-        bn_draw_blue_floats(table, &pixel, index, out);
+static inline void bn_inline_sample_pair(const bn_sampler *sampler, int32_t x, int32_t y,
+                                         uint32_t index, uint32_t domain, uint32_t pair,
+                                         float out[2]) {
+    if (sampler->kind == BN_SAMPLER_BLUE) {
+        bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables_6, bn_draw_seed(sampler), (uint32_t)x,
+                                                 (uint32_t)y, domain);
+        bn_draw_blue_pair_floats(&pixel, index, pair & 3u, out);
     } else {
-        bn_draw_4d_rare(table, x, y, index, domain, out);
+        bn_inline_rare_pair(sampler, x, y, index, domain, pair, out);
     }
 }
 
-/* The same for bn_draw_pair(). */
-#if defined(__GNUC__)
-__attribute__((noinline, unused)) static void
-#else
-static inline void
-#endif
-bn_draw_pair_rare(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t domain,
-                  uint32_t pair, float out[2]) {
-    if (table->kind == BN_SAMPLER_SOBOL) {
-        bn_draw_sobol_pair(table->words, x, y, index, domain, pair, out);
-    } else if (table->kind == BN_SAMPLER_WHITE) {
-        bn_draw_white_pair(table->words, x, y, index, domain, pair, out);
-    } else {
-        bn_sample_pair(table->sampler, x, y, index, domain, pair, out);
-    }
+static inline void bn_inline_sample_2d(const bn_sampler *sampler, int32_t x, int32_t y,
+                                       uint32_t index, uint32_t domain, float out[2]) {
+    bn_inline_sample_pair(sampler, x, y, index, domain, 0, out);
 }
 
-/* bn_sample_pair(), from the table of a sampler of any kind. */
-static inline void bn_draw_pair(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
-                                uint32_t domain, uint32_t pair, float out[2]) {
-    if (table->kind == BN_SAMPLER_BLUE) {
-        bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
-        bn_draw_blue_pair_floats(table, &pixel, index, pair & 3u, out);
-    } else {
-        bn_draw_pair_rare(table, x, y, index, domain, pair, out);
-    }
-}
-
-/* bn_sample_2d(), the first pair. */
-static inline void bn_draw_2d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
-                              uint32_t domain, float out[2]) {
-    bn_draw_pair(table, x, y, index, domain, 0, out);
-}
-
-/* bn_sample_1d(). */
-static inline float bn_draw_1d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
-                               uint32_t domain) {
+static inline float bn_inline_sample_1d(const bn_sampler *sampler, int32_t x, int32_t y,
+                                        uint32_t index, uint32_t domain) {
     float out[2];
-    bn_draw_pair(table, x, y, index, domain, 0, out);
+    bn_inline_sample_pair(sampler, x, y, index, domain, 0, out);
     return out[0];
 }
+
+#ifndef BN_BUILDING_DRAWS
+#define bn_sample_1d bn_inline_sample_1d
+#define bn_sample_2d bn_inline_sample_2d
+#define bn_sample_pair bn_inline_sample_pair
+#define bn_sample_4d bn_inline_sample_4d
+#define bn_sample_4d_u32 bn_inline_sample_4d_u32
+#endif
 
 #endif
 

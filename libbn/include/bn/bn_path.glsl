@@ -8,8 +8,9 @@
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0u);
  *     uint ray = bn_path_ray_domain(path, depth);
- *     vec4 u = bn_draw_blue(path.x, path.y, path.index, ray);
- *     vec2 v = bn_draw_blue_pair(path.x, path.y, path.index, bn_ray_2d_domain(ray, 0u), bn_ray_2d_pair(0u));
+ *     vec4 u = bn_draw_blue(seed, path.x, path.y, path.index, ray);
+ *     vec2 v = bn_draw_blue_pair(seed, path.x, path.y, path.index, bn_ray_2d_domain(ray, 0u),
+ *                               bn_ray_2d_pair(0u));
  *
  * What the C functions count, a shader numbers itself: the first further pair of a ray is 0u, the
  * next 1u, and so on. */
@@ -121,8 +122,8 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
  * from it; the next four are those of the same hash a step further. */
-BN_FUNCTION BN_UINT bn_path_noise_bits(BN_TABLE bn_path path, BN_UINT domain, BN_UINT k) {
-    bn_uint4 v = bn_draw_white_bits(BN_PASS_TABLE path.x, path.y, path.index,
+BN_FUNCTION BN_UINT bn_path_noise_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
+    bn_uint4 v = bn_draw_white_bits(seed, path.x, path.y, path.index,
                                     domain + (k >> 2u) * 0x9e3779b9u);
     BN_UINT odd = 0u - (k & 1u), upper = 0u - (k >> 1u & 1u);
     BN_UINT low = v.x ^ ((v.x ^ v.y) & odd);

@@ -2,14 +2,13 @@
  * The decisions of a path as an object: every number that a path tracer draws, by the name of what
  * it is for, so that no two decisions of a path share one. Inline over bn_draw.h:
  *
- *     const bn_draw_table *table = bn_sampler_table(sampler);
  *     bn_path path = bn_path_start(x, y, index, frame);
  *     for (uint32_t depth = 0; depth < max_depth; ++depth) {
  *         float u[4];
  *         bn_ray ray = bn_path_ray(&path, depth);
- *         bn_ray_draw(table, &ray, u);           // where the ray goes, a light where it ends
- *         float lobe = bn_ray_1d(table, &ray);   // further numbers: as many as you like
- *         bn_ray_2d(table, &ray, probe);
+ *         bn_ray_draw(sampler, &ray, u);           // where the ray goes, a light where it ends
+ *         float lobe = bn_ray_1d(sampler, &ray);   // further numbers: as many as you like
+ *         bn_ray_2d(sampler, &ray, probe);
  *     }
  *
  * THE LAYOUT
@@ -64,7 +63,7 @@ extern "C" {
 
 /* ---- The text that shaders share */
 
-/* 16 bytes: what to keep for each lane, besides the sampler or its table. */
+/* 16 bytes: what to keep for each lane, besides the sampler. */
 typedef struct bn_path bn_path;
 
 #define BN_PATH_IN_C
@@ -156,54 +155,54 @@ BN_DEVICE_INLINE bn_path bn_split_path(const bn_split *split, uint32_t k) {
 
 #ifndef BN_DEVICE_ONLY
 
-/* ---- The numbers of a ray, in [0, 1), from the table of a sampler of any kind */
+/* ---- The numbers of a ray, in [0, 1), with a sampler of any kind */
 
-static inline void bn_path_draw_4d(const bn_draw_table *table, const bn_path *path, uint32_t domain,
+static inline void bn_path_draw_4d(const bn_sampler *sampler, const bn_path *path, uint32_t domain,
                                    float out[4]) {
-    bn_draw_4d(table, (int32_t)path->x, (int32_t)path->y, path->index, domain, out);
+    bn_sample_4d(sampler, (int32_t)path->x, (int32_t)path->y, path->index, domain, out);
 }
 
-static inline void bn_path_draw_pair(const bn_draw_table *table, const bn_path *path,
+static inline void bn_path_draw_pair(const bn_sampler *sampler, const bn_path *path,
                                      uint32_t domain, uint32_t pair, float out[2]) {
-    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y, path->index, domain, pair, out);
+    bn_sample_pair(sampler, (int32_t)path->x, (int32_t)path->y, path->index, domain, pair, out);
 }
 
 /* out[0], out[1]: where the ray goes. out[2], out[3]: a light where it ends. */
-static inline void bn_ray_draw(const bn_draw_table *table, const bn_ray *ray, float out[4]) {
-    bn_path_draw_4d(table, &ray->path, ray->domain, out);
+static inline void bn_ray_draw(const bn_sampler *sampler, const bn_ray *ray, float out[4]) {
+    bn_path_draw_4d(sampler, &ray->path, ray->domain, out);
 }
 
 /* Either pair of the same numbers alone, for rays that need no other. */
-static inline void bn_ray_draw_where(const bn_draw_table *table, const bn_ray *ray, float out[2]) {
-    bn_path_draw_pair(table, &ray->path, ray->domain, 0, out);
+static inline void bn_ray_draw_where(const bn_sampler *sampler, const bn_ray *ray, float out[2]) {
+    bn_path_draw_pair(sampler, &ray->path, ray->domain, 0, out);
 }
 
-static inline void bn_ray_draw_light(const bn_draw_table *table, const bn_ray *ray, float out[2]) {
-    bn_path_draw_pair(table, &ray->path, ray->domain, 1, out);
+static inline void bn_ray_draw_light(const bn_sampler *sampler, const bn_ray *ray, float out[2]) {
+    bn_path_draw_pair(sampler, &ray->path, ray->domain, 1, out);
 }
 
 /* The next single number of the ray, arranged for decisions that take one number. Four in a row are
  * stratified together in the pixel; every other one costs nothing. */
-static inline float bn_ray_1d(const bn_draw_table *table, bn_ray *ray) {
+static inline float bn_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
     if (k & 1u) return ray->next_1d;
-    bn_path_draw_pair(table, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
+    bn_path_draw_pair(sampler, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
     ray->next_1d = pair[1];
     return pair[0];
 }
 
 /* The next pair. Two in a row are stratified together. */
-static inline void bn_ray_2d(const bn_draw_table *table, bn_ray *ray, float out[2]) {
+static inline void bn_ray_2d(const bn_sampler *sampler, bn_ray *ray, float out[2]) {
     const uint32_t k = ray->drawn_2d++;
-    bn_path_draw_pair(table, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
+    bn_path_draw_pair(sampler, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
 }
 
 /* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
  * out[1]. */
-static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[4]) {
+static inline void bn_ray_4d(const bn_sampler *sampler, bn_ray *ray, float out[4]) {
     const uint32_t k = ray->drawn_4d++;
-    bn_path_draw_4d(table, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
+    bn_path_draw_4d(sampler, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
 }
 
 /* ---- What only the camera's ray draws */
@@ -211,15 +210,15 @@ static inline void bn_ray_4d(const bn_draw_table *table, bn_ray *ray, float out[
 /* The light tried where ray 0 ends, if a lens has taken its pair, or if it is split into
  * `count` points: then k is 0 to count - 1. `count` is the same for all samples of the pixel; 0
  * counts as 1. */
-static inline void bn_path_first_light(const bn_draw_table *table, const bn_path *path,
+static inline void bn_path_first_light(const bn_sampler *sampler, const bn_path *path,
                                        uint32_t count, uint32_t k, float out[2]) {
-    bn_draw_pair(table, (int32_t)path->x, (int32_t)path->y,
+    bn_sample_pair(sampler, (int32_t)path->x, (int32_t)path->y,
                  path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0, out);
 }
 
 /* out[0]: the time of the path. out[1]: wavelength. */
-static inline void bn_path_time(const bn_draw_table *table, const bn_path *path, float out[2]) {
-    bn_path_draw_pair(table, path, bn_path_camera_domain(*path), 1, out);
+static inline void bn_path_time(const bn_sampler *sampler, const bn_path *path, float out[2]) {
+    bn_path_draw_pair(sampler, path, bn_path_camera_domain(*path), 1, out);
 }
 
 /* ---- Loops */
@@ -231,12 +230,12 @@ typedef struct bn_noise {
 } bn_noise;
 
 /* The numbers of the next loop of a ray. */
-static inline bn_noise bn_ray_noise(const bn_draw_table *table, bn_ray *ray) {
+static inline bn_noise bn_ray_noise(const bn_sampler *sampler, bn_ray *ray) {
     const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
     bn_noise noise;
-    bn_path_draw_4d(table, &ray->path, loop, noise.next);
+    bn_path_draw_4d(sampler, &ray->path, loop, noise.next);
     noise.counter =
-        bn_draw_white_counter(table->words, ray->path.x, ray->path.y, ray->path.index, loop);
+        bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y, ray->path.index, loop);
     noise.drawn = 0;
     return noise;
 }

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Blocks of draws. BLUE shares the work that depends on the pixel alone among its indices. SOBOL and
  * WHITE have little to share, and are drawn as lanes of a wavefront where that is faster. */
-#include "sampler/sampler_object.h"
+#include "sampler/kinds.h"
 
 static void draw_pixel(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t first,
                        uint32_t count, uint32_t domain, float *out) {
-    const bn_draw_table *table = &sampler->table;
-    if (table->kind != BN_SAMPLER_BLUE) {
+    if (sampler->kind != BN_SAMPLER_BLUE) {
         for (uint32_t i = 0; i < count; ++i) {
             bn_sample_4d(sampler, x, y, first + i, domain, out + 4 * (size_t)i);
         }
         return;
     }
-    const bn_blue_pixel pixel = bn_draw_blue_pixel(table->words, (uint32_t)x, (uint32_t)y, domain);
+    const bn_blue_pixel pixel =
+        bn_draw_blue_pixel(bn_tables_6, bn_draw_seed(sampler), (uint32_t)x, (uint32_t)y, domain);
     for (uint32_t i = 0; i < count; ++i) {
-        bn_draw_blue_floats(table, &pixel, first + i, out + 4 * (size_t)i);
+        bn_draw_blue_floats(&pixel, first + i, out + 4 * (size_t)i);
     }
 }
 
@@ -66,9 +66,7 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
         return BN_ERROR_SIZE_MISMATCH;
     }
 
-    const int32_t kind = sampler->table.kind;
-    const int in_lanes =
-        sampler->simd->draw_many != NULL && (kind == BN_SAMPLER_SOBOL || kind == BN_SAMPLER_WHITE);
+    const int in_lanes = bn_kinds[sampler->kind].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
     lane_buffer l;
     l.count = 0;
     for (uint32_t row = 0; row < height; ++row) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Draws for arrays of lanes. simd/draws.h draws several at a time. */
-#include "sampler/sampler_object.h"
+#include "sampler/kinds.h"
 #include <string.h>
 
 static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
@@ -30,8 +30,9 @@ static bn_result draw_lanes(const bn_sampler *sampler, uint32_t pair, uint32_t d
     if (out_count % dimensions != 0 || out_count / dimensions != lanes->count) {
         return BN_ERROR_SIZE_MISMATCH;
     }
-    if (sampler->simd->draw_many != NULL && sampler->table.kind <= BN_SAMPLER_WHITE) {
-        sampler->simd->draw_many(sampler->words, sampler->table.kind, pair, dimensions, lanes, out);
+    const bn_simd *simd = bn_simd_get();
+    if (simd->draw_many != NULL && bn_kinds[sampler->kind].in_lanes) {
+        simd->draw_many(sampler, pair, dimensions, lanes, out);
     } else {
         draw_single(sampler, pair, dimensions, lanes, out);
     }

@@ -7,7 +7,7 @@
  * et al., "SZ Sequences: Binary-Based (0, 2^q)-Sequences", 2025), so that all four numbers are
  * stratified together. Each domain has a curve and orders of its own: numbers of different domains
  * are independent, as those of different dimensions are in the method's paper. */
-#include "sampler/zorder.h"
+#include "sampler/kinds.h"
 
 enum { BN_MORTON_BITS = 12 };
 
@@ -78,13 +78,13 @@ static uint32_t zorder_scramble(uint64_t block_digits, uint64_t later, uint32_t 
 
 void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                     uint32_t domain, uint32_t pairs, uint32_t out[4]) {
-    const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->zorder_log2;
+    const uint32_t coordinate_mask = (1u << BN_MORTON_BITS) - 1u, k = sampler->log2_samples;
     const uint32_t block_mask = (1u << k) - 1u;
     /* Each tile of 4096 x 4096 pixels is scrambled independently. */
     uint32_t tile = bn_hash32(((uint32_t)x >> BN_MORTON_BITS) ^
                               bn_hash32(((uint32_t)y >> BN_MORTON_BITS) + 0x9e3779b9u));
-    uint32_t key = bn_hash32(tile ^ bn_hash32(domain + sampler->words[BN_SEED_AT]));
-    key = bn_hash32(key ^ sampler->words[BN_SEED_AT + 1u]);
+    uint32_t key = bn_hash32(tile ^ bn_hash32(domain + sampler->seed[0]));
+    key = bn_hash32(key ^ sampler->seed[1]);
     const uint32_t curve = bn_hash32(key ^ 0x2545f491u);
     uint32_t morton = morton_spread((uint32_t)x & coordinate_mask) |
                       morton_spread((uint32_t)y & coordinate_mask) << 1;

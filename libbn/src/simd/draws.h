@@ -9,6 +9,8 @@ typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
+extern const uint32_t bn_tables_6[];
+
 BN_INLINE uint32_t word_at(const uint32_t *words, uint32_t at) {
     return words[at];
 }
@@ -46,25 +48,28 @@ enum { ONE = 4, WIDE };
 
 /* Draws a multiple of BN_U32_LANES lanes. `kind` and `form` are constants, so that what they do not
  * need falls away. */
-BN_INLINE void draw_loop(const uint32_t *words, int32_t kind, int form, uint32_t dimensions,
+BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t kind, int form, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
+    const uint32_t *words = bn_tables_6;
+    const bn_u32v zero = {0};
+    const bn_uint2 seed = {zero + sampler->seed[0], zero + sampler->seed[1]};
     for (size_t i = 0; i < lanes->count; i += BN_U32_LANES, out += BN_U32_LANES * dimensions) {
         const bn_u32v x = u32_load(lanes->x + i), y = u32_load(lanes->y + i);
         const bn_u32v index = u32_load(lanes->index + i), domain = u32_load(lanes->domain + i);
         if (form == WIDE) {
             const bn_uint4 v =
-                kind == BN_SAMPLER_BLUE    ? bn_draw_blue_bits(words, x, y, index, domain)
-                : kind == BN_SAMPLER_SOBOL ? bn_draw_sobol_bits(words, x, y, index, domain)
-                                           : bn_draw_white_bits(words, x, y, index, domain);
+                kind == BN_SAMPLER_BLUE    ? bn_draw_blue_bits(words, seed, x, y, index, domain)
+                : kind == BN_SAMPLER_SOBOL ? bn_draw_sobol_bits(seed, x, y, index, domain)
+                                           : bn_draw_white_bits(seed, x, y, index, domain);
             bn_u32v all[4] = {v.x, v.y, v.z, v.w};
             u32_store_wide(all, dimensions, out);
         } else {
             const bn_u32v pair = x * 0u + (form == ONE ? 0u : (uint32_t)form);
             const bn_uint2 v = kind == BN_SAMPLER_BLUE
-                                   ? bn_draw_blue_pair_bits(words, x, y, index, domain, pair)
+                                   ? bn_draw_blue_pair_bits(words, seed, x, y, index, domain, pair)
                                : kind == BN_SAMPLER_SOBOL
-                                   ? bn_draw_sobol_pair_bits(words, x, y, index, domain, pair)
-                                   : bn_draw_white_pair_bits(words, x, y, index, domain, pair);
+                                   ? bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair)
+                                   : bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
             if (form == ONE) {
                 u32_store_one(v.x, out);
             } else {
@@ -74,41 +79,41 @@ BN_INLINE void draw_loop(const uint32_t *words, int32_t kind, int form, uint32_t
     }
 }
 
-BN_INLINE void draw_kind(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
+BN_INLINE void draw_kind(const bn_sampler *sampler, int32_t kind, uint32_t pair, uint32_t dimensions,
                          const bn_draw_lanes *lanes, float *out) {
     if (dimensions > 2) {
-        draw_loop(words, kind, WIDE, dimensions, lanes, out);
+        draw_loop(sampler, kind, WIDE, dimensions, lanes, out);
     } else if (dimensions == 1) {
-        draw_loop(words, kind, ONE, 1, lanes, out);
+        draw_loop(sampler, kind, ONE, 1, lanes, out);
     } else if (pair == 0) {
-        draw_loop(words, kind, 0, 2, lanes, out);
+        draw_loop(sampler, kind, 0, 2, lanes, out);
     } else if (pair == 1) {
-        draw_loop(words, kind, 1, 2, lanes, out);
+        draw_loop(sampler, kind, 1, 2, lanes, out);
     } else if (pair == 2) {
-        draw_loop(words, kind, 2, 2, lanes, out);
+        draw_loop(sampler, kind, 2, 2, lanes, out);
     } else {
-        draw_loop(words, kind, 3, 2, lanes, out);
+        draw_loop(sampler, kind, 3, 2, lanes, out);
     }
 }
 
-static void draw_whole(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
+static void draw_whole(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                        const bn_draw_lanes *lanes, float *out) {
-    if (kind == BN_SAMPLER_BLUE) {
-        draw_kind(words, BN_SAMPLER_BLUE, pair, dimensions, lanes, out);
-    } else if (kind == BN_SAMPLER_SOBOL) {
-        draw_kind(words, BN_SAMPLER_SOBOL, pair, dimensions, lanes, out);
+    if (sampler->kind == BN_SAMPLER_BLUE) {
+        draw_kind(sampler, BN_SAMPLER_BLUE, pair, dimensions, lanes, out);
+    } else if (sampler->kind == BN_SAMPLER_SOBOL) {
+        draw_kind(sampler, BN_SAMPLER_SOBOL, pair, dimensions, lanes, out);
     } else {
-        draw_kind(words, BN_SAMPLER_WHITE, pair, dimensions, lanes, out);
+        draw_kind(sampler, BN_SAMPLER_WHITE, pair, dimensions, lanes, out);
     }
 }
 
 /* The last lanes are copied to full vectors. */
-static void draw_many(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
+static void draw_many(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out) {
     const size_t left = lanes->count % BN_U32_LANES, at = lanes->count - left;
     bn_draw_lanes whole = *lanes;
     whole.count = at;
-    draw_whole(words, kind, pair, dimensions, &whole, out);
+    draw_whole(sampler, pair, dimensions, &whole, out);
     if (left > 0) {
         int32_t x[BN_U32_LANES] = {0}, y[BN_U32_LANES] = {0};
         uint32_t index[BN_U32_LANES] = {0}, domain[BN_U32_LANES] = {0};
@@ -118,7 +123,7 @@ static void draw_many(const uint32_t *words, int32_t kind, uint32_t pair, uint32
         memcpy(y, lanes->y + at, left * sizeof *y);
         memcpy(index, lanes->index + at, left * sizeof *index);
         memcpy(domain, lanes->domain + at, left * sizeof *domain);
-        draw_whole(words, kind, pair, dimensions, &last, u);
+        draw_whole(sampler, pair, dimensions, &last, u);
         memcpy(out + at * dimensions, u, left * dimensions * sizeof *u);
     }
 }

@@ -49,7 +49,7 @@ static int available(const bn_simd *sets[5]) {
     return count;
 }
 
-const bn_simd *bn_simd_get(void) {
+static const bn_simd *choose(void) {
     const bn_simd *sets[5];
     int count = available(sets);
     const char *limit = getenv("BN_SIMD");
@@ -59,4 +59,20 @@ const bn_simd *bn_simd_get(void) {
         }
     }
     return sets[count - 1];
+}
+
+/* Chosen once, as to ask a virtual machine's processor takes microseconds. Threads that come at the
+ * same time all find the same. */
+const bn_simd *bn_simd_get(void) {
+#if defined(__GNUC__)
+    static const bn_simd *chosen;
+    const bn_simd *simd = __atomic_load_n(&chosen, __ATOMIC_RELAXED);
+    if (simd == NULL) {
+        simd = choose();
+        __atomic_store_n(&chosen, simd, __ATOMIC_RELAXED);
+    }
+    return simd;
+#else
+    return choose();
+#endif
 }

@@ -58,11 +58,9 @@ typedef struct bn_simd {
                       uint32_t pairs, uint32_t columns, int16_t limit, int32_t shift,
                       int16_t *gradient);
 
-    /* Draws of the kinds BLUE, SOBOL and WHITE, from the words of their tables:
-     * out[count][dimensions]. With two dimensions, `pair` chooses
-     * (0, 1) or (2, 3). NULL where there
-     * is nothing faster than single draws. */
-    void (*draw_many)(const uint32_t *words, int32_t kind, uint32_t pair, uint32_t dimensions,
+    /* Draws of the kinds BLUE, SOBOL and WHITE: out[count][dimensions]. With two dimensions, `pair` is
+     * that of bn_sample_pair(). NULL where there is nothing faster than single draws. */
+    void (*draw_many)(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out);
 
     /* Adds the weights of the pairs of a point at x, y with the points of the ranges to the energies

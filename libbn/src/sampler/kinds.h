@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * What each kind of sampler does, by its number. A new kind is a row of bn_kinds and its file. */
+#ifndef BN_KINDS_H
+#define BN_KINDS_H
+
+#define BN_BUILDING_DRAWS /* the names of bn.h are those of the library here */
+#include "simd/simd.h"
+#include <bn/bn_draw.h>
+
+/* A draw of the pairs whose bits are set in `pairs`; the rest of `out` is left alone or written. */
+typedef void (*bn_draw_bits)(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                             uint32_t domain, uint32_t pairs, uint32_t out[4]);
+
+typedef struct bn_kind {
+    bn_draw_bits draw; /* NULL for the kinds that bn_draw.h draws inline */
+    int in_lanes;      /* whether bn_simd has it */
+    int blocks_in_lanes; /* whether many indices of a pixel are drawn as lanes, too */
+} bn_kind;
+
+extern const bn_kind bn_kinds[];
+
+void bn_draw_zorder(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                    uint32_t domain, uint32_t pairs, uint32_t out[4]);
+void bn_draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
+                  uint32_t pairs, uint32_t out[4]);
+
+#endif
