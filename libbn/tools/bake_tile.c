@@ -91,50 +91,112 @@ uint16_t *bake_labels_of(bake_table *table, int which) {
     return which < MEMBERS ? table->label[which] : table->single[which - MEMBERS];
 }
 
-/* See the layout in libbn/data/README.md. */
-void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]) {
-    memset(words, 0, TABLE_WORDS * sizeof *words);
+/* The upper halves of four coordinates in two words, and back. */
+static void pack_digits(const uint32_t v[4], uint32_t out[2]) {
+    out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
+    out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
+}
+
+static void unpack_digits(const uint32_t in[2], uint32_t v[4]) {
+    for (int d = 0; d < 4; ++d) v[d] = d & 1 ? in[d / 2] & 0xffff0000u : in[d / 2] << 16;
+}
+
+/* Where the points of the lowest eight bits of an index are, and those of four later bits. */
+static uint32_t points_at(uint32_t member, uint32_t index) {
+    return BN_POINTS_AT + ((bn_reverse_bits(index) >> 24) * MEMBERS + member) * 4u;
+}
+
+static uint32_t later_at(uint32_t member, uint32_t four, uint32_t bits) {
+    return BN_LATER_AT + ((four * 16u + (bn_reverse_bits(bits) >> 28)) * MEMBERS + member) * 4u;
+}
+
+static uint32_t pixel_of_block(uint32_t b) {
+    return b / 16 * 4 * SIDE + b % 16 * 4;
+}
+
+/* bn_draw.glsl has the layout. */
+void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
+    memset(words, 0, BN_WORD_COUNT * sizeof *words);
     for (uint32_t p = 0; p < PIXELS; ++p) {
         for (uint32_t a = 0; a < MEMBERS; ++a) {
             const uint32_t places = (table->label[a][p] & 15u) | (table->single[a][p] & 15u) << 4;
-            words[p] |= places << (8 * a);
+            words[BN_PIXELS_AT + p] |= places << (8 * a);
         }
     }
-    uint32_t *out = words + PIXELS;
-    for (uint32_t b = 0; b < BLOCKS; ++b) {
-        uint32_t upper = table->label[0][b / 16 * 4 * SIDE + b % 16 * 4] >> 4;
-        out[b / 4] |= upper << (b % 4 * 8);
-    }
-    out += BLOCKS / 4;
-    for (int a = 0; a < MEMBERS; ++a) {
-        for (int j = 0; j < POLE_VECTORS; ++j) {
-            const uint32_t *vector = j < POLE_INDEX_BITS
-                                         ? table->member[a].index[j]
-                                         : table->member[a].label[j - POLE_INDEX_BITS];
-            /* The tables of the draws keep 16 digits of a label. */
-            uint32_t kept = j < POLE_INDEX_BITS ? 0xffffffffu : 0xffff0000u;
-            for (int d = 0; d < 4; ++d) *out++ = vector[d] & kept;
+    for (uint32_t a = 0; a < MEMBERS; ++a) {
+        const pole_vectors *v = &table->member[a];
+        uint32_t sum[4];
+        for (uint32_t b = 0; b < BLOCKS; ++b) {
+            pole_label_shift(v, table->label[0][pixel_of_block(b)] & ~15u, sum);
+            pack_digits(sum, words + BN_BLOCKS_AT + (b * MEMBERS + a) * 2u);
+        }
+        for (uint32_t i = 0; i < 16u; ++i) {
+            pole_label_shift(v, i, sum);
+            pack_digits(sum, words + BN_PLACES_AT + (a * 16u + i) * 2u);
+        }
+        for (uint32_t i = 0; i < 256u; ++i) pole_index_point(v, i, words + points_at(a, i));
+        for (uint32_t i = 0; i < 6u * 16u; ++i) {
+            pole_index_point(v, (i & 15u) << (8u + i / 16u * 4u),
+                             words + later_at(a, i / 16u, i & 15u));
         }
     }
 }
 
-void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]) {
-    const uint32_t *blocks = words + PIXELS, *in = blocks + BLOCKS / 4;
+/* Labels of blocks as sums of eight of them, whose digits in member 0 are independent; their numbers
+ * in `basis`. Returns whether there are eight and no two blocks are alike. The labels that the table
+ * was made with may be others: they are told apart by their digits alone. */
+static int block_labels(const uint32_t words[BN_WORD_COUNT], uint32_t label[BLOCKS],
+                        uint32_t basis[8]) {
+    uint64_t reduced[8];
+    uint32_t of[8], count = 0;
+    char seen[BLOCKS] = {0};
+    for (uint32_t b = 0; b < BLOCKS; ++b) {
+        const uint32_t *two = words + BN_BLOCKS_AT + b * MEMBERS * 2u;
+        uint64_t v = two[0] | (uint64_t)two[1] << 32;
+        label[b] = 0;
+        for (uint32_t k = 0; k < count; ++k) {
+            if (v & reduced[k] & (0 - reduced[k])) {
+                v ^= reduced[k];
+                label[b] ^= of[k];
+            }
+        }
+        if (v != 0) {
+            if (count == 8) return 0;
+            of[count] = label[b] ^ 1u << count;
+            label[b] = 1u << count;
+            basis[count] = b;
+            reduced[count++] = v;
+        }
+        if (seen[label[b]]++) return 0;
+    }
+    return count == 8;
+}
+
+int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]) {
+    uint32_t label[BLOCKS], basis[8];
+    if (!block_labels(words, label, basis)) return 0;
     for (uint32_t p = 0; p < PIXELS; ++p) {
-        uint32_t b = p / (4 * SIDE) * 16 + p % SIDE / 4;
-        uint32_t upper = blocks[b / 4] >> (b % 4 * 8) & 255u;
+        const uint32_t upper = label[p / (4 * SIDE) * 16 + p % SIDE / 4] << 4;
         for (uint32_t a = 0; a < MEMBERS; ++a) {
-            const uint32_t places = words[p] >> (8 * a);
-            table->label[a][p] = (uint16_t)(upper << 4 | (places & 15u));
-            table->single[a][p] = (uint16_t)(upper << 4 | (places >> 4 & 15u));
+            const uint32_t places = words[BN_PIXELS_AT + p] >> (8 * a);
+            table->label[a][p] = (uint16_t)(upper | (places & 15u));
+            table->single[a][p] = (uint16_t)(upper | (places >> 4 & 15u));
         }
     }
-    for (int a = 0; a < MEMBERS; ++a) {
-        memcpy(table->member[a].index, in, sizeof table->member[a].index);
-        in += POLE_INDEX_BITS * 4;
-        memcpy(table->member[a].label, in, sizeof table->member[a].label);
-        in += POLE_LABEL_BITS * 4;
+    for (uint32_t a = 0; a < MEMBERS; ++a) {
+        pole_vectors *v = &table->member[a];
+        for (uint32_t i = 0; i < POLE_INDEX_BITS; ++i) {
+            memcpy(v->index[i],
+                   words + (i < 8 ? points_at(a, 1u << i) : later_at(a, i / 4u - 2u, 1u << i % 4u)),
+                   sizeof v->index[i]);
+        }
+        for (uint32_t i = 0; i < POLE_LABEL_BITS; ++i) {
+            unpack_digits(words + (i < 4 ? BN_PLACES_AT + (a * 16u + (1u << i)) * 2u
+                                         : BN_BLOCKS_AT + (basis[i - 4] * MEMBERS + a) * 2u),
+                          v->label[i]);
+        }
     }
+    return 1;
 }
 
 void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which) {
@@ -189,19 +251,10 @@ bake_sample_order bake_sample_order_make(bake_random *r) {
 }
 
 void bake_sobol_points(int p, uint32_t domain, int count, float *x, float *y) {
-    static bn_sampler *sampler;
-    if (sampler == NULL) {
-        bn_sampler_options options = bn_sampler_options_default();
-        options.kind = BN_SAMPLER_SOBOL;
-        bn_result result = bn_sampler_create(&options, &sampler);
-        if (result != BN_SUCCESS) {
-            fprintf(stderr, "bn_bake_sampler: the baseline: %s\n", bn_result_string(result));
-            exit(1);
-        }
-    }
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 0);
     for (int i = 0; i < count; ++i) {
         float u[4];
-        bn_sample_4d(sampler, p % SIDE, p / SIDE, (uint32_t)i, domain, u);
+        bn_sample_4d(&sampler, p % SIDE, p / SIDE, (uint32_t)i, domain, u);
         x[i] = u[0];
         y[i] = u[1];
     }

@@ -7,6 +7,7 @@
 #define BN_BAKE_TILE_H
 
 #include "pole_order.h"
+#include <bn/bn_draw.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -16,8 +17,7 @@ enum {
     BLOCKS = PIXELS / 16, /* of 4 x 4 pixels, whose labels share their upper bits */
     MEMBERS = 4,
     POINTS = 256,
-    LEVELS = 9, /* 1, 2, 4 ... 256 samples */
-    TABLE_WORDS = PIXELS + BLOCKS / 4 + MEMBERS * POLE_VECTORS * 4
+    LEVELS = 9 /* 1, 2, 4 ... 256 samples */
 };
 
 static const double SIGMA = 2.1; /* of the blur through which a picture is judged, in pixels */
@@ -62,8 +62,9 @@ uint32_t bake_morton(uint32_t x, uint32_t y);
  * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
 void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
 
-void bake_table_pack(const bake_table *table, uint32_t words[TABLE_WORDS]);
-void bake_table_unpack(bake_table *table, const uint32_t words[TABLE_WORDS]);
+/* The words of bn_tables(), and a table with the same words; 0 if no table has them. */
+void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]);
+int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]);
 
 /* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
  * of a domain in a copy of the tile, and of a pixel from the seventeenth on. */

@@ -59,16 +59,20 @@ static int read_word(FILE *file, uint32_t *v) {
     return 1;
 }
 
-/* Little-endian words after a line of text, if any. Written beside and renamed. */
+/* Little-endian words or, after a line of text, the table as it is in memory. Written beside and
+ * renamed. */
 static int write_table(const bake_table *table, const char *path, const char *line) {
-    static uint32_t words[TABLE_WORDS];
+    static uint32_t words[BN_WORD_COUNT];
     char beside[PATH_SIZE];
     if (!path_beside(beside, path, ".part")) return 0;
-    bake_table_pack(table, words);
     FILE *file = fopen(beside, "wb");
     int good = file != NULL;
-    if (good && line != NULL) good = fputs(line, file) >= 0;
-    for (int i = 0; good && i < TABLE_WORDS; ++i) good = write_word(file, words[i]);
+    if (good && line != NULL) {
+        good = fputs(line, file) >= 0 && fwrite(table, sizeof *table, 1, file) == 1;
+    } else if (good) {
+        bake_table_pack(table, words);
+        for (uint32_t i = 0; good && i < BN_WORD_COUNT; ++i) good = write_word(file, words[i]);
+    }
     if (file != NULL && fclose(file) != 0) good = 0;
     if (good && rename(beside, path) == 0) return 1;
     fail("write", path);
@@ -76,14 +80,12 @@ static int write_table(const bake_table *table, const char *path, const char *li
     return 0;
 }
 
-static int read_words(bake_table *table, FILE *file) {
-    static uint32_t words[TABLE_WORDS];
-    for (int i = 0; i < TABLE_WORDS; ++i) {
+static int read_table(bake_table *table, FILE *file) {
+    static uint32_t words[BN_WORD_COUNT];
+    for (uint32_t i = 0; i < BN_WORD_COUNT; ++i) {
         if (!read_word(file, &words[i])) return 0;
     }
-    if (fgetc(file) != EOF) return 0;
-    bake_table_unpack(table, words);
-    return 1;
+    return fgetc(file) == EOF && bake_table_unpack(table, words);
 }
 
 /* How many parts of the same work are done, with the table they left; 0 when there is none. */
@@ -96,7 +98,8 @@ static int read_progress(bake_table *table, const char *path, const char *signat
     if (fgets(line, sizeof line, file) != NULL && strncmp(line, signature, length) == 0) {
         char *end;
         long parts = strtol(line + length, &end, 10);
-        if (*end == '\n' && parts > 0 && parts <= PARTS && read_words(table, file)) {
+        if (*end == '\n' && parts > 0 && parts <= PARTS &&
+            fread(table, sizeof *table, 1, file) == 1 && fgetc(file) == EOF) {
             done = (int)parts;
         }
     }
@@ -127,7 +130,8 @@ static void make_plan(void) {
         for (int k = 0; k < LABEL_PARTS; ++k) plan[n++] = (part){"labels", a, k, 22};
     }
     for (int d = 0; d < 4; ++d) {
-        for (int k = 0; k < SINGLE_PARTS; ++k) plan[n++] = (part){"single numbers", MEMBERS + d, k, 8};
+        for (int k = 0; k < SINGLE_PARTS; ++k)
+            plan[n++] = (part){"single numbers", MEMBERS + d, k, 8};
     }
     plan[n++] = (part){"lower digits", 0, 0, 0};
 }
@@ -215,11 +219,11 @@ static int report(const char *path) {
     static bake_table table;
     FILE *file = fopen(path, "rb");
     if (file == NULL) return fail("read", path);
-    int good = read_words(&table, file);
+    int good = read_table(&table, file);
     fclose(file);
     if (!good) {
         fprintf(stderr, "bn_bake_sampler: %s is no table of the sampler blue, which has %d bytes\n",
-                path, TABLE_WORDS * 4);
+                path, BN_WORD_COUNT * 4);
         return 1;
     }
     bake_report(&table);

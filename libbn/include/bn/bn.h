@@ -69,6 +69,14 @@ extern "C" {
 #define BN_API
 #endif
 
+/* C++14 and later can compute samplers when they compile. */
+#if defined(__cplusplus) &&                                                                        \
+    (__cplusplus >= 201402L || (defined(_MSVC_LANG) && _MSVC_LANG >= 201402L))
+#define BN_CONSTEXPR static constexpr inline
+#else
+#define BN_CONSTEXPR static inline
+#endif
+
 /* ---- Results */
 
 typedef int32_t bn_result;
@@ -212,7 +220,7 @@ typedef struct bn_sampler {
 
 /* A sampler of one of the kinds above; another number means BLUE. ZORDER is tuned for 256 samples,
  * and MASK uses the built-in mask. Cannot fail. */
-static inline bn_sampler bn_sampler_make(int32_t kind, uint64_t seed) {
+BN_CONSTEXPR bn_sampler bn_sampler_make(int32_t kind, uint64_t seed) {
     bn_sampler sampler = {kind, 8, {0, 0}, NULL, (uint64_t)1 << 51, 0xfffffu, 64, 64};
     /* The finaliser of SplitMix64 (Steele, Lea and Flood, 2014) with Stafford's variant 13. */
     uint64_t v = seed + 0x9e3779b97f4a7c15u;

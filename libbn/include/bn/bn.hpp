@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// libbn for C++17: samplers that own themselves, paths, domains and draws as values. Everything is
-// inline over bn.h and bn_path.h, which remain the manuals; the draws are equal to the bit.
+// libbn for C++17: samplers, paths, domains and draws as values. Everything is inline over bn.h and
+// bn_path.h, which remain the manuals; the draws are equal to the bit.
 //
-//     const bn::Sampler sampler(seed);                                 // throws bn::Error
+//     const bn::Sampler sampler(seed);
 //     const bn::Path path(sampler, x, y, index, frame);
 //     bn::Ray ray = path.ray(depth);
 //     const auto [u, v, s, t] = ray.draw();                            // std::array<float, 4>
 //     const float lobe = ray.next_1d();
 //
-//     bn::CountedSampler numbers(sampler);                             // Get1D(), Get2D()
+//     bn::SequentialSampler numbers(sampler);                          // Get1D(), Get2D()
 //     numbers.start(x, y, index);
 //     const auto [a, b] = numbers.get_2d();
 //
 //     const bn::Domain light = bn::Domain().child(frame).child(KEY_LIGHT);
 //     const auto [s, t] = sampler.sample<2>(x, y, index, light);       // by hand
 //
-// A Sampler is immutable: all threads may share it. It can be moved but not copied. After a move,
-// the old one holds nothing: draw from it no more. Only functions that are not noexcept throw:
-// bn::Error with the result of the library, or std::bad_alloc for memory of their own. The rest of
-// the library is used as in C; sampler.get() is the bn_sampler.
+// A Sampler is trivially copyable, and never changes: all threads may share it. Only functions that
+// are not noexcept throw: bn::Error with the result of the library, or std::bad_alloc for memory of
+// their own. The rest of the library is used as in C; sampler.get() is the bn_sampler.
 #ifndef BN_BN_HPP
 #define BN_BN_HPP
 
@@ -97,27 +96,21 @@ enum class Kind : int32_t {
 
 class Sampler {
   public:
-    // All options of bn.h. Throws INVALID_ARGUMENT, BAD_DATA, OUT_OF_MEMORY or UNSUPPORTED, as
-    // bn_sampler_create() says. A mask is copied.
-    explicit Sampler(const bn_sampler_options &options = bn_sampler_options_default()) {
-        check("bn_sampler_create", bn_sampler_create(&options, &sampler_));
-    }
-    // Blue noise, with the other options at their defaults.
-    explicit Sampler(uint64_t seed) : Sampler(Kind::blue, seed) {}
-    explicit Sampler(Kind kind, uint64_t seed = 0) : Sampler(options_of(kind, seed)) {}
+    // Blue noise.
+    constexpr Sampler() noexcept : Sampler(Kind::blue) {}
+    constexpr explicit Sampler(uint64_t seed) noexcept : Sampler(Kind::blue, seed) {}
+    constexpr explicit Sampler(Kind kind, uint64_t seed = 0) noexcept
+        : sampler_(bn_sampler_make(static_cast<int32_t>(kind), seed)) {}
     // BN_SAMPLER_... is no seed. Use Kind, or bn_sampler_options.
     template <typename Other,
               typename = std::enable_if_t<std::is_enum_v<Other> && !std::is_same_v<Other, Kind>>>
     explicit Sampler(Other kind, uint64_t seed = 0) = delete;
-
-    ~Sampler() { bn_sampler_destroy(sampler_); }
-    Sampler(Sampler &&other) noexcept : sampler_(std::exchange(other.sampler_, nullptr)) {}
-    Sampler &operator=(Sampler &&other) noexcept {
-        std::swap(sampler_, other.sampler_);
-        return *this;
+    // All options of bn.h. Throws INVALID_ARGUMENT, BAD_DATA, OUT_OF_MEMORY or UNSUPPORTED, as
+    // bn_sampler_init() says. A mask must outlive the Sampler and its copies.
+    explicit Sampler(const bn_sampler_options &options) {
+        check("bn_sampler_init", bn_sampler_init(&sampler_, &options));
     }
-    Sampler(const Sampler &) = delete;
-    Sampler &operator=(const Sampler &) = delete;
+    constexpr explicit Sampler(const bn_sampler &sampler) noexcept : sampler_(sampler) {}
 
     // The first N dimensions, 1 to 4, of sample `index` of pixel (x, y) in a domain.
     template <std::size_t N = 4>
@@ -127,11 +120,11 @@ class Sampler {
                       "a domain has four dimensions; draw more from its children");
         std::array<float, N> out{};
         if constexpr (N == 4) {
-            bn_sample_4d(sampler_, x, y, index, domain.value(), out.data());
+            bn_sample_4d(&sampler_, x, y, index, domain.value(), out.data());
         } else if constexpr (N == 2) {
-            bn_sample_2d(sampler_, x, y, index, domain.value(), out.data());
+            bn_sample_2d(&sampler_, x, y, index, domain.value(), out.data());
         } else if constexpr (N == 1) {
-            out[0] = bn_sample_1d(sampler_, x, y, index, domain.value());
+            out[0] = bn_sample_1d(&sampler_, x, y, index, domain.value());
         } else {
             const std::array<float, 4> all = sample<4>(x, y, index, domain);
             for (std::size_t i = 0; i < N; ++i) out[i] = all[i];
@@ -144,7 +137,7 @@ class Sampler {
     std::array<float, 2> sample_pair(int32_t x, int32_t y, uint32_t index, Domain domain,
                                      uint32_t pair) const noexcept {
         std::array<float, 2> out{};
-        bn_sample_pair(sampler_, x, y, index, domain.value(), pair, out.data());
+        bn_sample_pair(&sampler_, x, y, index, domain.value(), pair, out.data());
         return out;
     }
 
@@ -152,7 +145,7 @@ class Sampler {
     std::array<uint32_t, 4> sample_u32(int32_t x, int32_t y, uint32_t index,
                                        Domain domain = Domain()) const noexcept {
         std::array<uint32_t, 4> out{};
-        bn_sample_4d_u32(sampler_, x, y, index, domain.value(), out.data());
+        bn_sample_4d_u32(&sampler_, x, y, index, domain.value(), out.data());
         return out;
     }
 
@@ -164,7 +157,7 @@ class Sampler {
         static_assert(N >= 1 && N <= 4,
                       "a domain has four dimensions; draw more from its children");
         check("bn_sample_many",
-              bn_sample_many(sampler_, count, x, y, index, domain, N, out, count * N));
+              bn_sample_many(&sampler_, count, x, y, index, domain, N, out, count * N));
     }
 
     // bn_sample_many_pair(): one pair of dimensions, 0 to 3, to out[count][2]. Throws
@@ -173,7 +166,7 @@ class Sampler {
                           const uint32_t *index, const uint32_t *domain, uint32_t pair,
                           float *out) const {
         check("bn_sample_many_pair",
-              bn_sample_many_pair(sampler_, count, x, y, index, domain, pair, out, count * 2));
+              bn_sample_many_pair(&sampler_, count, x, y, index, domain, pair, out, count * 2));
     }
 
     // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
@@ -190,30 +183,28 @@ class Sampler {
         std::vector<float> out(count);
         float none = 0; // an empty vector may have no address, which is another mistake
         check("bn_sample_block",
-              bn_sample_block(sampler_, x0, y0, width, height, first_index, index_count,
+              bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
                               domain.value(), out.empty() ? &none : out.data(), out.size()));
         return out;
     }
 
-    // For the functions of bn.h and bn_draw.h. The Sampler keeps it.
-    const bn_sampler *get() const noexcept { return sampler_; }
+    // For the functions of bn.h and bn_path.h.
+    constexpr const bn_sampler *get() const noexcept { return &sampler_; }
+    // bn_sampler_seed(), for shaders.
+    constexpr std::array<uint32_t, 2> seed() const noexcept {
+        return {sampler_.seed[0], sampler_.seed[1]};
+    }
 
   private:
     static constexpr std::size_t out_max = static_cast<std::size_t>(-1) / 2 / sizeof(float);
 
-    static bn_sampler_options options_of(Kind kind, uint64_t seed) {
-        bn_sampler_options options = bn_sampler_options_default();
-        options.kind = static_cast<int32_t>(kind);
-        options.seed = seed;
-        return options;
-    }
-
-    bn_sampler *sampler_ = nullptr;
+    bn_sampler sampler_{};
 };
 
 // ---- The decisions of a path (bn_path.h has the layout)
 
 class Path;
+class SequentialSampler;
 
 // The numbers of a loop without bound: four of the sampler's, then a generator's.
 class Noise {
@@ -230,14 +221,14 @@ class Noise {
 // A path that goes on in several ways.
 class Split {
   public:
-    Split(const bn_draw_table *table, const bn_split &split) noexcept
-        : table_(table), split_(split) {}
+    Split(const bn_sampler *sampler, const bn_split &split) noexcept
+        : sampler_(sampler), split_(split) {}
 
     // Branch k, whose rays begin at 0. Paths may take fewer branches than next_split() said, or more.
     Path operator[](uint32_t k) const noexcept;
 
   private:
-    const bn_draw_table *table_;
+    const bn_sampler *sampler_;
     bn_split split_;
 };
 
@@ -245,7 +236,7 @@ class Split {
 // reference. A second Ray of the same path and number starts again, with the same numbers.
 class Ray {
   public:
-    Ray(const bn_draw_table *table, const bn_ray &ray) noexcept : table_(table), ray_(ray) {}
+    Ray(const bn_sampler *sampler, const bn_ray &ray) noexcept : sampler_(sampler), ray_(ray) {}
     Ray(Ray &&) noexcept = default;
     Ray &operator=(Ray &&) noexcept = default;
     Ray(const Ray &) = delete;
@@ -254,46 +245,49 @@ class Ray {
     // Where the ray goes, and the light that is tried where it ends. The same at every call.
     std::array<float, 4> draw() const noexcept {
         std::array<float, 4> out{};
-        bn_ray_draw(table_, &ray_, out.data());
+        bn_ray_draw(sampler_, &ray_, out.data());
         return out;
     }
     // Its first and its second pair alone.
     std::array<float, 2> draw_where() const noexcept {
         std::array<float, 2> out{};
-        bn_ray_draw_where(table_, &ray_, out.data());
+        bn_ray_draw_where(sampler_, &ray_, out.data());
         return out;
     }
     std::array<float, 2> draw_light() const noexcept {
         std::array<float, 2> out{};
-        bn_ray_draw_light(table_, &ray_, out.data());
+        bn_ray_draw_light(sampler_, &ray_, out.data());
         return out;
     }
 
     // Numbers for further decisions, new at every call.
-    float next_1d() noexcept { return bn_ray_1d(table_, &ray_); }
+    float next_1d() noexcept { return bn_ray_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};
-        bn_ray_2d(table_, &ray_, out.data());
+        bn_ray_2d(sampler_, &ray_, out.data());
         return out;
     }
     std::array<float, 4> next_4d() noexcept {
         std::array<float, 4> out{};
-        bn_ray_4d(table_, &ray_, out.data());
+        bn_ray_4d(sampler_, &ray_, out.data());
         return out;
     }
-    Split next_split(uint32_t count) noexcept { return Split(table_, bn_ray_split(&ray_, count)); }
+    Split next_split(uint32_t count) noexcept {
+        return Split(sampler_, bn_ray_split(&ray_, count));
+    }
     // For counts that vary: `first` branches were taken by the earlier samples of the pixel.
     Split next_split_from(uint32_t first) noexcept {
-        return Split(table_, bn_ray_split_from(&ray_, first));
+        return Split(sampler_, bn_ray_split_from(&ray_, first));
     }
-    Noise next_noise() noexcept { return Noise(bn_ray_noise(table_, &ray_)); }
+    Noise next_noise() noexcept { return Noise(bn_ray_noise(sampler_, &ray_)); }
 
     // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
     // A second part of the same name starts again.
-    Ray named(uint32_t name) const noexcept { return Ray(table_, bn_ray_named(&ray_, name)); }
+    Ray named(uint32_t name) const noexcept { return Ray(sampler_, bn_ray_named(&ray_, name)); }
 
   private:
-    const bn_draw_table *table_;
+    friend class SequentialSampler;
+    const bn_sampler *sampler_;
     bn_ray ray_;
 };
 
@@ -301,22 +295,23 @@ class Ray {
 class Path {
   public:
     Path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, uint32_t frame = 0) noexcept
-        : Path(bn_sampler_table(sampler.get()), bn_path_start(x, y, index, frame)) {}
-    Path(const bn_draw_table *table, const bn_path &state) noexcept
-        : table_(table), state_(state) {}
+        : Path(sampler.get(), bn_path_start(x, y, index, frame)) {}
+    Path(const Sampler &&, int32_t, int32_t, uint32_t, uint32_t = 0) = delete;
+    Path(const bn_sampler *sampler, const bn_path &state) noexcept
+        : sampler_(sampler), state_(state) {}
 
     // Ray 0 leaves the camera, ray d the d-th surface.
-    Ray ray(uint32_t number) const noexcept { return Ray(table_, bn_path_ray(&state_, number)); }
+    Ray ray(uint32_t number) const noexcept { return Ray(sampler_, bn_path_ray(&state_, number)); }
     // The light tried where ray 0 ends, if a lens has taken its pair, or if it is split.
     std::array<float, 2> first_light(uint32_t count = 1, uint32_t k = 0) const noexcept {
         std::array<float, 2> out{};
-        bn_path_first_light(table_, &state_, count, k, out.data());
+        bn_path_first_light(sampler_, &state_, count, k, out.data());
         return out;
     }
     // [0]: the time of the path. [1]: wavelength.
     std::array<float, 2> time() const noexcept {
         std::array<float, 2> out{};
-        bn_path_time(table_, &state_, out.data());
+        bn_path_time(sampler_, &state_, out.data());
         return out;
     }
 
@@ -324,22 +319,32 @@ class Path {
     const bn_path &state() const noexcept { return state_; }
 
   private:
-    const bn_draw_table *table_;
+    friend class SequentialSampler;
+    const bn_sampler *sampler_;
     bn_path state_;
 };
 
 inline Path Split::operator[](uint32_t k) const noexcept {
-    return Path(table_, bn_split_path(&split_, k));
+    return Path(sampler_, bn_split_path(&split_, k));
 }
 
 // For renderers that ask a sampler object for the next number or pair, as pbrt's do. A number and
 // the pair after it, or two pairs, share a domain. Each ray has its own sequence without end, so
 // what one ray draws cannot meet another's.
-class CountedSampler {
+class SequentialSampler {
   public:
-    // The Sampler must outlive it.
-    explicit CountedSampler(const Sampler &sampler) noexcept
-        : table_(bn_sampler_table(sampler.get())) {}
+    // Draws nothing before start(). The Sampler must outlive it.
+    explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(sampler.get()) {}
+    SequentialSampler(const Sampler &&) = delete;
+    // From the first ray of a path on, or the numbers of one ray that is not used otherwise.
+    explicit SequentialSampler(const Path &path) noexcept
+        : sampler_(path.sampler_), path_(path.state_) {
+        begin(0);
+    }
+    explicit SequentialSampler(Ray &&ray) noexcept
+        : sampler_(ray.sampler_), path_(ray.ray_.path), state_(ray.ray_) {
+        open();
+    }
 
     // Begins sample `index` of a pixel, at ray 0.
     void start(int32_t x, int32_t y, uint32_t index, uint32_t frame = 0) noexcept {
@@ -372,17 +377,20 @@ class CountedSampler {
     void begin(uint32_t ray) noexcept {
         ray_ = ray;
         state_ = bn_path_ray(&path_, ray);
-        bn_ray_draw(table_, &state_, u_);
+        open();
+    }
+    void open() noexcept {
+        bn_ray_draw(sampler_, &state_, u_);
         pair_spent_ = false;
         numbers_spent_ = 0;
     }
     void next_domain() noexcept {
-        bn_ray_4d(table_, &state_, u_);
+        bn_ray_4d(sampler_, &state_, u_);
         pair_spent_ = false;
         numbers_spent_ = 0;
     }
 
-    const bn_draw_table *table_;
+    const bn_sampler *sampler_;
     bn_path path_{};
     bn_ray state_{};
     uint32_t ray_ = 0;

@@ -236,8 +236,8 @@ static inline void bn_draw_blue_floats(const bn_blue_pixel *pixel, uint32_t inde
     for (digits <<= 8; digits != 0; digits <<= 4, later += 256) {
         v = _mm_xor_si128(v, bn_draw_load_four(later + (size_t)(digits >> 28) * 16u));
     }
-    _mm_storeu_ps(out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)),
-                                  _mm_set1_ps(1.0f / 16777216.0f)));
+    _mm_storeu_ps(
+        out, _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(v, 8)), _mm_set1_ps(1.0f / 16777216.0f)));
 #else
     bn_draw_floats(bn_draw_blue_at(bn_tables_6, *pixel, index), out);
 #endif

@@ -187,7 +187,8 @@ static inline float bn_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
     const uint32_t k = ray->drawn_1d++;
     float pair[2];
     if (k & 1u) return ray->next_1d;
-    bn_path_draw_pair(sampler, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k), pair);
+    bn_path_draw_pair(sampler, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k),
+                      pair);
     ray->next_1d = pair[1];
     return pair[0];
 }
@@ -195,7 +196,8 @@ static inline float bn_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
 /* The next pair. Two in a row are stratified together. */
 static inline void bn_ray_2d(const bn_sampler *sampler, bn_ray *ray, float out[2]) {
     const uint32_t k = ray->drawn_2d++;
-    bn_path_draw_pair(sampler, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k), out);
+    bn_path_draw_pair(sampler, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k),
+                      out);
 }
 
 /* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
@@ -213,7 +215,8 @@ static inline void bn_ray_4d(const bn_sampler *sampler, bn_ray *ray, float out[4
 static inline void bn_path_first_light(const bn_sampler *sampler, const bn_path *path,
                                        uint32_t count, uint32_t k, float out[2]) {
     bn_sample_pair(sampler, (int32_t)path->x, (int32_t)path->y,
-                 path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0, out);
+                   path->index * (count == 0 ? 1 : count) + k, bn_path_camera_domain(*path), 0,
+                   out);
 }
 
 /* out[0]: the time of the path. out[1]: wavelength. */
@@ -234,8 +237,8 @@ static inline bn_noise bn_ray_noise(const bn_sampler *sampler, bn_ray *ray) {
     const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
     bn_noise noise;
     bn_path_draw_4d(sampler, &ray->path, loop, noise.next);
-    noise.counter =
-        bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y, ray->path.index, loop);
+    noise.counter = bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y,
+                                          ray->path.index, loop);
     noise.drawn = 0;
     return noise;
 }

@@ -12,8 +12,8 @@ typedef void (*bn_draw_bits)(const bn_sampler *sampler, int32_t x, int32_t y, ui
                              uint32_t domain, uint32_t pairs, uint32_t out[4]);
 
 typedef struct bn_kind {
-    bn_draw_bits draw; /* NULL for the kinds that bn_draw.h draws inline */
-    int in_lanes;      /* whether bn_simd has it */
+    bn_draw_bits draw;   /* NULL for the kinds that bn_draw.h draws inline */
+    int in_lanes;        /* whether bn_simd has it */
     int blocks_in_lanes; /* whether many indices of a pixel are drawn as lanes, too */
 } bn_kind;
 

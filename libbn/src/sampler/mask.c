@@ -32,10 +32,9 @@ static uint32_t mask_scramble(uint32_t digits, uint32_t key) {
     return bn_owen(digits, key) ^ bn_owen(0, key);
 }
 
-void bn_draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                      uint32_t domain, uint32_t pairs, uint32_t out[4]) {
-    uint32_t key =
-        bn_hash32(bn_hash32(domain + sampler->seed[0]) ^ sampler->seed[1]);
+void bn_draw_mask(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
+                  uint32_t pairs, uint32_t out[4]) {
+    uint32_t key = bn_hash32(bn_hash32(domain + sampler->seed[0]) ^ sampler->seed[1]);
     uint32_t pixel = bn_hash32((uint32_t)x ^ bn_hash32((uint32_t)y ^ key));
     uint32_t reversed = bn_reverse_bits(index), low = sampler->mask_low_digits;
     for (uint32_t pair = 0; pair < 2u; ++pair) {

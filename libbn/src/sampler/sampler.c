@@ -5,10 +5,8 @@
 #include "sampler/kinds.h"
 
 const bn_kind bn_kinds[] = {
-    [BN_SAMPLER_BLUE] = {NULL, 1, 0},
-    [BN_SAMPLER_SOBOL] = {NULL, 1, 1},
-    [BN_SAMPLER_WHITE] = {NULL, 1, 1},
-    [BN_SAMPLER_ZORDER] = {bn_draw_zorder, 0, 0},
+    [BN_SAMPLER_BLUE] = {NULL, 1, 0},         [BN_SAMPLER_SOBOL] = {NULL, 1, 1},
+    [BN_SAMPLER_WHITE] = {NULL, 1, 1},        [BN_SAMPLER_ZORDER] = {bn_draw_zorder, 0, 0},
     [BN_SAMPLER_MASK] = {bn_draw_mask, 0, 0},
 };
 

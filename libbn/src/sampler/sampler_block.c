@@ -66,7 +66,8 @@ bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t y0, uin
         return BN_ERROR_SIZE_MISMATCH;
     }
 
-    const int in_lanes = bn_kinds[sampler->kind].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
+    const int in_lanes =
+        bn_kinds[sampler->kind].blocks_in_lanes && bn_simd_get()->draw_many != NULL;
     lane_buffer l;
     l.count = 0;
     for (uint32_t row = 0; row < height; ++row) {

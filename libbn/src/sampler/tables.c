@@ -9,16 +9,17 @@ const uint32_t *bn_tables(size_t *count, uint32_t *version) {
 }
 
 /* bn_reverse_bits() and bn_draw_flip() of a number below 256, as constants. */
-#define BIT(i, from, to) (((i) >> (from) & 1u) << (to))
+#define BIT(i, from, to) (((i) >> (from)&1u) << (to))
 #define REVERSED(i)                                                                                \
-    (BIT(i, 0, 31) | BIT(i, 1, 30) | BIT(i, 2, 29) | BIT(i, 3, 28) | BIT(i, 4, 27) |              \
+    (BIT(i, 0, 31) | BIT(i, 1, 30) | BIT(i, 2, 29) | BIT(i, 3, 28) | BIT(i, 4, 27) |               \
      BIT(i, 5, 26) | BIT(i, 6, 25) | BIT(i, 7, 24))
 #define PLACE(i, more) (((((i) >> 1) - 1u + (more)) & 15u) + 1u)
 #define FLIP(i)                                                                                    \
     ((i) < 2u ? 0u                                                                                 \
               : 1u << PLACE(i, 0u) | BIT(i, 5, PLACE(i, 5u)) | BIT(i, 6, PLACE(i, 11u)) |          \
                     BIT(i, 7, PLACE(i, 2u)))
-#define ONE(i) {REVERSED(i), FLIP(i)}
+#define ONE(i)                                                                                     \
+    { REVERSED(i), FLIP(i) }
 #define FOUR(i) ONE(i), ONE((i) + 1u), ONE((i) + 2u), ONE((i) + 3u)
 #define SIXTEEN(i) FOUR(i), FOUR((i) + 4u), FOUR((i) + 8u), FOUR((i) + 12u)
 #define SIXTY_FOUR(i) SIXTEEN(i), SIXTEEN((i) + 16u), SIXTEEN((i) + 32u), SIXTEEN((i) + 48u)

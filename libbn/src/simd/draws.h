@@ -79,8 +79,8 @@ BN_INLINE void draw_loop(const bn_sampler *sampler, int32_t kind, int form, uint
     }
 }
 
-BN_INLINE void draw_kind(const bn_sampler *sampler, int32_t kind, uint32_t pair, uint32_t dimensions,
-                         const bn_draw_lanes *lanes, float *out) {
+BN_INLINE void draw_kind(const bn_sampler *sampler, int32_t kind, uint32_t pair,
+                         uint32_t dimensions, const bn_draw_lanes *lanes, float *out) {
     if (dimensions > 2) {
         draw_loop(sampler, kind, WIDE, dimensions, lanes, out);
     } else if (dimensions == 1) {
