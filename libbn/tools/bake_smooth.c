@@ -43,7 +43,7 @@ typedef struct {
     int singles;          /* functions of one dimension */
     double single_weight; /* of the penalty on those worse than with Sobol' */
     uint32_t shift[SHIFTS][4];
-    double planes_limit[2][2][FEW_LEVELS]; /* [pair][blurred, raw] */
+    double planes_limit[2][2][LEVELS]; /* [pair][blurred, raw] */
 } smooth_judge;
 
 /* ---- Integrands ---- */
@@ -223,12 +223,12 @@ static double smooth_energy(const smooth_judge *j, const pole_vectors *v) {
 
 /* ---- The stage ---- */
 
-/* What errors of half-planes above those before add. */
+/* What errors of half-planes above those before add, at levels first to last - 1. */
 static double planes_penalty(const smooth_judge *j, bake_planes *s, const pole_vectors *v, int pair,
-                             const uint16_t *label) {
+                             const uint16_t *label, int first, int last) {
     double blurred[LEVELS], raw[LEVELS], sum = 0;
-    bake_planes_measure(s, v, pair, label, PLANES, FEW_LEVELS, blurred, raw);
-    for (int l = 0; l < FEW_LEVELS; ++l) {
+    bake_planes_measure(s, v, pair, label, PLANES, last, blurred, raw);
+    for (int l = first; l < last; ++l) {
         double more = blurred[l] / j->planes_limit[pair][0][l] - 1;
         double over = raw[l] - fmax(j->planes_limit[pair][1][l], 0.99);
         if (more > 0) sum += 12 * more + 200 * more * more;
@@ -249,7 +249,7 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
     pole_vectors now = table->member[member], best;
     double penalty[2] = {0, 0};
     for (int pair = 0; pair < 2; ++pair) {
-        bake_planes_measure(planes, &now, pair, label, PLANES, FEW_LEVELS, j->planes_limit[pair][0],
+        bake_planes_measure(planes, &now, pair, label, PLANES, LEVELS, j->planes_limit[pair][0],
                             j->planes_limit[pair][1]);
     }
     double smooth = smooth_energy(j, &now), least = smooth;
@@ -268,13 +268,18 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
         }
         double e = smooth_energy(j, &v), p = 0;
         if (e + penalty[1 - pair] <= limit) {
-            p = planes_penalty(j, planes, &v, pair, label);
+            p = planes_penalty(j, planes, &v, pair, label, 0, FEW_LEVELS);
             if (e + p + penalty[1 - pair] <= limit) {
                 now = v;
                 smooth = e;
                 penalty[pair] = p;
-                if (smooth + penalty[0] + penalty[1] < least) {
-                    least = smooth + penalty[0] + penalty[1];
+                /* 128 and 256 samples cost more than the rest and are seldom looked at. */
+                double all = smooth + penalty[0] + penalty[1];
+                for (int k = 0; k < 2 && all < least; ++k) {
+                    all += planes_penalty(j, planes, &now, k, label, FEW_LEVELS, LEVELS);
+                }
+                if (all < least) {
+                    least = all;
                     best = now;
                 }
             }
