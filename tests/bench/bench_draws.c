@@ -57,7 +57,7 @@ typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 
 #define FORM(name, draw)                                                                           \
     static float name(const bn_sampler *sampler, int32_t y0, float *block) {                       \
-        const bn_draw_table *table = bn_sampler_table(sampler);                                    \
+        const bn_sampler *sampler = sampler;                                    \
         float sum = 0.0f;                                                                          \
         (void)block;                                                                               \
         (void)table;                                                                               \
@@ -84,7 +84,7 @@ FORM(draw_inline_second, bn_draw_pair(table, x, y, index, INLINE_CHILD, 1, u))
 /* The same from the first index on that the tables of BLUE do not hold. */
 static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
     enum { FIRST = 256, STEP = 240 };
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler *sampler = sampler;
     float sum = 0.0f;
     (void)block;
     for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
@@ -104,7 +104,7 @@ static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
 
 /* The rays of a path, with two choices each. */
 static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler *sampler = sampler;
     float sum = 0.0f;
     (void)block;
     for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
@@ -114,10 +114,10 @@ static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
                 for (uint32_t key = 0; key < DOMAINS; ++key) {
                     float u[4];
                     bn_ray ray = bn_path_ray(&path, key);
-                    bn_ray_draw(table, &ray, u);
+                    bn_ray_draw(sampler, &ray, u);
                     sum += u[0] + u[1] + u[2] + u[3];
-                    sum += bn_ray_1d(table, &ray);
-                    sum += bn_ray_1d(table, &ray);
+                    sum += bn_ray_1d(sampler, &ray);
+                    sum += bn_ray_1d(sampler, &ray);
                 }
             }
         }
@@ -126,7 +126,7 @@ static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
 }
 
 static float draw_ray_by_hand(const bn_sampler *sampler, int32_t y0, float *block) {
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler *sampler = sampler;
     float sum = 0.0f;
     (void)block;
     FOR_DRAWS {

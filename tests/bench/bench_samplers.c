@@ -232,12 +232,11 @@ static int write_samples(const source *s, uint32_t count) {
     float *samples = malloc(size * sizeof *samples);
     int ok = samples != NULL;
     for (int domain = 0; domain < DOMAINS && ok; ++domain) {
-        bn_sampler *sampler = open_sampler(s, domain, is_declared(s) ? count : 0);
+        const bn_sampler sampler = open_sampler(s, domain, is_declared(s) ? count : 0);
         for (int row = 0; row < SIZE && ok; ++row) {
-            read_row(s, sampler, domain, 1, row, count, samples);
+            read_row(s, &sampler, domain, 1, row, count, samples);
             ok = fwrite(samples, sizeof *samples, size, stdout) == size;
         }
-        bn_sampler_destroy(sampler);
     }
     free(samples);
     return ok && fflush(stdout) == 0 ? 0 : 1;
@@ -284,7 +283,7 @@ static double sum_values(const integrand *f, float u[][MOST], uint32_t i, uint32
 static void make_images(const source *s, int domain, uint32_t declared, const integrand *f,
                         int first, int end) {
     static float row[DOMAINS_AT_ONCE][(size_t)SIZE * MOST * 4], u[4 * DOMAINS_AT_ONCE][MOST];
-    bn_sampler *sampler = open_sampler(s, domain, declared);
+    const bn_sampler sampler = open_sampler(s, domain, declared);
     const uint32_t last = counts[end - 1];
     int used[DOMAINS_AT_ONCE] = {0};
     for (int k = 0; k < INTEGRANDS; ++k) {
@@ -294,7 +293,7 @@ static void make_images(const source *s, int domain, uint32_t declared, const in
     for (int p = 0; p < PIXELS; ++p) {
         for (int m = 0; m < DOMAINS_AT_ONCE; ++m) {
             if (!used[m]) continue;
-            if (p % SIZE == 0) read_row(s, sampler, domain, m, p / SIZE, last, row[m]);
+            if (p % SIZE == 0) read_row(s, &sampler, domain, m, p / SIZE, last, row[m]);
             const float *own = row[m] + (size_t)(p % SIZE) * last * 4;
             for (uint32_t i = 0; i < last; ++i) {
                 for (int d = 0; d < 4; ++d) u[4 * m + d][i] = own[4 * i + (uint32_t)d];
@@ -310,7 +309,6 @@ static void make_images(const source *s, int domain, uint32_t declared, const in
             }
         }
     }
-    bn_sampler_destroy(sampler);
 }
 
 static double blurred_rmse(const float *errors, double sigma, int directions) {

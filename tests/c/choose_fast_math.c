@@ -14,7 +14,7 @@ uint32_t fast_choose_cdf(const float *cdf, uint32_t count, float *u) {
     return bn_choose_cdf(cdf, count, u);
 }
 
-void fast_draw_4d(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t domain,
+void fast_draw_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t domain,
                   float out[4]) {
-    bn_draw_4d(table, x, y, index, domain, out);
+    bn_sample_4d(sampler, x, y, index, domain, out);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Creates samplers for tests; a failure ends the program. Whether points are a net. */
+ * Makes samplers for tests; a failure ends the program. Whether points are a net. */
 #ifndef BN_TESTS_SAMPLERS_H
 #define BN_TESTS_SAMPLERS_H
 
@@ -8,17 +8,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-static inline bn_sampler *sampler_of(const bn_sampler_options *options) {
-    bn_sampler *sampler = NULL;
-    bn_result result = bn_sampler_create(options, &sampler);
+static inline bn_sampler sampler_of(const bn_sampler_options *options) {
+    bn_sampler sampler;
+    bn_result result = bn_sampler_init(&sampler, options);
     if (result != BN_SUCCESS) {
-        printf("cannot create a sampler: %s\n", bn_result_string(result));
+        printf("cannot make a sampler: %s\n", bn_result_string(result));
         exit(1);
     }
     return sampler;
 }
 
-static inline bn_sampler *make_sampler(int32_t kind, uint32_t samples_per_pixel, uint64_t seed) {
+static inline bn_sampler make_sampler(int32_t kind, uint32_t samples_per_pixel, uint64_t seed) {
     bn_sampler_options options = bn_sampler_options_default();
     options.kind = kind;
     options.samples_per_pixel = samples_per_pixel;

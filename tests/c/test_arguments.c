@@ -20,9 +20,8 @@ static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t hei
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_dither_options dither = bn_dither_options_default();
     bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler;
+    bn_sampler sampler;
     double error;
-    bn_result result;
     relax.steps = anneal.sweeps = 1;
     relax.start_from_ranks = function == RELAX_FROM;
     anneal.start_from_ranks = function == ANNEAL_FROM;
@@ -46,9 +45,7 @@ static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t hei
     case DITHER:
         return bn_dither(&dither, values, 2, 2, 1, outputs, 4);
     default:
-        result = bn_sampler_create(&options, &sampler);
-        bn_sampler_destroy(sampler);
-        return result;
+        return bn_sampler_init(&sampler, &options);
     }
 }
 
@@ -148,7 +145,7 @@ static void test_numbers(void) {
 /* Sizes of options that cannot be are refused before a byte behind them is read. */
 static void test_struct_sizes(void) {
     static const size_t bad[] = {0, 1, sizeof(size_t) - 1, 4097, (size_t)1 << 31, SIZE_MAX};
-    bn_sampler *sampler;
+    bn_sampler sampler;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
         bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
         bn_relax_options r = bn_relax_options_default();
@@ -161,7 +158,7 @@ static void test_struct_sizes(void) {
         CHECK(bn_relax(&r, 8, 8, ranks, MOST) == expected);
         CHECK(bn_anneal(&a, 8, 8, 1, ranks, MOST) == expected);
         CHECK(bn_dither(&d, values, 8, 8, 1, outputs, MOST) == expected);
-        CHECK(bn_sampler_create(&s, &sampler) == expected && sampler == NULL);
+        CHECK(bn_sampler_init(&sampler, &s) == expected);
     }
 }
 
@@ -200,16 +197,15 @@ static void test_the_shortest_structs(void) {
     CHECK(bn_dither(&d, values, 8, 4, 2, dithered, MOST) == BN_SUCCESS);
     CHECK(memcmp(outputs, dithered, sizeof outputs) == 0);
     memset(values, 0, sizeof values);
-    bn_sampler *samplers[2];
+    bn_sampler samplers[2];
     fill(&o, sizeof o);
-    CHECK(bn_sampler_create(NULL, &samplers[0]) == BN_SUCCESS);
-    CHECK(bn_sampler_create(&o, &samplers[1]) == BN_SUCCESS);
+    CHECK(bn_sampler_init(&samplers[0], NULL) == BN_SUCCESS);
+    CHECK(bn_sampler_init(&samplers[1], &o) == BN_SUCCESS);
     for (uint32_t i = 0; i < 16; ++i) {
         uint32_t u[2][4];
-        for (int s = 0; s < 2; ++s) bn_sample_4d_u32(samplers[s], (int32_t)i, 3, i, i, u[s]);
+        for (int s = 0; s < 2; ++s) bn_sample_4d_u32(&samplers[s], (int32_t)i, 3, i, i, u[s]);
         CHECK(memcmp(u[0], u[1], sizeof u[0]) == 0);
     }
-    for (int s = 0; s < 2; ++s) bn_sampler_destroy(samplers[s]);
 }
 
 int main(void) {

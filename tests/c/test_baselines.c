@@ -35,15 +35,14 @@ static double product_error(const bn_sampler *s, int i, int j, uint32_t count) {
 static void test_sobol_error(void) {
     static const int pairs[6][2] = {{0, 1}, {2, 3}, {0, 2}, {0, 3}, {1, 2}, {1, 3}};
     static const double within[4] = {0.98, 0.335, 0.105, 0.0295}, between = 1.46;
-    bn_sampler *s = make_sampler(BN_SAMPLER_SOBOL, 0, 6);
+    const bn_sampler s = make_sampler(BN_SAMPLER_SOBOL, 0, 6);
     for (int k = 0; k < 6; ++k) {
         for (int step = 0; step < 4; ++step) {
             const uint32_t count = 4u << 2 * step;
-            const double error = product_error(s, pairs[k][0], pairs[k][1], count);
+            const double error = product_error(&s, pairs[k][0], pairs[k][1], count);
             CHECK(error * 12 * sqrt(count) < (k < 2 ? within[step] : between));
         }
     }
-    bn_sampler_destroy(s);
 }
 
 /* The two dimensions of a pair are scrambled independently. Of the first four samples of a pixel,
@@ -52,14 +51,14 @@ static void test_sobol_error(void) {
  * deviations have a false-alarm rate below 1e-8. */
 static void test_sobol_scrambling(void) {
     enum { PIXELS = 4096 };
-    bn_sampler *s = make_sampler(BN_SAMPLER_SOBOL, 0, 8);
+    const bn_sampler s = make_sampler(BN_SAMPLER_SOBOL, 0, 8);
     for (int pair = 0; pair < 2; ++pair) {
         int alike = 0, wrong = 0;
         for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
             uint32_t sum = 0, chosen = 0;
             for (uint32_t index = 0; index < 4; ++index) {
                 uint32_t u[4];
-                bn_sample_4d_u32(s, pixel, 5, index, 9, u);
+                bn_sample_4d_u32(&s, pixel, 5, index, 9, u);
                 const uint32_t differ = (u[2 * pair] ^ u[2 * pair + 1]) >> 30;
                 if (differ < 2) {
                     sum ^= differ;
@@ -72,7 +71,6 @@ static void test_sobol_scrambling(void) {
         CHECK(wrong == 0);
         CHECK(fabs(alike - PIXELS / 2.0) < 6 * sqrt(PIXELS) / 2);
     }
-    bn_sampler_destroy(s);
 }
 
 /* ---- WHITE */
@@ -106,19 +104,18 @@ static int differ_alike(const bn_sampler *s, const bn_sampler *t, const int32_t 
 }
 
 static void test_white_pixels(void) {
-    bn_sampler *s = make_sampler(BN_SAMPLER_WHITE, 0, 1), *t = make_sampler(BN_SAMPLER_WHITE, 0, 2);
+    const bn_sampler s = make_sampler(BN_SAMPLER_WHITE, 0, 1),
+                     t = make_sampler(BN_SAMPLER_WHITE, 0, 2);
     for (uint32_t v = 0; v < 1000; ++v) CHECK(before_hash(bn_hash32(v * 77777u)) == v * 77777u);
     for (int32_t i = 1; i <= 200; ++i) {
         const int32_t p[2] = {7, -9}, row[2] = {7 + i, -9}, column[2] = {7, i - 9};
         const int32_t across[2] = {7 + i, i - 9};
-        CHECK(!differ_alike(s, s, p, row, 3, 3));
-        CHECK(!differ_alike(s, s, p, column, 3, 3));
-        CHECK(!differ_alike(s, s, p, across, 3, 3));
-        CHECK(!differ_alike(s, s, p, p, 3, (uint32_t)i + 3));
-        CHECK(!differ_alike(s, t, row, row, 3, 3));
+        CHECK(!differ_alike(&s, &s, p, row, 3, 3));
+        CHECK(!differ_alike(&s, &s, p, column, 3, 3));
+        CHECK(!differ_alike(&s, &s, p, across, 3, 3));
+        CHECK(!differ_alike(&s, &s, p, p, 3, (uint32_t)i + 3));
+        CHECK(!differ_alike(&s, &t, row, row, 3, 3));
     }
-    bn_sampler_destroy(s);
-    bn_sampler_destroy(t);
 }
 
 /* ---- All kinds */
@@ -126,7 +123,7 @@ static void test_white_pixels(void) {
 /* No kind repeats after a power of two of pixels, as tiles that are all alike would. */
 static void test_no_period(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 3);
+        const bn_sampler s = make_sampler(kind, 0, 3);
         for (int32_t period = 64; period <= 1 << 20; period *= 4) {
             for (int way = 1; way <= 3; ++way) {
                 int alike = 0;
@@ -134,8 +131,8 @@ static void test_no_period(void) {
                     const int32_t x = pixel % 8 - 3, y = pixel / 8 - 4;
                     uint32_t u[4][4], v[4][4];
                     for (uint32_t index = 0; index < 4; ++index) {
-                        bn_sample_4d_u32(s, x, y, index, 77, u[index]);
-                        bn_sample_4d_u32(s, x + (way & 1) * period, y + (way >> 1) * period, index,
+                        bn_sample_4d_u32(&s, x, y, index, 77, u[index]);
+                        bn_sample_4d_u32(&s, x + (way & 1) * period, y + (way >> 1) * period, index,
                                          77, v[index]);
                     }
                     alike += memcmp(u, v, sizeof u) == 0;
@@ -143,7 +140,6 @@ static void test_no_period(void) {
                 CHECK(alike == 0);
             }
         }
-        bn_sampler_destroy(s);
     }
 }
 
@@ -152,12 +148,12 @@ static void test_no_period(void) {
 static void test_digits(void) {
     enum { SIDE = 512, DIGITS = 24 };
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 5);
+        const bn_sampler s = make_sampler(kind, 0, 5);
         static int set[4][DIGITS];
         memset(set, 0, sizeof set);
         for (int32_t pixel = 0; pixel < SIDE * SIDE; ++pixel) {
             uint32_t u[4];
-            bn_sample_4d_u32(s, pixel % SIDE, pixel / SIDE, 0, 12, u);
+            bn_sample_4d_u32(&s, pixel % SIDE, pixel / SIDE, 0, 12, u);
             for (int d = 0; d < 4; ++d) {
                 for (int digit = 0; digit < DIGITS; ++digit)
                     set[d][digit] += u[d] >> (31 - digit) & 1;
@@ -168,7 +164,6 @@ static void test_digits(void) {
                 CHECK(abs(set[d][digit] - SIDE * SIDE / 2) < 6 * SIDE / 2);
             }
         }
-        bn_sampler_destroy(s);
     }
 }
 
@@ -202,20 +197,18 @@ static void test_halves_of_seeds(void) {
         const uint64_t key = 0x0123456789abcdefu,
                        changed = half == 0 ? 0x5eed5eedu : 0x5eed5eedull << 32;
         for (int32_t kind = 0; kind < KINDS; ++kind) {
-            bn_sampler *s = make_sampler(kind, 0, seed_of(key));
-            bn_sampler *t = make_sampler(kind, 0, seed_of(key ^ changed));
-            uint32_t words[2][BN_WORD_COUNT];
-            CHECK(bn_sampler_table_words(s, words[0], BN_WORD_COUNT, NULL) == BN_SUCCESS);
-            CHECK(bn_sampler_table_words(t, words[1], BN_WORD_COUNT, NULL) == BN_SUCCESS);
-            CHECK((words[0][BN_SEED_AT] != words[1][BN_SEED_AT]) == (half == 0));
-            CHECK((words[0][BN_SEED_AT + 1] != words[1][BN_SEED_AT + 1]) == (half == 1));
+            const bn_sampler s = make_sampler(kind, 0, seed_of(key));
+            const bn_sampler t = make_sampler(kind, 0, seed_of(key ^ changed));
+            uint32_t words[2][2];
+            bn_sampler_seed(&s, words[0]);
+            bn_sampler_seed(&t, words[1]);
+            CHECK((words[0][0] != words[1][0]) == (half == 0));
+            CHECK((words[0][1] != words[1][1]) == (half == 1));
             for (uint32_t child = 0; child < 8; ++child) {
                 const uint32_t domain = bn_domain_child(4, child);
-                for (int d = 0; d < 4; ++d) CHECK(most_frequent(s, t, domain, d) < 512);
+                for (int d = 0; d < 4; ++d) CHECK(most_frequent(&s, &t, domain, d) < 512);
             }
-            CHECK(most_frequent(s, s, 4, 0) >= 1024);
-            bn_sampler_destroy(s);
-            bn_sampler_destroy(t);
+            CHECK(most_frequent(&s, &s, 4, 0) >= 1024);
         }
     }
 }

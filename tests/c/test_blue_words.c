@@ -147,9 +147,8 @@ static void test_labels(const bn_sampler *s) {
 }
 
 int main(void) {
-    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 3);
-    test_nets(s);
-    test_labels(s);
-    bn_sampler_destroy(s);
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 3);
+    test_nets(&s);
+    test_labels(&s);
     return check_result();
 }

@@ -41,19 +41,17 @@ static void test_choices(void) {
 }
 
 static void test_draws(void) {
-    bn_sampler *sampler = NULL;
-    CHECK(bn_sampler_create(NULL, &sampler) == BN_SUCCESS);
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     int wrong = 0;
     for (int i = 0; i < 100000; ++i) {
         const int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
         const uint32_t index = random_u32() >> random_u32() % 32, domain = random_u32();
         float fast[4], own[4];
-        fast_draw_4d(bn_sampler_table(sampler), x, y, index, domain, fast);
-        bn_sample_4d(sampler, x, y, index, domain, own);
+        fast_draw_4d(&sampler, x, y, index, domain, fast);
+        bn_sample_4d(&sampler, x, y, index, domain, own);
         wrong += memcmp(fast, own, sizeof own) != 0;
     }
     CHECK(wrong == 0);
-    bn_sampler_destroy(sampler);
 }
 
 int main(void) {

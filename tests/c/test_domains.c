@@ -44,7 +44,7 @@ static int compare_u64(const void *a, const void *b) {
  * members of a family share theirs; five deviations above that has probability 1e-6. What is seen
  * are the first digits of four pixels, relative to those of a fifth. */
 static void test_coincidences(void) {
-    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, SEED);
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, SEED);
     int equal = 0, within = 0;
     for (int tree = 0; tree < 1000; ++tree) {
         uint32_t domains[DOMAINS];
@@ -55,7 +55,7 @@ static void test_coincidences(void) {
             uint32_t first[4] = {0};
             for (int pixel = 0; pixel < 5; ++pixel) {
                 uint32_t u[4];
-                bn_sample_4d_u32(s, 13 * pixel, 31 * pixel * pixel, 0, domains[d], u);
+                bn_sample_4d_u32(&s, 13 * pixel, 31 * pixel * pixel, 0, domains[d], u);
                 /* Relative to the first pixel, the digits that a domain adds cancel. */
                 if (pixel == 0) memcpy(first, u, sizeof first);
                 for (int pair = 0; pair < 2; ++pair) {
@@ -73,7 +73,6 @@ static void test_coincidences(void) {
     double expected = 1000.0 * DOMAIN_PAIRS / pow(2.0, 14.0);
     printf("equal domains: %d (at most %.1f expected), %d within\n", equal, expected, within);
     CHECK(equal < expected + 5.0 * sqrt(expected) && within == 0);
-    bn_sampler_destroy(s);
 }
 
 /* |sum of products| of two domains over `count` centred values. */
@@ -92,7 +91,7 @@ static int compare_floats(const void *a, const void *b) {
  * pixel each, or with side > 0 the first sample of side x side pixels. */
 static float *sorted_products(int32_t kind, int trees, int count, int side) {
     enum { LARGEST = 64 * 64 };
-    bn_sampler *s = make_sampler(kind, 0, SEED);
+    const bn_sampler s = make_sampler(kind, 0, SEED);
     float *sums = malloc((size_t)trees * DOMAIN_PAIRS * sizeof *sums), *next = sums;
     float(*values)[LARGEST] = malloc(DOMAINS * sizeof *values);
     int values_count = side > 0 ? side * side : count;
@@ -104,9 +103,9 @@ static float *sorted_products(int32_t kind, int trees, int count, int side) {
             for (int i = 0; i < values_count; ++i) {
                 float u[4];
                 if (side > 0) {
-                    bn_sample_4d(s, x0 + i % side, y0 + i / side, 0, domains[d], u);
+                    bn_sample_4d(&s, x0 + i % side, y0 + i / side, 0, domains[d], u);
                 } else {
-                    bn_sample_4d(s, x0, y0, (uint32_t)i, domains[d], u);
+                    bn_sample_4d(&s, x0, y0, (uint32_t)i, domains[d], u);
                 }
                 /* Every dimension meets every other over the trees. */
                 values[d][i] = u[(d + tree * (d & 1)) & 3] - 0.5f;
@@ -119,7 +118,6 @@ static float *sorted_products(int32_t kind, int trees, int count, int side) {
         }
     }
     free(values);
-    bn_sampler_destroy(s);
     qsort(sums, (size_t)trees * DOMAIN_PAIRS, sizeof *sums, compare_floats);
     return sums;
 }
@@ -208,22 +206,20 @@ static void test_products(void) {
     static const char *const names[] = {"a domain", "a family", "two families"};
     /* At 4, 16 and 64 samples. */
     static const double limits[3][3] = {{1.04, 0.80, 0.66}, {1.04, 0.94, 0.74}, {1.04, 1.04, 1.04}};
-    bn_sampler *blue = make_sampler(BN_SAMPLER_BLUE, 0, SEED),
-               *sobol = make_sampler(BN_SAMPLER_SOBOL, 0, SEED);
+    const bn_sampler blue = make_sampler(BN_SAMPLER_BLUE, 0, SEED),
+                     sobol = make_sampler(BN_SAMPLER_SOBOL, 0, SEED);
     for (int where = ONE_DOMAIN; where <= TWO_FAMILIES; ++where) {
         for (int power = 0; power < 3; ++power) {
             double b = 0.0, s = 0.0;
             for (int f = 0; f < FUNCTIONS; ++f) {
-                b += product_error(blue, f, 4u << 2 * power, (relation)where);
-                s += product_error(sobol, f, 4u << 2 * power, (relation)where);
+                b += product_error(&blue, f, 4u << 2 * power, (relation)where);
+                s += product_error(&sobol, f, 4u << 2 * power, (relation)where);
             }
             printf("products in %s, %u samples: error %.3f of SOBOL's\n", names[where],
                    4u << 2 * power, sqrt(b / s));
             CHECK(sqrt(b / s) < limits[where][power]);
         }
     }
-    bn_sampler_destroy(blue);
-    bn_sampler_destroy(sobol);
 }
 
 int main(void) {

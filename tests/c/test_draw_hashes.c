@@ -63,16 +63,15 @@ static uint32_t sample_domain(uint64_t random) {
 }
 
 static uint64_t hash_draws(bn_sampler_options options) {
-    bn_sampler *sampler = sampler_of(&options);
+    const bn_sampler sampler = sampler_of(&options);
     uint64_t hash = 0xcbf29ce484222325u;
     for (uint64_t i = 0; i < DRAWS; ++i) {
         uint32_t bits[4];
-        bn_sample_4d_u32(sampler, coordinate(random_u64(4 * i)), coordinate(random_u64(4 * i + 1)),
+        bn_sample_4d_u32(&sampler, coordinate(random_u64(4 * i)), coordinate(random_u64(4 * i + 1)),
                          sample_index(random_u64(4 * i + 2)), sample_domain(random_u64(4 * i + 3)),
                          bits);
         for (int d = 0; d < 4; ++d) hash = add(hash, bits[d]);
     }
-    bn_sampler_destroy(sampler);
     return hash;
 }
 

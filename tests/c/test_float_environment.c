@@ -34,19 +34,18 @@ static results compute(void) {
         static int32_t x[DRAWS], y[DRAWS];
         static uint32_t index[DRAWS], domain[DRAWS];
         static float many[DRAWS][4];
-        bn_sampler *s = make_sampler(kind, 0, 9);
+        const bn_sampler s = make_sampler(kind, 0, 9);
         for (uint32_t i = 0; i < DRAWS; ++i) {
             float u[4];
             x[i] = (int32_t)(i * 2654435761u);
             y[i] = (int32_t)(i * 40503u);
             index[i] = i * i;
             domain[i] = i;
-            bn_sample_4d(s, x[i], y[i], index[i], domain[i], u);
+            bn_sample_4d(&s, x[i], y[i], index[i], domain[i], u);
             r.draws[kind] = mixed(r.draws[kind], u, sizeof u);
         }
-        CHECK(bn_sample_many(s, DRAWS, x, y, index, domain, 4, many[0], 4 * DRAWS) == BN_SUCCESS);
+        CHECK(bn_sample_many(&s, DRAWS, x, y, index, domain, 4, many[0], 4 * DRAWS) == BN_SUCCESS);
         r.draws[kind] = mixed(r.draws[kind], many, sizeof many);
-        bn_sampler_destroy(s);
     }
     bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
     for (int i = 0; i < 4; ++i) {

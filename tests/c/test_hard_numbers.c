@@ -29,12 +29,12 @@ static void test_running_sums(void) {
     enum { LOG2 = 18 };
     static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL};
     for (int k = 0; k < 2; ++k) {
-        bn_sampler *s = make_sampler(kinds[k], 0, 21);
+        const bn_sampler s = make_sampler(kinds[k], 0, 21);
         uint64_t sums[LOG2 + 1][4] = {{0}};
         double mean = 0;
         for (uint32_t i = 0; i < 1u << LOG2; ++i) {
             uint32_t u[4];
-            bn_draw_4d_u32(bn_sampler_table(s), -7, 1000003, i, 77, u);
+            bn_inline_sample_4d_u32(&s, -7, 1000003, i, 77, u);
             for (int m = LOG2; m > 0 && i < 1u << m; --m) {
                 for (int d = 0; d < 4; ++d) sums[m][d] += u[d] >> (32 - m);
             }
@@ -45,7 +45,6 @@ static void test_running_sums(void) {
             for (int d = 0; d < 4; ++d) CHECK(sums[m][d] == count * (count - 1) / 2);
         }
         CHECK(fabs(mean - 0.5) < 0x1p-18);
-        bn_sampler_destroy(s);
     }
 }
 
@@ -56,18 +55,18 @@ static void test_ends(void) {
     static const int32_t places[] = {INT32_MIN, -65536, -256, -1, 0, 255, 65535, INT32_MAX - 3};
     enum { INDICES = sizeof indices / sizeof *indices, PLACES = sizeof places / sizeof *places };
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 1);
+        const bn_sampler s = make_sampler(kind, 0, 1);
         for (int n = 0; n < INDICES * PLACES * PLACES; ++n) {
             const uint32_t first = indices[n % INDICES] - 2u;
             const int32_t x0 = places[n / INDICES % PLACES], y0 = places[n / INDICES / PLACES];
             float block[4 * 4 * 5][4];
             uint32_t seen[4 * 4 * 5][2];
-            CHECK(bn_sample_block(s, x0, y0, 4, 4, first, 5, 8, block[0], 4 * 4 * 5 * 4) ==
+            CHECK(bn_sample_block(&s, x0, y0, 4, 4, first, 5, 8, block[0], 4 * 4 * 5 * 4) ==
                   BN_SUCCESS);
             int wrong = 0, twice = 0;
             for (int i = 0; i < 4 * 4 * 5; ++i) {
                 uint32_t u[4];
-                bn_sample_4d_u32(s, x0 + i / 5 % 4, y0 + i / 20, first + (uint32_t)(i % 5), 8, u);
+                bn_sample_4d_u32(&s, x0 + i / 5 % 4, y0 + i / 20, first + (uint32_t)(i % 5), 8, u);
                 for (int d = 0; d < 4; ++d) {
                     wrong += !(block[i][d] >= 0 && block[i][d] < 1);
                     wrong += block[i][d] != bn_draw_float(u[d]);
@@ -77,7 +76,6 @@ static void test_ends(void) {
             }
             CHECK(wrong == 0 && twice == 0);
         }
-        bn_sampler_destroy(s);
     }
 }
 

@@ -69,15 +69,15 @@ static bn_result call_network(int only_open, uint32_t channels) {
 
 static bn_result create_sampler(const uint32_t *mask_ranks) {
     bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = (bn_sampler *)&options;
+    bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 7);
+    const bn_sampler before = sampler;
     options.kind = BN_SAMPLER_MASK;
     if (mask_ranks != NULL) {
         options.mask_ranks = mask_ranks;
         options.mask_width = options.mask_height = SIZE;
     }
-    const bn_result result = bn_sampler_create(&options, &sampler);
-    CHECK((sampler == NULL) == (result != BN_SUCCESS));
-    bn_sampler_destroy(sampler);
+    const bn_result result = bn_sampler_init(&sampler, &options);
+    CHECK((memcmp(&sampler, &before, sizeof sampler) == 0) == (result != BN_SUCCESS));
     return result;
 }
 

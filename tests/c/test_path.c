@@ -28,24 +28,24 @@ static void put(int place, const float *u, int n) {
 }
 
 /* Draws a path and its branches as random_state says. */
-static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights, int place,
+static void draw_path(const bn_sampler *sampler, bn_path path, uint32_t lights, int place,
                       int level) {
     const uint32_t rays = 1 + random_below(level > 0 ? 4 : MOST_RAYS);
     float u[4];
     if (random_below(2)) {
         for (uint32_t k = 0; k < lights; ++k) {
-            bn_path_first_light(table, &path, lights, k, u);
+            bn_path_first_light(sampler, &path, lights, k, u);
             put(place, u, 2);
         }
     }
     if (random_below(2)) {
-        bn_path_time(table, &path, u);
+        bn_path_time(sampler, &path, u);
         put(place, u, 2);
     }
     for (uint32_t number = 0; number < rays; ++number) {
         bn_ray ray = bn_path_ray(&path, number);
         uint32_t names = random_below(1000);
-        bn_ray_draw(table, &ray, u);
+        bn_ray_draw(sampler, &ray, u);
         put(place, u, 4);
         for (uint32_t more = random_below(12); more > 0; --more) {
             switch (random_below(16)) {
@@ -55,11 +55,11 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
                     const bn_split split = branches > 0 ? bn_ray_split(&ray, branches)
                                                         : bn_ray_split_from(&ray, path.index * 8);
                     for (uint32_t k = 0; k < taken; ++k)
-                        draw_path(table, bn_split_path(&split, k), lights, place, level + 1);
+                        draw_path(sampler, bn_split_path(&split, k), lights, place, level + 1);
                 }
                 break;
             case 1: {
-                bn_noise noise = bn_ray_noise(table, &ray);
+                bn_noise noise = bn_ray_noise(sampler, &ray);
                 for (uint32_t i = random_below(20); i > 0; --i) {
                     u[0] = bn_noise_1d(&noise);
                     put(place, u, 1);
@@ -68,22 +68,22 @@ static void draw_path(const bn_draw_table *table, bn_path path, uint32_t lights,
             }
             case 2: {
                 bn_ray part = bn_ray_named(&ray, names++);
-                bn_ray_draw(table, &part, u);
+                bn_ray_draw(sampler, &part, u);
                 put(place, u, 4);
-                u[0] = bn_ray_1d(table, &part);
+                u[0] = bn_ray_1d(sampler, &part);
                 put(place, u, 1);
                 break;
             }
             case 3:
-                bn_ray_4d(table, &ray, u);
+                bn_ray_4d(sampler, &ray, u);
                 put(place, u, 4);
                 break;
             default:
                 if (random_below(2)) {
-                    u[0] = bn_ray_1d(table, &ray);
+                    u[0] = bn_ray_1d(sampler, &ray);
                     put(place, u, 1);
                 } else {
-                    bn_ray_2d(table, &ray, u);
+                    bn_ray_2d(sampler, &ray, u);
                     put(place, u, 2);
                 }
             }
@@ -108,28 +108,25 @@ static int shared(void) {
 
 static void no_two_decisions_share_a_number(int32_t kind) {
     static const int32_t x[PLACES] = {0, 70001, -5, 640}, y[PLACES] = {0, 3, -40000, 481};
-    bn_sampler *sampler = make_sampler(kind, 64, 7);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(kind, 64, 7);
     int most = 0;
     for (uint32_t trial = 0; trial < 300; ++trial) {
         const uint32_t index = random_below(300), frame = random_below(3), begin = random_state;
         for (int place = 0; place < PLACES; ++place) {
             random_state = begin;
             count = 0;
-            draw_path(table, bn_path_start(x[place], y[place], index, frame), 1 + trial % 5, place,
+            draw_path(&sampler, bn_path_start(x[place], y[place], index, frame), 1 + trial % 5, place,
                       0);
         }
         CHECK(count > 0 && shared() == 0);
         if (count > most) most = count;
     }
     CHECK(most > 2000);
-    bn_sampler_destroy(sampler);
 }
 
 /* Several samples and frames of a pixel, without branches beyond their count. */
 static void nor_do_two_samples_or_frames(void) {
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 11);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 11);
     const int32_t x[PLACES] = {9, 1000, -77, 12345};
     for (int place = 0; place < PLACES; ++place) {
         count = 0;
@@ -140,16 +137,16 @@ static void nor_do_two_samples_or_frames(void) {
                     float u[4];
                     bn_ray ray = bn_path_ray(&path, number);
                     bn_split split = bn_ray_split(&ray, 3);
-                    bn_ray_draw(table, &ray, u);
+                    bn_ray_draw(&sampler, &ray, u);
                     put(place, u, 4);
                     for (uint32_t k = 0; k < 3; ++k) {
                         const bn_path branch = bn_split_path(&split, k);
                         const bn_ray first = bn_path_ray(&branch, 0);
-                        bn_ray_draw(table, &first, u);
+                        bn_ray_draw(&sampler, &first, u);
                         put(place, u, 4);
                     }
                     for (int k = 0; k < 5; ++k) {
-                        u[0] = bn_ray_1d(table, &ray);
+                        u[0] = bn_ray_1d(&sampler, &ray);
                         put(place, u, 1);
                     }
                 }
@@ -157,7 +154,6 @@ static void nor_do_two_samples_or_frames(void) {
         }
     }
     CHECK(count == 6 * 4 * 5 * (4 + 12 + 5) && shared() == 0);
-    bn_sampler_destroy(sampler);
 }
 
 /* The domains of a path: 64 rays, 64 decisions of each kind, and a split of each. */
@@ -198,35 +194,33 @@ static void domains_do_not_collide(void) {
 
 /* Whatever pixels drew at one ray, they agree at the next. */
 static void the_next_ray_does_not_care(void) {
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
     const bn_path path = bn_path_start(4, 5, 6, 0);
     for (uint32_t number = 0; number < MOST_RAYS; ++number) {
         bn_ray plain = bn_path_ray(&path, number + 1), other = bn_path_ray(&path, number);
         float u[4], v[4];
-        for (int i = 0; i < 40; ++i) bn_ray_2d(table, &other, u), (void)bn_ray_1d(table, &other);
+        for (int i = 0; i < 40; ++i) bn_ray_2d(&sampler, &other, u), (void)bn_ray_1d(&sampler, &other);
         other = bn_path_ray(&path, number + 1);
-        bn_ray_draw(table, &plain, u);
-        bn_ray_draw(table, &other, v);
+        bn_ray_draw(&sampler, &plain, u);
+        bn_ray_draw(&sampler, &other, v);
         CHECK(memcmp(u, v, sizeof u) == 0);
         float pair[2];
-        bn_ray_draw_where(table, &plain, pair);
+        bn_ray_draw_where(&sampler, &plain, pair);
         CHECK(pair[0] == u[0] && pair[1] == u[1]);
-        bn_ray_draw_light(table, &plain, pair);
+        bn_ray_draw_light(&sampler, &plain, pair);
         CHECK(pair[0] == u[2] && pair[1] == u[3]);
         /* Nor do pairs care about single numbers. */
-        for (int i = 0; i < 5; ++i) (void)bn_ray_1d(table, &other);
-        bn_ray_2d(table, &plain, u);
-        bn_ray_2d(table, &other, v);
+        for (int i = 0; i < 5; ++i) (void)bn_ray_1d(&sampler, &other);
+        bn_ray_2d(&sampler, &plain, u);
+        bn_ray_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
         /* Nor do named parts. */
         const bn_ray part = bn_ray_named(&plain, 12), same = bn_ray_named(&other, 12);
         const bn_ray next = bn_ray_named(&plain, 13);
-        bn_ray_draw(table, &part, u);
-        bn_ray_draw(table, &same, v);
+        bn_ray_draw(&sampler, &part, u);
+        bn_ray_draw(&sampler, &same, v);
         CHECK(memcmp(u, v, sizeof u) == 0 && next.domain != part.domain);
     }
-    bn_sampler_destroy(sampler);
 }
 
 /* All pairs of numbers of a path, over pixels, samples and seeds far apart. */
@@ -234,8 +228,7 @@ static void decisions_are_uncorrelated(void) {
     enum { TRIALS = 20000, SEEDS = 20, N = 60 };
     static double sums[N][N], means[N];
     for (uint32_t seed = 0; seed < SEEDS; ++seed) {
-        bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, seed);
-        const bn_draw_table *table = bn_sampler_table(sampler);
+        const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, seed);
         for (int trial = 0; trial < TRIALS / SEEDS; ++trial) {
             const bn_path path =
                 bn_path_start((int32_t)random_below(1u << 31), (int32_t)random_below(1u << 31),
@@ -246,20 +239,20 @@ static void decisions_are_uncorrelated(void) {
                 float u[4];
                 bn_ray ray = bn_path_ray(&path, number);
                 bn_split split = bn_ray_split(&ray, 2);
-                bn_noise noise = bn_ray_noise(table, &ray);
-                bn_ray_draw(table, &ray, u);
+                bn_noise noise = bn_ray_noise(&sampler, &ray);
+                bn_ray_draw(&sampler, &ray, u);
                 put(0, u, 4);
-                bn_ray_2d(table, &ray, u);
+                bn_ray_2d(&sampler, &ray, u);
                 put(0, u, 2);
-                bn_ray_4d(table, &ray, u);
+                bn_ray_4d(&sampler, &ray, u);
                 put(0, u, 4);
-                u[0] = bn_ray_1d(table, &ray);
-                u[1] = bn_ray_1d(table, &ray);
+                u[0] = bn_ray_1d(&sampler, &ray);
+                u[1] = bn_ray_1d(&sampler, &ray);
                 put(0, u, 2);
                 for (uint32_t k = 0; k < 3; ++k) {
                     const bn_path branch = bn_split_path(&split, k);
                     bn_ray first = bn_path_ray(&branch, 0);
-                    bn_ray_draw_where(table, &first, u);
+                    bn_ray_draw_where(&sampler, &first, u);
                     if (k != 1) put(0, u, 2);
                 }
                 for (int i = 0; i < 4; ++i) {
@@ -274,7 +267,6 @@ static void decisions_are_uncorrelated(void) {
                 for (int j = 0; j < i; ++j) sums[i][j] += centred[i] * centred[j];
             }
         }
-        bn_sampler_destroy(sampler);
     }
     CHECK(count == N);
     double worst = 0, squares = 0;
@@ -295,8 +287,7 @@ static void decisions_are_uncorrelated(void) {
 
 /* A split of a fixed count is one sequence over all samples of the pixel. */
 static void a_split_is_one_sequence(void) {
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 5);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 5);
     for (uint32_t index = 0; index < 8; ++index) {
         const bn_path path = bn_path_start(17, 18, index, 0);
         bn_ray ray = bn_path_ray(&path, 1);
@@ -310,11 +301,11 @@ static void a_split_is_one_sequence(void) {
             float u[4], v[4];
             const bn_path branch = bn_split_path(&split, k);
             const bn_ray first = bn_path_ray(&branch, 0);
-            bn_ray_draw(table, &first, u);
-            bn_sample_4d(sampler, 17, 18, 4 * index + k, bn_domain_child(domain, 0), v);
+            bn_ray_draw(&sampler, &first, u);
+            bn_sample_4d(&sampler, 17, 18, 4 * index + k, bn_domain_child(domain, 0), v);
             CHECK(memcmp(u, v, sizeof u) == 0);
-            bn_path_first_light(table, &path, 4, k, u);
-            bn_sample_2d(sampler, 17, 18, 4 * index + k, bn_domain_child(BN_DOMAIN_ROOT, 3), v);
+            bn_path_first_light(&sampler, &path, 4, k, u);
+            bn_sample_2d(&sampler, 17, 18, 4 * index + k, bn_domain_child(BN_DOMAIN_ROOT, 3), v);
             CHECK(u[0] == v[0] && u[1] == v[1]);
         }
         CHECK(bn_split_path(&next, 0).domain != bn_split_path(&split, 0).domain);
@@ -322,7 +313,6 @@ static void a_split_is_one_sequence(void) {
         CHECK(bn_split_path(&split, 4).domain != bn_split_path(&split, 0).domain);
         CHECK(bn_split_path(&split, 4).index == bn_split_path(&split, 0).index);
     }
-    bn_sampler_destroy(sampler);
 }
 
 int main(void) {

@@ -55,45 +55,44 @@ static void find_alignment(const bn_sampler *s, int log4_side, uint32_t domain, 
 
 static void test_nets(void) {
     enum { FAMILIES = 3 };
-    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 8);
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 8);
     for (uint32_t family = 0; family < FAMILIES; ++family) {
         int32_t small[2] = {-100, 1000}, large[2];
         uint32_t first = bn_domain_child(family, 4u * family);
-        find_alignment(s, 1, first, small);
+        find_alignment(&s, 1, first, small);
         memcpy(large, small, sizeof large);
-        find_alignment(s, 2, first, large);
+        find_alignment(&s, 2, first, large);
         for (uint32_t member = 0; member < MEMBERS; ++member) {
             uint32_t domain = bn_domain_child(family, 4u * family + member);
             for (int32_t i = 0; i < TILE * TILE / 16; ++i) {
                 int32_t x = small[0] + i % 16 * 4, y = small[1] + i / 16 * 4;
                 for (int k = 0; k <= (i % 17 == 0 ? 3 : 1); ++k) {
-                    CHECK(block_is_net(s, x, y, 1, k, domain));
+                    CHECK(block_is_net(&s, x, y, 1, k, domain));
                 }
             }
             for (int32_t i = 0; i < TILE * TILE / 256; ++i) {
                 int32_t x = large[0] + i % 4 * 16, y = large[1] + i / 4 * 16;
-                for (int k = 0; k <= 1; ++k) CHECK(block_is_net(s, x, y, 2, k, domain));
+                for (int k = 0; k <= 1; ++k) CHECK(block_is_net(&s, x, y, 2, k, domain));
             }
             /* The whole tile, wherever it is cut. */
-            CHECK(block_is_net(s, 7, -9, 3, 0, domain));
-            /* The label of one pixel in place of another's. */
-            draw_block(s, small[0], small[1], 1, 0, domain);
+            CHECK(block_is_net(&s, 7, -9, 3, 0, domain));
+            /* The label of one pixel in place of another'&s. */
+            draw_block(&s, small[0], small[1], 1, 0, domain);
             for (int d = 0; d < 4; ++d) points[5][d] ^= points[0][d] ^ points[1][d];
             CHECK(!are_net_in_four(points, 2));
         }
     }
-    bn_sampler_destroy(s);
 }
 
 /* The first 32 samples of a pixel: no first digit of one dimension of a family is that of another,
  * nor its complement; both would be perfectly correlated. */
 static void test_siblings(void) {
-    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 9);
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 9);
     for (uint32_t pixel = 0; pixel < 64; ++pixel) {
         uint32_t first_digits[4 * MEMBERS] = {0};
         for (uint32_t i = 0; i < 32u * MEMBERS; ++i) {
             uint32_t u[4], member = i / 32u;
-            bn_sample_4d_u32(s, (int32_t)pixel, (int32_t)(pixel * pixel), i % 32u,
+            bn_sample_4d_u32(&s, (int32_t)pixel, (int32_t)(pixel * pixel), i % 32u,
                              bn_domain_child(pixel, member), u);
             for (int d = 0; d < 4; ++d) {
                 first_digits[4u * member + (uint32_t)d] |= u[d] >> 31 << i % 32u;
@@ -105,7 +104,6 @@ static void test_siblings(void) {
             }
         }
     }
-    bn_sampler_destroy(s);
 }
 
 /* The mean of exp(a u + b v) over the unit square. */
@@ -118,7 +116,7 @@ static double exponential_mean(double a, double b) {
  * coordinates would not do: digital shifts of a net integrate them almost exactly.) */
 static void test_later_indices(void) {
     enum { PIXELS = 24 };
-    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 10);
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 10);
     for (uint32_t member = 0; member < MEMBERS; ++member) {
         double square[3] = {0.0, 0.0, 0.0};
         for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
@@ -126,7 +124,7 @@ static void test_later_indices(void) {
             double mean = exponential_mean(a, b) + exponential_mean(b, a);
             for (uint32_t i = 0; i < 1u << 16;) {
                 uint32_t u[4];
-                bn_sample_4d_u32(s, 5 * pixel, -pixel, i, bn_domain_child(3, member), u);
+                bn_sample_4d_u32(&s, 5 * pixel, -pixel, i, bn_domain_child(3, member), u);
                 sum += exp(0x1p-32 * (a * u[0] + b * u[1])) + exp(0x1p-32 * (b * u[2] + a * u[3]));
                 ++i;
                 for (int k = 0; k < 3; ++k) {
@@ -140,35 +138,30 @@ static void test_later_indices(void) {
         CHECK(sqrt(square[2]) < 0.5 * sqrt(square[1]));
         CHECK(sqrt(square[2]) < 0.01 * sqrt(square[0]));
     }
-    bn_sampler_destroy(s);
 }
 
-/* The flat buffer is what the draws read; how much memory it all takes. */
+/* The tables are those of the file, and what bn_draw.h asks the linker for. */
 static void test_words(void) {
-    static uint32_t words[BN_WORD_COUNT + 1];
-    for (uint64_t seed = 0; seed < 2; ++seed) {
-        bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, seed);
-        const bn_draw_table *table = bn_sampler_table(s);
-        size_t needed = 0;
-        words[BN_WORD_COUNT] = 0xabcdu;
-        CHECK(bn_sampler_table_words(s, words, BN_WORD_COUNT, &needed) == BN_SUCCESS);
-        CHECK(needed == BN_WORD_COUNT && words[BN_WORD_COUNT] == 0xabcdu);
-        CHECK(memcmp(words, table->words, BN_WORD_COUNT * sizeof *words) == 0);
-        CHECK(table->version == BN_DRAW_TABLE_VERSION && table->sampler == s);
-        CHECK(table->kind == BN_SAMPLER_BLUE && table->blue_indices == 256u);
-        /* Table and words lie in the sampler: from its begin to their ends. */
-        uintptr_t begin = (uintptr_t)s, table_end = (uintptr_t)(table + 1);
-        uintptr_t words_end = (uintptr_t)(table->words + BN_WORD_COUNT);
-        CHECK(begin <= (uintptr_t)table && begin <= (uintptr_t)table->words);
-        CHECK(table_end - begin < 64u * 1024u && words_end - begin < 64u * 1024u);
-        bn_sampler_destroy(s);
-    }
+    size_t count = 0;
+    uint32_t version = 0;
+    const uint32_t *words = bn_tables(&count, &version);
+    CHECK(words == bn_tables_6 && bn_tables(NULL, NULL) == words);
+    CHECK(count == BN_WORD_COUNT && version == BN_DRAW_TABLE_VERSION && version == 6);
+    CHECK(count * sizeof *words <= 48u * 1024u && sizeof(bn_sampler) <= 48u);
     FILE *file = fopen(BN_TESTS_DIR "/../libbn/data/blue.u32", "rb");
     CHECK(file != NULL);
     if (file == NULL) return;
-    CHECK(fseek(file, 0, SEEK_END) == 0);
-    CHECK(ftell(file) > 0 && ftell(file) <= 32L * 1024L);
+    for (size_t i = 0; i < count; ++i) {
+        unsigned char b[4] = {0};
+        CHECK(fread(b, 1, 4, file) == 4);
+        CHECK(words[i] == (b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24));
+    }
+    CHECK(fgetc(file) == EOF);
     fclose(file);
+    for (uint32_t i = 0; i < 256; ++i) {
+        CHECK(bn_index_digits_6[i].reversed == bn_reverse_bits(i));
+        CHECK(bn_index_digits_6[i].flip == bn_draw_flip(i));
+    }
 }
 
 int main(void) {

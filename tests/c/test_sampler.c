@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The sampler object and its draws: creation, ranges, determinism, block and inline forms, nets,
+ * Samplers and their draws: making them, ranges, determinism, block and inline forms, nets,
  * independence of domains and seeds, uniformity. How blue the samples are is tested in
  * tests/quality. */
 #include "check.h"
 #include "samplers.h"
+#define BN_BUILDING_DRAWS /* bn_sample_4d() and others are the library's here */
 #include <bn/bn_draw.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,21 +17,36 @@ static uint32_t random_u32(void) {
     return bn_hash32(bn_hash32(++counter) + 77u);
 }
 
-static void test_create(void) {
-    bn_sampler *sampler = NULL;
-    bn_sampler_options o = bn_sampler_options_default();
-    CHECK(bn_sampler_create(NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_sampler_create(NULL, &sampler) == BN_SUCCESS && sampler != NULL);
-    bn_sampler_destroy(sampler);
-    bn_sampler_destroy(NULL);
+/* Whether a sampler with these options cannot be had, and the old one stays. */
+static int is_refused(const bn_sampler_options *options, bn_result expected) {
+    bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 99);
+    const bn_sampler before = sampler;
+    return bn_sampler_init(&sampler, options) == expected &&
+           memcmp(&sampler, &before, sizeof sampler) == 0;
+}
 
+static int equal(const bn_sampler *a, const bn_sampler *b) {
+    uint32_t u[4], v[4];
+    bn_sample_4d_u32(a, 1, 2, 3, 4, u);
+    bn_sample_4d_u32(b, 1, 2, 3, 4, v);
+    return memcmp(u, v, sizeof u) == 0;
+}
+
+static void test_making(void) {
+    bn_sampler sampler;
+    bn_sampler_options o = bn_sampler_options_default();
+    CHECK(bn_sampler_init(NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sampler_init(&sampler, NULL) == BN_SUCCESS);
     for (int32_t kind = -3; kind < 9; ++kind) {
+        const int known = kind >= 0 && kind < KINDS;
+        const bn_sampler made = bn_sampler_make(kind, 5);
         o.kind = kind;
-        bn_result expected = kind >= 0 && kind < KINDS ? BN_SUCCESS : BN_ERROR_INVALID_ARGUMENT;
-        sampler = (bn_sampler *)&o;
-        CHECK(bn_sampler_create(&o, &sampler) == expected);
-        CHECK((sampler != NULL) == (expected == BN_SUCCESS));
-        bn_sampler_destroy(sampler);
+        o.seed = 5;
+        CHECK(known ? bn_sampler_init(&sampler, &o) == BN_SUCCESS
+                    : is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
+        /* Made of a kind that there is not, it is BLUE. */
+        const bn_sampler blue = bn_sampler_make(BN_SAMPLER_BLUE, 5);
+        CHECK(equal(&made, known ? &sampler : &blue));
     }
 
     uint32_t ranks[6] = {3, 1, 0, 5, 4, 2};
@@ -39,18 +55,17 @@ static void test_create(void) {
     o.mask_ranks = ranks;
     o.mask_width = 3;
     o.mask_height = 2;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_SUCCESS);
-    bn_sampler_destroy(sampler);
+    CHECK(bn_sampler_init(&sampler, &o) == BN_SUCCESS);
     o.mask_height = 0;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT && sampler == NULL);
+    CHECK(is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
     o.mask_height = 2;
     o.kind = BN_SAMPLER_BLUE;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
     o.kind = BN_SAMPLER_MASK;
     ranks[0] = 6;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_BAD_DATA && sampler == NULL);
+    CHECK(is_refused(&o, BN_ERROR_BAD_DATA));
     o.mask_ranks = NULL;
-    CHECK(bn_sampler_create(&o, &sampler) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(is_refused(&o, BN_ERROR_INVALID_ARGUMENT));
 }
 
 /* Older and newer versions of the options structure. */
@@ -62,25 +77,19 @@ static void test_struct_size(void) {
     memset(&newer, 0, sizeof newer);
     newer.options = bn_sampler_options_default();
     newer.options.struct_size = sizeof newer;
-    bn_sampler *a = NULL, *b = NULL;
-    CHECK(bn_sampler_create(&newer.options, &a) == BN_SUCCESS);
-    bn_sampler_destroy(a);
+    bn_sampler a;
+    CHECK(bn_sampler_init(&a, &newer.options) == BN_SUCCESS);
     newer.tail[9] = 1;
-    CHECK(bn_sampler_create(&newer.options, &a) == BN_ERROR_UNSUPPORTED && a == NULL);
+    CHECK(is_refused(&newer.options, BN_ERROR_UNSUPPORTED));
 
     /* A structure that ends before the seed: the seed written there is not read. */
     bn_sampler_options o = bn_sampler_options_default();
     o.kind = BN_SAMPLER_SOBOL;
     o.seed = 99;
     o.struct_size = offsetof(bn_sampler_options, seed);
-    CHECK(bn_sampler_create(&o, &a) == BN_SUCCESS);
-    b = make_sampler(BN_SAMPLER_SOBOL, 0, 0);
-    uint32_t u[4], v[4];
-    bn_sample_4d_u32(a, 1, 2, 3, 4, u);
-    bn_sample_4d_u32(b, 1, 2, 3, 4, v);
-    CHECK(memcmp(u, v, sizeof u) == 0);
-    bn_sampler_destroy(a);
-    bn_sampler_destroy(b);
+    CHECK(bn_sampler_init(&a, &o) == BN_SUCCESS);
+    const bn_sampler b = bn_sampler_make(BN_SAMPLER_SOBOL, 0);
+    CHECK(equal(&a, &b));
 }
 
 /* All forms of a draw agree, at ordinary and at extreme arguments. */
@@ -89,17 +98,17 @@ static void test_forms(void) {
     static const uint32_t indices[] = {0, 1, 2, 255, 256, 257, 65535, 65536, 1u << 31, UINT32_MAX};
     enum { NC = sizeof coordinates / sizeof *coordinates, NI = sizeof indices / sizeof *indices };
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, kind == BN_SAMPLER_ZORDER ? 16 : 0, 5);
+        const bn_sampler s = make_sampler(kind, kind == BN_SAMPLER_ZORDER ? 16 : 0, 5);
         for (int i = 0; i < NC * NC * NI; ++i) {
             int32_t x = coordinates[i % NC], y = coordinates[i / NC % NC];
             uint32_t index = indices[i / NC / NC], domain = bn_domain_child(7, (uint32_t)i);
             uint32_t bits[4], inline_bits[4];
             float four[4], two[2], inline_four[4];
-            bn_sample_4d_u32(s, x, y, index, domain, bits);
-            bn_draw_4d_u32(bn_sampler_table(s), x, y, index, domain, inline_bits);
-            bn_sample_4d(s, x, y, index, domain, four);
-            bn_draw_4d(bn_sampler_table(s), x, y, index, domain, inline_four);
-            bn_sample_2d(s, x, y, index, domain, two);
+            bn_sample_4d_u32(&s, x, y, index, domain, bits);
+            bn_inline_sample_4d_u32(&s, x, y, index, domain, inline_bits);
+            bn_sample_4d(&s, x, y, index, domain, four);
+            bn_inline_sample_4d(&s, x, y, index, domain, inline_four);
+            bn_sample_2d(&s, x, y, index, domain, two);
             CHECK(memcmp(bits, inline_bits, sizeof bits) == 0);
             CHECK(memcmp(four, inline_four, sizeof four) == 0);
             for (int d = 0; d < 4; ++d) {
@@ -107,23 +116,22 @@ static void test_forms(void) {
                 CHECK(four[d] >= 0.0f && four[d] < 1.0f);
             }
             CHECK(memcmp(two, four, sizeof two) == 0);
-            bn_draw_2d(bn_sampler_table(s), x, y, index, domain, two);
+            bn_inline_sample_2d(&s, x, y, index, domain, two);
             CHECK(memcmp(two, four, sizeof two) == 0);
-            CHECK(bn_sample_1d(s, x, y, index, domain) == four[0]);
-            CHECK(bn_draw_1d(bn_sampler_table(s), x, y, index, domain) == four[0]);
+            CHECK(bn_sample_1d(&s, x, y, index, domain) == four[0]);
+            CHECK(bn_inline_sample_1d(&s, x, y, index, domain) == four[0]);
             /* Only the lower two bits of the pair count. Of BLUE, single numbers are others. */
             for (uint32_t pair = 0; pair < 8u; ++pair) {
                 float same[2];
-                bn_sample_pair(s, x, y, index, domain, pair & 3u, same);
-                bn_sample_pair(s, x, y, index, domain, pair, two);
+                bn_sample_pair(&s, x, y, index, domain, pair & 3u, same);
+                bn_sample_pair(&s, x, y, index, domain, pair, two);
                 CHECK(memcmp(two, same, sizeof two) == 0);
-                bn_draw_pair(bn_sampler_table(s), x, y, index, domain, pair, two);
+                bn_inline_sample_pair(&s, x, y, index, domain, pair, two);
                 CHECK(memcmp(two, same, sizeof two) == 0);
                 if (kind == BN_SAMPLER_BLUE && (pair & 2u)) continue;
                 CHECK(memcmp(two, four + 2u * (pair & 1u), sizeof two) == 0);
             }
         }
-        bn_sampler_destroy(s);
     }
 }
 
@@ -131,37 +139,35 @@ static void test_block(void) {
     enum { W = 37, H = 11, N = 7, COUNT = W * H * N * 4 };
     static float out[COUNT];
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 11);
+        const bn_sampler s = make_sampler(kind, 0, 11);
         static const int32_t starts[][2] = {{0, 0}, {-3, 126}, {INT32_MAX - W + 1, INT32_MIN}};
         static const uint32_t firsts[] = {0, 250, UINT32_MAX - N + 1};
         for (int start = 0; start < 3; ++start) {
             int32_t x0 = starts[start][0], y0 = starts[start][1];
-            CHECK(bn_sample_block(s, x0, y0, W, H, firsts[start], N, 3, out, COUNT) == BN_SUCCESS);
+            CHECK(bn_sample_block(&s, x0, y0, W, H, firsts[start], N, 3, out, COUNT) == BN_SUCCESS);
             for (int i = 0; i < W * H * N; ++i) {
                 float u[4];
-                bn_sample_4d(s, x0 + i / N % W, y0 + i / N / W, firsts[start] + (uint32_t)(i % N),
+                bn_sample_4d(&s, x0 + i / N % W, y0 + i / N / W, firsts[start] + (uint32_t)(i % N),
                              3, u);
                 CHECK(memcmp(u, out + 4 * i, sizeof u) == 0);
             }
         }
-        bn_sampler_destroy(s);
     }
-    bn_sampler *s = make_sampler(BN_SAMPLER_BLUE, 0, 0);
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 0);
     const bn_result invalid = BN_ERROR_INVALID_ARGUMENT, mismatch = BN_ERROR_SIZE_MISMATCH;
     CHECK(bn_sample_block(NULL, 0, 0, W, H, 0, N, 0, out, COUNT) == invalid);
-    CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, NULL, COUNT) == invalid);
-    CHECK(bn_sample_block(s, 0, 0, 0, H, 0, N, 0, out, 0) == invalid);
-    CHECK(bn_sample_block(s, 0, 0, W, 0, 0, N, 0, out, 0) == invalid);
-    CHECK(bn_sample_block(s, 0, 0, W, H, 0, 0, 0, out, 0) == invalid);
-    CHECK(bn_sample_block(s, INT32_MAX - W + 2, 0, W, H, 0, N, 0, out, COUNT) == invalid);
-    CHECK(bn_sample_block(s, 0, INT32_MAX - H + 2, W, H, 0, N, 0, out, COUNT) == invalid);
-    CHECK(bn_sample_block(s, 0, 0, W, H, UINT32_MAX - N + 2, N, 0, out, COUNT) == invalid);
-    CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, out, COUNT - 1) == mismatch);
-    CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 0, out, COUNT + 4) == mismatch);
+    CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, NULL, COUNT) == invalid);
+    CHECK(bn_sample_block(&s, 0, 0, 0, H, 0, N, 0, out, 0) == invalid);
+    CHECK(bn_sample_block(&s, 0, 0, W, 0, 0, N, 0, out, 0) == invalid);
+    CHECK(bn_sample_block(&s, 0, 0, W, H, 0, 0, 0, out, 0) == invalid);
+    CHECK(bn_sample_block(&s, INT32_MAX - W + 2, 0, W, H, 0, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(&s, 0, INT32_MAX - H + 2, W, H, 0, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(&s, 0, 0, W, H, UINT32_MAX - N + 2, N, 0, out, COUNT) == invalid);
+    CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, out, COUNT - 1) == mismatch);
+    CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 0, out, COUNT + 4) == mismatch);
     /* Extents whose product wraps around to the count given. */
-    CHECK(bn_sample_block(s, INT32_MIN, INT32_MIN, 1u << 31, 1u << 31, 0, 4, 0, out, 0) ==
+    CHECK(bn_sample_block(&s, INT32_MIN, INT32_MIN, 1u << 31, 1u << 31, 0, 4, 0, out, 0) ==
           mismatch);
-    bn_sampler_destroy(s);
 }
 
 /* Whether points first .. first + 2^m - 1 have one point in every elementary interval of area 2^-m.
@@ -200,22 +206,21 @@ static void test_nets(void) {
     static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_ZORDER,
                                     BN_SAMPLER_MASK};
     for (int k = 0; k < 4; ++k) {
-        bn_sampler *s = make_sampler(kinds[k], 64, 3);
+        const bn_sampler s = make_sampler(kinds[k], 64, 3);
         for (int pixel = 0; pixel < 24; ++pixel) {
             int32_t x = (int32_t)random_u32(), y = (int32_t)random_u32();
             uint32_t domain = random_u32();
             for (int pair = 0; pair < 2; ++pair) {
                 for (int m = 0; m <= 12; ++m) {
-                    CHECK(is_net(s, x, y, domain, pair, 0, m));
-                    CHECK(is_net(s, x, y, domain, pair, 5u << m, m));
+                    CHECK(is_net(&s, x, y, domain, pair, 0, m));
+                    CHECK(is_net(&s, x, y, domain, pair, 5u << m, m));
                 }
             }
             for (int m = 1; m <= 5 && kinds[k] == BN_SAMPLER_BLUE; ++m) {
-                CHECK(is_net_in_four(s, x, y, domain, 0, m));
-                CHECK(is_net_in_four(s, x, y, domain, 3u << 2 * m, m));
+                CHECK(is_net_in_four(&s, x, y, domain, 0, m));
+                CHECK(is_net_in_four(&s, x, y, domain, 3u << 2 * m, m));
             }
         }
-        bn_sampler_destroy(s);
     }
 }
 
@@ -230,17 +235,16 @@ static void test_no_repeats(void) {
     enum { N = 1 << 16 };
     uint64_t *values = malloc(N * sizeof *values);
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 0);
+        const bn_sampler s = make_sampler(kind, 0, 0);
         for (uint32_t i = 0; i < N; ++i) {
             uint32_t u[4];
-            bn_sample_4d_u32(s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
+            bn_sample_4d_u32(&s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
             values[i] = (uint64_t)u[0] << 32 | u[1];
         }
         qsort(values, N, sizeof *values, compare_u64);
         int repeats = 0;
         for (int i = 1; i < N; ++i) repeats += values[i] == values[i - 1];
         CHECK(repeats == 0);
-        bn_sampler_destroy(s);
     }
     free(values);
 }
@@ -266,21 +270,19 @@ static double correlation(const bn_sampler *s, const bn_sampler *t, uint32_t d, 
 
 static void test_independence(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 1), *t = make_sampler(kind, 0, 2);
+        const bn_sampler s = make_sampler(kind, 0, 1), t = make_sampler(kind, 0, 2);
         int correlated = 0;
         /* The same arguments give the same samples: the statistic sees dependence. */
-        CHECK(correlation(s, s, 5, 5, 0, 0) > 30.0);
+        CHECK(correlation(&s, &s, 5, 5, 0, 0) > 30.0);
         for (uint32_t pair = 0; pair < 40; ++pair) {
             uint32_t d = bn_domain_child(BN_DOMAIN_ROOT, pair);
             uint32_t e = bn_domain_child(BN_DOMAIN_ROOT, pair + 1000);
             int i = (int)(pair & 3u), j = (int)(pair >> 2 & 3u);
-            correlated += !(fabs(correlation(s, s, d, e, i, j)) < 6.0);
-            correlated += !(fabs(correlation(s, t, d, d, i, j)) < 6.0);
-            correlated += i != j && !(fabs(correlation(s, s, d, d, i, j)) < 6.0);
+            correlated += !(fabs(correlation(&s, &s, d, e, i, j)) < 6.0);
+            correlated += !(fabs(correlation(&s, &t, d, d, i, j)) < 6.0);
+            correlated += i != j && !(fabs(correlation(&s, &s, d, d, i, j)) < 6.0);
         }
         CHECK(correlated <= (kind == BN_SAMPLER_MASK ? 4 : 0));
-        bn_sampler_destroy(s);
-        bn_sampler_destroy(t);
     }
 }
 
@@ -289,18 +291,17 @@ static void test_independence(void) {
  * of 10 tests. */
 static void test_uniform(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 4);
+        const bn_sampler s = make_sampler(kind, 0, 4);
         for (int pair = 0; pair < 2; ++pair) {
             double cells[256] = {0}, chi = 0.0;
             for (uint32_t i = 0; i < 1u << 16; ++i) {
                 uint32_t u[4];
-                bn_sample_4d_u32(s, 3, -8, 0, bn_domain_child(1, i), u);
+                bn_sample_4d_u32(&s, 3, -8, 0, bn_domain_child(1, i), u);
                 cells[(u[2 * pair] >> 28) << 4 | u[2 * pair + 1] >> 28] += 1.0;
             }
             for (int i = 0; i < 256; ++i) chi += (cells[i] - 256.0) * (cells[i] - 256.0) / 256.0;
             CHECK(fabs(chi - 255.0) < 6.0 * 22.6);
         }
-        bn_sampler_destroy(s);
     }
 }
 
@@ -308,7 +309,7 @@ static void test_uniform(void) {
  * least as fast as Sobol' sequences promise (for white noise, as the square root). */
 static void test_convergence(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 4);
+        const bn_sampler s = make_sampler(kind, 0, 4);
         double limit = INFINITY;
         for (uint32_t count = 16; count <= 4096; count *= 16) {
             double square = 0.0;
@@ -317,7 +318,7 @@ static void test_convergence(void) {
                 double sum = 0.0;
                 for (uint32_t i = 0; i < count; ++i) {
                     float u[4];
-                    bn_sample_4d(s, pixel, 3 * pixel, i, domain, u);
+                    bn_sample_4d(&s, pixel, 3 * pixel, i, domain, u);
                     sum += u[0] * u[1] + u[2] * u[3] - 0.5;
                 }
                 square += sum * sum / ((double)count * count) / 64.0;
@@ -326,7 +327,6 @@ static void test_convergence(void) {
             CHECK(error < limit);
             limit = (count == 16 ? error : limit) * (kind == BN_SAMPLER_WHITE ? 0.4 : 0.15);
         }
-        bn_sampler_destroy(s);
     }
 }
 
@@ -340,15 +340,14 @@ static void test_mask_values(void) {
     o.mask_ranks = ranks;
     o.mask_width = W;
     o.mask_height = H;
-    bn_sampler *s = sampler_of(&o);
-    memset(ranks, 0, sizeof ranks); /* it was copied */
+    const bn_sampler s = sampler_of(&o);
     for (uint32_t domain = 0; domain < 20; ++domain) {
         for (int d = 0; d < 4; ++d) {
             unsigned seen = 0, neighbours = 0;
             for (int i = 0; i < COUNT; ++i) {
                 uint32_t u[4], v[4];
-                bn_sample_4d_u32(s, -3 + i % W, 5 + i / W, 0, domain, u);
-                bn_sample_4d_u32(s, -2 + i % W, 5 + i / W, 0, domain, v);
+                bn_sample_4d_u32(&s, -3 + i % W, 5 + i / W, 0, domain, u);
+                bn_sample_4d_u32(&s, -2 + i % W, 5 + i / W, 0, domain, v);
                 /* 24 values are told apart by 5 digits; the lower ones are random. */
                 uint32_t cell = 0, next = 0;
                 for (uint32_t r = 0; r < COUNT; ++r) {
@@ -366,12 +365,11 @@ static void test_mask_values(void) {
             CHECK(neighbours >= COUNT - H);
         }
     }
-    bn_sampler_destroy(s);
 }
 
 int main(void) {
     test_mask_values();
-    test_create();
+    test_making();
     test_struct_size();
     test_forms();
     test_block();

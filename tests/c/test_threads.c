@@ -11,7 +11,7 @@
 enum { THREADS = 4, KINDS = 5, SIZE = 24, SAMPLES = 320, MASK = 32 };
 
 typedef struct job {
-    bn_sampler *const *samplers;
+    const bn_sampler *samplers;
     uint32_t number; /* of the thread: decides the order of its draws */
     uint64_t hash[KINDS];
     uint32_t cluster[MASK * MASK], relaxed[MASK * MASK];
@@ -33,7 +33,7 @@ static void *work(void *argument) {
         return NULL;
     }
     for (int kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler *s = j->samplers[kind];
+        const bn_sampler *s = &j->samplers[kind];
         for (uint32_t k = 0; k < SIZE * SAMPLES; ++k) {
             uint32_t at = (k * strides[j->number] + 77u * j->number) % (SIZE * SAMPLES);
             uint32_t u[4], domain = bn_domain_child(at % 7u, 3u);
@@ -57,7 +57,7 @@ static void *work(void *argument) {
 
 int main(void) {
     static job jobs[THREADS + 1];
-    bn_sampler *samplers[KINDS];
+    bn_sampler samplers[KINDS];
     pthread_t threads[THREADS];
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         samplers[kind] = make_sampler(kind, 0, 4);
@@ -77,6 +77,5 @@ int main(void) {
         CHECK(memcmp(jobs[i].cluster, jobs[0].cluster, sizeof jobs[0].cluster) == 0);
         CHECK(memcmp(jobs[i].relaxed, jobs[0].relaxed, sizeof jobs[0].relaxed) == 0);
     }
-    for (int kind = 0; kind < KINDS; ++kind) bn_sampler_destroy(samplers[kind]);
     return check_result();
 }

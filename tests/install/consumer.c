@@ -22,7 +22,7 @@ int main(void) {
     bn_ray ray = bn_path_ray(&path, 3);
     const bn_split split = bn_ray_split(&ray, 4);
     const bn_path branch = bn_split_path(&split, 5);
-    bn_ray_4d(bn_sampler_table(sampler), &ray, number);
+    bn_ray_4d(sampler, &ray, number);
     printf("%.7f %.7f %08lx %lu\n", (double)number[0], (double)number[3],
            (unsigned long)branch.domain, (unsigned long)branch.index);
     bn_sampler_destroy(sampler);

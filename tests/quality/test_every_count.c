@@ -113,12 +113,12 @@ static void measure(const bn_sampler *sampler, kind what, double rmse[COUNTS]) {
 
 int main(int argc, char **argv) {
     const int print = argc > 1 && strcmp(argv[1], "--print") == 0;
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 41);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 41);
     int failed = 0;
     for (int what = 0; what < KINDS; ++what) {
         double rmse[COUNTS], most = 0.0;
         int at = 0;
-        measure(sampler, (kind)what, rmse);
+        measure(&sampler, (kind)what, rmse);
         for (int n = 1; n < COUNTS; ++n) {
             if (print) printf("%s, %d: %.4f\n", names[what], n, rmse[n - 1] / rmse[0]);
             if (rmse[n] / rmse[n - 1] > most) {
@@ -130,6 +130,5 @@ int main(int argc, char **argv) {
                100.0 * (most - 1.0), at, at + 1);
         failed += !(most < 1.15);
     }
-    bn_sampler_destroy(sampler);
     return failed > 0;
 }

@@ -63,10 +63,10 @@ static double mean_of(const half_plane *h, int level) {
     return mean;
 }
 
-static void draw_family(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index,
+static void draw_family(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                         uint32_t parent, float u[MEMBERS][4]) {
     for (uint32_t m = 0; m < MEMBERS; ++m) {
-        bn_draw_4d(table, x, y, index, bn_domain_child(parent, m), u[m]);
+        bn_inline_sample_4d(table, x, y, index, bn_domain_child(parent, m), u[m]);
     }
 }
 
@@ -77,8 +77,7 @@ static void draw_family(const bn_draw_table *table, int32_t x, int32_t y, uint32
 static void test_means(void) {
     enum { KEYS = 1 << 20 };
     static const uint32_t indices[2] = {0, 5};
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 31);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 31);
     double squares[LEVELS] = {0.0};
     for (int k = 0; k < PRODUCTS; ++k) {
         half_plane h[2 * MEMBERS];
@@ -87,7 +86,7 @@ static void test_means(void) {
             int sums[LEVELS] = {0};
             for (uint32_t key = 0; key < KEYS; ++key) {
                 float u[MEMBERS][4];
-                draw_family(table, 5, 9, indices[i],
+                draw_family(&sampler, 5, 9, indices[i],
                             bn_domain_child((uint32_t)(2 * k + i), 4u * key), u);
                 for (int level = 0; level < LEVELS; ++level) {
                     sums[level] += value_at(h, u, k, level);
@@ -108,7 +107,6 @@ static void test_means(void) {
                   0.009);
         }
     }
-    bn_sampler_destroy(sampler);
 }
 
 /* ---- Domains of different families */
@@ -137,7 +135,7 @@ static uint32_t view_of(const uint32_t *words, uint32_t domain) {
 
 /* f g of two half-planes less their means, so that independent samples average to zero: the mean
  * square over a picture, raw and blurred with sigma 2.1, over that of white noise. */
-static void product_errors(const bn_draw_table *table, const uint32_t domains[2], int number,
+static void product_errors(const bn_sampler *sampler, const uint32_t domains[2], int number,
                            double raw[COUNTS], double blurred[COUNTS]) {
     static float values[COUNTS][SIZE][SIZE], rows[SIZE][SIZE];
     const half_plane h[2] = {plane(2 * number), plane(2 * number + 1)};
@@ -161,7 +159,7 @@ static void product_errors(const bn_draw_table *table, const uint32_t domains[2]
             double value = 1.0;
             for (int d = 0; d < 2; ++d) {
                 float u[4];
-                bn_draw_blue_floats(table, &pixel[d], i, u);
+                bn_draw_blue_floats(sampler, &pixel[d], i, u);
                 value *= is_inside(&h[d], u + 2 * (number >> d & 1)) - h[d].mean;
             }
             sum += value;
@@ -209,13 +207,12 @@ static const double limits[RELATIONS][2] = {{1.19, 1.23}, {1.20, 2.65}, {1.25, 1
 static void test_families(void) {
     enum { PAIRS = 96, FAMILIES = 8192, VIEWS = 1 << 14 };
     static uint32_t first[VIEWS];
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, 33);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 33);
     double raw[RELATIONS][COUNTS] = {{0}}, blurred[RELATIONS][COUNTS] = {{0}};
     int found[RELATIONS] = {0};
     for (uint32_t family = 1; family < FAMILIES; ++family) {
         const uint32_t parent = bn_hash32(family), domain = bn_domain_child(parent, 0);
-        const uint32_t view = view_of(table->words, domain);
+        const uint32_t view = view_of(bn_tables_6, domain);
         for (int where = ANY; where < RELATIONS; ++where) {
             /* A neighbour is the place to the right, or that below. */
             uint32_t looked = view;
@@ -229,7 +226,7 @@ static void test_families(void) {
             const uint32_t domains[2] = {
                 bn_domain_child(bn_hash32(other), (uint32_t)number % 4u),
                 bn_domain_child(parent, (uint32_t)(number + number / 4) % 4u)};
-            product_errors(table, domains, number, raw[where], blurred[where]);
+            product_errors(&sampler, domains, number, raw[where], blurred[where]);
         }
         first[view] = family;
     }
@@ -241,7 +238,6 @@ static void test_families(void) {
                   limits[where][1]);
         }
     }
-    bn_sampler_destroy(sampler);
 }
 
 int main(int argc, char **argv) {

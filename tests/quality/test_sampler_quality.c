@@ -278,7 +278,7 @@ static const figures *figures_of(const row *rows, int count, int at) {
     static figures result;
     const row *r = &rows[at];
     if (at == 0 || !same_run(r, &rows[at - 1])) {
-        bn_sampler *sampler = make(r);
+        const bn_sampler sampler = make(r);
         cells wanted = {{0}};
         int what = 0;
         while (what < FIGURES && strcmp(r->figure, figure_names[what]) != 0) ++what;
@@ -286,8 +286,7 @@ static const figures *figures_of(const row *rows, int count, int at) {
         for (int i = at; i < count && same_run(r, &rows[i]); ++i) {
             wanted[position_of_sigma(rows[i].sigma)][position_of_count(rows[i].spp)] = 1;
         }
-        measure(sampler, (figure)what, wanted, result);
-        bn_sampler_destroy(sampler);
+        measure(&sampler, (figure)what, wanted, result);
     }
     return (const figures *)&result;
 }

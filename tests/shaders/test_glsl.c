@@ -28,7 +28,6 @@ static float float_of(uint32_t bits) {
 /* A shader that numbers the decisions of a ray itself draws what the objects of bn_path.h hand out. */
 static void test_path(const bn_sampler *s, const uint32_t *words, int32_t kind, const bn_path *path,
                       uint32_t frame, uint32_t number, uint32_t count) {
-    const bn_draw_table *table = bn_sampler_table(s);
     const int32_t x = (int32_t)path->x, y = (int32_t)path->y;
     bn_ray ray = bn_path_ray(path, number);
     uint32_t bits[4];
@@ -40,22 +39,22 @@ static void test_path(const bn_sampler *s, const uint32_t *words, int32_t kind, 
         const bn_path branch = bn_split_path(&split, k);
         CHECK(found.branch_index == branch.index && found.branch_domain == branch.domain);
         const bn_ray first = bn_path_ray(&branch, 0);
-        bn_ray_draw(table, &first, u);
+        bn_ray_draw(s, &first, u);
         glsl_draw(words, kind, x, y, found.branch_index, found.branch_ray, bits);
         CHECK(u[0] == float_of(bits[0]) && u[3] == float_of(bits[3]));
 
         found = glsl_path_words(words, x, y, path->index, frame, number, k, 1, k);
-        const float single = bn_ray_1d(table, &ray);
+        const float single = bn_ray_1d(s, &ray);
         glsl_draw(words, kind, x, y, path->index, found.domain_1d, bits);
         CHECK(single == float_of(bits[found.dimension_1d]));
-        bn_ray_2d(table, &ray, u);
+        bn_ray_2d(s, &ray, u);
         glsl_draw_pair(words, kind, x, y, path->index, found.domain_2d, found.pair_2d, bits);
         CHECK(u[0] == float_of(bits[0]) && u[1] == float_of(bits[1]));
-        bn_ray_4d(table, &ray, u);
+        bn_ray_4d(s, &ray, u);
         glsl_draw(words, kind, x, y, path->index, found.domain_4d, bits);
         for (int i = 0; i < 4; ++i) CHECK(u[i] == float_of(bits[i]));
 
-        bn_noise noise = bn_ray_noise(table, &ray); /* the domain of split 2 k + 1 */
+        bn_noise noise = bn_ray_noise(s, &ray); /* the domain of split 2 k + 1 */
         found = glsl_path_words(words, x, y, path->index, frame, number, 2 * k + 1, 1, 4);
         glsl_draw(words, kind, x, y, path->index, found.split, bits);
         for (uint32_t i = 0; i < 7; ++i) {
@@ -65,13 +64,13 @@ static void test_path(const bn_sampler *s, const uint32_t *words, int32_t kind, 
         }
     }
     const glsl_path found = glsl_path_words(words, x, y, path->index, frame, number, 0, 1, 0);
-    bn_ray_draw(table, &ray, u);
+    bn_ray_draw(s, &ray, u);
     glsl_draw(words, kind, x, y, path->index, found.ray, bits);
     for (int i = 0; i < 4; ++i) CHECK(u[i] == float_of(bits[i]));
     glsl_draw_pair(words, kind, x, y, path->index, found.camera, 1, bits);
-    bn_path_time(table, path, u);
+    bn_path_time(s, path, u);
     CHECK(u[0] == float_of(bits[0]) && u[1] == float_of(bits[1]));
-    bn_path_first_light(table, path, count, 0, u);
+    bn_path_first_light(s, path, count, 0, u);
     const uint32_t index = path->index * (count == 0 ? 1 : count);
     glsl_draw_pair(words, kind, x, y, index, found.camera, 0, bits);
     CHECK(u[0] == float_of(bits[0]) && u[1] == float_of(bits[1]));
@@ -125,10 +124,10 @@ int main(void) {
     uint32_t *words = malloc(glsl_word_count() * sizeof *words);
     for (int32_t kind = BN_SAMPLER_BLUE; kind <= BN_SAMPLER_WHITE; ++kind) {
         for (uint64_t seed = 0; seed < 8; ++seed) {
-            bn_sampler *s = make_sampler(kind, 0, seed);
-            test_words(s);
-            CHECK(bn_sampler_table_words(s, words, glsl_word_count(), NULL) == BN_SUCCESS);
-            test_paths(s, words, kind);
+            const bn_sampler s = make_sampler(kind, 0, seed);
+            test_words(&s);
+            CHECK(bn_sampler_table_words(&s, words, glsl_word_count(), NULL) == BN_SUCCESS);
+            test_paths(&s, words, kind);
             uint32_t domain = (uint32_t)seed;
             for (int i = 0; i < NC * NC * NI; ++i) {
                 uint32_t bits[4], shader[4];
@@ -136,7 +135,7 @@ int main(void) {
                 uint32_t child = bn_domain_child(domain, (uint32_t)i);
                 CHECK(glsl_domain_child(domain, (uint32_t)i) == child);
                 domain = child;
-                bn_sample_4d_u32(s, x, y, indices[i / NC / NC], domain, bits);
+                bn_sample_4d_u32(&s, x, y, indices[i / NC / NC], domain, bits);
                 glsl_draw(words, kind, x, y, indices[i / NC / NC], domain, shader);
                 CHECK(memcmp(bits, shader, sizeof bits) == 0);
                 for (uint32_t pair = 0; pair < 2u; ++pair) {
@@ -144,7 +143,6 @@ int main(void) {
                     CHECK(memcmp(bits + 2u * pair, shader, sizeof bits / 2) == 0);
                 }
             }
-            bn_sampler_destroy(s);
         }
     }
     free(words);

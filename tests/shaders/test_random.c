@@ -21,37 +21,37 @@ static void copy(float *out, const float *from, size_t count) {
 }
 
 /* The layout of paths.md, with bn_path.h alone. */
-static void expect(const bn_draw_table *table, const uint32_t *asked, float *out) {
+static void expect(const bn_sampler *sampler, const uint32_t *asked, float *out) {
     const int lens = RANDOM_WITH_LENS;
     const uint32_t bounce = asked[3], effect = asked[4];
     const bn_path path = bn_path_start((int32_t)asked[0], (int32_t)asked[1], asked[2], 0);
     const bn_ray ray = bn_path_ray(&path, bounce), next = bn_path_ray(&path, bounce + 1);
     const bn_ray named = bn_ray_named(&ray, effect), light = bn_ray_named(&ray, RANDOM_LIGHT);
     float u[4], v[4];
-    bn_ray_draw(table, &named, u);
+    bn_ray_draw(sampler, &named, u);
     out[0] = u[0];
     copy(out + 1, u, 2);
     copy(out + 3, u, 3);
     copy(out + 6, u, 4);
-    if (effect == RANDOM_DIRECTION) bn_ray_draw_where(table, &next, out + 1);
-    if (effect == RANDOM_PIXEL && bounce == 0) bn_ray_draw_where(table, &ray, out + 1);
+    if (effect == RANDOM_DIRECTION) bn_ray_draw_where(sampler, &next, out + 1);
+    if (effect == RANDOM_PIXEL && bounce == 0) bn_ray_draw_where(sampler, &ray, out + 1);
     if (effect == RANDOM_LENS && bounce == 0 && lens) {
-        bn_ray_draw_light(table, &ray, out + 1);
+        bn_ray_draw_light(sampler, &ray, out + 1);
         copy(out + 3, out + 1, 2);
         out[5] = u[0];
     }
     if (effect == RANDOM_LIGHT || (effect == RANDOM_ENVIRONMENT && lens)) {
         if (lens && bounce == 0)
-            bn_path_first_light(table, &path, 1, 0, out + 1);
+            bn_path_first_light(sampler, &path, 1, 0, out + 1);
         else
-            bn_ray_draw_light(table, &ray, out + 1);
+            bn_ray_draw_light(sampler, &ray, out + 1);
     }
     if (effect == RANDOM_LIGHT) {
         out[3] = u[2];
         copy(out + 4, u, 2);
     }
     if (effect == RANDOM_CHOICE && lens) {
-        bn_ray_draw(table, &light, v);
+        bn_ray_draw(sampler, &light, v);
         out[0] = v[3];
     }
 }
@@ -77,17 +77,15 @@ static void put(const char *folder, const char *name, const void *data, size_t s
 int main(int count, char **arguments) {
     static uint32_t words[WORDS], all_asked[CASES][ASKED];
     static float all_expected[CASES][EXPECTED];
-    bn_sampler *sampler = make_sampler(BN_SAMPLER_BLUE, 0, UINT64_MAX);
-    CHECK(bn_sampler_table_words(sampler, words, WORDS, NULL) == BN_SUCCESS);
-    const bn_draw_table *table = bn_sampler_table(sampler);
+    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, UINT64_MAX);
+    CHECK(bn_sampler_table_words(&sampler, words, WORDS, NULL) == BN_SUCCESS);
     for (uint32_t i = 0; i < CASES; ++i) {
         float got[RANDOM_NUMBERS];
         ask(i, all_asked[i]);
-        expect(table, all_asked[i], all_expected[i]);
+        expect(&sampler, all_asked[i], all_expected[i]);
         random_glsl(words, all_asked[i], got);
         CHECK(memcmp(got, all_expected[i], sizeof got) == 0);
     }
-    bn_sampler_destroy(sampler);
     if (count > 1) {
         put(arguments[1], "words.bin", words, sizeof words);
         put(arguments[1], "asked.bin", all_asked, sizeof all_asked);

@@ -27,11 +27,10 @@ static void test_vector_draws_are_used(void) {
     enum { W = 5, H = 3, N = 41 };
     static float out[W * H * N * 4];
     for (int32_t kind = BN_SAMPLER_SOBOL; kind <= BN_SAMPLER_WHITE; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 0);
+        const bn_sampler s = make_sampler(kind, 0, 0);
         vector_draws = 0;
-        CHECK(bn_sample_block(s, 0, 0, W, H, 0, N, 1, out, W * H * N * 4) == BN_SUCCESS);
+        CHECK(bn_sample_block(&s, 0, 0, W, H, 0, N, 1, out, W * H * N * 4) == BN_SUCCESS);
         CHECK(vector_draws == (__builtin_cpu_supports("avx2") ? W * H * N : 0));
-        bn_sampler_destroy(s);
     }
 }
 #endif
@@ -44,25 +43,24 @@ int main(void) {
     float *out = malloc(W * H * MOST * 4 * sizeof *out);
     for (int32_t kind = 0; kind < 5; ++kind) {
         for (uint64_t seed = 0; seed < 12; ++seed) {
-            bn_sampler *s = make_sampler(kind, seed == 1 ? 1 : 0, seed);
+            const bn_sampler s = make_sampler(kind, seed == 1 ? 1 : 0, seed);
             for (size_t f = 0; f <= sizeof firsts / sizeof *firsts; ++f) {
                 for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
                     uint32_t n = counts[c], domain = bn_domain_child((uint32_t)seed, (uint32_t)f);
                     uint32_t first = f < sizeof firsts / sizeof *firsts ? firsts[f] : 0u - n;
                     int32_t x0 = seed == 2 ? INT32_MIN : (int32_t)(seed * 50) - 100;
                     int differences = 0;
-                    CHECK(bn_sample_block(s, x0, -7, W, H, first, n, domain, out, W * H * n * 4) ==
+                    CHECK(bn_sample_block(&s, x0, -7, W, H, first, n, domain, out, W * H * n * 4) ==
                           BN_SUCCESS);
                     for (uint32_t i = 0; i < W * H * n; ++i) {
                         float u[4];
-                        bn_sample_4d(s, x0 + (int32_t)(i / n % W), -7 + (int32_t)(i / n / W),
+                        bn_sample_4d(&s, x0 + (int32_t)(i / n % W), -7 + (int32_t)(i / n / W),
                                      first + i % n, domain, u);
                         differences += memcmp(u, out + 4 * i, sizeof u) != 0;
                     }
                     CHECK(differences == 0);
                 }
             }
-            bn_sampler_destroy(s);
         }
     }
     free(out);

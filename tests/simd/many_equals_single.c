@@ -74,15 +74,14 @@ static void compare(const bn_sampler *sampler, size_t count, size_t offset, uint
 static void test_bits(void) {
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         for (uint64_t seed = 0; seed < 2; ++seed) {
-            bn_sampler *sampler = make_sampler(kind, seed == 0 ? 0 : 5, seed);
+            const bn_sampler sampler = make_sampler(kind, seed == 0 ? 0 : 5, seed);
             for (size_t count = 0; count <= MOST; ++count) {
                 for (uint32_t what = 1; what <= SECOND_PAIR; ++what) {
                     for (int range = 0; range < RANGES; ++range) {
-                        compare(sampler, count, (count + what) % OFFSETS, what, range);
+                        compare(&sampler, count, (count + what) % OFFSETS, what, range);
                     }
                 }
             }
-            bn_sampler_destroy(sampler);
         }
     }
 }
@@ -96,35 +95,34 @@ static void test_arguments(void) {
     memset(out, 0x5a, sizeof out);
     memset(untouched, 0x5a, sizeof untouched);
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler *s = make_sampler(kind, 0, 0);
+        const bn_sampler s = make_sampler(kind, 0, 0);
         CHECK(bn_sample_many(NULL, N, at, at, zero, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, NULL, at, zero, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, NULL, zero, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, NULL, zero, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, zero, NULL, 4, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 4, NULL, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 0, out, 0) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 5, out, 5 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, UINT32_MAX, out, 4 * N) == invalid);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 2 * N - 1) == mismatch);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 2 * N + 1) == mismatch);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 2 * N + 2) == mismatch);
-        CHECK(bn_sample_many(s, N, at, at, zero, zero, 2, out, 0) == mismatch);
-        CHECK(bn_sample_many(s, SIZE_MAX, at, at, zero, zero, 3, out, N) == mismatch);
+        CHECK(bn_sample_many(&s, N, NULL, at, zero, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, NULL, zero, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, NULL, zero, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, zero, NULL, 4, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 4, NULL, 4 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 0, out, 0) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 5, out, 5 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, UINT32_MAX, out, 4 * N) == invalid);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 2 * N - 1) == mismatch);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 2 * N + 1) == mismatch);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 2 * N + 2) == mismatch);
+        CHECK(bn_sample_many(&s, N, at, at, zero, zero, 2, out, 0) == mismatch);
+        CHECK(bn_sample_many(&s, SIZE_MAX, at, at, zero, zero, 3, out, N) == mismatch);
         /* Counts whose product wraps around to the one given. */
-        CHECK(bn_sample_many(s, SIZE_MAX / 4 + 2, at, at, zero, zero, 4, out, 4) == mismatch);
-        CHECK(bn_sample_many(s, SIZE_MAX / 2 + 1, at, at, zero, zero, 2, out, 0) == mismatch);
+        CHECK(bn_sample_many(&s, SIZE_MAX / 4 + 2, at, at, zero, zero, 4, out, 4) == mismatch);
+        CHECK(bn_sample_many(&s, SIZE_MAX / 2 + 1, at, at, zero, zero, 2, out, 0) == mismatch);
         /* An empty queue of lanes. */
-        CHECK(bn_sample_many(s, 0, NULL, NULL, NULL, NULL, 4, NULL, 0) == BN_SUCCESS);
-        CHECK(bn_sample_many(s, 0, at, at, zero, zero, 1, out, 0) == BN_SUCCESS);
-        CHECK(bn_sample_many(s, 0, at, at, zero, zero, 4, out, 4) == mismatch);
-        CHECK(bn_sample_many(s, 0, at, at, zero, zero, 0, out, 0) == invalid);
+        CHECK(bn_sample_many(&s, 0, NULL, NULL, NULL, NULL, 4, NULL, 0) == BN_SUCCESS);
+        CHECK(bn_sample_many(&s, 0, at, at, zero, zero, 1, out, 0) == BN_SUCCESS);
+        CHECK(bn_sample_many(&s, 0, at, at, zero, zero, 4, out, 4) == mismatch);
+        CHECK(bn_sample_many(&s, 0, at, at, zero, zero, 0, out, 0) == invalid);
         CHECK(bn_sample_many_pair(NULL, N, at, at, zero, zero, 1, out, 2 * N) == invalid);
-        CHECK(bn_sample_many_pair(s, N, at, at, NULL, zero, 1, out, 2 * N) == invalid);
-        CHECK(bn_sample_many_pair(s, N, at, at, zero, zero, 2, out, 2 * N) == invalid);
-        CHECK(bn_sample_many_pair(s, N, at, at, zero, zero, 1, out, 4 * N) == mismatch);
-        CHECK(bn_sample_many_pair(s, 0, NULL, NULL, NULL, NULL, 1, NULL, 0) == BN_SUCCESS);
-        bn_sampler_destroy(s);
+        CHECK(bn_sample_many_pair(&s, N, at, at, NULL, zero, 1, out, 2 * N) == invalid);
+        CHECK(bn_sample_many_pair(&s, N, at, at, zero, zero, 2, out, 2 * N) == invalid);
+        CHECK(bn_sample_many_pair(&s, N, at, at, zero, zero, 1, out, 4 * N) == mismatch);
+        CHECK(bn_sample_many_pair(&s, 0, NULL, NULL, NULL, NULL, 1, NULL, 0) == BN_SUCCESS);
     }
     CHECK(memcmp(out, untouched, sizeof out) == 0);
 }
