@@ -20,7 +20,7 @@ from ._files import load, save
 from ._masks import mask, to_float
 from ._measure import MaskMeasures, MeasureName, anisotropy, measure, power_spectrum, radial_power
 from ._neural import NeuralGenerator
-from ._path import Noise, Path, Ray, Split
+from ._path import Path, Ray, Rng, Split
 from ._points import points
 from ._sampler import Sampler
 
@@ -33,7 +33,7 @@ __all__ = [
     "MeasureName",
     "NeuralGenerator",
     "NeuralProvider",
-    "Noise",
+    "Rng",
     "Path",
     "PointsMethod",
     "Ray",

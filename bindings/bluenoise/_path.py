@@ -15,7 +15,7 @@ from ._sampler import Sampler
 
 # As in bn_path.glsl.
 CAMERA_KEY, FRAMES_KEY = 3, 0x80000000
-_NAMES_KEY, _MORE_KEY = 0x80000000, 0x40000000
+_KEYED_KEY, _MORE_KEY = 0x80000000, 0x40000000
 _MOST = (0, 2**28 - 1)  # rays, and decisions of each kind
 
 _Floats = npt.NDArray[np.float32]
@@ -206,18 +206,18 @@ class Ray:
         _together("the ray and first", self.shape, taken.shape)
         return Split(self, self._next_domain(), 0, None, taken)
 
-    def next_noise(self) -> Noise:
+    def next_rng(self) -> Rng:
         """The numbers of a loop without bound, such as tracking through a medium."""
-        return Noise(self, self._next_domain())
+        return Rng(self, self._next_domain())
 
-    def named(self, name: npt.ArrayLike) -> Ray:
-        """A part of the ray with a name, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
-        ``Ray`` that draws like one of its own, whatever was drawn before. A second part of the same name starts again. An
-        array of names broadcasts with ``shape``."""
-        names = arguments.integers("name", name, np.uint32, *arguments.UINT32)
+    def keyed(self, key: npt.ArrayLike) -> Ray:
+        """A part of the ray with a key, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
+        ``Ray`` that draws like one of its own, whatever was drawn before. A second part of the same key starts again. An
+        array of keys broadcasts with ``shape``."""
+        keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = Ray.__new__(Ray)
-        part.shape = _together("the ray and name", self.shape, names.shape)
-        part._start(self._path, _child(_child(self._domain, _NAMES_KEY), names))
+        part.shape = _together("the ray and key", self.shape, keys.shape)
+        part._start(self._path, _child(_child(self._domain, _KEYED_KEY), keys))
         return part
 
     def _next_domain(self) -> _Words:
@@ -273,8 +273,8 @@ class Split:
         return f"Split({self._path!r}{'' if self._length is None else f', count={self._length}'})"
 
 
-class Noise:
-    """The numbers of a loop without bound, from ``Ray.next_noise``: four of the sampler's, then a generator's."""
+class Rng:
+    """The numbers of a loop without bound, from ``Ray.next_rng``: four of the sampler's, then a generator's."""
 
     __slots__ = ("_domain", "_drawn", "_four", "_path", "_white")
 
@@ -298,4 +298,4 @@ class Noise:
         return self._four[..., k % 4]
 
     def __repr__(self) -> str:
-        return f"Noise(shape={self._four.shape[:-1]}, drawn={self._drawn})"
+        return f"Rng(shape={self._four.shape[:-1]}, drawn={self._drawn})"

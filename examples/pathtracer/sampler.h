@@ -129,8 +129,8 @@ inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, ui
 }
 
 // The numbers of a loop without bound, such as a walk through a medium: four from the sampler, which
-// are stratified, and from then on libbn's generator. This is bn_ray_noise() for all samplers.
-using LoopNumbers = bn_noise;
+// are stratified, and from then on libbn's generator. This is bn_ray_rng() for all samplers.
+using LoopNumbers = bn_rng;
 
 inline LoopNumbers loop_start(const PixelSample &s, uint32_t domain) {
     const uint32_t *words = bn_sampler_table(s.sampler->library.get())->words;
@@ -142,7 +142,7 @@ inline LoopNumbers loop_start(const PixelSample &s, uint32_t domain) {
 }
 
 inline float loop_next(LoopNumbers &numbers) {
-    return bn_noise_1d(&numbers);
+    return bn_rng_1d(&numbers);
 }
 
 inline Vec2 pair01(const Draw &d) {

@@ -5,7 +5,7 @@
  * Annealing by swaps inside aligned groups of 4 x 4 blocks, which keeps the nets over 4 x 4 and 16
  * x 16 pixels. The energy is that of bake_labels.c for the mean features of a block, which the
  * arrangement inside it cannot change: of half-planes and products in all members, of products over
- * two members, and of steps in the film's pair. Half a minute, most of it for features. */
+ * two members, and of steps in the pixel pair. Half a minute, most of it for features. */
 #include "bake_tile.h"
 #include <math.h>
 #include <stdlib.h>

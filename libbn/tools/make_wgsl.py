@@ -19,12 +19,12 @@ HEADERS = {
     "bn_draw.wgsl": """\
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of BLUE, SOBOL and WHITE in WGSL: bn_draw.glsl, translated by libbn/tools/make_wgsl.py.
- * Put this text in front of yours or behind it, and declare the words of bn_sampler_table_words(),
- * in the group and binding of your choice:
+ * Put this text in front of yours or behind it, and declare the words of bn_tables(), in the group and
+ * binding of your choice. The seed is that of bn_sampler_seed():
  *
  *     @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
  *
- *     let u: vec4f = bn_draw_blue(u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
+ *     let u: vec4f = bn_draw_blue(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
  * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
  * bn_draw_blue_bits() and its relatives give all 32 bits of each number. Names that begin with bn_
@@ -37,7 +37,7 @@ HEADERS = {
  *
  *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
  *     let ray = bn_path_ray_domain(path, depth);
- *     let u: vec4f = bn_draw_blue(path.x, path.y, path.index, ray); */
+ *     let u: vec4f = bn_draw_blue(seed, path.x, path.y, path.index, ray); */
 """,
     "bn_choose.wgsl": """\
 /* SPDX-License-Identifier: Apache-2.0

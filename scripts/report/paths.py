@@ -131,7 +131,7 @@ def free_flight(rng):
 
     generator = np.random.default_rng(5)
     return {"one number, inverted": one_number,
-            "`next_noise()`: four stratified, then a generator": lambda path: track(path, path.ray(0).next_noise().next_1d),
+            "`next_rng()`: four stratified, then a generator": lambda path: track(path, path.ray(0).next_rng().next_1d),
             "a number of the sampler for each step": lambda path: track(path, path.ray(0).next_1d),
             "a generator alone": lambda path: track(path, lambda: generator.random(path.shape, np.float32))}
 
@@ -156,11 +156,11 @@ def random_walk(rng):
 
     def stratified(path):
         ray = path.ray(0)
-        return walk(path, ray.next_4d, ray.next_noise().next_1d)
+        return walk(path, ray.next_4d, ray.next_rng().next_1d)
 
     generator = np.random.default_rng(6)
-    return {"first step from `next_4d()`, then `next_noise()`": stratified,
-            "all of it from `next_noise()`": lambda path: walk(path, None, path.ray(0).next_noise().next_1d),
+    return {"first step from `next_4d()`, then `next_rng()`": stratified,
+            "all of it from `next_rng()`": lambda path: walk(path, None, path.ray(0).next_rng().next_1d),
             "a number of the sampler for each decision": lambda path: walk(path, None, path.ray(0).next_1d),
             "a generator alone": lambda path: walk(path, None, lambda: generator.random(path.shape, np.float32))}
 
@@ -183,7 +183,7 @@ def transparency(rng):
         return part(path, leaf) < alpha[leaf]
 
     def part(path, leaf):
-        return path.ray(0).named(1000 + leaf).draw_where()[..., 0]
+        return path.ray(0).keyed(1000 + leaf).draw_where()[..., 0]
 
     def by_order(path, leaf, order, front):
         ray = path.ray(0)
@@ -282,7 +282,7 @@ def splits(rng):
 
     def domains(path):
         n, ray = number(path), path.ray(0)
-        return weight(path) * sum((k < n) * inside(edge, ray.named(k).draw_where()) for k in range(6)) / n
+        return weight(path) * sum((k < n) * inside(edge, ray.keyed(k).draw_where()) for k in range(6)) / n
 
     return {"four branches of `next_split(4)`": lambda path: split(path, 4, np.float32(4)),
             "two to six of `next_split(4)`": lambda path: split(path, 4, number(path)),

@@ -4,8 +4,8 @@
  *     sampler,form,nanoseconds,instances
  *
  * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
- * indices, pixel after pixel. Forms: `single` calls bn_sample_4d(); `inline` does the same with
- * bn_draw_4d(); `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
+ * indices, pixel after pixel. Forms: `single` calls bn_sample_4d() of the library; `inline` does the same
+ * with that of bn_draw.h; `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
  * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `domain`
  * calls bn_domain_child() alone, `block` calls bn_sample_block() for 16 indices of 64 x 24 pixels.
  *
@@ -16,12 +16,32 @@
  * `ray-by-hand` spells out the same domains; the time is for one ray.
  *
  * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
- * bn_sample_4d() for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
+ * bn_sample_4d() of the library for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
  * `many-shuffled` have the lanes in random order, as after a sort by material. BN_SIMD chooses the
  * instruction set.
  *
  * A time is the shortest of many short ones, taken in turn, so that what else the machine does
  * falls out; `instances` is their number. */
+#include <bn/bn.h>
+
+/* Calls of the library, before bn_path.h puts inline functions in their place. */
+static inline float call_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                            uint32_t domain) {
+    return bn_sample_1d(sampler, x, y, index, domain);
+}
+static inline void call_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                           uint32_t domain, float out[2]) {
+    bn_sample_2d(sampler, x, y, index, domain, out);
+}
+static inline void call_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                             uint32_t domain, uint32_t pair, float out[2]) {
+    bn_sample_pair(sampler, x, y, index, domain, pair, out);
+}
+static inline void call_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
+                           uint32_t domain, float out[4]) {
+    bn_sample_4d(sampler, x, y, index, domain, out);
+}
+
 #include <bn/bn_path.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,10 +77,8 @@ typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 
 #define FORM(name, draw)                                                                           \
     static float name(const bn_sampler *sampler, int32_t y0, float *block) {                       \
-        const bn_sampler *sampler = sampler;                                    \
         float sum = 0.0f;                                                                          \
         (void)block;                                                                               \
-        (void)table;                                                                               \
         FOR_DRAWS {                                                                                \
             float u[4] = {0.0f};                                                                   \
             draw;                                                                                  \
@@ -72,19 +90,18 @@ typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 #define CHILD bn_domain_child(BN_DOMAIN_ROOT, key)
 #define INLINE_CHILD bn_draw_domain_child(BN_DOMAIN_ROOT, key)
 
-FORM(draw_single, bn_sample_4d(sampler, x, y, index, CHILD, u))
-FORM(draw_single_1d, u[0] = bn_sample_1d(sampler, x, y, index, CHILD))
-FORM(draw_single_2d, bn_sample_2d(sampler, x, y, index, CHILD, u))
-FORM(draw_single_second, bn_sample_pair(sampler, x, y, index, CHILD, 1, u))
-FORM(draw_inline, bn_draw_4d(table, x, y, index, INLINE_CHILD, u))
-FORM(draw_inline_1d, u[0] = bn_draw_1d(table, x, y, index, INLINE_CHILD))
-FORM(draw_inline_2d, bn_draw_2d(table, x, y, index, INLINE_CHILD, u))
-FORM(draw_inline_second, bn_draw_pair(table, x, y, index, INLINE_CHILD, 1, u))
+FORM(draw_single, call_4d(sampler, x, y, index, CHILD, u))
+FORM(draw_single_1d, u[0] = call_1d(sampler, x, y, index, CHILD))
+FORM(draw_single_2d, call_2d(sampler, x, y, index, CHILD, u))
+FORM(draw_single_second, call_pair(sampler, x, y, index, CHILD, 1, u))
+FORM(draw_inline, bn_sample_4d(sampler, x, y, index, INLINE_CHILD, u))
+FORM(draw_inline_1d, u[0] = bn_sample_1d(sampler, x, y, index, INLINE_CHILD))
+FORM(draw_inline_2d, bn_sample_2d(sampler, x, y, index, INLINE_CHILD, u))
+FORM(draw_inline_second, bn_sample_pair(sampler, x, y, index, INLINE_CHILD, 1, u))
 
 /* The same from the first index on that the tables of BLUE do not hold. */
 static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
     enum { FIRST = 256, STEP = 240 };
-    const bn_sampler *sampler = sampler;
     float sum = 0.0f;
     (void)block;
     for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
@@ -92,8 +109,8 @@ static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
             for (uint32_t i = 0; i < INDICES; ++i) {
                 for (uint32_t key = 0; key < DOMAINS; ++key) {
                     float u[4];
-                    bn_draw_4d(table, x, y, FIRST + STEP * i,
-                               bn_draw_domain_child(BN_DOMAIN_ROOT, key), u);
+                    bn_sample_4d(sampler, x, y, FIRST + STEP * i,
+                                 bn_draw_domain_child(BN_DOMAIN_ROOT, key), u);
                     sum += u[0] + u[1] + u[2] + u[3];
                 }
             }
@@ -104,7 +121,6 @@ static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
 
 /* The rays of a path, with two choices each. */
 static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
-    const bn_sampler *sampler = sampler;
     float sum = 0.0f;
     (void)block;
     for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
@@ -126,14 +142,13 @@ static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
 }
 
 static float draw_ray_by_hand(const bn_sampler *sampler, int32_t y0, float *block) {
-    const bn_sampler *sampler = sampler;
     float sum = 0.0f;
     (void)block;
     FOR_DRAWS {
         float u[4], choices[2];
         const uint32_t ray = bn_draw_domain_child(BN_DOMAIN_ROOT, key < 3 ? key : key + 1);
-        bn_draw_4d(table, x, y, index, ray, u);
-        bn_draw_2d(table, x, y, index, bn_draw_domain_child(ray, 0), choices);
+        bn_sample_4d(sampler, x, y, index, ray, u);
+        bn_sample_pair(sampler, x, y, index, bn_draw_domain_child(ray, 0), 2, choices);
         sum += u[0] + u[1] + u[2] + u[3];
         sum += choices[0];
         sum += choices[1];
@@ -187,7 +202,7 @@ static void fill_wavefronts(void) {
 
 static float lanes_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
     for (size_t i = 0; i < DRAWS; ++i) {
-        bn_sample_4d(sampler, w->x[i], w->y[i], w->index[i], w->domain[i], block + 4 * i);
+        call_4d(sampler, w->x[i], w->y[i], w->index[i], w->domain[i], block + 4 * i);
     }
     return block[0] + block[4 * DRAWS - 1];
 }
@@ -285,15 +300,14 @@ int main(int argc, char **argv) {
                  {"ray-by-hand", draw_ray_by_hand}};
     enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 7, PEER_DRAWS = 3 };
     static row rows[FORMS * KINDS + 1 + PEER_DRAWS * BENCH_PEERS];
-    bn_sampler *samplers[KINDS];
+    bn_sampler samplers[KINDS];
     unsigned rounds = 400;
     int count = 0;
     float *block = malloc(4 * DRAWS * sizeof *block);
     fill_wavefronts();
     for (int32_t kind = 0; kind < KINDS; ++kind) {
-        bn_sampler_options options = bn_sampler_options_default();
-        options.kind = kind;
-        if (block == NULL || bn_sampler_create(&options, &samplers[kind]) != BN_SUCCESS) {
+        samplers[kind] = bn_sampler_make(kind, 0);
+        if (block == NULL) {
             fprintf(stderr, "bench_draws: out of memory\n");
             return 1;
         }
@@ -301,11 +315,11 @@ int main(int argc, char **argv) {
             rows[count++] = (row){.sampler = kind_names[kind],
                                   .form_name = forms[i].name,
                                   .draw = forms[i].draw,
-                                  .instance = samplers[kind],
+                                  .instance = &samplers[kind],
                                   .best = 1e30};
         }
     }
-    rows[count++] = (row){"-", "domain", draw_domain, samplers[0], NULL, 0, 1e30};
+    rows[count++] = (row){"-", "domain", draw_domain, &samplers[0], NULL, 0, 1e30};
     for (int i = 0; i < bench_peer_count; ++i) {
         const bench_peer *peer = &bench_peers[i];
         static const char *const names[PEER_DRAWS] = {"peer-1d", "peer-2d", "peer"};
@@ -329,7 +343,6 @@ int main(int argc, char **argv) {
     for (int i = 0; i < count; ++i) {
         printf("%s,%s,%.2f,%u\n", rows[i].sampler, rows[i].form_name, rows[i].best, rounds);
     }
-    for (int kind = 0; kind < KINDS; ++kind) bn_sampler_destroy(samplers[kind]);
     free(block);
     return 0;
 }

@@ -190,16 +190,13 @@ static int is_declared(const source *s) {
     return s->peer == NULL && s->kind == BN_SAMPLER_ZORDER;
 }
 
-static bn_sampler *open_sampler(const source *s, int domain, uint32_t declared) {
-    bn_sampler *sampler = NULL;
+static bn_sampler open_sampler(const source *s, int domain, uint32_t declared) {
+    bn_sampler sampler;
     bn_sampler_options options = bn_sampler_options_default();
-    options.kind = s->kind;
+    options.kind = s->peer == NULL ? s->kind : BN_SAMPLER_WHITE;
     options.seed = (uint64_t)domain + 1u;
     options.samples_per_pixel = declared;
-    if (s->peer == NULL && bn_sampler_create(&options, &sampler) != BN_SUCCESS) {
-        fputs("bench_samplers: out of memory\n", stderr);
-        exit(1);
-    }
+    if (bn_sampler_init(&sampler, &options) != BN_SUCCESS) exit(1);
     return sampler;
 }
 

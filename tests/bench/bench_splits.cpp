@@ -107,7 +107,7 @@ float sample(const Bench &bench, bool printed, Way way, const bn::Sampler &sampl
         if (way == FIXED || way == FROM)
             u = pair(split[k].ray(0).draw_where());
         else if (way == DOMAINS)
-            u = pair(ray.named(k).draw_where());
+            u = pair(ray.keyed(k).draw_where());
         else
             u = {random(), random()};
         sum += bench.light(p, u);

@@ -67,15 +67,13 @@ static bn_result call_network(int only_open, uint32_t channels) {
 }
 #endif
 
-static bn_result create_sampler(const uint32_t *mask_ranks) {
+static bn_result init_sampler(const uint32_t *mask_ranks) {
     bn_sampler_options options = bn_sampler_options_default();
     bn_sampler sampler = bn_sampler_make(BN_SAMPLER_SOBOL, 7);
     const bn_sampler before = sampler;
     options.kind = BN_SAMPLER_MASK;
-    if (mask_ranks != NULL) {
-        options.mask_ranks = mask_ranks;
-        options.mask_width = options.mask_height = SIZE;
-    }
+    options.mask_ranks = mask_ranks;
+    options.mask_width = options.mask_height = SIZE;
     const bn_result result = bn_sampler_init(&sampler, &options);
     CHECK((memcmp(&sampler, &before, sizeof sampler) == 0) == (result != BN_SUCCESS));
     return result;
@@ -117,10 +115,8 @@ static bn_result call(int function) {
     case 6:
         return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power);
     case 8:
-        return create_sampler(mask);
+        return init_sampler(mask);
     case 9:
-        return create_sampler(NULL);
-    case 11:
         return bn_ranks_from_values(many_values, MANY, ranks);
     case 7:
         return bn_dither(&dither, values, SIZE, SIZE, 1, power, TEXELS);

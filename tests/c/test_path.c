@@ -59,15 +59,15 @@ static void draw_path(const bn_sampler *sampler, bn_path path, uint32_t lights, 
                 }
                 break;
             case 1: {
-                bn_noise noise = bn_ray_noise(sampler, &ray);
+                bn_rng noise = bn_ray_rng(sampler, &ray);
                 for (uint32_t i = random_below(20); i > 0; --i) {
-                    u[0] = bn_noise_1d(&noise);
+                    u[0] = bn_rng_1d(&noise);
                     put(place, u, 1);
                 }
                 break;
             }
             case 2: {
-                bn_ray part = bn_ray_named(&ray, names++);
+                bn_ray part = bn_ray_keyed(&ray, names++);
                 bn_ray_draw(sampler, &part, u);
                 put(place, u, 4);
                 u[0] = bn_ray_1d(sampler, &part);
@@ -215,8 +215,8 @@ static void the_next_ray_does_not_care(void) {
         bn_ray_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
         /* Nor do named parts. */
-        const bn_ray part = bn_ray_named(&plain, 12), same = bn_ray_named(&other, 12);
-        const bn_ray next = bn_ray_named(&plain, 13);
+        const bn_ray part = bn_ray_keyed(&plain, 12), same = bn_ray_keyed(&other, 12);
+        const bn_ray next = bn_ray_keyed(&plain, 13);
         bn_ray_draw(&sampler, &part, u);
         bn_ray_draw(&sampler, &same, v);
         CHECK(memcmp(u, v, sizeof u) == 0 && next.domain != part.domain);
@@ -239,7 +239,7 @@ static void decisions_are_uncorrelated(void) {
                 float u[4];
                 bn_ray ray = bn_path_ray(&path, number);
                 bn_split split = bn_ray_split(&ray, 2);
-                bn_noise noise = bn_ray_noise(&sampler, &ray);
+                bn_rng noise = bn_ray_rng(&sampler, &ray);
                 bn_ray_draw(&sampler, &ray, u);
                 put(0, u, 4);
                 bn_ray_2d(&sampler, &ray, u);
@@ -256,8 +256,8 @@ static void decisions_are_uncorrelated(void) {
                     if (k != 1) put(0, u, 2);
                 }
                 for (int i = 0; i < 4; ++i) {
-                    u[i] = bn_noise_1d(&noise);
-                    if (i == 3) u[i] = bn_noise_1d(&noise);
+                    u[i] = bn_rng_1d(&noise);
+                    if (i == 3) u[i] = bn_rng_1d(&noise);
                 }
                 put(0, u, 4);
             }

@@ -57,11 +57,13 @@ static void test_nets(void) {
     enum { FAMILIES = 3 };
     const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 8);
     for (uint32_t family = 0; family < FAMILIES; ++family) {
-        int32_t small[2] = {-100, 1000}, large[2];
+        int32_t small[2] = {-100, 1000}, large[2], tile[2];
         uint32_t first = bn_domain_child(family, 4u * family);
         find_alignment(&s, 1, first, small);
         memcpy(large, small, sizeof large);
         find_alignment(&s, 2, first, large);
+        memcpy(tile, large, sizeof tile);
+        find_alignment(&s, 3, first, tile);
         for (uint32_t member = 0; member < MEMBERS; ++member) {
             uint32_t domain = bn_domain_child(family, 4u * family + member);
             for (int32_t i = 0; i < TILE * TILE / 16; ++i) {
@@ -74,9 +76,9 @@ static void test_nets(void) {
                 int32_t x = large[0] + i % 4 * 16, y = large[1] + i / 4 * 16;
                 for (int k = 0; k <= 1; ++k) CHECK(block_is_net(&s, x, y, 2, k, domain));
             }
-            /* The whole tile, wherever it is cut. */
-            CHECK(block_is_net(&s, 7, -9, 3, 0, domain));
-            /* The label of one pixel in place of another'&s. */
+            /* The whole tile. */
+            CHECK(block_is_net(&s, tile[0], tile[1], 3, 0, domain));
+            /* The label of one pixel in place of another's. */
             draw_block(&s, small[0], small[1], 1, 0, domain);
             for (int d = 0; d < 4; ++d) points[5][d] ^= points[0][d] ^ points[1][d];
             CHECK(!are_net_in_four(points, 2));

@@ -106,12 +106,12 @@ int wrong_paths(const bn::Sampler &sampler) {
                 const bn_split own_next = bn_ray_split_from(&own_ray, 5);
                 count += ray.next_split_from(5)[2].state().index != 7;
                 count += bn_split_path(&own_next, 0).index != 5;
-                const bn_ray part = bn_ray_named(&own_ray, 77);
+                const bn_ray part = bn_ray_keyed(&own_ray, 77);
                 bn_ray_draw(table, &part, u);
-                count += !equal(ray.named(77).draw(), u);
-                bn::Noise noise = ray.next_noise();
-                bn_noise own_noise = bn_ray_noise(table, &own_ray);
-                for (int k = 0; k < 9; ++k) count += noise.next_1d() != bn_noise_1d(&own_noise);
+                count += !equal(ray.keyed(77).draw(), u);
+                bn::Rng noise = ray.next_rng();
+                bn_rng own_noise = bn_ray_rng(table, &own_ray);
+                for (int k = 0; k < 9; ++k) count += noise.next_1d() != bn_rng_1d(&own_noise);
             }
         }
         const auto [s, t] = path.first_light(4, 3);
@@ -125,7 +125,7 @@ int wrong_paths(const bn::Sampler &sampler) {
 }
 
 // The numbers of ray `ray` for a pattern of requests: '1' and '2' for dimensions.
-std::vector<float> counted(bn::CountedSampler &numbers, const char *pattern) {
+std::vector<float> counted(bn::SequentialSampler &numbers, const char *pattern) {
     std::vector<float> all;
     for (; *pattern; ++pattern) {
         if (*pattern == '1') {
@@ -140,7 +140,7 @@ std::vector<float> counted(bn::CountedSampler &numbers, const char *pattern) {
 
 int wrong_counts(const bn::Sampler &sampler) {
     int count = 0;
-    bn::CountedSampler numbers(sampler);
+    bn::SequentialSampler numbers(sampler);
     numbers.start(5, 6, 7);
     const auto first = bn::Path(sampler, 5, 6, 7).ray(0).draw();
     // Two pairs, or a number and a pair, share a domain.

@@ -31,9 +31,9 @@ static void hash_ray(const bn_sampler *sampler, const bn_path *path, uint32_t de
     }
     bn_ray_4d(sampler, &ray, v);
     add(v, 4);
-    bn_noise noise = bn_ray_noise(sampler, &ray);
+    bn_rng noise = bn_ray_rng(sampler, &ray);
     for (int i = 0; i < 6; ++i) {
-        v[0] = bn_noise_1d(&noise);
+        v[0] = bn_rng_1d(&noise);
         add(v, 1);
     }
     const bn_split split = bn_ray_split(&ray, 3), from = bn_ray_split_from(&ray, 9);
@@ -49,7 +49,7 @@ static void hash_ray(const bn_sampler *sampler, const bn_path *path, uint32_t de
         bn_ray_draw(sampler, &first, v);
         add(v, 1);
     }
-    bn_ray named = bn_ray_named(&ray, 77);
+    bn_ray named = bn_ray_keyed(&ray, 77);
     v[0] = bn_ray_1d(sampler, &named);
     add(v, 1);
 }

@@ -46,14 +46,14 @@ SOURCE = """
         bn_ray ray = bn_path_ray(&path, number);
         out = of_ray(table, &ray, out);
         bn_split split = bn_ray_split(&ray, count);
-        bn_noise noise = bn_ray_noise(table, &ray);
+        bn_rng noise = bn_ray_rng(table, &ray);
         bn_path branch = bn_split_path(&split, k);
         bn_ray first = bn_path_ray(&branch, number % 5);
         out = of_ray(table, &first, out);
-        for (int i = 0; i < 8; ++i) *out++ = bn_noise_1d(&noise);
+        for (int i = 0; i < 8; ++i) *out++ = bn_rng_1d(&noise);
         bn_path_first_light(table, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
         bn_path_time(table, &branch, u); out = put(out, u, 2);
-        bn_ray part = bn_ray_named(&ray, k);
+        bn_ray part = bn_ray_keyed(&ray, k);
         out = of_ray(table, &part, out);
         split = bn_ray_split_from(&ray, index % 1000);
         branch = bn_split_path(&split, k);
@@ -115,12 +115,12 @@ def test_the_bits_are_those_of_c(in_c, kind, number, count, k):
     path = Path(Sampler(kind, seed=SEED), X, Y, INDEX, FRAME)
     ray = path.ray(number)
     numbers = of_ray(ray)
-    split, noise = ray.next_split(count), ray.next_noise()
+    split, noise = ray.next_split(count), ray.next_rng()
     branch = split[k]
     numbers += of_ray(branch.ray(np.asarray(number) % 5))
     numbers += [noise.next_1d()[..., None] for _ in range(8)]
     numbers += [path.first_light(max(count, 1), k % max(count, 1)), branch.time()]
-    numbers += of_ray(ray.named(k))
+    numbers += of_ray(ray.keyed(k))
     numbers += of_ray(ray.next_split_from(INDEX % 1000)[k].ray(0))
     assert len(split) == count and path.shape == X.shape
     result = np.concatenate(numbers, axis=-1)
@@ -134,7 +134,7 @@ def test_shapes_broadcast():
     path = Path(sampler, x, y, np.arange(3)[:, None, None])
     assert path.shape == (3, 4, 5)
     ray = path.ray(1)
-    split, noise = ray.next_split(2), ray.next_noise()
+    split, noise = ray.next_split(2), ray.next_rng()
     assert ray.draw().shape == (3, 4, 5, 4) and ray.draw_where().shape == ray.next_2d().shape == (3, 4, 5, 2)
     assert [ray.next_1d().shape for _ in range(3)] == [(3, 4, 5)] * 3
     assert [noise.next_1d().shape for _ in range(6)] == [(3, 4, 5)] * 6
@@ -151,10 +151,10 @@ def test_shapes_broadcast():
     for i in range(3):
         alone = Path(sampler, x, y, i).ray(i)
         np.testing.assert_array_equal(mixed.draw()[i], alone.draw())
-    assert ray.named([[7], [8], [9], [7]]).next_4d().shape == (3, 4, 5, 4)
+    assert ray.keyed([[7], [8], [9], [7]]).next_4d().shape == (3, 4, 5, 4)
     one = Path(sampler, 1, 2, 3)
     assert one.shape == () and one.ray(0).draw().shape == (4,) and one.ray(0).next_1d().shape == ()
-    assert one.ray(0).next_noise().next_1d().shape == () and one.time().shape == (2,)
+    assert one.ray(0).next_rng().next_1d().shape == () and one.time().shape == (2,)
     assert Path(sampler, [], 0, 0).ray(0).next_split(2)[1].ray(0).draw().shape == (0, 4)
 
 
@@ -178,7 +178,7 @@ def test_rays_count_what_they_hand_out():
 def test_noise_is_uniform_and_independent():
     """Means of what comes after the sampler's four, and correlations between all, over neighbouring pixels: five standard
     errors, which one run in 22,000 exceeds by chance; the runs are fixed."""
-    noise = Path(Sampler("sobol", seed=5), np.arange(20000), 3, 1).ray(1).next_noise()
+    noise = Path(Sampler("sobol", seed=5), np.arange(20000), 3, 1).ray(1).next_rng()
     numbers = np.array([noise.next_1d() for _ in range(12)], np.float64)
     assert numbers.min() >= 0 and numbers.max() < 1
     error = (numbers - 0.5).mean(axis=1) * np.sqrt(12 * 20000)
@@ -227,8 +227,8 @@ def test_paths_keep_their_pixels():
         (lambda p: p.ray(0).next_split_from(2**32 - 1)[1], ValueError, ["k", str(2**32)]),
         (lambda p: len(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
         (lambda p: list(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
-        (lambda p: p.ray(0).named(-1), ValueError, ["name", "-1"]),
-        (lambda p: p.ray(0).named([0, 1]), ValueError, ["name", "(2,)"]),
+        (lambda p: p.ray(0).keyed(-1), ValueError, ["key", "-1"]),
+        (lambda p: p.ray(0).keyed([0, 1]), ValueError, ["key", "(2,)"]),
         (lambda p: p.first_light(0), ValueError, ["count", "0"]),
         (lambda p: p.first_light(2, 2), ValueError, ["k", "2"]),
         (lambda p: p.first_light(4, [0, 1]), ValueError, ["k", "(2,)"]),
@@ -248,8 +248,8 @@ def test_names():
     assert repr(ray) == "Ray(Path(Sampler('blue', seed=2), shape=(2,)), shape=(2,))"
     assert repr(ray.next_split(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)), count=3)"
     assert repr(ray.next_split_from(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)))"
-    assert repr(ray.next_noise()) == "Noise(shape=(2,), drawn=0)"
-    assert isinstance(ray, bluenoise.Ray) and isinstance(ray.next_noise(), bluenoise.Noise)
+    assert repr(ray.next_rng()) == "Rng(shape=(2,), drawn=0)"
+    assert isinstance(ray, bluenoise.Ray) and isinstance(ray.next_rng(), bluenoise.Rng)
 
 
 def test_examples():

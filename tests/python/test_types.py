@@ -38,7 +38,7 @@ bluenoise.Sampler().sample(1, 2, 3, pair=1)
 ray = bluenoise.Path(bluenoise.Sampler(), np.arange(3), 0, 0, frame=1).ray(0)
 assert_type(ray.next_1d(), npt.NDArray[np.float32])
 assert_type([branch for branch in ray.next_split(2)], list[bluenoise.Path])
-assert_type(ray.next_noise(), bluenoise.Noise)
+assert_type(ray.next_rng(), bluenoise.Rng)
 bluenoise.mask((8, 8), method="builtin", out=np.zeros((8, 8), np.uint32))
 assert_type(bluenoise.dither(np.zeros((8, 8), np.uint16)), npt.NDArray[np.uint16])
 kind: bluenoise.SamplerKind = bluenoise.Sampler("zorder", seed=None).kind

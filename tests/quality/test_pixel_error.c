@@ -203,19 +203,16 @@ int main(int argc, char **argv) {
     }
     for (uint32_t seed = 0; seed < SEEDS; ++seed) {
         static double squares[SOURCES][FAMILIES][COUNTS];
-        bn_sampler *sampler[SOURCES] = {NULL};
+        const bn_sampler blue = make_sampler(BN_SAMPLER_BLUE, 0, seed),
+                         padded = make_sampler(BN_SAMPLER_SOBOL, 0, seed + 1000u);
         memset(squares, 0, sizeof squares);
-        for (int s = 0; s < SOURCES; ++s) {
-            sampler[s] = s == BLUE ? make_sampler(BN_SAMPLER_BLUE, 0, seed)
-                                   : make_sampler(BN_SAMPLER_SOBOL, 0, seed + 1000u);
-        }
         for (uint32_t pixel = 0; pixel < PIXELS; ++pixel) {
             uint32_t hash = bn_hash32(seed * PIXELS + pixel + 99u);
             int32_t x = (int32_t)(hash & 1023u), y = (int32_t)(hash >> 10 & 1023u);
             uint32_t domain = bn_domain_child(hash >> 20, pixel);
             for (uint32_t i = 0; i < LAST; ++i) {
-                bn_sample_4d(sampler[BLUE], x, y, i, domain, u[BLUE][i]);
-                bn_sample_4d(sampler[PADDED], x, y, i, domain, u[PADDED][i]);
+                bn_sample_4d(&blue, x, y, i, domain, u[BLUE][i]);
+                bn_sample_4d(&padded, x, y, i, domain, u[PADDED][i]);
                 joe_kuo(i, bn_hash32(hash), u[JOE_KUO][i]);
             }
             for (int s = 0; s < SOURCES; ++s) {
@@ -225,7 +222,6 @@ int main(int argc, char **argv) {
                 }
             }
         }
-        for (int s = 0; s < SOURCES; ++s) bn_sampler_destroy(sampler[s]);
         for (int f = 0; f < FAMILIES; ++f) {
             for (int c = 0; c < COUNTS; ++c) {
                 double ratio = sqrt(squares[BLUE][f][c] / squares[f < 2 ? JOE_KUO : PADDED][f][c]);

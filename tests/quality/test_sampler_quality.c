@@ -24,6 +24,7 @@
  *     test_sampler_quality LIMITS.csv            check
  *     test_sampler_quality LIMITS.csv --print    print the file with limits 3 % above what is
  *                                                measured */
+#include "../c/samplers.h"
 #include "half_planes.h"
 #include <bn/bn.h>
 #include <math.h>
@@ -253,17 +254,14 @@ static int read_row(const char *line, row *r) {
     return position_of_count(r->spp) >= 0 && position_of_sigma(r->sigma) >= 0;
 }
 
-static bn_sampler *make(const row *r) {
+static bn_sampler make(const row *r) {
     static const char *const names[] = {"blue", "sobol", "white", "zorder", "mask"};
     bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
     options.samples_per_pixel = r->declared;
-    options.kind = -1;
     for (int32_t kind = 0; kind < 5; ++kind) {
         if (strcmp(r->sampler, names[kind]) == 0) options.kind = kind;
     }
-    bn_sampler_create(&options, &sampler);
-    return sampler;
+    return sampler_of(&options);
 }
 
 enum { MOST_ROWS = 1024 };
@@ -282,7 +280,7 @@ static const figures *figures_of(const row *rows, int count, int at) {
         cells wanted = {{0}};
         int what = 0;
         while (what < FIGURES && strcmp(r->figure, figure_names[what]) != 0) ++what;
-        if (sampler == NULL || what == FIGURES) return NULL;
+        if (what == FIGURES) return NULL;
         for (int i = at; i < count && same_run(r, &rows[i]); ++i) {
             wanted[position_of_sigma(rows[i].sigma)][position_of_count(rows[i].spp)] = 1;
         }

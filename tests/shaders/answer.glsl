@@ -3,26 +3,27 @@
 void answer(out uint result[16]) {
     uint x = CASE(1u), y = CASE(2u), index = CASE(3u);
     uint domain = bn_domain_child(CASE(4u), CASE(5u));
-    uint pair = CASE(11u);
+    uint pair = CASE(0u) >> 2u, kind = CASE(0u) & 3u;
+    uvec2 seed = uvec2(CASE(10u), CASE(11u));
     bn_uint4 bits;
     bn_uint2 v;
     vec4 draw;
     vec2 w;
-    if (CASE(0u) == 0u) {
-        bits = bn_draw_blue_bits(x, y, index, domain);
-        draw = bn_draw_blue(x, y, index, domain);
-        v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
-        w = bn_draw_blue_pair(x, y, index, domain, pair);
-    } else if (CASE(0u) == 1u) {
-        bits = bn_draw_sobol_bits(x, y, index, domain);
-        draw = bn_draw_sobol(x, y, index, domain);
-        v = bn_draw_sobol_pair_bits(x, y, index, domain, pair);
-        w = bn_draw_sobol_pair(x, y, index, domain, pair);
+    if (kind == 0u) {
+        bits = bn_draw_blue_bits(seed, x, y, index, domain);
+        draw = bn_draw_blue(seed, x, y, index, domain);
+        v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
+        w = bn_draw_blue_pair(seed, x, y, index, domain, pair);
+    } else if (kind == 1u) {
+        bits = bn_draw_sobol_bits(seed, x, y, index, domain);
+        draw = bn_draw_sobol(seed, x, y, index, domain);
+        v = bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair);
+        w = bn_draw_sobol_pair(seed, x, y, index, domain, pair);
     } else {
-        bits = bn_draw_white_bits(x, y, index, domain);
-        draw = bn_draw_white(x, y, index, domain);
-        v = bn_draw_white_pair_bits(x, y, index, domain, pair);
-        w = bn_draw_white_pair(x, y, index, domain, pair);
+        bits = bn_draw_white_bits(seed, x, y, index, domain);
+        draw = bn_draw_white(seed, x, y, index, domain);
+        v = bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
+        w = bn_draw_white_pair(seed, x, y, index, domain, pair);
     }
     result[0] = domain;
     result[1] = bits.x;
@@ -40,7 +41,7 @@ void answer(out uint result[16]) {
     result[11] = bn_choose_u32(CASE(8u), left);
     result[12] = floatBitsToUint(left);
     left = u;
-    result[13] = bn_choose_cdf(CASE(9u), CASE(10u), left);
+    result[13] = bn_choose_cdf(CASE(9u) & 255u, CASE(9u) >> 8u, left);
     result[14] = floatBitsToUint(left);
     result[15] = v.x + 3u * v.y + 5u * floatBitsToUint(w.x) + 7u * floatBitsToUint(w.y);
 
@@ -54,6 +55,6 @@ void answer(out uint result[16]) {
         + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k)
         + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
         + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
-        + 43u * last.domain + 45u * bn_path_noise_bits(branch, split, k)
-        + 47u * bn_ray_named_domain(ray, k);
+        + 43u * last.domain + 45u * bn_path_rng_bits(seed, branch, split, k)
+        + 47u * bn_ray_keyed_domain(ray, k);
 }

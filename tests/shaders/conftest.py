@@ -50,7 +50,7 @@ def need_opengl() -> None:
 
 @pytest.fixture(scope="session")
 def cases(tmp_path_factory):
-    """What shader_cases writes: its folder, and the contents as arrays, one row of words and cases for each seed."""
+    """What shader_cases writes: its folder, and the contents as arrays, one row of cases for each seed."""
     program = ROOT / "build" / "tests" / "shaders" / "shader_cases"
     if not program.exists():
         pytest.fail(f"{program} is missing; run scripts/setup")
@@ -59,5 +59,5 @@ def cases(tmp_path_factory):
     words, cdf, asked, expected = (np.fromfile(folder / f"{name}.bin", "<u4") for name in (
         "words", "cdf", "cases", "expected"))
     asked = asked.reshape(3, -1, 16)
-    return SimpleNamespace(folder=folder, words=words.reshape(3, -1), cdf=cdf, asked=asked,
+    return SimpleNamespace(folder=folder, words=words, cdf=cdf, asked=asked,
                            expected=expected.reshape(asked.shape))

@@ -25,25 +25,28 @@ BN_DEVICE_INLINE float number_of(uint32_t v) {
 BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint32_t *asked, uint32_t *result) {
     const int32_t x = int32_t(asked[1]), y = int32_t(asked[2]);
     const uint32_t index = asked[3], domain = bn_draw_domain_child(asked[4], asked[5]);
-    const uint32_t pair = asked[11];
+    const uint32_t kind = asked[0] & 3u, pair = asked[0] >> 2;
+    bn_uint2 seed;
+    seed.x = asked[10];
+    seed.y = asked[11];
     bn_uint4 bits;
     bn_uint2 v;
     float draw[4], w[2];
-    if (asked[0] == 0) {
-        bits = bn_draw_blue_bits(words, asked[1], asked[2], index, domain);
-        bn_draw_blue(words, x, y, index, domain, draw);
-        v = bn_draw_blue_pair_bits(words, asked[1], asked[2], index, domain, pair);
-        bn_draw_blue_pair(words, x, y, index, domain, pair, w);
-    } else if (asked[0] == 1) {
-        bits = bn_draw_sobol_bits(words, asked[1], asked[2], index, domain);
-        bn_draw_sobol(words, x, y, index, domain, draw);
-        v = bn_draw_sobol_pair_bits(words, asked[1], asked[2], index, domain, pair);
-        bn_draw_sobol_pair(words, x, y, index, domain, pair, w);
+    if (kind == 0) {
+        bits = bn_draw_blue_bits(words, seed, asked[1], asked[2], index, domain);
+        bn_draw_blue(words, seed, x, y, index, domain, draw);
+        v = bn_draw_blue_pair_bits(words, seed, asked[1], asked[2], index, domain, pair);
+        bn_draw_blue_pair(words, seed, x, y, index, domain, pair, w);
+    } else if (kind == 1) {
+        bits = bn_draw_sobol_bits(seed, asked[1], asked[2], index, domain);
+        bn_draw_sobol(seed, x, y, index, domain, draw);
+        v = bn_draw_sobol_pair_bits(seed, asked[1], asked[2], index, domain, pair);
+        bn_draw_sobol_pair(seed, x, y, index, domain, pair, w);
     } else {
-        bits = bn_draw_white_bits(words, asked[1], asked[2], index, domain);
-        bn_draw_white(words, x, y, index, domain, draw);
-        v = bn_draw_white_pair_bits(words, asked[1], asked[2], index, domain, pair);
-        bn_draw_white_pair(words, x, y, index, domain, pair, w);
+        bits = bn_draw_white_bits(seed, asked[1], asked[2], index, domain);
+        bn_draw_white(seed, x, y, index, domain, draw);
+        v = bn_draw_white_pair_bits(seed, asked[1], asked[2], index, domain, pair);
+        bn_draw_white_pair(seed, x, y, index, domain, pair, w);
     }
     result[0] = domain;
     result[1] = bits.x;
@@ -59,7 +62,7 @@ BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint
     result[11] = bn_choose_u32(asked[8], &u);
     result[12] = bits_of(u);
     u = number_of(asked[7]);
-    result[13] = bn_choose_cdf(cdf + asked[9], asked[10], &u);
+    result[13] = bn_choose_cdf(cdf + (asked[9] & 255u), asked[9] >> 8, &u);
     result[14] = bits_of(u);
     result[15] = v.x + 3 * v.y + 5 * bits_of(w[0]) + 7 * bits_of(w[1]);
 
@@ -73,8 +76,8 @@ BN_DEVICE_INLINE void answer(const uint32_t *words, const float *cdf, const uint
                   19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k) +
                   25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split +
                   33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index +
-                  43u * last.domain + 45u * bn_path_noise_bits(words, branch, split, k) +
-                  47u * bn_ray_named_domain(ray, k);
+                  43u * last.domain + 45u * bn_path_rng_bits(seed, branch, split, k) +
+                  47u * bn_ray_keyed_domain(ray, k);
 }
 
 #ifdef RUN_ON_HOST

@@ -14,28 +14,29 @@
     uint at = 16u * id.x, count, stride;
     cases.GetDimensions(count, stride);
     if (at >= count) return;
-    uint kind = cases[at], x = cases[at + 1u], y = cases[at + 2u], index = cases[at + 3u];
+    uint kind = cases[at] & 3u, x = cases[at + 1u], y = cases[at + 2u], index = cases[at + 3u];
     uint domain = bn_domain_child(cases[at + 4u], cases[at + 5u]);
-    uint pair = cases[at + 11u];
+    uint pair = cases[at] >> 2u;
+    uint2 seed = uint2(cases[at + 10u], cases[at + 11u]);
     uint4 bits;
     uint2 v;
     float4 draw;
     float2 w;
     if (kind == 0u) {
-        bits = bn_draw_blue_bits(x, y, index, domain);
-        draw = bn_draw_blue(x, y, index, domain);
-        v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
-        w = bn_draw_blue_pair(x, y, index, domain, pair);
+        bits = bn_draw_blue_bits(seed, x, y, index, domain);
+        draw = bn_draw_blue(seed, x, y, index, domain);
+        v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
+        w = bn_draw_blue_pair(seed, x, y, index, domain, pair);
     } else if (kind == 1u) {
-        bits = bn_draw_sobol_bits(x, y, index, domain);
-        draw = bn_draw_sobol(x, y, index, domain);
-        v = bn_draw_sobol_pair_bits(x, y, index, domain, pair);
-        w = bn_draw_sobol_pair(x, y, index, domain, pair);
+        bits = bn_draw_sobol_bits(seed, x, y, index, domain);
+        draw = bn_draw_sobol(seed, x, y, index, domain);
+        v = bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair);
+        w = bn_draw_sobol_pair(seed, x, y, index, domain, pair);
     } else {
-        bits = bn_draw_white_bits(x, y, index, domain);
-        draw = bn_draw_white(x, y, index, domain);
-        v = bn_draw_white_pair_bits(x, y, index, domain, pair);
-        w = bn_draw_white_pair(x, y, index, domain, pair);
+        bits = bn_draw_white_bits(seed, x, y, index, domain);
+        draw = bn_draw_white(seed, x, y, index, domain);
+        v = bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
+        w = bn_draw_white_pair(seed, x, y, index, domain, pair);
     }
     results[at] = domain;
     for (uint d = 0u; d < 4u; ++d) {
@@ -52,7 +53,7 @@
     results[at + 11u] = bn_choose_u32(cases[at + 8u], left);
     results[at + 12u] = asuint(left);
     left = u;
-    results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], left);
+    results[at + 13u] = bn_choose_cdf(cases[at + 9u] & 255u, cases[at + 9u] >> 8u, left);
     results[at + 14u] = asuint(left);
     uint k = cases[at + 13u], branches = cases[at + 14u];
     bn_path path = bn_path_start(x, y, index, cases[at + 15u]);
@@ -64,7 +65,7 @@
         + 19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k)
         + 25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split
         + 33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index
-        + 43u * last.domain + 45u * bn_path_noise_bits(branch, split, k)
-        + 47u * bn_ray_named_domain(ray, k);
+        + 43u * last.domain + 45u * bn_path_rng_bits(seed, branch, split, k)
+        + 47u * bn_ray_keyed_domain(ray, k);
     results[at + 15u] = v.x + 3u * v.y + 5u * asuint(w.x) + 7u * asuint(w.y) + path_words;
 }

@@ -15,29 +15,30 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let y = cases[at + 2u];
     let index = cases[at + 3u];
     let domain = bn_domain_child(cases[at + 4u], cases[at + 5u]);
-    let pair = cases[at + 11u];
+    let pair = cases[at] >> 2u;
+    let seed = vec2u(cases[at + 10u], cases[at + 11u]);
     var bits: vec4u;
     var v: vec2u;
     var draw: vec4f;
     var w: vec2f;
-    switch (cases[at]) {
+    switch (cases[at] & 3u) {
         case 0u: {
-            bits = bn_draw_blue_bits(x, y, index, domain);
-            draw = bn_draw_blue(x, y, index, domain);
-            v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
-            w = bn_draw_blue_pair(x, y, index, domain, pair);
+            bits = bn_draw_blue_bits(seed, x, y, index, domain);
+            draw = bn_draw_blue(seed, x, y, index, domain);
+            v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
+            w = bn_draw_blue_pair(seed, x, y, index, domain, pair);
         }
         case 1u: {
-            bits = bn_draw_sobol_bits(x, y, index, domain);
-            draw = bn_draw_sobol(x, y, index, domain);
-            v = bn_draw_sobol_pair_bits(x, y, index, domain, pair);
-            w = bn_draw_sobol_pair(x, y, index, domain, pair);
+            bits = bn_draw_sobol_bits(seed, x, y, index, domain);
+            draw = bn_draw_sobol(seed, x, y, index, domain);
+            v = bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair);
+            w = bn_draw_sobol_pair(seed, x, y, index, domain, pair);
         }
         default: {
-            bits = bn_draw_white_bits(x, y, index, domain);
-            draw = bn_draw_white(x, y, index, domain);
-            v = bn_draw_white_pair_bits(x, y, index, domain, pair);
-            w = bn_draw_white_pair(x, y, index, domain, pair);
+            bits = bn_draw_white_bits(seed, x, y, index, domain);
+            draw = bn_draw_white(seed, x, y, index, domain);
+            v = bn_draw_white_pair_bits(seed, x, y, index, domain, pair);
+            w = bn_draw_white_pair(seed, x, y, index, domain, pair);
         }
     }
     results[at] = domain;
@@ -55,7 +56,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     results[at + 11u] = bn_choose_u32(cases[at + 8u], &left);
     results[at + 12u] = bitcast<u32>(left);
     left = u;
-    results[at + 13u] = bn_choose_cdf(cases[at + 9u], cases[at + 10u], &left);
+    results[at + 13u] = bn_choose_cdf(cases[at + 9u] & 255u, cases[at + 9u] >> 8u, &left);
     results[at + 14u] = bitcast<u32>(left);
     let k = cases[at + 13u];
     let branches = cases[at + 14u];
@@ -68,7 +69,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         19u * bn_path_camera_domain(path) + 21u * bn_ray_1d_domain(ray, k) + 23u * bn_ray_1d_pair(k) +
         25u * bn_ray_2d_domain(ray, k) + 27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray, k) + 31u * split +
         33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain + 41u * last.index +
-        43u * last.domain + 45u * bn_path_noise_bits(branch, split, k) +
-        47u * bn_ray_named_domain(ray, k);
+        43u * last.domain + 45u * bn_path_rng_bits(seed, branch, split, k) +
+        47u * bn_ray_keyed_domain(ray, k);
     results[at + 15u] = v.x + 3u * v.y + 5u * bitcast<u32>(w.x) + 7u * bitcast<u32>(w.y) + path_words;
 }

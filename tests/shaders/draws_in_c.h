@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * bn_draw.glsl and bn_path.glsl as a shader sees them, without their headers: the words of GLSL that
- * they use are defined for a C compiler, and the tables are the flat buffer of
- * bn_sampler_table_words(). `uint` stays defined for more texts. */
+ * they use are defined for a C compiler, and the tables are the words of
+ * bn_tables(). `uint` stays defined for more texts. */
 #ifndef BN_DRAWS_IN_C_H
 #define BN_DRAWS_IN_C_H
 

@@ -19,12 +19,18 @@ static const float *glsl_cdf;
 #include <bn/bn_choose.glsl>
 #undef uint
 
-glsl_path glsl_path_words(const uint32_t *words, int32_t x, int32_t y, uint32_t index,
+static bn_uint2 seed_of(const glsl_table *table) {
+    const bn_uint2 seed = {table->seed[0], table->seed[1]};
+    glsl_words = table->words;
+    return seed;
+}
+
+glsl_path glsl_path_words(const glsl_table *table, int32_t x, int32_t y, uint32_t index,
                           uint32_t frame, uint32_t ray, uint32_t k, uint32_t count,
                           uint32_t branch) {
     const bn_path path = bn_path_start((uint32_t)x, (uint32_t)y, index, frame);
     glsl_path found;
-    glsl_words = words;
+    const bn_uint2 seed = seed_of(table);
     found.ray = bn_path_ray_domain(path, ray);
     found.camera = bn_path_camera_domain(path);
     found.domain_1d = bn_ray_1d_domain(found.ray, k);
@@ -37,7 +43,7 @@ glsl_path glsl_path_words(const uint32_t *words, int32_t x, int32_t y, uint32_t 
     found.branch_index = one.index;
     found.branch_domain = one.domain;
     found.branch_ray = bn_path_ray_domain(one, 0u);
-    found.noise = bn_path_noise_bits(path, found.split, branch);
+    found.noise = bn_path_rng_bits(seed, path, found.split, branch);
     return found;
 }
 
@@ -62,30 +68,30 @@ uint32_t glsl_domain_child(uint32_t domain, uint32_t key) {
     return bn_draw_domain_child(domain, key);
 }
 
-void glsl_draw_pair(const uint32_t *words, int32_t kind, int32_t x, int32_t y, uint32_t index,
+void glsl_draw_pair(const glsl_table *table, int32_t kind, int32_t x, int32_t y, uint32_t index,
                     uint32_t domain, uint32_t pair, uint32_t out[2]) {
     bn_uint2 v;
-    glsl_words = words;
+    const bn_uint2 seed = seed_of(table);
     if (kind == BN_SAMPLER_BLUE)
-        v = bn_draw_blue_pair_bits((uint32_t)x, (uint32_t)y, index, domain, pair);
+        v = bn_draw_blue_pair_bits(seed, (uint32_t)x, (uint32_t)y, index, domain, pair);
     else if (kind == BN_SAMPLER_SOBOL)
-        v = bn_draw_sobol_pair_bits((uint32_t)x, (uint32_t)y, index, domain, pair);
+        v = bn_draw_sobol_pair_bits(seed, (uint32_t)x, (uint32_t)y, index, domain, pair);
     else
-        v = bn_draw_white_pair_bits((uint32_t)x, (uint32_t)y, index, domain, pair);
+        v = bn_draw_white_pair_bits(seed, (uint32_t)x, (uint32_t)y, index, domain, pair);
     out[0] = v.x;
     out[1] = v.y;
 }
 
-void glsl_draw(const uint32_t *words, int32_t kind, int32_t x, int32_t y, uint32_t index,
+void glsl_draw(const glsl_table *table, int32_t kind, int32_t x, int32_t y, uint32_t index,
                uint32_t domain, uint32_t out[4]) {
     bn_uint4 v;
-    glsl_words = words;
+    const bn_uint2 seed = seed_of(table);
     if (kind == BN_SAMPLER_BLUE)
-        v = bn_draw_blue_bits((uint32_t)x, (uint32_t)y, index, domain);
+        v = bn_draw_blue_bits(seed, (uint32_t)x, (uint32_t)y, index, domain);
     else if (kind == BN_SAMPLER_SOBOL)
-        v = bn_draw_sobol_bits((uint32_t)x, (uint32_t)y, index, domain);
+        v = bn_draw_sobol_bits(seed, (uint32_t)x, (uint32_t)y, index, domain);
     else
-        v = bn_draw_white_bits((uint32_t)x, (uint32_t)y, index, domain);
+        v = bn_draw_white_bits(seed, (uint32_t)x, (uint32_t)y, index, domain);
     out[0] = v.x;
     out[1] = v.y;
     out[2] = v.z;

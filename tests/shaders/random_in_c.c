@@ -4,9 +4,7 @@
 #include "draws_in_c.h"
 #include <stdbool.h>
 
-typedef struct uvec2 {
-    uint32_t x, y;
-} uvec2;
+typedef bn_uint2 uvec2;
 typedef struct vec2 {
     float x, y;
 } vec2;
@@ -21,15 +19,15 @@ static float random_float(uint32_t bits) {
     return (float)(bits >> 8) / (1 << 24);
 }
 
-static vec4 bn_draw_blue(uint32_t x, uint32_t y, uint32_t index, uint32_t domain) {
-    const bn_uint4 v = bn_draw_blue_bits(x, y, index, domain);
+static vec4 bn_draw_blue(bn_uint2 seed, uint32_t x, uint32_t y, uint32_t index, uint32_t domain) {
+    const bn_uint4 v = bn_draw_blue_bits(seed, x, y, index, domain);
     const vec4 out = {random_float(v.x), random_float(v.y), random_float(v.z), random_float(v.w)};
     return out;
 }
 
-static vec2 bn_draw_blue_pair(uint32_t x, uint32_t y, uint32_t index, uint32_t domain,
+static vec2 bn_draw_blue_pair(bn_uint2 seed, uint32_t x, uint32_t y, uint32_t index, uint32_t domain,
                               uint32_t pair) {
-    const bn_uint2 v = bn_draw_blue_pair_bits(x, y, index, domain, pair);
+    const bn_uint2 v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
     const vec2 out = {random_float(v.x), random_float(v.y)};
     return out;
 }
@@ -40,6 +38,7 @@ static vec3 random_vec3(float x, float y, float z) {
 }
 
 #define vec3(x, y, z) random_vec3(x, y, z)
+#define uvec2(x, y) {x, y}
 #define BN_EFFECT_PIXEL RANDOM_PIXEL
 #if RANDOM_WITH_LENS
 #define BN_EFFECT_LENS RANDOM_LENS
@@ -60,7 +59,9 @@ void random_glsl(const uint32_t *words, const uint32_t asked[RANDOM_ASKED],
     /* The last bounces by rngNextBounce(). */
     const uint32_t last = asked[3] < 3 ? asked[3] : 3;
     const uvec2 pixel = {asked[0], asked[1]};
+    const bn_uint2 seed = {asked[5], asked[6]};
     glsl_words = words;
+    rngSeed(seed);
     rngInit(pixel, asked[2], asked[3] - last);
     for (uint32_t i = 0; i < last; ++i) rngNextBounce();
     const vec2 two = rand2(asked[4]);

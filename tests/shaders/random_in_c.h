@@ -14,7 +14,7 @@
 #define RANDOM_CHOICE 6u
 
 enum {
-    RANDOM_ASKED = 5,   /* x, y, index, bounce, effect */
+    RANDOM_ASKED = 7,   /* x, y, index, bounce, effect, two words of a seed */
     RANDOM_NUMBERS = 10 /* rand1(), rand2(), rand3(), rand4() */
 };
 

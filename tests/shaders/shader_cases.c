@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Writes what the shader tests need, as 32-bit words of this machine, into a folder:
  *
- *     words.bin     [SEEDS][10754]: of bn_sampler_table_words()
- *     cdf.bin       [CDF]: tables of cumulative probabilities
- *     cases.bin     [SEEDS][cases][16]: kind, x, y, index, parent, key; probability, u, count, first, cdf_count;
- *                   pair; of a path, the ray, k, the branches of a split, and the frame
- *     expected.bin  [SEEDS][cases][16]: the domain; the draw's bits, the same as floats; then what
+ *     words.bin     [BN_WORD_COUNT]: of bn_tables()
+ *     cdf.bin       [CDF]: tables of cumulative weights
+ *     cases.bin     [cases][16]: kind + 4 pair, x, y, index, parent, key; probability, u, count, first + 256
+ *                   cdf_count; the two words of a seed; of a path, the ray, k, the branches of a split, and
+ *                   the frame
+ *     expected.bin  [cases][16]: the domain; the draw's bits, the same as floats; then what
  *                   bn_choose(), bn_choose_u32() and bn_choose_cdf() return, each with the u it leaves; last
  *                   v.x + 3 v.y + 5 w.x + 7 w.y, v the bits of the pair drawn alone, w those of its floats, plus
  *                   all words of a path, each times another odd number: path_words() */
@@ -16,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEEDS = 3, KINDS = 3, WORDS = 10754, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
+enum { SEEDS = 3, KINDS = 3, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
 
 static const uint64_t seeds[SEEDS] = {0, 1, UINT64_MAX};
 static const int32_t coordinates[] = {0, 5, -1, 127, 128, -129, INT32_MAX, INT32_MIN};
@@ -62,8 +63,8 @@ static void choose(const float *cdf, uint32_t *record, uint32_t *expected) {
     record[6] = bits_of(probability);
     record[7] = bits_of(u);
     record[8] = random_size();
-    record[9] = random_u32() % (CDF / 2);
-    record[10] = random_u32() % (CDF / 2);
+    const uint32_t first = random_u32() % (CDF / 2), items = random_u32() % (CDF / 2);
+    record[9] = first | items << 8;
     float left = u;
     expected[9] = (uint32_t)bn_choose(probability, &left);
     expected[10] = bits_of(left);
@@ -71,36 +72,42 @@ static void choose(const float *cdf, uint32_t *record, uint32_t *expected) {
     expected[11] = bn_choose_u32(record[8], &left);
     expected[12] = bits_of(left);
     left = u;
-    expected[13] = bn_choose_cdf(cdf + record[9], record[10], &left);
+    expected[13] = bn_choose_cdf(cdf + first, items, &left);
     expected[14] = bits_of(left);
 }
 
-static void draw(bn_sampler *const samplers[KINDS], uint32_t at, uint32_t *record,
-                 uint32_t *expected) {
-    const bn_sampler *sampler = samplers[at % KINDS];
+static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expected) {
+    const bn_sampler sampler = bn_sampler_make((int32_t)(at % KINDS), seed);
+    const uint32_t pair = random_u32() >> 30;
+    bn_sampler_seed(&sampler, record + 10);
     const uint32_t edge = at / KINDS;
     const int far = edge < EDGE_CASES;
     const int32_t x = far ? coordinates[edge % COORDINATES] : (int32_t)random_u32();
     const int32_t y = far ? coordinates[edge / COORDINATES % COORDINATES] : (int32_t)random_size();
-    record[0] = at % KINDS;
+    record[0] = at % KINDS | pair << 2;
     record[1] = (uint32_t)x;
     record[2] = (uint32_t)y;
     record[3] = far ? indices[edge / COORDINATES / COORDINATES] : random_size();
     record[4] = at % 16u < 4u ? BN_DOMAIN_ROOT : random_u32();
     record[5] = random_size();
     expected[0] = bn_domain_child(record[4], record[5]);
-    bn_sample_4d_u32(sampler, x, y, record[3], expected[0], expected + 1);
+    bn_sample_4d_u32(&sampler, x, y, record[3], expected[0], expected + 1);
     float u[4];
-    bn_sample_4d(sampler, x, y, record[3], expected[0], u);
+    bn_sample_4d(&sampler, x, y, record[3], expected[0], u);
     for (int d = 0; d < 4; ++d) expected[5 + d] = bits_of(u[d]);
-    record[11] = random_u32() >> 31;
-    const uint32_t *v = expected + 1 + 2 * record[11], *w = v + 4;
-    expected[15] = v[0] + 3u * v[1] + 5u * w[0] + 7u * w[1];
+    bn_uint2 v = {expected[1 + 2 * (pair & 1u)], expected[2 + 2 * (pair & 1u)]};
+    if (at % KINDS == BN_SAMPLER_BLUE) {
+        v = bn_draw_blue_pair_bits(bn_tables(NULL, NULL), bn_draw_seed(&sampler), record[1], record[2],
+                                   record[3], expected[0], pair);
+    }
+    bn_sample_pair(&sampler, x, y, record[3], expected[0], pair, u);
+    expected[15] = v.x + 3u * v.y + 5u * bits_of(u[0]) + 7u * bits_of(u[1]);
 }
 
 /* All that bn_path.glsl gives, for sample `index` of the pixel. Numbers 4 and later of a loop are
- * those of bn_noise, and the domains those from which the objects of bn_path.h draw. */
-static uint32_t path_words(const uint32_t *words, uint32_t *record) {
+ * those of bn_rng, and the domains those from which the objects of bn_path.h draw. */
+static uint32_t path_words(uint32_t *record) {
+    const bn_uint2 seed = {record[10], record[11]};
     const uint32_t number = random_size() >> 4, k = random_size() >> 4;
     const uint32_t count = random_u32() % 8u == 0 ? 0
                            : random_u32() % 4u    ? 1 + k % 9u
@@ -123,8 +130,8 @@ static uint32_t path_words(const uint32_t *words, uint32_t *record) {
            27u * bn_ray_2d_pair(k) + 29u * bn_ray_4d_domain(ray.domain, k) + 31u * split.domain +
            33u * branch.x + 35u * branch.y + 37u * branch.index + 39u * branch.domain +
            41u * last.index + 43u * last.domain +
-           45u * bn_path_noise_bits(words, branch, split.domain, k) +
-           47u * bn_ray_named(&ray, k).domain;
+           45u * bn_path_rng_bits(seed, branch, split.domain, k) +
+           47u * bn_ray_keyed(&ray, k).domain;
 }
 
 static FILE *created(const char *folder, const char *name) {
@@ -145,20 +152,6 @@ static void put(FILE *file, const uint32_t *words, size_t count) {
     }
 }
 
-static void make_samplers(uint64_t seed, bn_sampler *samplers[KINDS], uint32_t *words) {
-    static uint32_t others[WORDS];
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        samplers[kind] = make_sampler(kind, 0, seed);
-        if (bn_sampler_table_words(samplers[kind], words, WORDS, NULL) != BN_SUCCESS) exit(1);
-        /* One buffer is enough for all kinds. */
-        if (kind > 0 && memcmp(words, others, sizeof others) != 0) {
-            fprintf(stderr, "shader_cases: the words depend on the kind\n");
-            exit(1);
-        }
-        memcpy(others, words, sizeof others);
-    }
-}
-
 int main(int count, char **arguments) {
     if (count != 2) {
         fprintf(stderr, "usage: shader_cases FOLDER\n");
@@ -174,20 +167,16 @@ int main(int count, char **arguments) {
         const uint32_t bits = bits_of(cdf[i]);
         put(cdf_file, &bits, 1);
     }
+    put(words_file, bn_tables(NULL, NULL), BN_WORD_COUNT);
     for (int seed = 0; seed < SEEDS; ++seed) {
-        static uint32_t words[WORDS];
-        bn_sampler *samplers[KINDS];
-        make_samplers(seeds[seed], samplers, words);
-        put(words_file, words, WORDS);
         for (uint32_t at = 0; at < KINDS * (EDGE_CASES + RANDOM_CASES); ++at) {
             uint32_t record[RECORD] = {0}, expected[RECORD] = {0};
-            draw(samplers, at, record, expected);
+            draw(seeds[seed], at, record, expected);
             choose(cdf, record, expected);
-            expected[15] += path_words(words, record);
+            expected[15] += path_words(record);
             put(cases, record, RECORD);
             put(results, expected, RECORD);
         }
-        for (int kind = 0; kind < KINDS; ++kind) bn_sampler_destroy(samplers[kind]);
     }
     printf("%d cases for each of %d seeds\n", KINDS * (EDGE_CASES + RANDOM_CASES), SEEDS);
     return fclose(words_file) | fclose(cases) | fclose(results) | fclose(cdf_file) ? 1 : 0;

@@ -64,9 +64,10 @@ def posted_by(served, profile):
 def posted(cases, tmp_path_factory):
     """What browser.html posts, {path: bytes}."""
     served = {"/": (HERE / "browser.html").read_bytes(), "/draw.wgsl": wgsl().encode(), "/cdf": cases.cdf.tobytes(),
+              "/words": cases.words.tobytes(),
               "/draw.frag": with_texts((HERE / "draw.frag").read_text()).encode()}
     for seed in range(3):
-        served |= {f"/words{seed}": cases.words[seed].tobytes(), f"/cases{seed}": cases.asked[seed].tobytes()}
+        served[f"/cases{seed}"] = cases.asked[seed].tobytes()
     return posted_by(served, tmp_path_factory.mktemp("profile"))
 
 

@@ -2,8 +2,8 @@
  * rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package, its GLSL as C, draw what
  * bn_path.h hands out in C. With a folder, writes the cases for the tests in Python, as 32-bit words:
  *
- *     words.bin     [10754]: of bn_sampler_table_words()
- *     asked.bin     [cases][8]: x, y, index, bounce, effect, three zeros
+ *     words.bin     [BN_WORD_COUNT]: of bn_tables()
+ *     asked.bin     [cases][8]: x, y, index, bounce, effect, two words of a seed, zero
  *     expected.bin  [cases][16]: ten floats and six zeros
  *
  * Built twice: RANDOM_WITH_LENS is 0 for a renderer without a lens, and 1 for one that has it. */
@@ -14,7 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { WORDS = 10754, ASKED = 8, EXPECTED = 16, CASES = 4096 };
+enum { ASKED = 8, EXPECTED = 16, CASES = 4096 };
 
 static void copy(float *out, const float *from, size_t count) {
     memcpy(out, from, count * sizeof *out);
@@ -26,10 +26,11 @@ static void expect(const bn_sampler *sampler, const uint32_t *asked, float *out)
     const uint32_t bounce = asked[3], effect = asked[4];
     const bn_path path = bn_path_start((int32_t)asked[0], (int32_t)asked[1], asked[2], 0);
     const bn_ray ray = bn_path_ray(&path, bounce), next = bn_path_ray(&path, bounce + 1);
-    const bn_ray named = bn_ray_named(&ray, effect), light = bn_ray_named(&ray, RANDOM_LIGHT);
+    const bn_ray keyed = bn_ray_keyed(&ray, effect), light = bn_ray_keyed(&ray, RANDOM_LIGHT);
     float u[4], v[4];
-    bn_ray_draw(sampler, &named, u);
-    out[0] = u[0];
+    bn_ray_draw(sampler, &keyed, u);
+    bn_sample_pair(sampler, (int32_t)asked[0], (int32_t)asked[1], asked[2], keyed.domain, 2, v);
+    out[0] = v[0];
     copy(out + 1, u, 2);
     copy(out + 3, u, 3);
     copy(out + 6, u, 4);
@@ -38,7 +39,7 @@ static void expect(const bn_sampler *sampler, const uint32_t *asked, float *out)
     if (effect == RANDOM_LENS && bounce == 0 && lens) {
         bn_ray_draw_light(sampler, &ray, out + 1);
         copy(out + 3, out + 1, 2);
-        out[5] = u[0];
+        out[5] = out[0];
     }
     if (effect == RANDOM_LIGHT || (effect == RANDOM_ENVIRONMENT && lens)) {
         if (lens && bounce == 0)
@@ -75,19 +76,20 @@ static void put(const char *folder, const char *name, const void *data, size_t s
 }
 
 int main(int count, char **arguments) {
-    static uint32_t words[WORDS], all_asked[CASES][ASKED];
+    static uint32_t all_asked[CASES][ASKED];
     static float all_expected[CASES][EXPECTED];
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, UINT64_MAX);
-    CHECK(bn_sampler_table_words(&sampler, words, WORDS, NULL) == BN_SUCCESS);
+    const uint32_t *words = bn_tables(NULL, NULL);
     for (uint32_t i = 0; i < CASES; ++i) {
         float got[RANDOM_NUMBERS];
         ask(i, all_asked[i]);
+        bn_sampler_seed(&sampler, all_asked[i] + 5);
         expect(&sampler, all_asked[i], all_expected[i]);
         random_glsl(words, all_asked[i], got);
         CHECK(memcmp(got, all_expected[i], sizeof got) == 0);
     }
     if (count > 1) {
-        put(arguments[1], "words.bin", words, sizeof words);
+        put(arguments[1], "words.bin", words, BN_WORD_COUNT * sizeof *words);
         put(arguments[1], "asked.bin", all_asked, sizeof all_asked);
         put(arguments[1], "expected.bin", all_expected, sizeof all_expected);
     }

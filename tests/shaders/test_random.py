@@ -44,7 +44,7 @@ def random(request, tmp_path_factory):
 def posted(random, tmp_path_factory):
     """What random.html posts in Chromium, {path: bytes}."""
     served = {"/": (HERE / "random.html").read_bytes(), "/asked": random.asked.tobytes(), "/main.wgsl": WGSL.encode(),
-              "/main.glsl": GLSL.encode(), "/effects": json.dumps(random.effects).encode(), "/seed": str(SEED).encode()}
+              "/main.glsl": GLSL.encode(), "/effects": json.dumps(random.effects).encode()}
     served |= {f"/{name}": (PACKAGE / name).read_bytes() for name in ("index.js", "texts.js")}
     return posted_by(served, tmp_path_factory.mktemp("profile"))
 
@@ -79,12 +79,20 @@ def test_the_package_is_found_by_its_name(tmp_path):
 
 
 @needs_node
-@pytest.mark.parametrize("seed", [f"{SEED}n", "-1", "-1n"])
-def test_the_table_is_the_librarys(random, seed):
-    assert in_node(f"[...bn.tableWords({seed})]") == random.words.tolist()
-    texels = in_node(f"[...bn.tableTexels({seed})]")
-    assert texels[:len(random.words)] == random.words.tolist() and set(texels[len(random.words):]) == {0}
+def test_the_table_and_seeds_are_the_librarys(random):
+    assert in_node("[...bn.tableWords()]") == random.words.tolist()
+    texels = in_node("[...bn.tableTexels()]")
+    assert texels[:len(random.words)] == random.words.tolist() and set(texels[len(random.words):]) <= {0}
     assert len(texels) == in_node("bn.TABLE_WIDTH * bn.TABLE_HEIGHT") and len(texels) % 64 == 0
+    for seed in (f"{SEED}n", "-1", "-1n"):
+        assert in_node(f"[...bn.seedWords({seed})]") == random.asked.reshape(-1, 8)[0, 5:7].tolist()
+
+
+@needs_node
+@pytest.mark.parametrize("language", ["glsl", "wgsl"])
+def test_the_seed_is_0_until_it_is_set(language):
+    words = ", ".join(f"0x{word:08x}u" for word in in_node("[...bn.seedWords()]"))
+    assert f"({words}); /* of 0 */" in in_node(f"bn.{language}()")
 
 
 @needs_node
@@ -112,6 +120,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= arrayLength(&asked) / 8u) { return; }
     let at = 8u * id.x;
     let last = min(asked[at + 3u], 3u);
+    rngSeed(vec2u(asked[at + 5u], asked[at + 6u]));
     rngInit(vec2u(asked[at], asked[at + 1u]), asked[at + 2u], asked[at + 3u] - last);
     for (var i = 0u; i < last; i++) { rngNextBounce(); }
     let effect = asked[at + 4u];
@@ -131,6 +140,7 @@ uint ask(int i) { return texelFetch(asked, ivec2(int(gl_FragCoord.x) / 16 * 8 + 
 
 void main() {
     uint last = min(ask(3), 3u), effect = ask(4);
+    rngSeed(uvec2(ask(5), ask(6)));
     rngInit(uvec2(ask(0), ask(1)), ask(2), ask(3) - last);
     for (uint i = 0u; i < last; ++i) rngNextBounce();
     vec2 two = rand2(effect);
@@ -169,7 +179,7 @@ def test_wgsl(random, table):
     if table == "buffer":
         result = devices.run_wgsl(module + WGSL, [random.words.tobytes(), random.asked.tobytes()], size, len(random.expected))
     else:
-        texels = np.array(in_node(f"[...bn.tableTexels({SEED}n)]"), "<u4").tobytes()
+        texels = np.array(in_node("[...bn.tableTexels()]"), "<u4").tobytes()
         result = devices.run_wgsl(WGSL + module, [(64, texels), random.asked.tobytes()], size, len(random.expected))
     compare(random, result)
 
@@ -222,7 +232,7 @@ def test_the_readmes_texture(tmp_path):
     (tmp_path / "table.mjs").write_text(code + """
 const calls = {};
 const gl = new Proxy({}, {get: (_, name) => name === name.toUpperCase() ? name : (...words) => { calls[name] = words; return name; }});
-bindTable(gl, "program", 3, 1);
+bindTable(gl, "program", 3);
 const [, , format, width, height, , , , texels] = calls.texImage2D;
 console.log(JSON.stringify([format, width * height === texels.length, calls.uniform1i, calls.getUniformLocation]));
 """)

@@ -8,7 +8,7 @@
 BN_SAME(sizeof(bn_path) == 16 && offsetof(bn_path, index) == 8 && offsetof(bn_path, domain) == 12);
 BN_SAME(sizeof(bn_ray) == 40 && offsetof(bn_ray, domain) == 16 && offsetof(bn_ray, splits) == 32);
 BN_SAME(sizeof(bn_split) == 24 && offsetof(bn_split, domain) == 16);
-BN_SAME(sizeof(bn_noise) == 32 && offsetof(bn_noise, key) == 16 && offsetof(bn_noise, drawn) == 28);
+BN_SAME(sizeof(bn_rng) == 32 && offsetof(bn_rng, key) == 16 && offsetof(bn_rng, drawn) == 28);
 BN_SAME(sizeof(void *) != 8 || sizeof(bn_sampler_options) == 40);
 BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler_options, mask_width) == 32);
 
@@ -20,8 +20,8 @@ bn_ray bn_rs_path_ray(const bn_path *path, uint32_t ray) {
     return bn_path_ray(path, ray);
 }
 
-bn_ray bn_rs_ray_named(const bn_ray *ray, uint32_t name) {
-    return bn_ray_named(ray, name);
+bn_ray bn_rs_ray_keyed(const bn_ray *ray, uint32_t name) {
+    return bn_ray_keyed(ray, name);
 }
 
 bn_split bn_rs_ray_split(bn_ray *ray, uint32_t count) {
@@ -69,10 +69,10 @@ void bn_rs_path_time(const bn_draw_table *table, const bn_path *path, float out[
     bn_path_time(table, path, out);
 }
 
-bn_noise bn_rs_ray_noise(const bn_draw_table *table, bn_ray *ray) {
-    return bn_ray_noise(table, ray);
+bn_rng bn_rs_ray_rng(const bn_draw_table *table, bn_ray *ray) {
+    return bn_ray_rng(table, ray);
 }
 
-float bn_rs_noise_1d(bn_noise *noise) {
-    return bn_noise_1d(noise);
+float bn_rs_rng_1d(bn_rng *noise) {
+    return bn_rng_1d(noise);
 }

@@ -2,7 +2,7 @@
 
 /**
  * The numbers that your renderer gives to decisions with a place in the layout of paths. Leave out those that it does not have;
- * all other numbers are decisions with a name.
+ * all other numbers are keys of their own.
  */
 export interface Effects {
   /** `rand2`: the position in the pixel. */
@@ -33,11 +33,14 @@ export function wgsl(options?: {
   binding?: number;
 }): string;
 
-/** The contents of the buffer. Seeds, modulo 2^64, give independent pictures; a table serves all frames and pixels. */
-export function tableWords(seed?: number | bigint): Uint32Array;
+/** The contents of the buffer: the same for all seeds, frames and pixels. */
+export function tableWords(): Uint32Array;
 
 /** The contents of the texture, R32UI (`r32uint`), TABLE_WIDTH x TABLE_HEIGHT texels, row by row. */
-export function tableTexels(seed?: number | bigint): Uint32Array;
+export function tableTexels(): Uint32Array;
+
+/** Two words for `rngSeed` in the shader, from an integer, modulo 2^64. Seeds give independent pictures. */
+export function seedWords(seed?: number | bigint): Uint32Array;
 
 export const TABLE_WIDTH: 64;
-export const TABLE_HEIGHT: 169;
+export const TABLE_HEIGHT: 186;

@@ -7,7 +7,7 @@ const NO_EFFECT = 0xffffffff;
 const ROLES = ["pixel", "lens", "direction", "light", "environment", "choice"];
 
 export const TABLE_WIDTH = 64;
-export const TABLE_HEIGHT = 169;
+export const TABLE_HEIGHT = 186;
 
 // The number of an effect for each role.
 function effectNumbers(effects) {
@@ -60,27 +60,24 @@ fn bn_word(i: u32) -> u32 {
   ].join("\n");
 }
 
-// libbn hashes the seed; the words differ in the first two alone.
-function hashedSeed(seed) {
+// libbn hashes the seed: the finaliser of SplitMix64.
+export function seedWords(seed = 0) {
   const mixed = (v, shift, factor) => BigInt.asUintN(64, (v ^ (v >> shift)) * factor);
   let v = BigInt.asUintN(64, BigInt(seed) + 0x9e3779b97f4a7c15n);
   v = mixed(v, 30n, 0xbf58476d1ce4e5b9n);
   v = mixed(v, 27n, 0x94d049bb133111ebn);
-  return v ^ (v >> 31n);
+  v ^= v >> 31n;
+  return Uint32Array.of(Number(v & 0xffffffffn), Number(v >> 32n));
 }
 
-export function tableWords(seed = 0) {
-  const key = hashedSeed(seed);
+export function tableWords() {
   const bytes = Uint8Array.from(atob(WORDS), character => character.charCodeAt(0));
   const view = new DataView(bytes.buffer);
-  const words = Uint32Array.from({length: bytes.length / 4}, (_, i) => view.getUint32(4 * i, true));
-  words[0] = Number(key & 0xffffffffn);
-  words[1] = Number(key >> 32n);
-  return words;
+  return Uint32Array.from({length: bytes.length / 4}, (_, i) => view.getUint32(4 * i, true));
 }
 
-export function tableTexels(seed = 0) {
+export function tableTexels() {
   const texels = new Uint32Array(TABLE_WIDTH * TABLE_HEIGHT);
-  texels.set(tableWords(seed));
+  texels.set(tableWords());
   return texels;
 }

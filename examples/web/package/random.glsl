@@ -11,7 +11,7 @@
  *
  * `effect` is a number below 2^32 - 1 that names the decision. The same effect at the same bounce gives the same
  * numbers again, whatever was drawn before it; so use each for one decision, with one of the four
- * functions. An effect draws from bn_ray_named_domain() of the ray that ends at the bounce, unless a
+ * functions. An effect draws from bn_ray_keyed_domain() of the ray that ends at the bounce, unless a
  * macro gives it a place in the layout of bn_path.h:
  *
  *     BN_EFFECT_PIXEL        rand2: the position in the pixel, at bounce 0
@@ -42,8 +42,14 @@
 #define BN_EFFECT_CHOICE BN_NO_EFFECT
 #endif
 
+uvec2 bn_rng_seed = uvec2(0x7b1dcdafu, 0xe220a839u); /* of 0 */
 bn_path bn_rng_path;
 uint bn_rng_bounce;
+
+/* Seeds give independent pictures: what seedWords() of index.js or bn_sampler_seed() returns. */
+void rngSeed(uvec2 seed) {
+    bn_rng_seed = seed;
+}
 
 /* Begins sample pathIndex of a pixel: at bounce 0, or where a later pass goes on with it. */
 void rngInit(uvec2 pixel, uint pathIndex, uint bounceIndex) {
@@ -56,15 +62,15 @@ void rngNextBounce() {
 }
 
 uint bn_rng_domain(uint effect) {
-    return bn_ray_named_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
+    return bn_ray_keyed_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
 }
 
 vec2 bn_rng_pair(uint domain, uint pair) {
-    return bn_draw_blue_pair(bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
+    return bn_draw_blue_pair(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
 }
 
 vec4 rand4(uint effect) {
-    return bn_draw_blue(bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
+    return bn_draw_blue(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
 }
 
 vec2 rand2(uint effect) {
@@ -86,7 +92,7 @@ vec2 rand2(uint effect) {
 float rand1(uint effect) {
     if (effect == BN_EFFECT_CHOICE)
         return bn_rng_pair(bn_rng_domain(BN_EFFECT_LIGHT), 1u).y;
-    return bn_rng_pair(bn_rng_domain(effect), 0u).x;
+    return bn_rng_pair(bn_rng_domain(effect), 2u).x; /* arranged as a single number */
 }
 
 vec3 rand3(uint effect) {

@@ -10,8 +10,14 @@
 
 const BN_NO_EFFECT = 0xffffffffu;
 
+var<private> bn_rng_seed = vec2u(0x7b1dcdafu, 0xe220a839u); /* of 0 */
 var<private> bn_rng_path: bn_path;
 var<private> bn_rng_bounce: u32;
+
+/* Seeds give independent pictures: what seedWords() of index.js or bn_sampler_seed() returns. */
+fn rngSeed(seed: vec2u) {
+    bn_rng_seed = seed;
+}
 
 /* Begins sample pathIndex of a pixel: at bounce 0, or where a later pass goes on with it. */
 fn rngInit(pixel: vec2u, pathIndex: u32, bounceIndex: u32) {
@@ -24,15 +30,15 @@ fn rngNextBounce() {
 }
 
 fn bn_rng_domain(effect: u32) -> u32 {
-    return bn_ray_named_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
+    return bn_ray_keyed_domain(bn_path_ray_domain(bn_rng_path, bn_rng_bounce), effect);
 }
 
 fn bn_rng_pair(domain: u32, pair: u32) -> vec2f {
-    return bn_draw_blue_pair(bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
+    return bn_draw_blue_pair(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, domain, pair);
 }
 
 fn rand4(effect: u32) -> vec4f {
-    return bn_draw_blue(bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
+    return bn_draw_blue(bn_rng_seed, bn_rng_path.x, bn_rng_path.y, bn_rng_path.index, bn_rng_domain(effect));
 }
 
 fn rand2(effect: u32) -> vec2f {
@@ -59,7 +65,7 @@ fn rand1(effect: u32) -> f32 {
     if (effect == BN_EFFECT_CHOICE) {
         return bn_rng_pair(bn_rng_domain(BN_EFFECT_LIGHT), 1u).y;
     }
-    return bn_rng_pair(bn_rng_domain(effect), 0u).x;
+    return bn_rng_pair(bn_rng_domain(effect), 2u).x; /* arranged as a single number */
 }
 
 fn rand3(effect: u32) -> vec3f {

@@ -207,15 +207,15 @@ class Path;
 class SequentialSampler;
 
 // The numbers of a loop without bound: four of the sampler's, then a generator's.
-class Noise {
+class Rng {
   public:
-    explicit Noise(const bn_noise &noise) noexcept : noise_(noise) {}
+    explicit Rng(const bn_rng &rng) noexcept : rng_(rng) {}
 
     // The next number, in [0, 1).
-    float next_1d() noexcept { return bn_noise_1d(&noise_); }
+    float next_1d() noexcept { return bn_rng_1d(&rng_); }
 
   private:
-    bn_noise noise_;
+    bn_rng rng_;
 };
 
 // A path that goes on in several ways.
@@ -279,11 +279,11 @@ class Ray {
     Split next_split_from(uint32_t first) noexcept {
         return Split(sampler_, bn_ray_split_from(&ray_, first));
     }
-    Noise next_noise() noexcept { return Noise(bn_ray_noise(sampler_, &ray_)); }
+    Rng next_rng() noexcept { return Rng(bn_ray_rng(sampler_, &ray_)); }
 
-    // A part of the ray with a name, such as a primitive's number: it draws like a ray of its own.
-    // A second part of the same name starts again.
-    Ray named(uint32_t name) const noexcept { return Ray(sampler_, bn_ray_named(&ray_, name)); }
+    // A part of the ray with a key, such as a primitive's number: it draws like a ray of its own. A
+    // second part of the same key starts again.
+    Ray keyed(uint32_t key) const noexcept { return Ray(sampler_, bn_ray_keyed(&ray_, key)); }
 
   private:
     friend class SequentialSampler;
@@ -308,7 +308,7 @@ class Path {
         bn_path_first_light(sampler_, &state_, count, k, out.data());
         return out;
     }
-    // [0]: the time of the path. [1]: wavelength.
+    // [0]: the time of the path. [1]: its wavelength.
     std::array<float, 2> time() const noexcept {
         std::array<float, 2> out{};
         bn_path_time(sampler_, &state_, out.data());

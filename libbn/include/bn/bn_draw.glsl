@@ -125,7 +125,7 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
 /* bn_domain_child(): a hash of the parent and of key / 4, which is the same for a whole family,
  * with the member of the family in the upper two bits. The draws hash the result once more. Families
  * of one parent differ by multiples of the golden ratio before the last step, which leaves the upper
- * half alone: of any twenty in a row, no two have the same upper five bits, by which BLUE places
+ * half alone: of any thirty in a row, no two have the same upper six bits, by which BLUE places
  * them. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
@@ -187,7 +187,7 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     BN_UINT row = (y ^ (0u - (family >> 19u & 1u))) + (family >> 20u);
     /* Each copy of the tile has random digits and an order of the samples of its own, which all its
      * pixels share: so samples in the middle of an octave are as blue as the first ones. */
-    BN_UINT copy = (column >> 6u) + (row >> 6u << 16u) + family;
+    BN_UINT copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of BLUE, SOBOL and WHITE in HLSL (shader model 5.0 and later): the text of bn_draw.glsl,
- * which must lie beside this file. Say how to read word i of what bn_sampler_table_words() wrote,
- * then include this file:
+ * which must lie beside this file. Say how to read word i of what bn_tables() returned, then
+ * include this file. The seed is that of bn_sampler_seed():
  *
  *     StructuredBuffer<uint> bn_words : register(t0);
  *     #define BN_WORD(i) bn_words[i]
  *
- *     float4 u = bn_draw_blue(uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
+ *     float4 u = bn_draw_blue(seed, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
  *
  * With a ByteAddressBuffer, BN_WORD(i) is bn_words.Load(4 * (i)). bn_draw.glsl documents the functions
  * and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each number, as a uint4. */

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of BLUE, SOBOL and WHITE in the Metal Shading Language: the text of bn_draw.glsl, which
- * must lie beside this file. The words of bn_sampler_table_words() are the first argument:
+ * must lie beside this file. The words of bn_tables() are the first argument of the draws of
+ * BLUE, and the seed is that of bn_sampler_seed():
  *
  *     #include <metal_stdlib>
  *     #include "bn_draw.metal"
  *
- *     kernel void trace(const device uint *bn_words [[buffer(0)]], ...) {
- *         float4 u = bn_draw_blue(bn_words, uint(pixel.x), uint(pixel.y), index, bn_domain_child(0, ray));
+ *     kernel void trace(const device uint *bn_words [[buffer(0)]], constant uint2 &seed [[buffer(1)]], ...) {
+ *         float4 u = bn_draw_blue(bn_words, seed, uint(pixel.x), uint(pixel.y), index,
+ *                                 bn_domain_child(0, ray));
  *
  * For words in the constant address space, define BN_WORDS as `constant uint *` before. bn_draw.glsl
  * documents the functions and the words. bn_draw_blue_bits() and its relatives give all 32 bits of each
@@ -27,7 +29,6 @@
 #define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) bn_words[i]
 #define BN_REVERSE_BITS(v) metal::reverse_bits(v)
-#define BN_MULTIPLY_HIGH(a, b) metal::mulhi(a, b)
 #define bn_draw_domain_child bn_domain_child
 #include "bn_draw.glsl"
 

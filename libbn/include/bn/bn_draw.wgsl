@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The draws of BLUE, SOBOL and WHITE in WGSL: bn_draw.glsl, translated by libbn/tools/make_wgsl.py.
- * Put this text in front of yours or behind it, and declare the words of bn_sampler_table_words(),
- * in the group and binding of your choice:
+ * Put this text in front of yours or behind it, and declare the words of bn_tables(), in the group and
+ * binding of your choice. The seed is that of bn_sampler_seed():
  *
  *     @group(0) @binding(0) var<storage, read> bn_words: array<u32>;
  *
- *     let u: vec4f = bn_draw_blue(u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
+ *     let u: vec4f = bn_draw_blue(seed, u32(pixel.x), u32(pixel.y), index, bn_domain_child(0u, ray));
  *
  * Coordinates are signed integers reinterpreted as unsigned: u32(-1i) is the column left of zero.
  * bn_draw_blue_bits() and its relatives give all 32 bits of each number. Names that begin with bn_
@@ -13,19 +13,19 @@
 
 /* THE TABLES
  *
- * One flat buffer of BN_WORD_COUNT 32-bit words, in the byte order of the machine: 42 KiB, the same
- * for all three kinds. Seeds differ in the first two words alone, and SOBOL and WHITE read no others.
- * Entries of two words hold the first 16 digits of four coordinates, a half-word each from the lowest
- * up; entries of four, all 32 digits of each. `member` is the domain's number within its family, 0 to
- * 3. */
-const BN_SEED_AT = 0u;      /* the hashed seed, its low word first */
-const BN_PIXELS_AT = 2u;    /* 64 x 64, row-major: eight bits for each member of a family from the
-                              lowest up, eight times the place of the pixel in its block of 4 x 4 */
-const BN_BLOCKS_AT = 4098u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
-const BN_PLACES_AT = 6146u; /* [16][member][2]: digits of a place in a block */
-const BN_POINTS_AT = 6274u; /* [256][member][4]: the first 256 points, by reversed index */
-const BN_LATER_AT = 10370u; /* [24][member][4]: digits of bits 8 to 31 of an index */
-const BN_WORD_COUNT = 10754u;
+ * One flat buffer of BN_WORD_COUNT 32-bit words, 46.5 KiB, the same for every seed; only BLUE reads
+ * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
+ * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
+ * family, 0 to 3. */
+const BN_PIXELS_AT = 0u;    /* 64 x 64, row-major: a byte for each member from the lowest up, in its lower
+                              half the place of the pixel in its block of 4 x 4; in the upper half of
+                              byte d, the place for dimension d of single numbers */
+const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
+const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
+const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by reversed index */
+const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits of bits 8 to 31 of an index,
+    four at a time */
+const BN_WORD_COUNT = 11904u;
 
 /* Four words in a row. An entry of two words is read with the two that follow it, for which nobody
  * asks. */
@@ -48,14 +48,6 @@ fn bn_draw_half_row(at: u32) -> vec2u {
 
 /* ---- Bits */
 
-/* The upper half of the 64-bit product, from products of half-words. */
-fn bn_multiply_high(a: u32, b: u32) -> u32 {
-    let low = (a & 0xffffu) * (b & 0xffffu);
-    let left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
-    let right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
-    return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
-}
-
 /* A bijection in which every input bit reaches every output bit (structure and constants: Wellons,
  * "Prospecting for Hash Functions", 2018). */
 fn bn_hash32(v_in: u32) -> u32 {
@@ -66,9 +58,12 @@ fn bn_hash32(v_in: u32) -> u32 {
 }
 
 /* bn_domain_child(): a hash of the parent and of key / 4, which is the same for a whole family,
- * with the member of the family in the upper two bits. The draws hash the result once more. */
+ * with the member of the family in the upper two bits. The draws hash the result once more. Families
+ * of one parent differ by multiples of the golden ratio before the last step, which leaves the upper
+ * half alone: of any thirty in a row, no two have the same upper six bits, by which BLUE places
+ * them. */
 fn bn_domain_child(domain: u32, key: u32) -> u32 {
-    let v = (domain + (key >> 2u) * 0x85ebca6bu + 0x9e3779b9u) * 0x21f0aaadu;
+    let v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
     return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
 }
 
@@ -107,48 +102,55 @@ fn bn_sobol_second(digits_in: u32) -> u32 {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
+    places: u32, /* the pixel's word of the tile */
     place: u32,
     block: u32, /* the words that hold the upper 16 digits of the pixel */
     keys01: u32,
-    keys23: u32, /* what the domain adds to them, from the fourth digit on */
+    keys23: u32, /* random digits of this copy of the tile, added to them */
     low01: u32,
     low23: u32, /* the lower 16 digits, random: as in all these, a half-word each */
     shuffle: u32, /* of the index: the same for all members of a family */
     member: u32, /* of the family, times two */
 }
 
-fn bn_draw_blue_pixel(x: u32, y: u32, domain: u32) -> bn_blue_pixel {
+fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel {
     var pixel: bn_blue_pixel;
     let member = (domain >> 29u) & 6u;
     pixel.member = member;
-    /* The family: its four members differ only in the upper two bits of the domain. The upper half
-     * of a 64-bit product depends on every bit of it. */
-    var family = (domain << 2u) ^ bn_words[BN_SEED_AT];
-    family = bn_multiply_high(family, 0x7f4a7c15u) + family * 0x9e3779b9u +
-        bn_words[BN_SEED_AT + 1u];
-    /* The order of the samples: one for 32 x 32 pixels, so that samples in the middle of an octave
-     * are as blue as the first ones. */
-    pixel.shuffle = bn_hash32((x >> 5u) + (y >> 5u) * 0x9e3779b1u) + family;
-    /* The tile, reflected and shifted. */
-    let column = ((x ^ (0u - ((family >> 16u) & 1u))) + (family >> 26u)) & 63u;
-    let row = ((y ^ (0u - ((family >> 17u) & 1u))) + (family >> 20u)) & 63u;
-    let places = bn_words[BN_PIXELS_AT + row * 64u + column];
-    pixel.place = BN_PLACES_AT + ((places >> (4u * member)) & 255u) + member;
+    /* The family: its four members differ only in the upper two bits of the domain. */
+    let start = (domain << 2u) ^ seed.x;
+    var family = start * 0x21f0aaadu;
+    family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
+    /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
+     * the copies differently. */
+    var column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
+    var row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
+    /* Each copy of the tile has random digits and an order of the samples of its own, which all its
+     * pixels share: so samples in the middle of an octave are as blue as the first ones. */
+    var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
+    copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
+    copy ^= copy >> 15u;
+    pixel.shuffle = copy;
+    column &= 63u;
+    row &= 63u;
+    pixel.places = bn_words[BN_PIXELS_AT + row * 64u + column];
+    pixel.place = BN_PLACES_AT + ((pixel.places >> (4u * member)) & 15u) * 2u + member * 16u;
     pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
-    let own = member * 0x85ebca6bu;
-    let keys = (family ^ (family >> 15u)) * (own + 0x21f0aaadu);
-    pixel.keys01 = keys & 0x1fff1fffu;
-    pixel.keys23 = (keys >> 3u) & 0x1fff1fffu;
-    let low = (bn_hash32(x + y * 0x9e3779b1u) ^ family) * 0x21f0aaadu + own;
-    pixel.low01 = low ^ (low >> 15u);
-    pixel.low23 = pixel.low01 * 0xd35a2d97u;
+    /* The first eight digits of the four coordinates are bits of their own. */
+    var keys = copy * (member * 0x85ebca6bu + 0xd35a2d97u);
+    keys ^= keys >> 16u;
+    pixel.keys01 = keys;
+    pixel.keys23 = (keys << 8u) | (keys >> 24u);
+    pixel.low01 = (bn_hash32(x + y * 0x9e3779b1u) ^ keys) * 0x21f0aaadu;
+    pixel.low23 = pixel.low01 ^ keys;
     return pixel;
 }
 
 /* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
- * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. */
+ * and its neighbour is flipped. That bit is one of the shuffle's lower bits, or a sum of several. It
+ * depends on the lowest eight bits of the index alone. */
 fn bn_draw_flip(index: u32) -> u32 {
-    let t = (index >> 1u) - 1u;
+    let t = ((index & 255u) >> 1u) - 1u;
     var flip = 2u << (t & 15u);
     flip |= ((index >> 5u) & 1u) << (((t + 5u) & 15u) + 1u);
     flip |= ((index >> 6u) & 1u) << (((t + 11u) & 15u) + 1u);
@@ -177,25 +179,32 @@ fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
     v.z ^= (high23 << 16u) | (pixel.low23 & 0xffffu);
     v.w ^= (high23 & 0xffff0000u) | (pixel.low23 >> 16u);
     var later = BN_LATER_AT + pixel.member * 2u;
-    for (digits <<= 8u; digits != 0u; digits <<= 1u) {
-        let picked = 0u - (digits >> 31u);
-        let row = bn_draw_row(later);
-        v.x ^= row.x & picked;
-        v.y ^= row.y & picked;
-        v.z ^= row.z & picked;
-        v.w ^= row.w & picked;
-        later += 16u;
+    for (digits <<= 8u; digits != 0u; digits <<= 4u) {
+        let row = bn_draw_row(later + (digits >> 28u) * 16u);
+        v.x ^= row.x;
+        v.y ^= row.y;
+        v.z ^= row.z;
+        v.w ^= row.w;
+        later += 256u;
     }
     return v;
 }
 
-/* One pair of dimensions alone, by 0 or 1: the sample of these digits without what bits 8 to 31 of
- * the index add to it. */
-fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair: u32) -> vec2u {
+/* One pair of dimensions alone, by 0 or 1, or by 2 or 3 as single numbers: the sample of these digits
+ * without what bits 8 to 31 of the index add to it. */
+fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair_in: u32) -> vec2u {
+    var pair = pair_in;
+    let single = 0u - (pair >> 1u);
+    pair &= 1u;
     let second = 0u - pair;
-    let place = bn_draw_half_row(pixel.place + pair);
-    let block = bn_draw_half_row(pixel.block + pair);
-    let high = place.x ^ block.x ^ pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
+    let places = BN_PLACES_AT + pixel.member * 16u + pair;
+    var at = pixel.place + pair;
+    var other = at;
+    at ^= (at ^ (places + ((pixel.places >> (16u * pair + 4u)) & 15u) * 2u)) & single;
+    other ^= (other ^ (places + ((pixel.places >> (16u * pair + 12u)) & 15u) * 2u)) & single;
+    var high = (bn_words[at] & 0xffffu) | (bn_words[other] & 0xffff0000u);
+    high ^= bn_words[pixel.block + pair];
+    high ^= pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
     let low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
     var v = bn_draw_half_row(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
     v.x ^= (high << 16u) | (low & 0xffffu);
@@ -206,24 +215,24 @@ fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair: u32) -> vec2
 fn bn_draw_blue_pair_at(pixel: bn_blue_pixel, index: u32, pair: u32) -> vec2u {
     var digits = bn_draw_blue_digits(pixel.shuffle, reverseBits(index), bn_draw_flip(index));
     var v = bn_draw_blue_pair_first(pixel, digits, pair);
-    var later = BN_LATER_AT + (pixel.member + pair) * 2u;
-    for (digits <<= 8u; digits != 0u; digits <<= 1u) {
-        let picked = 0u - (digits >> 31u);
-        let row = bn_draw_half_row(later);
-        v.x ^= row.x & picked;
-        v.y ^= row.y & picked;
-        later += 16u;
+    var later = BN_LATER_AT + (pixel.member + (pair & 1u)) * 2u;
+    for (digits <<= 8u; digits != 0u; digits <<= 4u) {
+        let row = bn_draw_half_row(later + (digits >> 28u) * 16u);
+        v.x ^= row.x;
+        v.y ^= row.y;
+        later += 256u;
     }
     return v;
 }
 
-fn bn_draw_blue_pair_bits(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2u {
-    let pixel = bn_draw_blue_pixel(x, y, domain);
+fn bn_draw_blue_pair_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32,
+    pair: u32) -> vec2u {
+    let pixel = bn_draw_blue_pixel(seed, x, y, domain);
     return bn_draw_blue_pair_at(pixel, index, pair);
 }
 
-fn bn_draw_blue_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
-    return bn_draw_blue_at(bn_draw_blue_pixel(x, y, domain), index);
+fn bn_draw_blue_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4u {
+    return bn_draw_blue_at(bn_draw_blue_pixel(seed, x, y, domain), index);
 }
 
 /* ---- SOBOL and WHITE */
@@ -233,9 +242,9 @@ fn bn_draw_sobol_next(key: u32) -> u32 {
 }
 
 /* The first key of a domain. Each pair takes three, one after the other. */
-fn bn_draw_sobol_key(x: u32, y: u32, domain: u32) -> u32 {
-    let key = bn_hash32(y ^ bn_hash32(domain + bn_words[BN_SEED_AT]));
-    return bn_hash32(x ^ bn_hash32(key + bn_words[BN_SEED_AT + 1u]));
+fn bn_draw_sobol_key(seed: vec2u, x: u32, y: u32, domain: u32) -> u32 {
+    let key = bn_hash32(y ^ bn_hash32(domain + seed.x));
+    return bn_hash32(x ^ bn_hash32(key + seed.y));
 }
 
 fn bn_draw_sobol_second_key(key: u32) -> u32 {
@@ -252,15 +261,16 @@ fn bn_draw_sobol_two(key_in: u32, index: u32) -> vec2u {
     return v;
 }
 
-fn bn_draw_sobol_pair_bits(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2u {
-    var key = bn_draw_sobol_key(x, y, domain);
-    key ^= (key ^ bn_draw_sobol_second_key(key)) & (0u - pair);
+fn bn_draw_sobol_pair_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32,
+    pair: u32) -> vec2u {
+    var key = bn_draw_sobol_key(seed, x, y, domain);
+    key ^= (key ^ bn_draw_sobol_second_key(key)) & (0u - (pair & 1u));
     return bn_draw_sobol_two(key, index);
 }
 
-fn bn_draw_sobol_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
+fn bn_draw_sobol_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4u {
     var v: vec4u;
-    let key = bn_draw_sobol_key(x, y, domain);
+    let key = bn_draw_sobol_key(seed, x, y, domain);
     var two = bn_draw_sobol_two(key, index);
     v.x = two.x;
     v.y = two.y;
@@ -270,37 +280,51 @@ fn bn_draw_sobol_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
     return v;
 }
 
-/* WHITE has two 32-bit keys: pixels that collide in one differ in the other. */
-fn bn_draw_white_key(x: u32, y: u32, domain: u32) -> u32 {
-    return bn_hash32(x ^ bn_hash32(y ^ bn_hash32(domain + bn_words[BN_SEED_AT])));
-}
-
-fn bn_draw_white_other_key(x: u32, y: u32, domain: u32) -> u32 {
-    return bn_hash32(y + bn_hash32(x + bn_hash32(domain ^ bn_words[BN_SEED_AT + 1u])));
-}
-
-fn bn_draw_white_one(a: u32, b: u32, index: u32) -> u32 {
-    return bn_hash32(a ^ bn_hash32(index ^ bn_hash32(b)));
-}
-
-fn bn_draw_white_pair_bits(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2u {
-    var v: vec2u;
-    let a = bn_draw_white_key(x, y, domain);
-    let b = bn_draw_white_other_key(x, y, domain) + pair * 0x3c6ef372u;
-    v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
-    v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
+/* WHITE: a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020:
+ * pcg4d, after O'Neill's generators). The pixel, the index and the domain are the counter, the seed is
+ * added to it. */
+fn bn_draw_white_hash(v_in: vec4u) -> vec4u {
+    var v = v_in;
+    v.x = v.x * 1664525u + 1013904223u;
+    v.y = v.y * 1664525u + 1013904223u;
+    v.z = v.z * 1664525u + 1013904223u;
+    v.w = v.w * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v.x ^= v.x >> 16u;
+    v.y ^= v.y >> 16u;
+    v.z ^= v.z >> 16u;
+    v.w ^= v.w >> 16u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
     return v;
 }
 
-fn bn_draw_white_bits(x: u32, y: u32, index: u32, domain: u32) -> vec4u {
+fn bn_draw_white_counter(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4u {
     var v: vec4u;
-    let a = bn_draw_white_key(x, y, domain);
-    let b = bn_draw_white_other_key(x, y, domain);
-    v.x = bn_draw_white_one(a, b + 0x9e3779b9u, index);
-    v.y = bn_draw_white_one(a, b + 0x3c6ef372u, index);
-    v.z = bn_draw_white_one(a, b + 0xdaa66d2bu, index);
-    v.w = bn_draw_white_one(a, b + 0x78dde6e4u, index);
+    v.x = x + seed.x;
+    v.y = y;
+    v.z = index;
+    v.w = domain + seed.y;
     return v;
+}
+
+fn bn_draw_white_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4u {
+    return bn_draw_white_hash(bn_draw_white_counter(seed, x, y, index, domain));
+}
+
+fn bn_draw_white_pair_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32,
+    pair: u32) -> vec2u {
+    let v = bn_draw_white_bits(seed, x, y, index, domain);
+    let second = 0u - (pair & 1u);
+    var two: vec2u;
+    two.x = v.x ^ ((v.x ^ v.z) & second);
+    two.y = v.y ^ ((v.y ^ v.w) & second);
+    return two;
 }
 
 /* ---- The draws of shaders */
@@ -315,26 +339,26 @@ fn bn_draw_pair_floats(v: vec2u) -> vec2f {
     return vec2f(f32(v.x >> 8u), f32(v.y >> 8u)) * scale;
 }
 
-fn bn_draw_blue(x: u32, y: u32, index: u32, domain: u32) -> vec4f {
-    return bn_draw_floats(bn_draw_blue_bits(x, y, index, domain));
+fn bn_draw_blue(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
+    return bn_draw_floats(bn_draw_blue_bits(seed, x, y, index, domain));
 }
 
-fn bn_draw_sobol(x: u32, y: u32, index: u32, domain: u32) -> vec4f {
-    return bn_draw_floats(bn_draw_sobol_bits(x, y, index, domain));
+fn bn_draw_sobol(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
+    return bn_draw_floats(bn_draw_sobol_bits(seed, x, y, index, domain));
 }
 
-fn bn_draw_white(x: u32, y: u32, index: u32, domain: u32) -> vec4f {
-    return bn_draw_floats(bn_draw_white_bits(x, y, index, domain));
+fn bn_draw_white(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> vec4f {
+    return bn_draw_floats(bn_draw_white_bits(seed, x, y, index, domain));
 }
 
-fn bn_draw_blue_pair(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
-    return bn_draw_pair_floats(bn_draw_blue_pair_bits(x, y, index, domain, pair));
+fn bn_draw_blue_pair(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_pair_floats(bn_draw_blue_pair_bits(seed, x, y, index, domain, pair));
 }
 
-fn bn_draw_sobol_pair(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
-    return bn_draw_pair_floats(bn_draw_sobol_pair_bits(x, y, index, domain, pair));
+fn bn_draw_sobol_pair(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_pair_floats(bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair));
 }
 
-fn bn_draw_white_pair(x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
-    return bn_draw_pair_floats(bn_draw_white_pair_bits(x, y, index, domain, pair));
+fn bn_draw_white_pair(seed: vec2u, x: u32, y: u32, index: u32, domain: u32, pair: u32) -> vec2f {
+    return bn_draw_pair_floats(bn_draw_white_pair_bits(seed, x, y, index, domain, pair));
 }

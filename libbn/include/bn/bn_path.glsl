@@ -20,7 +20,7 @@
 /* Keys that no ray, no decision and no count reaches. */
 #define BN_PATH_CAMERA_KEY 3u /* in place of ray 3, which moves up: what only the camera draws */
 #define BN_PATH_FRAMES_KEY 0x80000000u /* below the root: the parent of all frames but the first */
-#define BN_PATH_NAMES_KEY 0x80000000u  /* below a ray: the parent of its named parts */
+#define BN_PATH_KEYED_KEY 0x80000000u  /* below a ray: the parent of its keyed parts */
 #define BN_PATH_MORE_KEY 0x40000000u   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
@@ -93,9 +93,9 @@ BN_FUNCTION BN_UINT bn_ray_split_domain(BN_UINT ray, BN_UINT k) {
     return bn_draw_domain_child(ray, k * 4u + 3u);
 }
 
-/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
-BN_FUNCTION BN_UINT bn_ray_named_domain(BN_UINT ray, BN_UINT name) {
-    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_NAMES_KEY), name);
+/* The domain of a part of a ray that has a key, from which it draws as a ray does. */
+BN_FUNCTION BN_UINT bn_ray_keyed_domain(BN_UINT ray, BN_UINT key) {
+    return bn_draw_domain_child(bn_draw_domain_child(ray, BN_PATH_KEYED_KEY), key);
 }
 
 /* ---- Splits */
@@ -122,7 +122,7 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 
 /* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
  * from it; the next four are those of the same hash a step further. */
-BN_FUNCTION BN_UINT bn_path_noise_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
+BN_FUNCTION BN_UINT bn_path_rng_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
     bn_uint4 v = bn_draw_white_bits(seed, path.x, path.y, path.index,
                                     domain + (k >> 2u) * 0x9e3779b9u);
     BN_UINT odd = 0u - (k & 1u), upper = 0u - (k >> 1u & 1u);

@@ -45,10 +45,14 @@
  * number, give a count near the mean. Those that take fewer branches stop early; those that take
  * more go on with k = count and later.
  *
- * Decisions that neighbours meet in another order, such as the transparency of layers, are named
- * instead: bn_ray_named(&ray, primitive). A loop without bound (tracking through a medium, a random
- * walk) draws from bn_ray_noise(): four stratified numbers, and from then on a counter-based
+ * Decisions that neighbours meet in another order, such as the transparency of layers, have keys
+ * instead: bn_ray_keyed(&ray, primitive). A loop without bound (tracking through a medium, a random
+ * walk) draws from bn_ray_rng(): four stratified numbers, and from then on a counter-based
  * generator.
+ *
+ * Who keeps the numbers of decisions elsewhere, or knows them when compiling, gives them himself:
+ * bn_ray_1d_at(sampler, &ray, k) is the single number k of a ray, the one that the call k + 1 of
+ * bn_ray_1d() hands out. Shaders do the same with the domains of bn_path.glsl.
  *
  * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
  * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
@@ -110,12 +114,12 @@ BN_DEVICE_INLINE bn_ray bn_path_ray(const bn_path *path, uint32_t ray) {
     return result;
 }
 
-/* A part of a ray whose numbers have a name instead of a place in a sequence: a primitive that may
+/* A part of a ray whose numbers have a key instead of a place in a sequence: a primitive that may
  * be transparent, a stage of a wavefront renderer, a light. The result draws like a ray of its own,
- * and does not depend on what was drawn before it. A second part of the same name starts again. */
-BN_DEVICE_INLINE bn_ray bn_ray_named(const bn_ray *ray, uint32_t name) {
+ * and does not depend on what was drawn before it. A second part of the same key starts again. */
+BN_DEVICE_INLINE bn_ray bn_ray_keyed(const bn_ray *ray, uint32_t key) {
     bn_ray result = *ray;
-    result.domain = bn_ray_named_domain(ray->domain, name);
+    result.domain = bn_ray_keyed_domain(ray->domain, key);
     result.drawn_1d = result.drawn_2d = result.drawn_4d = result.splits = 0;
     result.next_1d = 0.0f;
     return result;
@@ -181,6 +185,26 @@ static inline void bn_ray_draw_light(const bn_sampler *sampler, const bn_ray *ra
     bn_path_draw_pair(sampler, &ray->path, ray->domain, 1, out);
 }
 
+/* Number, pair and four k of the ray, by an explicit counter: what call k + 1 of the functions below
+ * gives. They leave the ray as it is. */
+static inline float bn_ray_1d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
+    float pair[2];
+    bn_path_draw_pair(sampler, &ray->path, bn_ray_1d_domain(ray->domain, k), bn_ray_1d_pair(k),
+                      pair);
+    return pair[k & 1u];
+}
+
+static inline void bn_ray_2d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k,
+                                float out[2]) {
+    bn_path_draw_pair(sampler, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k),
+                      out);
+}
+
+static inline void bn_ray_4d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k,
+                                float out[4]) {
+    bn_path_draw_4d(sampler, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
+}
+
 /* The next single number of the ray, arranged for decisions that take one number. Four in a row are
  * stratified together in the pixel; every other one costs nothing. */
 static inline float bn_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
@@ -195,16 +219,13 @@ static inline float bn_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
 
 /* The next pair. Two in a row are stratified together. */
 static inline void bn_ray_2d(const bn_sampler *sampler, bn_ray *ray, float out[2]) {
-    const uint32_t k = ray->drawn_2d++;
-    bn_path_draw_pair(sampler, &ray->path, bn_ray_2d_domain(ray->domain, k), bn_ray_2d_pair(k),
-                      out);
+    bn_ray_2d_at(sampler, ray, ray->drawn_2d++, out);
 }
 
 /* The next four: two pairs whose effects multiply, or a number and a pair, out[2] and then out[0],
  * out[1]. */
 static inline void bn_ray_4d(const bn_sampler *sampler, bn_ray *ray, float out[4]) {
-    const uint32_t k = ray->drawn_4d++;
-    bn_path_draw_4d(sampler, &ray->path, bn_ray_4d_domain(ray->domain, k), out);
+    bn_ray_4d_at(sampler, ray, ray->drawn_4d++, out);
 }
 
 /* ---- What only the camera's ray draws */
@@ -219,38 +240,39 @@ static inline void bn_path_first_light(const bn_sampler *sampler, const bn_path 
                    out);
 }
 
-/* out[0]: the time of the path. out[1]: wavelength. */
+/* Time and wavelength of the path: out[0] is its place in the shutter's interval, out[1] its place in
+ * the spectrum (the first of several that stand at equal distances). */
 static inline void bn_path_time(const bn_sampler *sampler, const bn_path *path, float out[2]) {
     bn_path_draw_pair(sampler, path, bn_path_camera_domain(*path), 1, out);
 }
 
 /* ---- Loops */
 
-typedef struct bn_noise {
+typedef struct bn_rng {
     float next[4];
     bn_uint4 counter; /* of WHITE, for the numbers after the first four */
     uint32_t drawn;
-} bn_noise;
+} bn_rng;
 
 /* The numbers of the next loop of a ray. */
-static inline bn_noise bn_ray_noise(const bn_sampler *sampler, bn_ray *ray) {
+static inline bn_rng bn_ray_rng(const bn_sampler *sampler, bn_ray *ray) {
     const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
-    bn_noise noise;
-    bn_path_draw_4d(sampler, &ray->path, loop, noise.next);
-    noise.counter = bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y,
-                                          ray->path.index, loop);
-    noise.drawn = 0;
-    return noise;
+    bn_rng rng;
+    bn_path_draw_4d(sampler, &ray->path, loop, rng.next);
+    rng.counter = bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y,
+                                        ray->path.index, loop);
+    rng.drawn = 0;
+    return rng;
 }
 
 /* The next number of a loop, in [0, 1). The first four are the sampler's. */
-static inline float bn_noise_1d(bn_noise *noise) {
-    const uint32_t k = noise->drawn++;
+static inline float bn_rng_1d(bn_rng *rng) {
+    const uint32_t k = rng->drawn++;
     if (k > 3u && (k & 3u) == 0) {
-        noise->counter.w += 0x9e3779b9u;
-        bn_draw_floats(bn_draw_white_hash(noise->counter), noise->next);
+        rng->counter.w += 0x9e3779b9u;
+        bn_draw_floats(bn_draw_white_hash(rng->counter), rng->next);
     }
-    return noise->next[k & 3u];
+    return rng->next[k & 3u];
 }
 
 #endif

@@ -4,7 +4,8 @@
  * the layout.
  *
  *     bn_path path = bn_path_start(uint(pixel.x), uint(pixel.y), index, 0);
- *     float4 u = bn_draw_blue(bn_words, path.x, path.y, path.index, bn_path_ray_domain(path, depth)); */
+ *     uint ray = bn_path_ray_domain(path, depth);
+ *     float4 u = bn_draw_blue(bn_words, seed, path.x, path.y, path.index, ray); */
 #ifndef BN_PATH_METAL
 #define BN_PATH_METAL
 

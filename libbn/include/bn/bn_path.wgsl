@@ -4,12 +4,12 @@
  *
  *     let path = bn_path_start(u32(pixel.x), u32(pixel.y), index, 0u);
  *     let ray = bn_path_ray_domain(path, depth);
- *     let u: vec4f = bn_draw_blue(path.x, path.y, path.index, ray); */
+ *     let u: vec4f = bn_draw_blue(seed, path.x, path.y, path.index, ray); */
 
 /* Keys that no ray, no decision and no count reaches. */
 const BN_PATH_CAMERA_KEY = 3u; /* in place of ray 3, which moves up: what only the camera draws */
 const BN_PATH_FRAMES_KEY = 0x80000000u; /* below the root: the parent of all frames but the first */
-const BN_PATH_NAMES_KEY = 0x80000000u;  /* below a ray: the parent of its named parts */
+const BN_PATH_KEYED_KEY = 0x80000000u;  /* below a ray: the parent of its keyed parts */
 const BN_PATH_MORE_KEY = 0x40000000u;   /* below a split: branches beyond their count */
 
 /* One sample of a pixel, or a branch of it. */
@@ -56,13 +56,14 @@ fn bn_path_camera_domain(path: bn_path) -> u32 {
 
 /* ---- Further numbers of a ray, from its domain. Each kind has a sequence of its own, without end. */
 
-/* The domain and the dimension of single number k. */
+/* The domain of single number k, and the pair there of which it is the first or, if k is odd, the
+ * second. */
 fn bn_ray_1d_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k & 0xfffffffcu);
 }
 
-fn bn_ray_1d_dimension(k: u32) -> u32 {
-    return k & 3u;
+fn bn_ray_1d_pair(k: u32) -> u32 {
+    return 2u + ((k >> 1u) & 1u);
 }
 
 /* The domain and the pair of pair k. */
@@ -84,9 +85,9 @@ fn bn_ray_split_domain(ray: u32, k: u32) -> u32 {
     return bn_domain_child(ray, k * 4u + 3u);
 }
 
-/* The domain of a part of a ray that has a name, from which it draws as a ray does. */
-fn bn_ray_named_domain(ray: u32, name: u32) -> u32 {
-    return bn_domain_child(bn_domain_child(ray, BN_PATH_NAMES_KEY), name);
+/* The domain of a part of a ray that has a key, from which it draws as a ray does. */
+fn bn_ray_keyed_domain(ray: u32, key: u32) -> u32 {
+    return bn_domain_child(bn_domain_child(ray, BN_PATH_KEYED_KEY), key);
 }
 
 /* ---- Splits */
@@ -111,10 +112,12 @@ fn bn_path_branch(path: bn_path, split: u32, count: u32, k: u32) -> bn_path {
 
 /* ---- Loops */
 
-/* Number k of a loop, 32 bits, by two hashes, from the domain of the loop. Numbers 0 to 3 are those
- * that WHITE draws from it. */
-fn bn_path_noise_bits(path: bn_path, domain: u32, k: u32) -> u32 {
-    let a = bn_draw_white_key(path.x, path.y, domain);
-    let b = bn_draw_white_other_key(path.x, path.y, domain);
-    return bn_draw_white_one(a, b + (k + 1u) * 0x9e3779b9u, path.index);
+/* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
+ * from it; the next four are those of the same hash a step further. */
+fn bn_path_rng_bits(seed: vec2u, path: bn_path, domain: u32, k: u32) -> u32 {
+    let v = bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
+    let odd = 0u - (k & 1u);
+    let upper = 0u - ((k >> 1u) & 1u);
+    let low = v.x ^ ((v.x ^ v.y) & odd);
+    return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);
 }

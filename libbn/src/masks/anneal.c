@@ -7,7 +7,7 @@
 #include "base/options.h"
 #include "masks/anneal_scalar.h"
 #include "masks/anneal_vector.h"
-#include "masks/thin.h"
+#include "masks/eliminate.h"
 #include <float.h>
 #include <string.h>
 
@@ -90,7 +90,7 @@ static BN_NOINLINE bn_result anneal(const bn_anneal_options *given, uint32_t wid
     }
     const uint32_t extent[3] = {width, height, 1};
     if (result == BN_SUCCESS && channels == 1 && o.order_ends &&
-        !bn_thin_ends(extent, BN_ANNEAL_SPARSE * sigma, o.seed, 1, job.ranks, texels)) {
+        !bn_eliminate_ends(extent, BN_ANNEAL_SPARSE * sigma, o.seed, 1, job.ranks, texels)) {
         result = BN_ERROR_OUT_OF_MEMORY;
     }
     if (result == BN_SUCCESS) memcpy(ranks, job.ranks, count * sizeof *ranks);

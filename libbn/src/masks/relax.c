@@ -15,9 +15,9 @@
 #include "base/options.h"
 #include "base/portable_math.h"
 #include "base/threads.h"
+#include "masks/eliminate.h"
 #include "masks/ranks.h"
 #include "masks/relax_learned.h"
-#include "masks/thin.h"
 #include "simd/simd.h"
 #include <float.h>
 #include <string.h>
@@ -293,7 +293,7 @@ static BN_NOINLINE bn_result relax(const bn_relax_options *given, uint32_t width
     if (result == BN_SUCCESS) {
         const uint32_t extent[3] = {width, height, 1};
         const double sparse = o.steps == 0 ? BN_RELAX_LEARNED_SPARSE : BN_RELAX_SPARSE * o.sigma;
-        if (bn_thin_ends(extent, sparse, o.seed, threads, made, count)) {
+        if (bn_eliminate_ends(extent, sparse, o.seed, threads, made, count)) {
             memcpy(ranks, made, count * sizeof *ranks);
         } else {
             result = BN_ERROR_OUT_OF_MEMORY;

@@ -4,15 +4,15 @@
  * Three differences from the paper. The initial pattern is made by filling largest voids, which is
  * closer to the final pattern than white noise. Phases two and three are one, since with a linear
  * filter the tightest cluster of zeros is the largest void of ones. And at both ends of the grey
- * scale, where the minority texels are far apart, bn_thin() orders them. Time and memory are almost
+ * scale, where the minority texels are far apart, bn_eliminate() orders them. Time and memory are almost
  * linear. */
 #include "base/check.h"
 #include "base/float_environment.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/options.h"
+#include "masks/eliminate.h"
 #include "masks/energy_field.h"
-#include "masks/thin.h"
 #include "simd/simd.h"
 #include <float.h>
 #include <string.h>
@@ -91,8 +91,8 @@ static void put_back(maker *m, size_t ones) {
     bn_field_refresh(&m->field);
 }
 
-/* Lists in m->minority the texels that are set (or not set), and orders them by bn_thin(). */
-static int thin(maker *m, int set, size_t expected) {
+/* Lists in m->minority the texels that are set (or not set), and orders them by bn_eliminate(). */
+static int eliminate(maker *m, int set, size_t expected) {
     const bn_field *f = &m->field;
     size_t listed = 0;
     for (uint32_t tile = 0; tile < f->tile_count; ++tile) {
@@ -104,12 +104,12 @@ static int thin(maker *m, int set, size_t expected) {
             if (listed < expected) m->minority[listed++] = (uint32_t)bn_field_index(f, texel);
         }
     }
-    return bn_thin(f->extent, m->options->seed, m->minority, listed);
+    return bn_eliminate(f->extent, m->options->seed, m->minority, listed);
 }
 
 static bn_result make(maker *m, const uint32_t extent[3]) {
     size_t initial = (size_t)((double)m->count * m->options->initial_fraction);
-    size_t sparse = bn_thin_count(extent, m->count, bn_thin_spacing(m->options->sigma));
+    size_t sparse = bn_eliminate_count(extent, m->count, bn_eliminate_spacing(m->options->sigma));
     if (initial == 0) initial = 1;
     if (sparse > initial) sparse = initial;
     size_t last = m->count - initial < sparse ? m->count - initial : sparse;
@@ -119,13 +119,13 @@ static bn_result make(maker *m, const uint32_t extent[3]) {
     if (!m->cancelled && initial < m->count) spread(m);
     empty(m, sparse);
     if (m->cancelled) return BN_ERROR_CANCELLED;
-    /* bn_thin() uses the front of the list; the texels behind it are still to be put back. */
-    if (!thin(m, 1, sparse)) return BN_ERROR_OUT_OF_MEMORY;
+    /* bn_eliminate() uses the front of the list; the texels behind it are still to be put back. */
+    if (!eliminate(m, 1, sparse)) return BN_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < sparse; ++i) m->ranks[m->minority[i]] = (uint32_t)i;
     put_back(m, initial);
     fill(m, m->count - last, m->ranks);
     if (m->cancelled || cancelled(m)) return BN_ERROR_CANCELLED;
-    if (!thin(m, 0, last)) return BN_ERROR_OUT_OF_MEMORY;
+    if (!eliminate(m, 0, last)) return BN_ERROR_OUT_OF_MEMORY;
     for (size_t i = 0; i < last; ++i) m->ranks[m->minority[i]] = (uint32_t)(m->count - 1 - i);
     return BN_SUCCESS;
 }

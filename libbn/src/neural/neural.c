@@ -14,8 +14,8 @@
 #include "base/memory.h"
 #include "base/options.h"
 #include "base/threads.h"
+#include "masks/eliminate.h"
 #include "masks/ranks.h"
-#include "masks/thin.h"
 #include "neural/files.h"
 #include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"
@@ -436,11 +436,11 @@ static bn_result fill_image(image *m) {
     return BN_SUCCESS;
 }
 
-static BN_NOINLINE int thin_ends(const bn_neural *n, uint32_t width, uint32_t height, uint64_t seed,
-                                 uint32_t *ranks) {
+static BN_NOINLINE int eliminate_ends(const bn_neural *n, uint32_t width, uint32_t height,
+                                      uint64_t seed, uint32_t *ranks) {
     const uint32_t extent[3] = {width, height, 1};
-    return bn_thin_ends(extent, n->model.sparse_spacing / 100.0, seed, n->threads, ranks,
-                        (size_t)width * height);
+    return bn_eliminate_ends(extent, n->model.sparse_spacing / 100.0, seed, n->threads, ranks,
+                             (size_t)width * height);
 }
 
 /* Orders the first and the last ranks of a mask, whose points lie too far apart for the network to
@@ -450,7 +450,7 @@ static bn_result order_ends(const bn_neural *n, uint32_t width, uint32_t height,
     if (n->model.sparse_spacing == 0) return BN_SUCCESS;
     bn_float_environment host;
     bn_float_environment_set(&host);
-    const int good = thin_ends(n, width, height, seed, ranks);
+    const int good = eliminate_ends(n, width, height, seed, ranks);
     bn_float_environment_restore(&host);
     return good ? BN_SUCCESS : BN_ERROR_OUT_OF_MEMORY;
 }

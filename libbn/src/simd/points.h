@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The pairs of bn_thin(), eight at a time, for AVX2 and AVX-512. A range has five or six points on
+ * The pairs of bn_eliminate(), eight at a time, for AVX2 and AVX-512. A range has five or six points on
  * average, so that most take one turn of the loop. Weights are read one by one: gathers are slow on
  * some processors. */
 #include "simd/simd.h"
@@ -9,8 +9,8 @@ BN_INLINE int weight_at(const uint32_t *weights, int at) {
     return (int)weights[at];
 }
 
-static uint32_t thin_visit(const bn_thin_points *p, const bn_thin_range *ranges, uint32_t count,
-                           uint32_t x, uint32_t y, int sign) {
+static uint32_t eliminate_visit(const bn_eliminate_points *p, const bn_eliminate_range *ranges,
+                                uint32_t count, uint32_t x, uint32_t y, int sign) {
     const uint32_t *weights = p->weight;
     const __m256i lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     const __m256i limit = _mm256_set1_epi32((int)p->limit), low = _mm256_set1_epi32(0xffff);
@@ -19,7 +19,7 @@ static uint32_t thin_visit(const bn_thin_points *p, const bn_thin_range *ranges,
     for (uint32_t i = 0; i < count; ++i) {
         const __m256i here_x = _mm256_set1_epi32((int)(x + ranges[i].x));
         const __m256i here_y = _mm256_set1_epi32((int)(y + ranges[i].y));
-        for (uint32_t at = ranges[i].first; at < ranges[i].last; at += BN_THIN_LANES) {
+        for (uint32_t at = ranges[i].first; at < ranges[i].last; at += BN_ELIMINATE_LANES) {
             const __m256i left = _mm256_set1_epi32((int)(ranges[i].last - at));
             const __m256i valid = _mm256_cmpgt_epi32(left, lanes);
             const __m256i dx = _mm256_sub_epi32(
@@ -52,4 +52,4 @@ static uint32_t thin_visit(const bn_thin_points *p, const bn_thin_range *ranges,
     return (uint32_t)_mm_cvtsi128_si32(sum);
 }
 
-#define BN_SIMD_THIN_VISIT thin_visit
+#define BN_SIMD_ELIMINATE_VISIT eliminate_visit

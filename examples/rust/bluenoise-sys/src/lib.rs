@@ -65,7 +65,7 @@ pub struct bn_split {
 
 #[repr(C)]
 #[derive(Debug)]
-pub struct bn_noise {
+pub struct bn_rng {
     pub first: [f32; 4],
     pub key: u32,
     pub other_key: u32,
@@ -119,7 +119,7 @@ extern "C" {
 
     pub fn bn_rs_path_start(x: i32, y: i32, index: u32, frame: u32) -> bn_path;
     pub fn bn_rs_path_ray(path: *const bn_path, ray: u32) -> bn_ray;
-    pub fn bn_rs_ray_named(ray: *const bn_ray, name: u32) -> bn_ray;
+    pub fn bn_rs_ray_keyed(ray: *const bn_ray, name: u32) -> bn_ray;
     pub fn bn_rs_ray_split(ray: *mut bn_ray, count: u32) -> bn_split;
     pub fn bn_rs_ray_split_from(ray: *mut bn_ray, first: u32) -> bn_split;
     pub fn bn_rs_split_path(split: *const bn_split, k: u32) -> bn_path;
@@ -131,6 +131,6 @@ extern "C" {
     pub fn bn_rs_ray_4d(table: *const bn_draw_table, ray: *mut bn_ray, out: *mut f32);
     pub fn bn_rs_path_first_light(table: *const bn_draw_table, path: *const bn_path, count: u32, k: u32, out: *mut f32);
     pub fn bn_rs_path_time(table: *const bn_draw_table, path: *const bn_path, out: *mut f32);
-    pub fn bn_rs_ray_noise(table: *const bn_draw_table, ray: *mut bn_ray) -> bn_noise;
-    pub fn bn_rs_noise_1d(noise: *mut bn_noise) -> f32;
+    pub fn bn_rs_ray_rng(table: *const bn_draw_table, ray: *mut bn_ray) -> bn_rng;
+    pub fn bn_rs_rng_1d(noise: *mut bn_rng) -> f32;
 }

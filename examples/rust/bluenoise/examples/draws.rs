@@ -17,10 +17,10 @@ fn main() -> Result<(), Error> {
                 (0..5).for_each(|_| add(ray.next_1d()));
                 (0..3).for_each(|_| ray.next_2d().iter().copied().for_each(&mut add));
                 ray.next_4d().iter().copied().for_each(&mut add);
-                ray.next_noise().take(6).for_each(&mut add);
+                ray.next_rng().take(6).for_each(&mut add);
                 ray.next_split(3).paths(4).for_each(|branch| add(branch.ray(1).draw()[2]));
                 ray.next_split_from(9).paths(2).for_each(|branch| add(branch.ray(0).draw()[0]));
-                add(ray.named(77).next_1d());
+                add(ray.keyed(77).next_1d());
             }
             println!("{x} {y} {index} {hash:08x}");
         }

@@ -25,7 +25,7 @@
 mod path;
 mod sampler;
 
-pub use path::{Noise, Path, Ray, Split};
+pub use path::{Path, Ray, Rng, Split};
 pub use sampler::{Block, Domain, Kind, Sampler, Samples};
 
 use bluenoise_sys as sys;

@@ -121,14 +121,14 @@ impl<'s> Ray<'s> {
     }
 
     /// The numbers of a loop without bound, such as tracking through a medium.
-    pub fn next_noise(&mut self) -> Noise {
-        Noise { state: unsafe { sys::bn_rs_ray_noise(self.table.pointer, &mut self.state) } }
+    pub fn next_rng(&mut self) -> Rng {
+        Rng { state: unsafe { sys::bn_rs_ray_rng(self.table.pointer, &mut self.state) } }
     }
 
-    /// A part with a name, such as the number of a primitive that may be transparent. It draws like a ray of its own, and
-    /// does not depend on what was drawn before it. A second part of the same name starts again.
-    pub fn named(&self, name: u32) -> Ray<'s> {
-        Ray { table: self.table, state: unsafe { sys::bn_rs_ray_named(&self.state, name) } }
+    /// A part with a key, such as the number of a primitive that may be transparent. It draws like a ray of its own, and
+    /// does not depend on what was drawn before it. A second part of the same key starts again.
+    pub fn keyed(&self, key: u32) -> Ray<'s> {
+        Ray { table: self.table, state: unsafe { sys::bn_rs_ray_keyed(&self.state, key) } }
     }
 }
 
@@ -153,18 +153,18 @@ impl<'s> Split<'s> {
 
 /// The numbers of a loop without bound: four of the sampler's, then a generator's. Like a [`Ray`], it cannot be copied.
 #[derive(Debug)]
-pub struct Noise {
-    state: sys::bn_noise,
+pub struct Rng {
+    state: sys::bn_rng,
 }
 
-impl Noise {
+impl Rng {
     /// The next number.
     pub fn next_1d(&mut self) -> f32 {
-        unsafe { sys::bn_rs_noise_1d(&mut self.state) }
+        unsafe { sys::bn_rs_rng_1d(&mut self.state) }
     }
 }
 
-impl Iterator for Noise {
+impl Iterator for Rng {
     type Item = f32;
 
     fn next(&mut self) -> Option<f32> {

@@ -119,12 +119,12 @@ fn rays_hand_out_what_the_layout_says() {
                     let split = ray.next_split_from(11);
                     let expected = c.draw(x, y, 13, child(child(child(domain, 7), 0), 0));
                     assert_eq!(split.path(2).ray(0).draw(), expected);
-                    let numbers: Vec<f32> = ray.next_noise().take(6).collect();
+                    let numbers: Vec<f32> = ray.next_rng().take(6).collect();
                     assert_eq!(numbers[..4], draw(child(domain, 11)));
                     assert!(numbers[4..].iter().all(|&v| (0.0..1.0).contains(&v)) && numbers[4] != numbers[5]);
                     let named = child(child(domain, 0x8000_0000), 12);
-                    assert_eq!(ray.named(12).draw(), draw(named));
-                    assert_eq!(ray.named(12).next_1d(), draw(child(named, 0))[0]);
+                    assert_eq!(ray.keyed(12).draw(), draw(named));
+                    assert_eq!(ray.keyed(12).next_1d(), draw(child(named, 0))[0]);
                 }
             }
         }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Which of a mask's ranks are so sparse that bn_thin() orders them, and their order. */
+ * Which of a mask's ranks are so sparse that bn_eliminate() orders them, and their order. */
 #include "base/memory.h"
 #include "base/threads.h"
-#include "masks/thin.h"
+#include "masks/eliminate.h"
 
-size_t bn_thin_count(const uint32_t extent[3], size_t count, double spacing) {
+size_t bn_eliminate_count(const uint32_t extent[3], size_t count, double spacing) {
     size_t low = 1, high = count / 2 + count % 2;
     while (low < high) {
         const size_t middle = low + (high - low + 1) / 2;
@@ -26,16 +26,16 @@ typedef struct ends {
     int good[2];
 } ends;
 
-static void thin_ends(void *user, bn_team *team, uint32_t index, uint32_t threads) {
+static void eliminate_ends(void *user, bn_team *team, uint32_t index, uint32_t threads) {
     ends *e = user;
     (void)index, (void)threads;
     for (uint32_t i; (i = bn_team_next(team)) < 2;)
-        e->good[i] = bn_thin(e->extent, i == 0 ? e->seed : ~e->seed, e->end[i], e->points);
+        e->good[i] = bn_eliminate(e->extent, i == 0 ? e->seed : ~e->seed, e->end[i], e->points);
 }
 
-int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t threads,
-                 uint32_t *ranks, size_t count) {
-    const size_t points = bn_thin_count(extent, count, spacing);
+int bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t threads,
+                      uint32_t *ranks, size_t count) {
+    const size_t points = bn_eliminate_count(extent, count, spacing);
     if (points > count / 2) return 1;
     uint32_t *first = bn_allocate(points, 2 * sizeof *first);
     if (first == NULL) return 0;
@@ -45,7 +45,7 @@ int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32
         if (ranks[i] >= count - points) last[count - 1 - ranks[i]] = (uint32_t)i;
     }
     ends e = {extent, seed, points, {first, last}, {0, 0}};
-    bn_team_run(threads < 2 ? 1 : 2, thin_ends, &e);
+    bn_team_run(threads < 2 ? 1 : 2, eliminate_ends, &e);
     const int good = e.good[0] && e.good[1];
     for (size_t i = 0; i < points && good; ++i) {
         ranks[first[i]] = (uint32_t)i;

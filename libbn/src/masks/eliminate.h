@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Orders the points of a sparse pattern: the first and the last ranks of a mask. */
-#ifndef BN_THIN_H
-#define BN_THIN_H
+#ifndef BN_ELIMINATE_H
+#define BN_ELIMINATE_H
 
 #include <stddef.h>
 #include <stdint.h>
@@ -10,22 +10,22 @@
  * count. */
 double bn_spacing(const uint32_t extent[3], size_t points);
 
-/* The spacing from which on points are left to bn_thin(). `sigma` is that of void-and-cluster, in
+/* The spacing from which on points are left to bn_eliminate(). `sigma` is that of void-and-cluster, in
  * texels. */
-double bn_thin_spacing(double sigma);
+double bn_eliminate_spacing(double sigma);
 
 /* The largest number of points, out of `count` texels, that have at least that spacing: at least 1
  * and at most half of the texels, rounded up. */
-size_t bn_thin_count(const uint32_t extent[3], size_t count, double spacing);
+size_t bn_eliminate_count(const uint32_t extent[3], size_t count, double spacing);
 
 /* Orders `count` texels, given as indices into a row-major array, by removing the tightest cluster
  * again and again: on return every prefix of `points` is spread evenly. Returns 0 if out of
  * memory. */
-int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count);
+int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count);
 
 /* Reorders the first and the last ranks of a mask, as many as have at least that spacing, on up to
  * two threads. Returns 0 if out of memory, with the ranks unchanged. */
-int bn_thin_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t threads,
-                 uint32_t *ranks, size_t count);
+int bn_eliminate_ends(const uint32_t extent[3], double spacing, uint64_t seed, uint32_t threads,
+                      uint32_t *ranks, size_t count);
 
 #endif

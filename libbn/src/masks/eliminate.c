@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Thinning of a sparse pattern: the first and the last ranks of void-and-cluster.
+ * Weighted sample elimination (Yuksel, 2015) of a sparse pattern, with a Gaussian: the first and the
+ * last ranks of void-and-cluster.
  *
  * Where points are further apart than the Gaussian reaches, its sums carry no information, and
  * rounding would decide which point is the "tightest cluster". So here the Gaussian widens as
@@ -8,7 +9,7 @@
  * every grey level down to single points. Points are sorted into cells as large as the kernel's
  * reach. Energies are integers that only decrease, so the next point comes from a bucket queue
  * whose entries are corrected when they reach the front. Time and memory are linear in the points. */
-#include "masks/thin.h"
+#include "masks/eliminate.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/portable_math.h"
@@ -21,23 +22,23 @@
 #define PREFETCH(address) ((void)(address))
 #endif
 
-static const double BN_THIN_SIGMA = 0.45; /* in spacings */
-static const double BN_THIN_REACH = 3;    /* in sigmas */
-static const double BN_THIN_STAGE =
+static const double BN_ELIMINATE_SIGMA = 0.45; /* in spacings */
+static const double BN_ELIMINATE_REACH = 3;    /* in sigmas */
+static const double BN_ELIMINATE_STAGE =
     0.5; /* share of the points that remain when the Gaussian widens */
 
 enum {
-    BN_THIN_TABLE = 1024,
-    BN_THIN_BUCKETS = 1024,
+    BN_ELIMINATE_TABLE = 1024,
+    BN_ELIMINATE_BUCKETS = 1024,
     /* All but one in some hundred points are removed while the square of the reach is less. */
-    BN_THIN_SQUARES = 2048
+    BN_ELIMINATE_SQUARES = 2048
 };
-static const uint32_t BN_THIN_NONE = UINT32_MAX;
+static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 
-typedef struct thin {
+typedef struct elimination {
     const uint32_t *extent;
     const bn_simd *simd;
-    /* The remaining points, in the order of their cells. A removed point is BN_THIN_NONE. The
+    /* The remaining points, in the order of their cells. A removed point is BN_ELIMINATE_NONE. The
      * energy of a point is the sum of the weights of its pairs. */
     uint32_t *point, *x, *y, *z, *energy;
     uint32_t *cell_of, *cell_start, *next, *scratch;
@@ -46,12 +47,12 @@ typedef struct thin {
     uint64_t along[3]; /* cells per texel, times 2^32, rounded up; 0 for extents too large */
     uint64_t scale;    /* from squared distance to table entry, times 2^32 */
     uint64_t bucket_scale;
-    uint32_t bucket[BN_THIN_BUCKETS];
-    uint32_t table[BN_THIN_TABLE + 1]; /* the last entry is 0 */
+    uint32_t bucket[BN_ELIMINATE_BUCKETS];
+    uint32_t table[BN_ELIMINATE_TABLE + 1]; /* the last entry is 0 */
     /* The weights of squared distances below `limit`, and a 0. The limit is 0 where they do not fit
      * or where distances have to be measured on the torus. */
-    uint32_t weight[BN_THIN_SQUARES + 1], limit;
-} thin;
+    uint32_t weight[BN_ELIMINATE_SQUARES + 1], limit;
+} elimination;
 
 double bn_spacing(const uint32_t extent[3], size_t points) {
     int used[3] = {1, 1, 1};
@@ -72,11 +73,11 @@ double bn_spacing(const uint32_t extent[3], size_t points) {
     }
 }
 
-double bn_thin_spacing(double sigma) {
-    return sigma / BN_THIN_SIGMA;
+double bn_eliminate_spacing(double sigma) {
+    return sigma / BN_ELIMINATE_SIGMA;
 }
 
-static uint32_t cell_along(const thin *t, int axis, uint32_t at) {
+static uint32_t cell_along(const elimination *t, int axis, uint32_t at) {
     if (t->along[axis] != 0) return (uint32_t)(at * t->along[axis] >> 32);
     return (uint32_t)((uint64_t)at * t->cells[axis] / t->extent[axis]);
 }
@@ -90,7 +91,7 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
 /* Visits the points of a range near `slot`. With `collect` it adds the weight of each pair to both
  * points; otherwise it subtracts the weight from the others. Removed points are included, as
  * nothing reads their energies. */
-static void visit_torus(thin *t, uint32_t slot, const bn_thin_range *r, int collect) {
+static void visit_torus(elimination *t, uint32_t slot, const bn_eliminate_range *r, int collect) {
     /* Local copies: the compiler cannot know that stores to the energies leave them alone. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
     const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot];
@@ -100,7 +101,7 @@ static void visit_torus(thin *t, uint32_t slot, const bn_thin_range *r, int coll
         uint64_t square = square_along(x, xs[other], width) + square_along(y, ys[other], height);
         if (depth > 1) square += square_along(zs[slot], zs[other], depth);
         const uint64_t entry = square * scale >> 32;
-        const uint32_t weight = t->table[entry < BN_THIN_TABLE ? entry : BN_THIN_TABLE];
+        const uint32_t weight = t->table[entry < BN_ELIMINATE_TABLE ? entry : BN_ELIMINATE_TABLE];
         energy[other] += collect ? weight : 0 - weight;
         sum += weight;
     }
@@ -108,7 +109,8 @@ static void visit_torus(thin *t, uint32_t slot, const bn_thin_range *r, int coll
 }
 
 /* The same with a distance in the plane, where t->limit is not 0. */
-static inline void visit_plane(thin *t, uint32_t slot, const bn_thin_range *r, int collect) {
+static inline void visit_plane(elimination *t, uint32_t slot, const bn_eliminate_range *r,
+                               int collect) {
     const uint32_t *xs = t->x, *ys = t->y, x = xs[slot] + r->x, y = ys[slot] + r->y;
     const uint32_t *weights = t->weight, limit = t->limit;
     uint32_t *energy = t->energy, sum = 0;
@@ -122,12 +124,12 @@ static inline void visit_plane(thin *t, uint32_t slot, const bn_thin_range *r, i
 }
 
 /* Visits the points of several ranges. */
-static inline void visit(thin *t, uint32_t slot, const bn_thin_range *ranges, uint32_t count,
-                         int collect) {
-    if (t->limit != 0 && t->simd->thin_visit != NULL) {
-        const bn_thin_points points = {t->x, t->y, t->weight, t->energy, t->limit};
-        const uint32_t sum =
-            t->simd->thin_visit(&points, ranges, count, t->x[slot], t->y[slot], collect ? 1 : -1);
+static inline void visit(elimination *t, uint32_t slot, const bn_eliminate_range *ranges,
+                         uint32_t count, int collect) {
+    if (t->limit != 0 && t->simd->eliminate_visit != NULL) {
+        const bn_eliminate_points points = {t->x, t->y, t->weight, t->energy, t->limit};
+        const uint32_t sum = t->simd->eliminate_visit(&points, ranges, count, t->x[slot],
+                                                      t->y[slot], collect ? 1 : -1);
         if (collect) t->energy[slot] += sum;
         return;
     }
@@ -140,7 +142,8 @@ static inline void visit(thin *t, uint32_t slot, const bn_thin_range *ranges, ui
     }
 }
 
-static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], bn_thin_range ranges[18]) {
+static uint32_t ranges_at_edge(const elimination *t, const uint32_t home[3],
+                               bn_eliminate_range ranges[18]) {
     const uint32_t *cells = t->cells;
     uint32_t from[3], number[3], count = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -157,11 +160,11 @@ static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], bn_thin_ra
             const uint32_t dy = cy > home[1] + 1   ? t->extent[1]
                                 : cy + 1 < home[1] ? 0 - t->extent[1]
                                                    : 0;
-            ranges[count++] = (bn_thin_range){row[from[0]], row[end - wrapped],
-                                              home[0] == 0 ? t->extent[0] : 0, dy};
+            ranges[count++] = (bn_eliminate_range){row[from[0]], row[end - wrapped],
+                                                   home[0] == 0 ? t->extent[0] : 0, dy};
             if (wrapped == 0) continue;
             ranges[count++] =
-                (bn_thin_range){row[0], row[wrapped], home[0] == 0 ? 0 : 0 - t->extent[0], dy};
+                (bn_eliminate_range){row[0], row[wrapped], home[0] == 0 ? 0 : 0 - t->extent[0], dy};
         }
     }
     return count;
@@ -169,28 +172,28 @@ static uint32_t ranges_at_edge(const thin *t, const uint32_t home[3], bn_thin_ra
 
 /* The ranges of points in and around the cell `home`, at most 18. Cells along x are contiguous,
  * except across the edge of the torus. */
-static inline uint32_t ranges_around(const thin *t, const uint32_t home[3],
-                                     bn_thin_range ranges[18]) {
+static inline uint32_t ranges_around(const elimination *t, const uint32_t home[3],
+                                     bn_eliminate_range ranges[18]) {
     const uint32_t *cells = t->cells;
     const int inside =
         home[0] > 0 && home[0] + 1 < cells[0] && home[1] > 0 && home[1] + 1 < cells[1];
     if (t->limit != 0 && inside) {
         const uint32_t *row = t->cell_start + (home[1] - 1) * cells[0] + home[0] - 1;
         for (int y = 0; y < 3; ++y, row += cells[0])
-            ranges[y] = (bn_thin_range){row[0], row[3], 0, 0};
+            ranges[y] = (bn_eliminate_range){row[0], row[3], 0, 0};
         return 3;
     }
     return ranges_at_edge(t, home, ranges);
 }
 
 /* Computes the energy of every point in a cell from pairs with itself and later ones. */
-static void collect_cell(thin *t, uint32_t cell, const uint32_t home[3]) {
-    bn_thin_range ranges[18];
+static void collect_cell(elimination *t, uint32_t cell, const uint32_t home[3]) {
+    bn_eliminate_range ranges[18];
     const uint32_t first = t->cell_start[cell], last = t->cell_start[cell + 1];
     if (first == last) return;
     const uint32_t count = ranges_around(t, home, ranges);
     for (uint32_t slot = first; slot < last; ++slot) {
-        bn_thin_range later[18];
+        bn_eliminate_range later[18];
         uint32_t number = 0;
         for (uint32_t i = 0; i < count; ++i) {
             if (ranges[i].last <= slot) continue;
@@ -203,7 +206,7 @@ static void collect_cell(thin *t, uint32_t cell, const uint32_t home[3]) {
 }
 
 /* Computes the energy of every point, visiting each pair once. */
-static void collect(thin *t) {
+static void collect(elimination *t) {
     uint32_t at[3], cell = 0;
     for (at[2] = 0; at[2] < t->cells[2]; ++at[2]) {
         for (at[1] = 0; at[1] < t->cells[1]; ++at[1]) {
@@ -213,14 +216,14 @@ static void collect(thin *t) {
 }
 
 /* Puts values into the order of the cells: values[i] moves to cell_of[i]. */
-static void reorder(thin *t, uint32_t **values) {
+static void reorder(elimination *t, uint32_t **values) {
     uint32_t *from = *values;
     for (size_t i = 0; i < t->count; ++i) t->scratch[t->cell_of[i]] = from[i];
     *values = t->scratch;
     t->scratch = from;
 }
 
-static void sort_into_cells(thin *t, double reach) {
+static void sort_into_cells(elimination *t, double reach) {
     size_t cells = 1;
     for (int axis = 0; axis < 3; ++axis) {
         double fit = t->extent[axis] / reach;
@@ -254,13 +257,13 @@ static void sort_into_cells(thin *t, double reach) {
  * weights. Between points of adjacent cells, and with at least three cells along an axis, the two
  * distances are equal or both greater than a cell: it is enough that the greatest square with a
  * weight is at most that of a cell. */
-static void list_weights(thin *t) {
+static void list_weights(elimination *t) {
     uint64_t entry;
     uint32_t limit = 0;
     t->limit = 0;
     if (t->extent[2] > 1 || t->cells[0] < 3 || t->cells[1] < 3) return;
-    for (; (entry = limit * t->scale >> 32) < BN_THIN_TABLE; ++limit) {
-        if (limit == BN_THIN_SQUARES) return;
+    for (; (entry = limit * t->scale >> 32) < BN_ELIMINATE_TABLE; ++limit) {
+        if (limit == BN_ELIMINATE_SQUARES) return;
         t->weight[limit] = t->table[entry];
     }
     for (int axis = 0; axis < 2; ++axis) {
@@ -271,24 +274,24 @@ static void list_weights(thin *t) {
     t->limit = limit;
 }
 
-static void push(thin *t, uint32_t slot) {
+static void push(elimination *t, uint32_t slot) {
     uint32_t *head = &t->bucket[t->energy[slot] * t->bucket_scale >> 32];
     t->next[slot] = *head;
     *head = slot;
 }
 
 /* Chooses the Gaussian for t->count points and computes their cells, energies and buckets. */
-static void begin_stage(thin *t, uint64_t seed) {
-    const double reach = BN_THIN_REACH * BN_THIN_SIGMA * bn_spacing(t->extent, t->count);
+static void begin_stage(elimination *t, uint64_t seed) {
+    const double reach = BN_ELIMINATE_REACH * BN_ELIMINATE_SIGMA * bn_spacing(t->extent, t->count);
     uint32_t most = 0;
-    t->scale = (uint64_t)((double)BN_THIN_TABLE * 0x1p32 / (reach * reach));
+    t->scale = (uint64_t)((double)BN_ELIMINATE_TABLE * 0x1p32 / (reach * reach));
     sort_into_cells(t, reach);
     list_weights(t);
     memset(t->energy, 0, t->count * sizeof *t->energy);
     collect(t);
     for (size_t i = 0; i < t->count; ++i) most = t->energy[i] > most ? t->energy[i] : most;
-    t->bucket_scale = ((uint64_t)BN_THIN_BUCKETS << 32) / ((uint64_t)most + 1);
-    for (int i = 0; i < BN_THIN_BUCKETS; ++i) t->bucket[i] = BN_THIN_NONE;
+    t->bucket_scale = ((uint64_t)BN_ELIMINATE_BUCKETS << 32) / ((uint64_t)most + 1);
+    for (int i = 0; i < BN_ELIMINATE_BUCKETS; ++i) t->bucket[i] = BN_ELIMINATE_NONE;
     /* Fill the buckets in pseudo-random order, so that ties do not depend on position. */
     uint32_t size = 1;
     while (size < t->count) size *= 2;
@@ -300,17 +303,17 @@ static void begin_stage(thin *t, uint64_t seed) {
 }
 
 /* Removes points until `left` remain. Writes them from `removed` downwards. */
-static void remove_points(thin *t, size_t left, uint32_t *removed) {
-    int top = BN_THIN_BUCKETS - 1;
+static void remove_points(elimination *t, size_t left, uint32_t *removed) {
+    int top = BN_ELIMINATE_BUCKETS - 1;
     for (size_t remaining = t->count; remaining > left;) {
         const uint32_t slot = t->bucket[top];
-        if (slot == BN_THIN_NONE) {
+        if (slot == BN_ELIMINATE_NONE) {
             --top;
             continue;
         }
         const uint32_t next = t->next[slot];
         t->bucket[top] = next;
-        if (next != BN_THIN_NONE) {
+        if (next != BN_ELIMINATE_NONE) {
             PREFETCH(&t->next[next]);
             PREFETCH(&t->energy[next]);
             PREFETCH(&t->x[next]);
@@ -321,26 +324,26 @@ static void remove_points(thin *t, size_t left, uint32_t *removed) {
             continue;
         }
         *--removed = t->point[slot];
-        t->point[slot] = BN_THIN_NONE;
+        t->point[slot] = BN_ELIMINATE_NONE;
         --remaining;
         const uint32_t home[3] = {cell_along(t, 0, t->x[slot]), cell_along(t, 1, t->y[slot]),
                                   t->cells[2] > 1 ? cell_along(t, 2, t->z[slot]) : 0};
-        bn_thin_range ranges[18];
+        bn_eliminate_range ranges[18];
         const uint32_t count = ranges_around(t, home, ranges);
         visit(t, slot, ranges, count, 0);
     }
 }
 
-int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count) {
+int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t count) {
     if (count < 2) return 1;
-    thin *t = bn_allocate_zero(1, sizeof *t);
+    elimination *t = bn_allocate_zero(1, sizeof *t);
     if (t == NULL) return 0;
     uint32_t **const arrays[] = {&t->point,   &t->x,    &t->y,      &t->z,
                                  &t->cell_of, &t->next, &t->energy, &t->scratch};
     enum { array_count = sizeof arrays / sizeof *arrays };
     int good = 1;
     for (int i = 0; i < array_count; ++i) {
-        *arrays[i] = bn_allocate(count + BN_THIN_LANES, sizeof **arrays[i]);
+        *arrays[i] = bn_allocate(count + BN_ELIMINATE_LANES, sizeof **arrays[i]);
         good = good && *arrays[i] != NULL;
     }
     /* A cell is at least as large as the reach, 1.35 spacings: there are fewer cells than points.
@@ -353,8 +356,8 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
     t->extent = extent;
     t->simd = bn_simd_get();
     t->count = count;
-    for (int i = 0; i < BN_THIN_TABLE; ++i) {
-        double x = BN_THIN_REACH * BN_THIN_REACH / 2 * (i + 0.5) / BN_THIN_TABLE;
+    for (int i = 0; i < BN_ELIMINATE_TABLE; ++i) {
+        double x = BN_ELIMINATE_REACH * BN_ELIMINATE_REACH / 2 * (i + 0.5) / BN_ELIMINATE_TABLE;
         t->table[i] = (uint32_t)(0x1p24 * bn_portable_exp(-x));
     }
     for (size_t i = 0; i < count; ++i) {
@@ -365,7 +368,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
         t->z[i] = line / extent[1];
     }
     while (t->count > 1) {
-        size_t left = (size_t)(BN_THIN_STAGE * (double)t->count), kept = 0;
+        size_t left = (size_t)(BN_ELIMINATE_STAGE * (double)t->count), kept = 0;
         if (left < 1) left = 1;
         begin_stage(t, seed);
         remove_points(t, left, points + t->count);
@@ -375,7 +378,7 @@ int bn_thin(const uint32_t extent[3], uint64_t seed, uint32_t *points, size_t co
             t->x[kept] = t->x[i];
             t->y[kept] = t->y[i];
             t->z[kept] = t->z[i];
-            kept += t->point[i] != BN_THIN_NONE;
+            kept += t->point[i] != BN_ELIMINATE_NONE;
         }
         t->count = left;
     }
