@@ -30,20 +30,16 @@ static double costs[EXCHANGES]; /* what each adds to the energy */
 
 /* Whether the library draws with the labels of the table: the upper 16 digits of all pixels. */
 static int is_built_in(void) {
-    static uint32_t words[BN_WORD_COUNT];
-    bn_sampler_options blue = bn_sampler_options_default();
-    bn_sampler *sampler = NULL;
-    int different = bn_sampler_create(&blue, &sampler) != BN_SUCCESS ||
-                    bn_sampler_table_words(sampler, words, BN_WORD_COUNT, NULL) != BN_SUCCESS;
-    bn_sampler_destroy(sampler);
+    const uint32_t *words = bn_tables(NULL, NULL);
+    int different = 0;
     for (uint32_t i = 0; i < MEMBERS * PIXELS && !different; ++i) {
         const uint32_t member = i / PIXELS, p = i % PIXELS,
                        block = p / SIDE / 4 * 16 + p % SIDE / 4;
-        const uint32_t place = words[BN_PIXELS_AT + p] >> 8 * member & 255u;
+        const uint32_t place = words[BN_PIXELS_AT + p] >> 8 * member & 15u;
         uint32_t digits[4];
         pole_label_shift(&table.member[member], table.label[member][p], digits);
         for (uint32_t pair = 0; pair < 2; ++pair) {
-            const uint32_t both = words[BN_PLACES_AT + place + 2 * member + pair] ^
+            const uint32_t both = words[BN_PLACES_AT + (member * 16 + place) * 2 + pair] ^
                                   words[BN_BLOCKS_AT + (block * MEMBERS + member) * 2 + pair];
             different += both != (digits[2 * pair] >> 16 | (digits[2 * pair + 1] & 0xffff0000u));
         }
@@ -52,19 +48,19 @@ static int is_built_in(void) {
 }
 
 static void read_table(void) {
-    static unsigned char bytes[TABLE_WORDS * 4];
-    static uint32_t words[TABLE_WORDS];
+    static unsigned char bytes[BN_WORD_COUNT * 4];
+    static uint32_t words[BN_WORD_COUNT];
     FILE *file = fopen(BN_BLUE_FILE, "rb");
     if (file == NULL || fread(bytes, 1, sizeof bytes, file) != sizeof bytes) {
         printf("cannot read %s\n", BN_BLUE_FILE);
         exit(1);
     }
     fclose(file);
-    for (int i = 0; i < TABLE_WORDS; ++i) {
+    for (uint32_t i = 0; i < BN_WORD_COUNT; ++i) {
         const unsigned char *b = bytes + 4 * i;
         words[i] = b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
     }
-    bake_table_unpack(&table, words);
+    if (!bake_table_unpack(&table, words)) exit(1);
 }
 
 /* ---- A part of a term: up to WIDTH of its columns */
