@@ -13,9 +13,6 @@ CCL_NAMESPACE_BEGIN
 #define BN_PASS_TABLE kg,
 #define BN_WORD(i) __float_as_uint(kernel_data_fetch(sample_pattern_lut, (i)))
 #define BN_REVERSE_BITS(v) reverse_integer_bits(v)
-#ifndef __KERNEL_GPU__
-#define BN_MULTIPLY_HIGH(a, b) uint((uint64_t(a) * (b)) >> 32)
-#endif
 #include "kernel/sample/bn_draw.glsl"
 #include "kernel/sample/bn_path.glsl"
 
@@ -29,10 +26,19 @@ ccl_device_inline bn_path blue_path(KernelGlobals kg, const uint rng_pixel, cons
     return bn_path_start(pixel & 0xffffu, pixel >> 16, sample, 0u);
 }
 
-/* One pair of a domain, 0 or 1, as numbers in [0, 1). */
+/* The seed stands behind the tables. */
+ccl_device_inline bn_uint2 blue_seed(KernelGlobals kg) {
+    bn_uint2 seed;
+    seed.x = BN_WORD(BN_WORD_COUNT);
+    seed.y = BN_WORD(BN_WORD_COUNT + 1);
+    return seed;
+}
+
+/* One pair of a domain, 0 or 1, or its single numbers, 2 or 3: in [0, 1). */
 ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const uint domain,
                                    const uint pair) {
-    const bn_uint2 v = bn_draw_blue_pair_bits(kg, path.x, path.y, path.index, domain, pair);
+    const bn_uint2 v = bn_draw_blue_pair_bits(kg, blue_seed(kg), path.x, path.y, path.index, domain,
+                                              pair);
     return make_float2(float(v.x >> 8) * (1.0f / 16777216.0f),
                        float(v.y >> 8) * (1.0f / 16777216.0f));
 }
@@ -54,7 +60,9 @@ ccl_device_inline uint blue_domain(const bn_path path, const int dimension) {
 ccl_device_inline float blue_sample_1D(KernelGlobals kg, const uint rng_pixel, const uint sample,
                                        const int dimension) {
     const bn_path path = blue_path(kg, rng_pixel, sample);
-    return blue_pair(kg, path, blue_domain(path, dimension), 1u).x;
+    const uint bounce = uint(dimension) / PRNG_BOUNCE_NUM, slot = uint(dimension) % PRNG_BOUNCE_NUM;
+    const uint ray = bn_path_ray_domain(path, bounce);
+    return blue_pair(kg, path, bn_ray_1d_domain(ray, 4u * slot), 2u).x;
 }
 
 ccl_device_inline float2 blue_sample_2D(KernelGlobals kg, const uint rng_pixel, const uint sample,

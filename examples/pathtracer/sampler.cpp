@@ -103,11 +103,11 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
         }
     }
 
-    bn_sampler *sampler = nullptr;
-    const bn_result result = bn_sampler_create(&options, &sampler);
+    bn_sampler library;
+    const bn_result result = bn_sampler_init(&library, &options);
     if (result != BN_SUCCESS)
         throw Error("the sampler '" + settings.name +
-                    "' cannot be created: " + bn_result_string(result));
-    Sampler created{{sampler, {}}, chosen->peer ? chosen->peer(settings.seed) : nullptr};
-    return std::make_unique<Sampler>(std::move(created));
+                    "' cannot be made: " + bn_result_string(result));
+    return std::make_unique<Sampler>(Sampler{
+        library, std::move(ranks), chosen->peer ? chosen->peer(settings.seed) : nullptr});
 }

@@ -32,13 +32,10 @@
 #include "math.h"
 #include "peer.h"
 
-struct SamplerDelete {
-    void operator()(bn_sampler *sampler) const { bn_sampler_destroy(sampler); }
-};
-
 struct Sampler {
-    std::unique_ptr<bn_sampler, SamplerDelete> library; // of kind WHITE if a peer draws
-    PeerPointer peer;                                   // null if `library` draws
+    bn_sampler library;               // of kind WHITE if a peer draws
+    std::vector<uint32_t> mask_ranks; // of `library`, which borrows them; empty for the built-in mask
+    PeerPointer peer;                 // null if `library` draws
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -101,7 +98,7 @@ struct Draw {
 // The first `dimensions` numbers of a domain: 2 or 4.
 inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
     Draw result{};
-    const bn_sampler *library = s.sampler->library.get();
+    const bn_sampler *library = &s.sampler->library;
     if (s.sampler->peer)
         s.sampler->peer->draw(s.x, s.y, s.index, domain, dimensions, result.u);
     else if (dimensions == 2)
@@ -115,7 +112,7 @@ inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
 inline Draw draw_choices(const PixelSample &s, uint32_t domain) {
     if (s.sampler->peer) return draw(s, domain, 2);
     Draw result{};
-    bn_sample_pair(s.sampler->library.get(), s.x, s.y, s.index, domain, 2, result.u);
+    bn_sample_pair(&s.sampler->library, s.x, s.y, s.index, domain, 2, result.u);
     return result;
 }
 
@@ -133,11 +130,10 @@ inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, ui
 using LoopNumbers = bn_rng;
 
 inline LoopNumbers loop_start(const PixelSample &s, uint32_t domain) {
-    const uint32_t *words = bn_sampler_table(s.sampler->library.get())->words;
     const Draw first = draw(s, domain, 4);
     return {{first.u[0], first.u[1], first.u[2], first.u[3]},
-            bn_draw_white_counter(words, static_cast<uint32_t>(s.x), static_cast<uint32_t>(s.y),
-                                  s.index, domain),
+            bn_draw_white_counter(bn_draw_seed(&s.sampler->library), static_cast<uint32_t>(s.x),
+                                  static_cast<uint32_t>(s.y), s.index, domain),
             0};
 }
 

@@ -7,7 +7,6 @@
 #include <pbrt/util/error.h>
 #include <pbrt/util/print.h>
 
-#include <bn/bn.h>
 #include <bn/bn_draw.h>
 
 #include <algorithm>
@@ -19,16 +18,6 @@ namespace pbrt {
 static constexpr int MaxEquidistant = 7;
 static constexpr int EquidistantSteps[MaxEquidistant + 1] = {0, 1, 1, 2, 3, 3, 5, 4};
 
-static bn_sampler *CreateSampler(int kind, int seed, const FileLoc *loc) {
-    bn_sampler_options options = bn_sampler_options_default();
-    options.kind = kind;
-    options.seed = uint32_t(seed);
-    bn_sampler *sampler = nullptr;
-    if (bn_result result = bn_sampler_create(&options, &sampler); result != BN_SUCCESS)
-        ErrorExit(loc, "blue: %s", bn_result_string(result));
-    return sampler;
-}
-
 BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const FileLoc *loc,
                                  Allocator alloc) {
     const int asked = parameters.GetOneInt("pixelsamples", 16);
@@ -36,17 +25,13 @@ BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const Fi
                       : Options->pixelSamples ? *Options->pixelSamples
                                               : asked;
     const int seed = parameters.GetOneInt("seed", Options->seed);
-
-    // All clones share these. They live until pbrt ends, as pbrt never destroys a Sampler.
-    const bn_sampler *sampler = CreateSampler(BN_SAMPLER_BLUE, seed, loc);
-    const bn_sampler *mask = count == 1 ? CreateSampler(BN_SAMPLER_MASK, seed, loc) : nullptr;
-    return alloc.new_object<BlueSampler>(count, bn_sampler_table(sampler), mask);
+    return alloc.new_object<BlueSampler>(count, uint32_t(seed));
 }
 
 void BlueSampler::OpenDomain(int newKey) {
     key = newKey;
     spent = 0;
-    bn_draw_4d(table, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, key), u);
+    bn_sample_4d(&sampler, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, key), u);
 }
 
 // Three dimensions a domain: keys of a whole path and of one that is started anew agree.
@@ -73,9 +58,9 @@ void BlueSampler::StartPixelSample(Point2i p, int index, int dim) {
 Float BlueSampler::WavelengthOffset() const {
     if (samplesPerPixel > MaxEquidistant || sampleIndex >= samplesPerPixel) return u[3];
     const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, 0);
-    if (samplesPerPixel == 1) return bn_sample_1d(mask, pixel.x, pixel.y, 0, domain);
+    if (samplesPerPixel == 1) return bn_sample_1d(&mask, pixel.x, pixel.y, 0, domain);
     float first[2];
-    bn_draw_pair(table, pixel.x, pixel.y, 0, domain, 1, first);
+    bn_sample_pair(&sampler, pixel.x, pixel.y, 0, domain, 1, first);
     const int place = sampleIndex * EquidistantSteps[samplesPerPixel] % samplesPerPixel;
     const Float v = first[1] + Float(place) / samplesPerPixel;
     return v - int(v);
@@ -104,9 +89,9 @@ Point2f BlueSampler::Get2D() {
 Point2f BlueSampler::GetPixel2D() {
     dimension += 2;
     if (key == 0) return Point2f(u[0], u[1]);
-    float film[4];
-    bn_draw_4d(table, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, 0), film);
-    return Point2f(film[0], film[1]);
+    float pair[4];
+    bn_sample_4d(&sampler, pixel.x, pixel.y, sampleIndex, bn_domain_child(BN_DOMAIN_ROOT, 0), pair);
+    return Point2f(pair[0], pair[1]);
 }
 
 Sampler BlueSampler::Clone(Allocator alloc) {

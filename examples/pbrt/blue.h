@@ -9,11 +9,9 @@
 #include <pbrt/base/sampler.h>
 #include <pbrt/util/vecmath.h>
 
-#include <cstdint>
-#include <string>
+#include <bn/bn.h>
 
-struct bn_draw_table;
-struct bn_sampler;
+#include <string>
 
 namespace pbrt {
 
@@ -21,9 +19,9 @@ namespace pbrt {
 // the position in the pixel share domain 0.
 class BlueSampler {
   public:
-    // mask: of the same seed, for pictures of one sample per pixel.
-    BlueSampler(int samplesPerPixel, const bn_draw_table *table, const bn_sampler *mask)
-        : samplesPerPixel(samplesPerPixel), table(table), mask(mask) {}
+    BlueSampler(int samplesPerPixel, uint64_t seed)
+        : samplesPerPixel(samplesPerPixel), sampler(bn_sampler_make(BN_SAMPLER_BLUE, seed)),
+          mask(bn_sampler_make(BN_SAMPLER_MASK, seed)) {}
 
     static constexpr const char *Name() { return "BlueSampler"; }
     static BlueSampler *Create(const ParameterDictionary &parameters, const FileLoc *loc,
@@ -45,8 +43,8 @@ class BlueSampler {
     Float WavelengthOffset() const;
 
     int samplesPerPixel;
-    const bn_draw_table *table;
-    const bn_sampler *mask;
+    bn_sampler sampler;
+    bn_sampler mask; // for pictures of one sample per pixel
     Point2i pixel;
     int sampleIndex = 0, dimension = 0;
     // The open domain: its key, its numbers, and how many of them are spent, from u[2] on.

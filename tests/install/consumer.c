@@ -4,16 +4,11 @@
 #include <stdio.h>
 
 int main(void) {
-    bn_sampler *sampler;
-    const bn_result result = bn_sampler_create(NULL, &sampler);
-    if (result != BN_SUCCESS) {
-        fprintf(stderr, "consumer: %s\n", bn_result_string(result));
-        return 1;
-    }
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     const uint32_t light = bn_domain_child(BN_DOMAIN_ROOT, 3);
     for (uint32_t index = 0; index < 4; ++index) {
         uint32_t u[4];
-        bn_sample_4d_u32(sampler, -7, 12, index, light, u);
+        bn_sample_4d_u32(&sampler, -7, 12, index, light, u);
         printf("%08lx %08lx %08lx %08lx\n", (unsigned long)u[0], (unsigned long)u[1],
                (unsigned long)u[2], (unsigned long)u[3]);
     }
@@ -22,10 +17,9 @@ int main(void) {
     bn_ray ray = bn_path_ray(&path, 3);
     const bn_split split = bn_ray_split(&ray, 4);
     const bn_path branch = bn_split_path(&split, 5);
-    bn_ray_4d(sampler, &ray, number);
+    bn_ray_4d(&sampler, &ray, number);
     printf("%.7f %.7f %08lx %lu\n", (double)number[0], (double)number[3],
            (unsigned long)branch.domain, (unsigned long)branch.index);
-    bn_sampler_destroy(sampler);
 
     uint32_t ranks[16 * 16];
     double error;

@@ -79,7 +79,7 @@ bool equal(const std::array<float, 4> &a, const float *b) {
 // bn::Path and its parts have the numbers of bn_path.h.
 int wrong_paths(const bn::Sampler &sampler) {
     int count = 0;
-    const bn_draw_table *table = bn_sampler_table(sampler.get());
+    const bn_sampler *own_sampler = sampler.get();
     for (uint32_t index = 0; index < 6; ++index) {
         const bn::Path path(sampler, -3, 9, index, 2);
         const bn_path own = bn_path_start(-3, 9, index, 2);
@@ -87,17 +87,17 @@ int wrong_paths(const bn::Sampler &sampler) {
         for (uint32_t number = 0; number < 5; ++number) {
             bn::Ray ray = path.ray(number);
             bn_ray own_ray = bn_path_ray(&own, number);
-            bn_ray_draw(table, &own_ray, u);
+            bn_ray_draw(own_sampler, &own_ray, u);
             count += !equal(ray.draw(), u);
             const auto [a, b] = ray.draw_where();
             const auto [c, d] = ray.draw_light();
             count += !equal({a, b, c, d}, u);
             for (int i = 0; i < 3; ++i) {
-                count += ray.next_1d() != bn_ray_1d(table, &own_ray);
+                count += ray.next_1d() != bn_ray_1d(own_sampler, &own_ray);
                 const auto [e, f] = ray.next_2d();
-                bn_ray_2d(table, &own_ray, u);
+                bn_ray_2d(own_sampler, &own_ray, u);
                 count += e != u[0] || f != u[1];
-                bn_ray_4d(table, &own_ray, u);
+                bn_ray_4d(own_sampler, &own_ray, u);
                 count += !equal(ray.next_4d(), u);
                 const bn::Split split = ray.next_split(3);
                 const bn_split own_split = bn_ray_split(&own_ray, 3);
@@ -107,18 +107,18 @@ int wrong_paths(const bn::Sampler &sampler) {
                 count += ray.next_split_from(5)[2].state().index != 7;
                 count += bn_split_path(&own_next, 0).index != 5;
                 const bn_ray part = bn_ray_keyed(&own_ray, 77);
-                bn_ray_draw(table, &part, u);
+                bn_ray_draw(own_sampler, &part, u);
                 count += !equal(ray.keyed(77).draw(), u);
-                bn::Rng noise = ray.next_rng();
-                bn_rng own_noise = bn_ray_rng(table, &own_ray);
-                for (int k = 0; k < 9; ++k) count += noise.next_1d() != bn_rng_1d(&own_noise);
+                bn::Rng rng = ray.next_rng();
+                bn_rng own_rng = bn_ray_rng(own_sampler, &own_ray);
+                for (int k = 0; k < 9; ++k) count += rng.next_1d() != bn_rng_1d(&own_rng);
             }
         }
         const auto [s, t] = path.first_light(4, 3);
-        bn_path_first_light(table, &own, 4, 3, u);
+        bn_path_first_light(own_sampler, &own, 4, 3, u);
         count += s != u[0] || t != u[1];
         const auto [time, wavelength] = path.time();
-        bn_path_time(table, &own, u);
+        bn_path_time(own_sampler, &own, u);
         count += time != u[0] || wavelength != u[1];
     }
     return count;

@@ -9,6 +9,7 @@
 void draw(int x, int y, unsigned index, int decision, float u[2]);
 
 static const char *mistake, *layout;
+static bn_sampler made;
 static const bn_sampler *sampler;
 
 static const char *setting(const char *name, const char *otherwise) {
@@ -21,15 +22,12 @@ static int is(const char *name) {
 }
 
 static void start(void) {
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *created;
+    const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_WHITE};
     mistake = setting("MISTAKE", "none");
     layout = setting("LAYOUT", "next ray");
-    options.seed = strtoull(setting("SEED", "0"), NULL, 10);
-    if (is("sobol")) options.kind = BN_SAMPLER_SOBOL;
-    if (is("white")) options.kind = BN_SAMPLER_WHITE;
-    if (bn_sampler_create(&options, &created) != BN_SUCCESS) exit(1);
-    sampler = created;
+    made = bn_sampler_make(kinds[is("sobol") ? 1 : is("white") ? 2 : 0],
+                           strtoull(setting("SEED", "0"), NULL, 10));
+    sampler = &made;
 }
 
 void draw(int x, int y, unsigned index, int decision, float u[2]) {

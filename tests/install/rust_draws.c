@@ -31,9 +31,9 @@ static void hash_ray(const bn_sampler *sampler, const bn_path *path, uint32_t de
     }
     bn_ray_4d(sampler, &ray, v);
     add(v, 4);
-    bn_rng noise = bn_ray_rng(sampler, &ray);
+    bn_rng rng = bn_ray_rng(sampler, &ray);
     for (int i = 0; i < 6; ++i) {
-        v[0] = bn_rng_1d(&noise);
+        v[0] = bn_rng_1d(&rng);
         add(v, 1);
     }
     const bn_split split = bn_ray_split(&ray, 3), from = bn_ray_split_from(&ray, 9);
@@ -49,12 +49,12 @@ static void hash_ray(const bn_sampler *sampler, const bn_path *path, uint32_t de
         bn_ray_draw(sampler, &first, v);
         add(v, 1);
     }
-    bn_ray named = bn_ray_keyed(&ray, 77);
-    v[0] = bn_ray_1d(sampler, &named);
+    bn_ray keyed = bn_ray_keyed(&ray, 77);
+    v[0] = bn_ray_1d(sampler, &keyed);
     add(v, 1);
 }
 
-static void golden(const bn_sampler *sampler, const bn_sampler *sampler) {
+static void golden(const bn_sampler *sampler) {
     const bn_path path = bn_path_start(3, 4, 5, 0);
     bn_ray ray = bn_path_ray(&path, 2);
     uint32_t root[4];
@@ -72,21 +72,17 @@ static void golden(const bn_sampler *sampler, const bn_sampler *sampler) {
 
 int main(int count, char **arguments) {
     static const uint32_t indices[] = {0, 1, 5, 255, 256, 70000};
-    bn_sampler_options options = bn_sampler_options_default();
-    bn_sampler *sampler;
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 1);
     (void)arguments;
-    options.seed = 1;
-    if (bn_sampler_create(&options, &sampler) != BN_SUCCESS) return 1;
-    if (count > 1) golden(sampler, sampler);
+    if (count > 1) golden(&sampler);
     for (int32_t pixel = 0; count == 1 && pixel < 16; ++pixel) {
         const int32_t x = 3 * pixel - 20, y = 100 - 37 * pixel;
         for (int i = 0; i < 6; ++i) {
             const bn_path path = bn_path_start(x, y, indices[i], 0);
             hash = 0;
-            for (uint32_t depth = 0; depth < 8; ++depth) hash_ray(sampler, &path, depth);
+            for (uint32_t depth = 0; depth < 8; ++depth) hash_ray(&sampler, &path, depth);
             printf("%d %d %u %08x\n", (int)x, (int)y, (unsigned)indices[i], (unsigned)hash);
         }
     }
-    bn_sampler_destroy(sampler);
     return 0;
 }

@@ -244,25 +244,23 @@ WAVEFRONT = """
 #include <cstdio>
 #include "wavefront.hpp"
 int main() {
-    bn_sampler *sampler;
-    if (bn_sampler_create(nullptr, &sampler) != BN_SUCCESS) return 1;
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     Lanes lanes;
-    int wrong = !draw_stage(sampler, lanes);
+    int wrong = !draw_stage(&sampler, lanes);
     for (int lane = 0; lane < 101; ++lane) {
         lanes.x.push_back(lane * 7 % 40 - 9);
         lanes.y.push_back(lane / 3);
         lanes.index.push_back(uint32_t(lane * lane));
         lanes.depth.push_back(uint32_t(lane % 5));
     }
-    wrong += !draw_stage(sampler, lanes) || lanes.u.size() != 404;
+    wrong += !draw_stage(&sampler, lanes) || lanes.u.size() != 404;
     for (size_t lane = 0; lane < 101; ++lane) {
         float own[4];
-        bn_sample_4d(sampler, lanes.x[lane], lanes.y[lane], lanes.index[lane],
+        bn_sample_4d(&sampler, lanes.x[lane], lanes.y[lane], lanes.index[lane],
                      bn_domain_child(BN_DOMAIN_ROOT, lanes.depth[lane] + (lanes.depth[lane] > 2)), own);
         for (size_t d = 0; d < 4; ++d) wrong += lanes.u[4 * lane + d] != own[d];
     }
     std::printf("%d\\n", wrong);
-    bn_sampler_destroy(sampler);
     return 0;
 }
 """

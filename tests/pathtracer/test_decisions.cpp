@@ -55,10 +55,7 @@ struct Known {
     Known() {
         auto made = std::make_unique<KnownNumbers>();
         numbers = made.get();
-        const bn_sampler_options options = bn_sampler_options_default();
-        bn_sampler *library = nullptr;
-        CHECK(bn_sampler_create(&options, &library) == BN_SUCCESS, "no sampler");
-        sampler.library.reset(library); // for generators of loops
+        sampler.library = bn_sampler_make(BN_SAMPLER_BLUE, 0); // for generators of loops
         sampler.peer = std::move(made);
     }
 };

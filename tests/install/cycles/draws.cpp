@@ -23,16 +23,13 @@ namespace {
 Globals make(uint seed) {
     Globals globals;
     globals.data.integrator.seed = seed * 0x9e3779b9u + 77u;
-    bn_sampler_options options = bn_sampler_options_default();
-    options.seed = seed;
-    bn_sampler *sampler;
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, seed);
     size_t count;
-    if (bn_sampler_create(&options, &sampler) != BN_SUCCESS) std::abort();
-    bn_sampler_table_words(sampler, nullptr, 0, &count);
-    globals.sample_pattern_lut.resize(count);
-    bn_sampler_table_words(sampler, reinterpret_cast<uint32_t *>(globals.sample_pattern_lut.data()),
-                           count, nullptr);
-    bn_sampler_destroy(sampler);
+    const uint32_t *words = bn_tables(&count, nullptr);
+    globals.sample_pattern_lut.resize(count + 2);
+    uint32_t *lut = reinterpret_cast<uint32_t *>(globals.sample_pattern_lut.data());
+    std::memcpy(lut, words, count * sizeof *words);
+    bn_sampler_seed(&sampler, lut + count);
     return globals;
 }
 
@@ -106,8 +103,7 @@ struct Wanted {
 
 [[maybe_unused]] int domains() {
     int wrong = 0;
-    bn_sampler *library;
-    if (bn_sampler_create(nullptr, &library) != BN_SUCCESS) return -1;
+    const bn_sampler library = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     const Globals globals = make(0);
     const auto ray = [](uint32_t key) { return bn_domain_child(BN_DOMAIN_ROOT, key); };
     // Ray 3 and those after it have the next key, as the camera's domain has key 3.
@@ -118,13 +114,16 @@ struct Wanted {
         {32 + PRNG_LIGHT, bn_domain_child(ray(2), 4 * PRNG_LIGHT + 2), {0, 1, 2}},
         {48 + PRNG_SURFACE_BSDF, ray(4), {0, 1, 2}},
         {48 + PRNG_SURFACE_AO, bn_domain_child(ray(4), 4 * PRNG_SURFACE_AO + 2), {0, 1, -1}},
-        {48 + PRNG_TERMINATE, bn_domain_child(ray(4), 2), {2, -1, -1}},
+        {48 + PRNG_TERMINATE, bn_domain_child(ray(4), 0), {0, -1, -1}},
+        {48 + PRNG_LIGHT_TERMINATE, bn_domain_child(ray(4), 8), {0, -1, -1}},
     };
     for (uint index = 0; index < 300; index += 7)
         for (const Wanted &wanted : all) {
             const int x = int(index) * 200, y = 900;
             float u[4];
-            bn_sample_4d(library, x, y, index, wanted.domain, u);
+            bn_sample_4d(&library, x, y, index, wanted.domain, u);
+            if (wanted.order[1] < 0)
+                bn_sample_pair(&library, x, y, index, wanted.domain, 2, u); // a single number
             Sample sample{&globals, blue_pixel(&globals, x, y), index, {}};
             if (wanted.order[1] < 0)
                 sample.one(wanted.dimension);
@@ -138,13 +137,12 @@ struct Wanted {
     // Time and lens.
     for (uint index = 0; index < 40; ++index) {
         float first[4], camera[4];
-        bn_sample_4d(library, 5, 6, index, ray(0), first);
-        bn_sample_4d(library, 5, 6, index, ray(3), camera);
+        bn_sample_4d(&library, 5, 6, index, ray(0), first);
+        bn_sample_4d(&library, 5, 6, index, ray(3), camera);
         const float3 u =
             blue_sample_3D(&globals, blue_pixel(&globals, 5, 6), index, PRNG_LENS_TIME);
         wrong += u.x != camera[2] || u.y != first[2] || u.z != first[3];
     }
-    bn_sampler_destroy(library);
     return wrong;
 }
 

@@ -109,14 +109,13 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
 
 [[maybe_unused]] int domains() {
     int wrong = 0;
-    bn_sampler *library;
-    if (bn_sampler_create(nullptr, &library) != BN_SUCCESS) return -1;
+    const bn_sampler library = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     pbrt::BlueSampler sampler = make();
     for (int index = 0; index < 300; index += 7) {
         float u[4][4];
         const Point2i pixel{index, 900 - index};
         for (uint32_t key = 0; key < 4; ++key)
-            bn_sample_4d(library, pixel.x, pixel.y, uint32_t(index),
+            bn_sample_4d(&library, pixel.x, pixel.y, uint32_t(index),
                          bn_domain_child(BN_DOMAIN_ROOT, key), u[key]);
         const float wavelength = (float(int(4 * u[0][2])) + u[0][3]) / 4;
         const Numbers wanted = {wavelength, u[0][0], u[0][1], u[1][2], u[1][0], u[1][1],
@@ -124,7 +123,6 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
         const Numbers numbers = path(sampler, pixel, index, "7", 1);
         for (size_t i = 0; i < wanted.size(); ++i) wrong += numbers[i] != wanted[i];
     }
-    bn_sampler_destroy(library);
     return wrong;
 }
 
@@ -132,10 +130,7 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
 // uniform, and a mask's with one sample.
 [[maybe_unused]] int wavelengths() {
     int wrong = 0;
-    bn_sampler_options options = bn_sampler_options_default();
-    options.kind = BN_SAMPLER_MASK;
-    bn_sampler *mask;
-    if (bn_sampler_create(&options, &mask) != BN_SUCCESS) return -1;
+    const bn_sampler mask = bn_sampler_make(BN_SAMPLER_MASK, 0);
     for (int count = 1; count <= 7; ++count) {
         pbrt::given.pixelSamples = count;
         pbrt::BlueSampler sampler = make();
@@ -155,12 +150,11 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
                     break;
                 }
             const float wanted =
-                bn_sample_1d(mask, x % 64, x / 64, 0, bn_domain_child(BN_DOMAIN_ROOT, 0));
+                bn_sample_1d(&mask, x % 64, x / 64, 0, bn_domain_child(BN_DOMAIN_ROOT, 0));
             wrong += count == 1 && std::abs(places[0] - double(wanted)) > 1e-6;
         }
         for (int bin : bins) wrong += std::abs(bin - 512) > 100;
     }
-    bn_sampler_destroy(mask);
     return wrong;
 }
 

@@ -3,8 +3,6 @@
 //! bn_path.h begin with `bn_rs_`. The crate `bluenoise` is safe.
 #![allow(non_camel_case_types)]
 
-use std::os::raw::c_void;
-
 pub const BN_SUCCESS: i32 = 0;
 pub const BN_ERROR_INVALID_ARGUMENT: i32 = 1;
 pub const BN_ERROR_SIZE_MISMATCH: i32 = 2;
@@ -18,11 +16,6 @@ pub const BN_SAMPLER_WHITE: i32 = 2;
 pub const BN_SAMPLER_ZORDER: i32 = 3;
 pub const BN_SAMPLER_MASK: i32 = 4;
 
-/// Only behind pointers.
-pub type bn_sampler = c_void;
-/// Only behind pointers.
-pub type bn_draw_table = c_void;
-
 #[repr(C)]
 pub struct bn_sampler_options {
     pub struct_size: usize,
@@ -30,6 +23,19 @@ pub struct bn_sampler_options {
     pub samples_per_pixel: u32,
     pub seed: u64,
     pub mask_ranks: *const u32,
+    pub mask_width: u32,
+    pub mask_height: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bn_sampler {
+    pub kind: i32,
+    pub log2_samples: u32,
+    pub seed: [u32; 2],
+    pub mask: *const u32,
+    pub mask_scale: u64,
+    pub mask_low_digits: u32,
     pub mask_width: u32,
     pub mask_height: u32,
 }
@@ -66,10 +72,8 @@ pub struct bn_split {
 #[repr(C)]
 #[derive(Debug)]
 pub struct bn_rng {
-    pub first: [f32; 4],
-    pub key: u32,
-    pub other_key: u32,
-    pub index: u32,
+    pub next: [f32; 4],
+    pub counter: [u32; 4],
     pub drawn: u32,
 }
 
@@ -77,11 +81,8 @@ extern "C" {
     pub fn bn_result_string(result: i32) -> *const std::os::raw::c_char;
     pub fn bn_domain_child(domain: u32, key: u32) -> u32;
 
-    pub fn bn_sampler_create(options: *const bn_sampler_options, sampler: *mut *mut bn_sampler) -> i32;
-    pub fn bn_sampler_destroy(sampler: *mut bn_sampler);
-    pub fn bn_sampler_table(sampler: *const bn_sampler) -> *const bn_draw_table;
-    pub fn bn_sampler_table_words(sampler: *const bn_sampler, words: *mut u32, count: usize, needed: *mut usize)
-        -> i32;
+    pub fn bn_sampler_init(sampler: *mut bn_sampler, options: *const bn_sampler_options) -> i32;
+    pub fn bn_tables(count: *mut usize, version: *mut u32) -> *const u32;
     pub fn bn_sample_4d(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut f32);
     pub fn bn_sample_4d_u32(sampler: *const bn_sampler, x: i32, y: i32, index: u32, domain: u32, out: *mut u32);
     pub fn bn_sample_pair(
@@ -117,20 +118,21 @@ extern "C" {
         out_count: usize,
     ) -> i32;
 
+    pub fn bn_rs_sampler_make(kind: i32, seed: u64) -> bn_sampler;
     pub fn bn_rs_path_start(x: i32, y: i32, index: u32, frame: u32) -> bn_path;
     pub fn bn_rs_path_ray(path: *const bn_path, ray: u32) -> bn_ray;
-    pub fn bn_rs_ray_keyed(ray: *const bn_ray, name: u32) -> bn_ray;
+    pub fn bn_rs_ray_keyed(ray: *const bn_ray, key: u32) -> bn_ray;
     pub fn bn_rs_ray_split(ray: *mut bn_ray, count: u32) -> bn_split;
     pub fn bn_rs_ray_split_from(ray: *mut bn_ray, first: u32) -> bn_split;
     pub fn bn_rs_split_path(split: *const bn_split, k: u32) -> bn_path;
-    pub fn bn_rs_ray_draw(table: *const bn_draw_table, ray: *const bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_draw_where(table: *const bn_draw_table, ray: *const bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_draw_light(table: *const bn_draw_table, ray: *const bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_1d(table: *const bn_draw_table, ray: *mut bn_ray) -> f32;
-    pub fn bn_rs_ray_2d(table: *const bn_draw_table, ray: *mut bn_ray, out: *mut f32);
-    pub fn bn_rs_ray_4d(table: *const bn_draw_table, ray: *mut bn_ray, out: *mut f32);
-    pub fn bn_rs_path_first_light(table: *const bn_draw_table, path: *const bn_path, count: u32, k: u32, out: *mut f32);
-    pub fn bn_rs_path_time(table: *const bn_draw_table, path: *const bn_path, out: *mut f32);
-    pub fn bn_rs_ray_rng(table: *const bn_draw_table, ray: *mut bn_ray) -> bn_rng;
-    pub fn bn_rs_rng_1d(noise: *mut bn_rng) -> f32;
+    pub fn bn_rs_ray_draw(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_draw_where(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_draw_light(sampler: *const bn_sampler, ray: *const bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_1d(sampler: *const bn_sampler, ray: *mut bn_ray) -> f32;
+    pub fn bn_rs_ray_2d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_4d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
+    pub fn bn_rs_path_first_light(sampler: *const bn_sampler, path: *const bn_path, count: u32, k: u32, out: *mut f32);
+    pub fn bn_rs_path_time(sampler: *const bn_sampler, path: *const bn_path, out: *mut f32);
+    pub fn bn_rs_ray_rng(sampler: *const bn_sampler, ray: *mut bn_ray) -> bn_rng;
+    pub fn bn_rs_rng_1d(rng: *mut bn_rng) -> f32;
 }

@@ -14,19 +14,18 @@
 //!     }
 //!     sum
 //! }
-//! # let sampler = Sampler::new(1)?;
+//! # let sampler = Sampler::new(1);
 //! # assert_eq!(trace(&sampler, 3, 4, 5), trace(&sampler, 3, 4, 5));
-//! # Ok::<(), bluenoise::Error>(())
 //! ```
 //!
-//! All numbers lie in [0, 1) and are those of C, bit for bit. A [`Sampler`] never changes, so threads share it. Draws
+//! All numbers lie in [0, 1) and are those of C, bit for bit. A [`Sampler`] is a small value that never changes. Draws
 //! cannot fail, allocate nothing and take no locks. docs/paths.md of libbn goes through the decisions of a renderer.
 
 mod path;
 mod sampler;
 
 pub use path::{Path, Ray, Rng, Split};
-pub use sampler::{Block, Domain, Kind, Sampler, Samples};
+pub use sampler::{tables, Block, Domain, Kind, Sampler, Samples};
 
 use bluenoise_sys as sys;
 use std::ffi::CStr;

@@ -1,48 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The decisions of a path: every number by what it is for, so that no two decisions share one.
 
-use crate::sampler::Table;
 use crate::Sampler;
 use bluenoise_sys as sys;
 
 /// One sample of one pixel. It is a name alone: copies name the same numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Path<'s> {
-    table: Table<'s>,
+    sampler: &'s Sampler<'s>,
     state: sys::bn_path,
 }
 
 impl<'s> Path<'s> {
     /// Sample `index` of pixel (x, y) of a single picture.
-    pub fn new(sampler: &'s Sampler, x: i32, y: i32, index: u32) -> Path<'s> {
+    pub fn new(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32) -> Path<'s> {
         Path::in_frame(sampler, x, y, index, 0)
     }
 
     /// Frames that are averaged or compared have numbers of their own.
-    pub fn in_frame(sampler: &'s Sampler, x: i32, y: i32, index: u32, frame: u32) -> Path<'s> {
+    pub fn in_frame(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, frame: u32) -> Path<'s> {
         // SAFETY: a pure function.
-        Path { table: sampler.table(), state: unsafe { sys::bn_rs_path_start(x, y, index, frame) } }
+        Path { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, frame) } }
     }
 
     /// Ray 0 leaves the camera, ray d the d-th surface. Make one [`Ray`] for each: a second one of the same number starts
     /// again.
     pub fn ray(&self, number: u32) -> Ray<'s> {
         // SAFETY: a pure function.
-        Ray { table: self.table, state: unsafe { sys::bn_rs_path_ray(&self.state, number) } }
+        Ray { sampler: self.sampler, state: unsafe { sys::bn_rs_path_ray(&self.state, number) } }
     }
 
-    /// The light tried where ray 0 ends, if a lens or time has taken its pair; point k if it is split into `count`.
+    /// The light tried where ray 0 ends, if a lens has taken its pair; point k if it is split into `count`.
     pub fn first_light(&self, count: u32, k: u32) -> [f32; 2] {
         let mut out = [0.0; 2];
-        // SAFETY: the table lives as long as 's, here and in all draws below.
-        unsafe { sys::bn_rs_path_first_light(self.table.pointer, &self.state, count, k, out.as_mut_ptr()) }
+        // SAFETY: the sampler lives as long as 's, here and in all draws below.
+        unsafe { sys::bn_rs_path_first_light(&self.sampler.state, &self.state, count, k, out.as_mut_ptr()) }
         out
     }
 
-    /// Time, where a lens has taken the second pair of ray 0; wavelength.
+    /// The time of the path, where things move, and its wavelength.
     pub fn time(&self) -> [f32; 2] {
         let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_path_time(self.table.pointer, &self.state, out.as_mut_ptr()) }
+        unsafe { sys::bn_rs_path_time(&self.sampler.state, &self.state, out.as_mut_ptr()) }
         out
     }
 }
@@ -58,14 +57,14 @@ impl<'s> Path<'s> {
 ///
 /// ```compile_fail,E0515
 /// fn dangling() -> bluenoise::Ray<'static> {
-///     let sampler = bluenoise::Sampler::new(1).unwrap();
+///     let sampler = bluenoise::Sampler::new(1);
 ///     let path = bluenoise::Path::new(&sampler, 0, 0, 0);
 ///     path.ray(0)
 /// }
 /// ```
 #[derive(Debug)]
 pub struct Ray<'s> {
-    table: Table<'s>,
+    sampler: &'s Sampler<'s>,
     state: sys::bn_ray,
 }
 
@@ -73,76 +72,76 @@ impl<'s> Ray<'s> {
     /// Where the ray goes, and the light that is tried where it ends. The same at every call.
     pub fn draw(&self) -> [f32; 4] {
         let mut out = [0.0; 4];
-        unsafe { sys::bn_rs_ray_draw(self.table.pointer, &self.state, out.as_mut_ptr()) }
+        unsafe { sys::bn_rs_ray_draw(&self.sampler.state, &self.state, out.as_mut_ptr()) }
         out
     }
 
     /// The first pair of them alone.
     pub fn draw_where(&self) -> [f32; 2] {
         let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_draw_where(self.table.pointer, &self.state, out.as_mut_ptr()) }
+        unsafe { sys::bn_rs_ray_draw_where(&self.sampler.state, &self.state, out.as_mut_ptr()) }
         out
     }
 
     /// The second pair of them alone.
     pub fn draw_light(&self) -> [f32; 2] {
         let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_draw_light(self.table.pointer, &self.state, out.as_mut_ptr()) }
+        unsafe { sys::bn_rs_ray_draw_light(&self.sampler.state, &self.state, out.as_mut_ptr()) }
         out
     }
 
     /// The next single number. Numbers for further decisions are new at every call.
     pub fn next_1d(&mut self) -> f32 {
-        unsafe { sys::bn_rs_ray_1d(self.table.pointer, &mut self.state) }
+        unsafe { sys::bn_rs_ray_1d(&self.sampler.state, &mut self.state) }
     }
 
     /// The next pair.
     pub fn next_2d(&mut self) -> [f32; 2] {
         let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_2d(self.table.pointer, &mut self.state, out.as_mut_ptr()) }
+        unsafe { sys::bn_rs_ray_2d(&self.sampler.state, &mut self.state, out.as_mut_ptr()) }
         out
     }
 
     /// The next four: two pairs whose effects multiply, or a number, the third, and a pair, the first two.
     pub fn next_4d(&mut self) -> [f32; 4] {
         let mut out = [0.0; 4];
-        unsafe { sys::bn_rs_ray_4d(self.table.pointer, &mut self.state, out.as_mut_ptr()) }
+        unsafe { sys::bn_rs_ray_4d(&self.sampler.state, &mut self.state, out.as_mut_ptr()) }
         out
     }
 
     /// The path goes on in `count` ways, as many as in all samples of the pixel.
     pub fn next_split(&mut self, count: u32) -> Split<'s> {
-        Split { table: self.table, state: unsafe { sys::bn_rs_ray_split(&mut self.state, count) } }
+        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_split(&mut self.state, count) } }
     }
 
     /// It goes on in any number of ways: `first` is how many the earlier samples of the pixel took here.
     pub fn next_split_from(&mut self, first: u32) -> Split<'s> {
-        Split { table: self.table, state: unsafe { sys::bn_rs_ray_split_from(&mut self.state, first) } }
+        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_split_from(&mut self.state, first) } }
     }
 
     /// The numbers of a loop without bound, such as tracking through a medium.
     pub fn next_rng(&mut self) -> Rng {
-        Rng { state: unsafe { sys::bn_rs_ray_rng(self.table.pointer, &mut self.state) } }
+        Rng { state: unsafe { sys::bn_rs_ray_rng(&self.sampler.state, &mut self.state) } }
     }
 
     /// A part with a key, such as the number of a primitive that may be transparent. It draws like a ray of its own, and
     /// does not depend on what was drawn before it. A second part of the same key starts again.
     pub fn keyed(&self, key: u32) -> Ray<'s> {
-        Ray { table: self.table, state: unsafe { sys::bn_rs_ray_keyed(&self.state, key) } }
+        Ray { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_keyed(&self.state, key) } }
     }
 }
 
 /// A path that goes on in several ways.
 #[derive(Debug)]
 pub struct Split<'s> {
-    table: Table<'s>,
+    sampler: &'s Sampler<'s>,
     state: sys::bn_split,
 }
 
 impl<'s> Split<'s> {
     /// Branch k, a path of its own whose rays begin at 0. Paths may take fewer branches than `next_split` said, or more.
     pub fn path(&self, k: u32) -> Path<'s> {
-        Path { table: self.table, state: unsafe { sys::bn_rs_split_path(&self.state, k) } }
+        Path { sampler: self.sampler, state: unsafe { sys::bn_rs_split_path(&self.state, k) } }
     }
 
     /// The first `count` branches.

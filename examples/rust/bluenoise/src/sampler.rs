@@ -5,7 +5,7 @@ use crate::Error;
 use bluenoise_sys as sys;
 use std::marker::PhantomData;
 use std::ops::Range;
-use std::ptr::{null, null_mut, NonNull};
+use std::ptr::{null, null_mut};
 
 /// What to draw from; bn.h says what each is for.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ pub enum Kind<'a> {
     },
     /// The built-in mask of 64 x 64 texels, then Sobol'.
     Mask,
-    /// A mask of yours, row by row: a permutation of 0 to width * height - 1. It is copied.
+    /// A mask of yours, row by row: a permutation of 0 to width * height - 1.
     MaskOf {
         ranks: &'a [u32],
         width: u32,
@@ -45,41 +45,25 @@ impl Domain {
     }
 }
 
-/// What draws need of a sampler, for as long as the sampler lives.
+/// A value of 48 bytes, to be copied, kept and shared between threads. `'m` is how long a mask of yours lives.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Table<'s> {
-    pub(crate) pointer: *const sys::bn_draw_table,
-    sampler: PhantomData<&'s Sampler>,
+pub struct Sampler<'m> {
+    pub(crate) state: sys::bn_sampler,
+    mask: PhantomData<&'m [u32]>,
 }
 
-// SAFETY: the table is constant.
-unsafe impl Send for Table<'_> {}
-unsafe impl Sync for Table<'_> {}
+// SAFETY: nothing writes to a sampler, nor to the ranks that it borrows.
+unsafe impl Send for Sampler<'_> {}
+unsafe impl Sync for Sampler<'_> {}
 
-/// A sampler of about 45 KiB. It never changes: all threads may share it.
-#[derive(Debug)]
-pub struct Sampler {
-    pointer: NonNull<sys::bn_sampler>,
-}
-
-// SAFETY: C promises that all threads may draw from one sampler at once, and any may destroy it in the end.
-unsafe impl Send for Sampler {}
-unsafe impl Sync for Sampler {}
-
-impl Drop for Sampler {
-    fn drop(&mut self) {
-        // SAFETY: it is ours, and nothing that borrows it is left.
-        unsafe { sys::bn_sampler_destroy(self.pointer.as_ptr()) }
-    }
-}
-
-impl Sampler {
+impl<'m> Sampler<'m> {
     /// Blue noise. Different seeds give independent pictures.
-    pub fn new(seed: u64) -> Result<Sampler, Error> {
-        Sampler::with_kind(Kind::Blue, seed)
+    pub fn new(seed: u64) -> Sampler<'static> {
+        // SAFETY: a pure function.
+        Sampler { state: unsafe { sys::bn_rs_sampler_make(sys::BN_SAMPLER_BLUE, seed) }, mask: PhantomData }
     }
 
-    pub fn with_kind(kind: Kind, seed: u64) -> Result<Sampler, Error> {
+    pub fn with_kind(kind: Kind<'m>, seed: u64) -> Result<Sampler<'m>, Error> {
         let mut options = sys::bn_sampler_options {
             struct_size: std::mem::size_of::<sys::bn_sampler_options>(),
             kind: sys::BN_SAMPLER_BLUE,
@@ -108,30 +92,25 @@ impl Sampler {
                 options.mask_height = height;
             }
         }
-        let mut pointer = null_mut();
-        // SAFETY: mask_ranks is null or has width * height elements.
-        Error::check(unsafe { sys::bn_sampler_create(&options, &mut pointer) })?;
-        Ok(Sampler { pointer: NonNull::new(pointer).ok_or(Error::OutOfMemory)? })
-    }
-
-    pub(crate) fn table(&self) -> Table<'_> {
-        // SAFETY: a valid sampler; the table lives as long as it.
-        Table { pointer: unsafe { sys::bn_sampler_table(self.pointer.as_ptr()) }, sampler: PhantomData }
+        let mut sampler = Sampler::new(0);
+        // SAFETY: mask_ranks is null or has width * height elements, which live as long as 'm.
+        Error::check(unsafe { sys::bn_sampler_init(&mut sampler.state, &options) })?;
+        Ok(sampler)
     }
 
     /// Sample `index` of pixel (x, y) in a domain: four numbers.
     pub fn sample(&self, x: i32, y: i32, index: u32, domain: Domain) -> [f32; 4] {
         let mut out = [0.0; 4];
         // SAFETY: a valid sampler, and room for four.
-        unsafe { sys::bn_sample_4d(self.pointer.as_ptr(), x, y, index, domain.0, out.as_mut_ptr()) }
+        unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out.as_mut_ptr()) }
         out
     }
 
-    /// One pair of them alone: the first with `pair` 0, the second with 1.
+    /// One pair of them alone: the first with `pair` 0, the second with 1, and the same as single numbers with 2 and 3.
     pub fn sample_pair(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
         let mut out = [0.0; 2];
         // SAFETY: as above.
-        unsafe { sys::bn_sample_pair(self.pointer.as_ptr(), x, y, index, domain.0, pair, out.as_mut_ptr()) }
+        unsafe { sys::bn_sample_pair(&self.state, x, y, index, domain.0, pair, out.as_mut_ptr()) }
         out
     }
 
@@ -139,7 +118,7 @@ impl Sampler {
     pub fn sample_u32(&self, x: i32, y: i32, index: u32, domain: Domain) -> [u32; 4] {
         let mut out = [0; 4];
         // SAFETY: as above.
-        unsafe { sys::bn_sample_4d_u32(self.pointer.as_ptr(), x, y, index, domain.0, out.as_mut_ptr()) }
+        unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out.as_mut_ptr()) }
         out
     }
 
@@ -161,7 +140,7 @@ impl Sampler {
         // SAFETY: a valid sampler, and room for 4 * count.
         Error::check(unsafe {
             sys::bn_sample_block(
-                self.pointer.as_ptr(),
+                &self.state,
                 x.start,
                 y.start,
                 width,
@@ -192,7 +171,7 @@ impl Sampler {
         // SAFETY: all have `count` elements; a Domain is a u32.
         Error::check(unsafe {
             sys::bn_sample_many(
-                self.pointer.as_ptr(),
+                &self.state,
                 count,
                 x.as_ptr(),
                 y.as_ptr(),
@@ -205,18 +184,17 @@ impl Sampler {
         })
     }
 
-    /// The tables for shaders (docs/shaders.md of libbn).
-    pub fn table_words(&self) -> Result<Vec<u32>, Error> {
-        let mut count = 0;
-        // SAFETY: asks for the number alone.
-        Error::check(unsafe { sys::bn_sampler_table_words(self.pointer.as_ptr(), null_mut(), 0, &mut count) })?;
-        let mut words = vec![0; count];
-        // SAFETY: room for `count`.
-        Error::check(unsafe {
-            sys::bn_sampler_table_words(self.pointer.as_ptr(), words.as_mut_ptr(), count, null_mut())
-        })?;
-        Ok(words)
+    /// The seed as shaders take it (docs/shaders.md of libbn).
+    pub fn seed(&self) -> [u32; 2] {
+        self.state.seed
     }
+}
+
+/// The tables of `Kind::Blue` for shaders: constant, the same for every seed.
+pub fn tables() -> &'static [u32] {
+    let mut count = 0;
+    // SAFETY: bn_tables() returns `count` constant words.
+    unsafe { std::slice::from_raw_parts(sys::bn_tables(&mut count, null_mut()), count) }
 }
 
 fn extent(range: &Range<i32>) -> Result<u32, Error> {
@@ -226,7 +204,7 @@ fn extent(range: &Range<i32>) -> Result<u32, Error> {
 /// The samples of one pixel in one domain.
 #[derive(Debug)]
 pub struct Samples<'s> {
-    sampler: &'s Sampler,
+    sampler: &'s Sampler<'s>,
     x: i32,
     y: i32,
     domain: Domain,
