@@ -22,7 +22,7 @@ from ._measure import MaskMeasures, MeasureName, anisotropy, measure, power_spec
 from ._neural import NeuralGenerator
 from ._path import Path, Ray, Rng, Split
 from ._points import points
-from ._sampler import Sampler
+from ._sampler import Sampler, domain, tables
 
 _imported()
 
@@ -33,10 +33,10 @@ __all__ = [
     "MeasureName",
     "NeuralGenerator",
     "NeuralProvider",
-    "Rng",
     "Path",
     "PointsMethod",
     "Ray",
+    "Rng",
     "RuntimeMissingError",
     "Sampler",
     "SamplerKind",
@@ -47,6 +47,7 @@ __all__ = [
     "choose_cdf",
     "choose_u32",
     "dither",
+    "domain",
     "load",
     "mask",
     "measure",
@@ -54,5 +55,6 @@ __all__ = [
     "power_spectrum",
     "radial_power",
     "save",
+    "tables",
     "to_float",
 ]

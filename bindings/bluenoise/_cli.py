@@ -12,7 +12,9 @@ import json
 import math
 import os
 import re
+import signal
 import sys
+import threading
 import unicodedata
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,8 +47,9 @@ examples:
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:
-    """Runs a command. Returns the exit status: 0, 1 after an error, 2 for wrong usage, 130 after Ctrl-C."""
+    """Runs a command. Returns the exit status: 0, 1 after an error, 2 for wrong usage, 130 after Ctrl-C, 143 after SIGTERM."""
     _prepare()
+    before = _end_orderly()
     try:
         try:
             options = _parser().parse_args(argv)
@@ -57,6 +60,9 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
     except KeyboardInterrupt:
         _say("interrupted")
         return 130
+    except _TerminatedError:
+        _say("terminated")
+        return 143
     except BrokenPipeError:
         _drop(sys.stdout)  # the reader is gone
         return 1
@@ -65,7 +71,25 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
             error = OSError(f"{error.filename}: {error.strerror}")
         _say(" ".join(str(error).split()) or type(error).__name__)
         return 1
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
     return 0
+
+
+class _TerminatedError(BaseException):
+    pass
+
+
+def _end_orderly() -> Any:
+    """SIGTERM becomes an exception, so that nothing unfinished is left. Returns what handled it before; None if nothing changed."""
+
+    def end(*_: Any) -> None:
+        raise _TerminatedError
+
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        return None
+    return signal.signal(signal.SIGTERM, end)
 
 
 def _prepare() -> None:

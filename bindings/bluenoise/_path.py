@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import reprlib
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator, NoReturn, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,16 @@ def _sequence(index: _Words, count: int, k: _Words) -> _Words:
     if at.size and int(at.max()) > arguments.UINT32[1]:
         raise ValueError(f"index * count + k must be below 2**32, not {int(at.max())} with index {int(index.max())}")
     return np.asarray(at, np.uint32)
+
+
+class _OnceOnly:
+    """What hands out numbers: a copy would hand out the same ones again."""
+
+    __slots__ = ()
+
+    def __reduce_ex__(self, protocol: object) -> NoReturn:  # of copy, deepcopy and pickle
+        name = type(self).__name__
+        raise TypeError(f"a {name} cannot be copied or pickled, as both would hand out the same numbers; pass it on")
 
 
 class Path:
@@ -143,8 +153,9 @@ class Path:
         return f"Path({self._sampler!r}, shape={self.shape})"
 
 
-class Ray:
-    """One ray of a path, from ``Path.ray``. It counts what it has handed out: make one for each ray, and pass it on."""
+class Ray(_OnceOnly):
+    """One ray of a path, from ``Path.ray``. It counts what it has handed out: make one for each ray, and pass it on. It cannot
+    be copied or pickled."""
 
     __slots__ = ("_1d", "_2d", "_4d", "_domain", "_kept", "_path", "_splits", "shape")
 
@@ -188,7 +199,7 @@ class Ray:
         return self._draw(_child(self._domain, (k >> 1) * 4 + 1), k & 1)
 
     def next_4d(self) -> _Floats:
-        """(..., 4): two pairs whose effects multiply, or a number, the first, and a pair, the last two."""
+        """(..., 4): two pairs whose effects multiply, or a number, the third, and a pair, the first two."""
         k = self._4d
         self._4d += 1
         return self._draw(_child(self._domain, k * 4 + 2))
@@ -219,6 +230,13 @@ class Ray:
         part.shape = _together("the ray and key", self.shape, keys.shape)
         part._start(self._path, _child(_child(self._domain, _KEYED_KEY), keys))
         return part
+
+    def _again(self) -> Ray:
+        """A copy, for who has given this one up."""
+        other = Ray.__new__(Ray)
+        for name in (*Ray.__slots__,):
+            setattr(other, name, getattr(self, name))
+        return other
 
     def _next_domain(self) -> _Words:
         k = self._splits
@@ -273,8 +291,9 @@ class Split:
         return f"Split({self._path!r}{'' if self._length is None else f', count={self._length}'})"
 
 
-class Rng:
-    """The numbers of a loop without bound, from ``Ray.next_rng``: four of the sampler's, then a generator's."""
+class Rng(_OnceOnly):
+    """The numbers of a loop without bound, from ``Ray.next_rng``: four of the sampler's, then a generator's. It cannot be
+    copied or pickled."""
 
     __slots__ = ("_domain", "_drawn", "_four", "_path", "_white")
 

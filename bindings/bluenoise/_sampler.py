@@ -159,6 +159,8 @@ class Sampler:
         except ValueError:
             shapes = ", ".join(str(array.shape) for array in given)
             raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
+        if at_x.ndim > _MOST_AXES:
+            raise ValueError(f"x, y, index and domain have {at_x.ndim} axes together; {_MOST_AXES} is the most")
         result = arguments.output(out, (*at_x.shape, dims), np.float32)
         self._core.sample(at_x, at_y, at_index, at_domain, result, -1 if pair is None else pair)
         return result
@@ -207,36 +209,13 @@ class Sampler:
         self._core.sample(x, y, index, domains, result.reshape(*x.shape, dims))
         return result
 
-    def table_words(self) -> npt.NDArray[np.uint32]:
-        """The tables of the sampler as one flat uint32 array of 47 KiB, for drawing in a shader or on a GPU with the bits of
-        ``"blue"``, ``"sobol"`` and ``"white"``; ``bn/bn_draw.glsl`` describes its contents."""
-        return self._core.table_words()
-
-    @overload
-    def domain(self, *keys: int) -> int: ...
-    @overload
-    def domain(self, *keys: npt.ArrayLike) -> Union[int, npt.NDArray[np.uint32]]: ...
-
-    def domain(self, *keys: Any) -> Any:
-        """The domain for a path of keys from the root, each from 0 to 2**32 - 1: an integer from 0 to 2**32 - 1 for
-        ``sample`` and ``block``. Arrays of keys broadcast, and give an array of domains, uint32, for ``sample``. A domain identifies one decision of a light path; samples of different domains are
-        independent. Domains that differ only in their last key, within an aligned group of four (0 to 3, 4 to 7, ...),
-        form a family, which "blue" and "zorder" stratify jointly. Without keys, this is the root, 0. Domains are the
-        same for all samplers."""
-        domain: Any = 0
-        for key in keys:
-            array = arguments.integers("key", key, np.uint32, *arguments.UINT32)
-            try:
-                np.broadcast(domain, array)
-            except ValueError:
-                shapes = f"{np.shape(domain)} and {array.shape}"
-                raise ValueError(f"keys do not broadcast: shapes {shapes}") from None
-            domain = _core.domain_child(domain, int(array) if array.ndim == 0 else array)
-        return domain
+    def seed_words(self) -> npt.NDArray[np.uint32]:
+        """The seed as shaders take it, uint32 of shape (2,); ``tables`` has the rest of what they need."""
+        return self._core.seed_words()
 
     def qmc(self, d: int, *, pixel: tuple[int, int] = (0, 0)) -> SamplerEngine:
         """A ``scipy.stats.qmc.QMCEngine`` with d dimensions that returns the samples of pixel (x, y) in index order.
-        Dimensions 4k .. 4k + 3 are those of ``domain(k)``, so each group of sixteen belongs to one family. After 2**32
+        Dimensions 4k .. 4k + 3 are those of ``bluenoise.domain(k)``, so each group of sixteen belongs to one family. After 2**32
         points it raises ``ValueError``. Needs SciPy (else ``ImportError``)."""
         try:
             from ._qmc import SamplerEngine
@@ -273,6 +252,49 @@ class Sampler:
         if self._mask is not None:
             text += f", mask=<{self._mask.shape[0]} x {self._mask.shape[1]}>"
         return text + ")"
+
+
+@overload
+def domain(*keys: int) -> int: ...
+@overload
+def domain(*keys: npt.ArrayLike) -> Union[int, npt.NDArray[np.uint32]]: ...
+
+
+def domain(*keys: Any) -> Any:
+    """The domain for a path of keys from the root, each from 0 to 2**32 - 1: an integer from 0 to 2**32 - 1 for
+    ``Sampler.sample`` and ``Sampler.block``. Arrays of keys broadcast, and give an array of domains, uint32, for
+    ``Sampler.sample``.
+
+    A domain identifies one decision of a light path; samples of different domains are independent. Domains that differ only
+    in their last key, within an aligned group of four (0 to 3, 4 to 7, ...), form a family, which "blue" stratifies
+    jointly. Without keys, this is the root, 0. ``Path`` chooses the domains of a path for you.
+
+    Raises
+    ------
+    ValueError
+        A key is out of range, or arrays do not broadcast.
+    TypeError
+        A key is no integer.
+    """
+    found: Any = 0
+    for key in keys:
+        array = arguments.integers("key", key, np.uint32, *arguments.UINT32)
+        try:
+            np.broadcast(found, array)
+        except ValueError:
+            shapes = f"{np.shape(found)} and {array.shape}"
+            raise ValueError(f"keys do not broadcast: shapes {shapes}") from None
+        found = _core.domain_child(found, int(array) if array.ndim == 0 else array)
+    return found
+
+
+def tables() -> npt.NDArray[np.uint32]:
+    """The tables of ``"blue"``, the same for every seed, as one flat uint32 array of 46.5 KiB: what shaders read, with the
+    seed of ``Sampler.seed_words``. ``bn/bn_draw.glsl`` describes the contents, docs/shaders.md how to draw."""
+    return _core.tables()
+
+
+_MOST_AXES = 31  # of what pybind11 and NumPy before 2 can pass, less one for dimensions
 
 
 def _restore(

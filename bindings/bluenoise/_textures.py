@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -22,7 +23,7 @@ from ._arguments import Progress
 from ._masks import _BUILTIN_SIZES, mask
 from ._measure import measure
 from ._progress import report
-from ._sampler import Sampler
+from ._sampler import Sampler, tables
 
 FORMATS = ("png", "exr", "ktx2")
 SIZES = tuple(size for size in _BUILTIN_SIZES if _core.builtin_mask_exists(size))
@@ -71,7 +72,7 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
         _contact_sheet(sheet, sizes).save(beside / "contact-sheet.png")
         (beside / "LICENSE.txt").write_text(_LICENCE + (_TEXTS / "CC0-1.0.txt").read_text(encoding="utf-8"), encoding="utf-8")
         pack = {"version": version, "seed": seed, "sweeps": sweeps, "licence": "CC0-1.0, draws/*.glsl and *.hlsl Apache-2.0",
-                "table_words": _table_words(seed).size, "masks": files}
+                "table_words": tables().size, "masks": files}
         (beside / "README.md").write_text(_readme(pack, sizes, formats), encoding="utf-8")
         hashes = {path.relative_to(beside).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
                   for path in sorted(beside.rglob("*")) if path.is_file()}
@@ -87,34 +88,67 @@ _UNFINISHED = ".bluenoise-"
 @contextmanager
 def _filled(folder: Path) -> Iterator[Path]:
     """Yields an empty folder. What it holds at the end moves to `folder`, which is made if it does not exist; after an error
-    nothing of it is left."""
+    nothing of it is left. Only what was moved is ever removed."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder} exists and is not a folder")
     there = folder.is_dir()
-    # A run that was killed may have left its unfinished files.
-    others = sorted(path.name for path in folder.iterdir() if not path.name.startswith(_UNFINISHED)) if there else []
-    if others:
-        raise FileExistsError(f"{folder} has other files, such as {others[0]}; give the name of a new folder, or of an empty one")
     if not there:
         if not folder.absolute().parent.is_dir():
             raise FileNotFoundError(f"the folder {folder.absolute().parent} does not exist")
-        folder.mkdir()
+        with contextlib.suppress(FileExistsError):  # another run has made it
+            folder.mkdir()
     moved: list[Path] = []
     try:
-        with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=folder) as beside:
-            yield Path(beside)
-            for path in sorted(Path(beside).iterdir()):
-                moved.append(folder / path.name)
-                os.rename(path, moved[-1])
+        with _alone(folder):
+            # A run that was killed may have left its unfinished files.
+            others = sorted(path.name for path in folder.iterdir() if not path.name.startswith(_UNFINISHED))
+            if others:
+                raise FileExistsError(f"{folder} has other files, such as {others[0]}; give the name of a new folder, or of an empty one")
+            with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=folder) as beside:
+                yield Path(beside)
+                made = sorted(Path(beside).iterdir())
+                for path in made:
+                    _refuse_existing(folder / path.name)
+                for path in made:
+                    _refuse_existing(folder / path.name)
+                    os.rename(path, folder / path.name)
+                    moved.append(folder / path.name)
     except BaseException:
         for path in moved:
             if path.is_dir():
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
-        if not there and not any(folder.iterdir()):
-            folder.rmdir()
+        if not there:
+            with contextlib.suppress(OSError):  # not empty: another run's, or the user's
+                folder.rmdir()
         raise
+
+
+def _refuse_existing(path: Path) -> None:
+    if os.path.lexists(path):
+        raise FileExistsError(f"{path} has been made meanwhile; nothing was written")
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One run in a folder at a time, where the system has locks for folders."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise FileExistsError(f"another run is writing to {folder}") from None
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(lock)
 
 
 # ---- Masks
@@ -181,16 +215,13 @@ def ktx2(texels: npt.NDArray[Any], vk_format: int, writer: str) -> bytes:
 # ---- Draws
 
 
-def _table_words(seed: int) -> npt.NDArray[np.uint32]:
-    return Sampler("blue", seed=seed).table_words()
-
-
 def _write_draws(folder: Path, formats: Sequence[str], seed: int, version: str) -> None:
     folder.mkdir()
-    words = _table_words(seed)
+    words = tables()
+    first, second = (f"0x{word:08x}u" for word in Sampler(seed=seed).seed_words())
     rows = np.zeros((-(-words.size // TABLE_WIDTH), TABLE_WIDTH), np.uint32)
     rows.reshape(-1)[: words.size] = words
-    description = f"libbn {version}: bn_sampler_table_words, seed {seed}"
+    description = f"libbn {version}: bn_tables"
     if "ktx2" in formats:
         (folder / "draws.ktx2").write_bytes(ktx2(rows[:, :, None], _VK_R32_UINT, description))
     if "png" in formats:
@@ -199,8 +230,8 @@ def _write_draws(folder: Path, formats: Sequence[str], seed: int, version: str) 
     for name in _SHADERS:
         shutil.copyfile(_TEXTS / name, folder / name)
     shutil.copyfile(_TEXTS / "Apache-2.0.txt", folder / "LICENSE.txt")
-    (folder / "example.frag").write_text(_FRAGMENT, encoding="utf-8")
-    (folder / "example.hlsl").write_text(_PIXEL, encoding="utf-8")
+    (folder / "example.frag").write_text(_FRAGMENT % (first, second, seed), encoding="utf-8")
+    (folder / "example.hlsl").write_text(_PIXEL % (first, second, seed), encoding="utf-8")
 
 
 _FRAGMENT = """\
@@ -216,13 +247,14 @@ uniform usampler2D bn_words; // draws.ktx2, R32_UINT, no filter
 //     return b.r | b.g << 8 | b.b << 16 | b.a << 24;
 // }
 #include "bn_draw.glsl"
+const uvec2 seed = uvec2(%s, %s); // of %d, by bn_sampler_seed(); the table is the same for all seeds
 uniform uint index;
 out vec4 colour;
 
 void main() {
     uvec2 pixel = uvec2(gl_FragCoord.xy);
-    uint film = bn_domain_child(0u, 0u); // one domain for each decision; bn_path.glsl numbers those of a path
-    colour = vec4(bn_draw_blue_pair(pixel.x, pixel.y, index, film, 0u), 0.0, 1.0);
+    uint camera = bn_domain_child(0u, 0u); // one domain for each decision; bn_path.glsl numbers those of a path
+    colour = vec4(bn_draw_blue_pair(seed, pixel.x, pixel.y, index, camera, 0u), 0.0, 1.0);
 }
 """
 
@@ -238,12 +270,13 @@ Texture2D<uint> bn_words : register(t0); // draws.ktx2, R32_UINT
 //     return b.r | b.g << 8 | b.b << 16 | b.a << 24;
 // }
 #include "bn_draw.hlsl"
+static const uint2 seed = uint2(%s, %s); // of %d, by bn_sampler_seed(); the table is the same for all seeds
 cbuffer frame : register(b0) { uint index; };
 
 float4 main(float4 position : SV_Position) : SV_Target {
     uint2 pixel = uint2(position.xy);
-    uint film = bn_domain_child(0, 0); // one domain for each decision; bn_path.hlsl numbers those of a path
-    return float4(bn_draw_blue_pair(pixel.x, pixel.y, index, film, 0), 0, 1);
+    uint camera = bn_domain_child(0, 0); // one domain for each decision; bn_path.hlsl numbers those of a path
+    return float4(bn_draw_blue_pair(seed, pixel.x, pixel.y, index, camera, 0), 0, 1);
 }
 """
 
@@ -321,10 +354,10 @@ The error E_1 of dithering after a blur of one texel, for each channel (white no
 {rows}
 ## draws/
 
-The table of the sampler `blue`, {pack["table_words"]} words of 32 bits, row by row in a texture {TABLE_WIDTH} texels wide:
+The tables of the sampler `blue`, {pack["table_words"]} words of 32 bits, row by row in a texture {TABLE_WIDTH} texels wide:
 `draws.ktx2` as R32_UINT, `draws.png` as RGBA8 with the lowest byte in R. `bn_draw.glsl` and `bn_draw.hlsl` draw from it any number of
 samples of any number of decisions for each pixel, the same bits as in C; `example.frag` and `example.hlsl` bind it. `bn_path.glsl` and
-`bn_path.hlsl` number the decisions of a path. The words of other seeds differ in the first two alone.
+`bn_path.hlsl` number the decisions of a path. The tables are the same for every seed; the draws take a seed as two words.
 
 ## Licence
 

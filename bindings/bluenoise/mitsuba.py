@@ -32,7 +32,7 @@ except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
 from ._path import CAMERA_KEY, FRAMES_KEY, Path, Ray
-from ._sampler import Sampler
+from ._sampler import Sampler, tables
 
 __all__ = ["attach"]
 
@@ -42,8 +42,8 @@ mi: Any = mitsuba
 
 _UNSEEDED = 0xFFFFFFFF  # Mitsuba's value for "keep the wavefront size"
 
-# Offsets into a sampler's table, as in libbn/include/bn/bn_draw.glsl.
-_PIXELS, _BLOCKS, _PLACES, _POINTS, _LATER = 2, 4098, 6146, 6274, 10370
+# Offsets into the tables, as in libbn/include/bn/bn_draw.glsl.
+_PIXELS, _BLOCKS, _PLACES, _POINTS, _LATER = 0, 4096, 6144, 6272, 10368
 
 
 # ---- The draw of kind BLUE on Dr.Jit arrays, step by step as in bn_draw.glsl
@@ -56,7 +56,7 @@ def _hash32(v: Any) -> Any:
 
 
 def _child(domain: Any, key: Any) -> Any:
-    v = (domain + (key >> 2) * 0x85EBCA6B + 0x9E3779B9) * 0x21F0AAAD
+    v = (domain + (key >> 2) * 0x121658BD + 0x9E3779B9) * 0x21F0AAAD
     return ((v ^ (v >> 16)) >> 2) | (key << 30)
 
 
@@ -82,53 +82,59 @@ class _Lanes:
     """All that identifies the sample of each lane, except the domain. Dr.Jit does not look into objects of this class, so
     recorded loops capture their contents instead of carrying them along."""
 
-    def __init__(self, words: Any, root: Any, x: Any, y: Any) -> None:
-        self.words, self.root, self.x, self.y = words, root, x, y
+    def __init__(self, words: Any, seed: Any, root: Any, x: Any, y: Any) -> None:
+        self.words, self.seed, self.root, self.x, self.y = words, seed, root, x, y
         self.position = _hash32(x + y * 0x9E3779B1)
-        self.order = _hash32((x >> 5) + (y >> 5) * 0x9E3779B1)
-        self.seed = self.word(mi.UInt32(0)), self.word(mi.UInt32(1))
 
     def at_index(self, index: Any, last: int) -> _Lanes:
         """The same lanes at other indices, the largest of which is `last`."""
         self = copy.copy(self)
         self.reversed = dr.brev(index)
-        t = (index >> 1) - 1
+        t = ((index & 255) >> 1) - 1
         flip = mi.UInt32(2) << (t & 15)
         for bit, shift in ((5, 5), (6, 11), (7, 2)):
             flip |= ((index >> bit) & 1) << (((t + shift) & 15) + 1)
-        self.flip = dr.select(index < 2, mi.UInt32(0), flip)
-        self.later = max(0, last.bit_length() - 8)
+        self.flip = dr.select((index & 255) < 2, mi.UInt32(0), flip)
+        self.later = max(0, -(-(last.bit_length() - 8) // 4))
         return self
 
     def word(self, at: Any) -> Any:
         return dr.gather(mi.UInt32, self.words, at)
 
-    def draw(self, domain: Any, half: Any) -> tuple[Any, Any]:
-        """Numbers 2 * half and 2 * half + 1 of a domain."""
+    def draw(self, domain: Any, pair: Any) -> tuple[Any, Any]:
+        """A pair of a domain, 0 to 3."""
+        half, is_single = pair & 1, pair > 1
         member = (domain >> 29) & 6
-        family = (domain << 2) ^ self.seed[0]
-        family = dr.mul_hi(family, mi.UInt32(0x7F4A7C15)) + family * 0x9E3779B9 + self.seed[1]
-        column = ((self.x ^ (0 - ((family >> 16) & 1))) + (family >> 26)) & 63
-        row = ((self.y ^ (0 - ((family >> 17) & 1))) + (family >> 20)) & 63
-        place = ((self.word(_PIXELS + row * 64 + column) >> (member * 4)) & 255) + member
-        block = ((row & 60) << 5) + ((column & 60) << 1) + member
-        own = member * 0x85EBCA6B
-        keys = (family ^ (family >> 15)) * (own + 0x21F0AAAD)
-        keys = dr.select(half == 0, keys, keys >> 3) & 0x1FFF1FFF
-        low = (self.position ^ family) * 0x21F0AAAD + own
-        low ^= low >> 15
-        low = dr.select(half == 0, low, low * 0xD35A2D97)
-        high = self.word(_PLACES + place + half) ^ self.word(_BLOCKS + block + half) ^ keys
-        shuffle = self.order + family
+        start = (domain << 2) ^ self.seed[0]
+        family = start * 0x21F0AAAD
+        family = (family ^ (family >> 16)) * 0xD35A2D97 + self.seed[1]
+        column = (self.x ^ (0 - (family >> 31))) + (start >> 26)
+        row = (self.y ^ (0 - ((family >> 19) & 1))) + (family >> 20)
+        copies = (column >> 6) + (row >> 6) * 0x9E3779B1 + family
+        copies = (copies ^ (copies >> 16)) * 0x21F0AAAD
+        shuffle = copies ^ (copies >> 15)
+        column, row = column & 63, row & 63
+        places = self.word(_PIXELS + row * 64 + column)
+        block = _BLOCKS + ((row & 60) << 5) + ((column & 60) << 1) + member + half
+        keys = shuffle * (member * 0x85EBCA6B + 0xD35A2D97)
+        keys ^= keys >> 16
+        low = (self.position ^ keys) * 0x21F0AAAD
+        low = dr.select(half == 0, low, low ^ keys)
+        keys = dr.select(half == 0, keys, (keys << 8) | (keys >> 24))
+        at = _PLACES + member * 16 + half
+        label = (places >> (member * 4)) & 15
+        high = self.word(at + dr.select(is_single, (places >> (half * 16 + 4)) & 15, label) * 2) & 0xFFFF
+        high |= self.word(at + dr.select(is_single, (places >> (half * 16 + 12)) & 15, label) * 2) & 0xFFFF0000
+        high ^= self.word(block) ^ keys
         digits = self.reversed ^ (self.reversed * (shuffle << 1)) ^ ((shuffle * self.flip) & 0x80000000)
-        point = _POINTS + (digits >> 24) * 16 + member * 2 + half * 2
+        own = member * 2 + half * 2
+        point = _POINTS + (digits >> 24) * 16 + own
         first = self.word(point) ^ ((high << 16) | (low & 0xFFFF))
         second = self.word(point + 1) ^ ((high & 0xFFFF0000) | (low >> 16))
-        at = _LATER + member * 2 + half * 2
-        for bit in range(self.later):
-            some = 0 - ((digits >> (23 - bit)) & 1)
-            first ^= self.word(at + 16 * bit) & some
-            second ^= self.word(at + 16 * bit + 1) & some
+        for four in range(self.later):
+            later = _LATER + 256 * four + ((digits >> (20 - 4 * four)) & 15) * 16 + own
+            first ^= self.word(later)
+            second ^= self.word(later + 1)
         return self.to_float(first), self.to_float(second)
 
     @staticmethod
@@ -238,9 +244,9 @@ def _vectorised(common: Any) -> Any:
             x0, y0, width = self._place()
             pixel = dr.arange(mi.UInt32, self.wavefront_size()) // self._per_wavefront
             row = pixel // width
-            words = mi.UInt32(self._sampler.table_words())
+            words, own = mi.UInt32(tables()), self._sampler.seed_words()
             x, y = pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF)
-            self._lanes = _Lanes(words, _frame(key), x, y)
+            self._lanes = _Lanes(words, (dr.opaque(mi.UInt32, int(own[0])), dr.opaque(mi.UInt32, int(own[1]))), _frame(key), x, y)
             self._advances = -1
             self.advance()
 
@@ -280,7 +286,7 @@ def _vectorised(common: Any) -> Any:
         def next_1d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             k = self._singles
-            first, second = lanes.draw(_ray_1d(_ray(lanes.root, self._pairs >> 1), k), (k >> 1) & 1)
+            first, second = lanes.draw(_ray_1d(_ray(lanes.root, self._pairs >> 1), k), 2 + ((k >> 1) & 1))
             number = dr.select((k & 1) == 0, first, second)
             self._singles += 1
             return number
@@ -306,7 +312,7 @@ def _scalar(common: Any) -> Any:
         def clone(self) -> Any:
             other = self._like()
             other._order, other._pixel, other._index = self._order, self._pixel, self._index
-            other._path, other._pairs, other._ray = self._path, self._pairs, copy.copy(self._ray)
+            other._path, other._pairs, other._ray = self._path, self._pairs, self._ray and self._ray._again()
             return other
 
         def seed(self, seed: Any, wavefront_size: int = _UNSEEDED) -> None:

@@ -3,7 +3,6 @@
 #include "core.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 namespace bluenoise {
@@ -82,17 +81,14 @@ class Lanes {
 class Sampler {
   public:
     Sampler(int32_t kind, uint64_t seed, uint32_t samples_per_pixel, const py::object &mask)
-        : sampler_(nullptr, bn_sampler_destroy) {
+        : mask_(mask) {
         bn_sampler_options options = bn_sampler_options_default();
         options.kind = kind;
         options.seed = seed;
         options.samples_per_pixel = samples_per_pixel;
         std::string arguments = "kind " + std::to_string(kind);
         const Ranks ranks = set_mask(options, mask, arguments);
-        bn_sampler *sampler = nullptr;
-        const bn_result result = unlocked([&] { return bn_sampler_create(&options, &sampler); });
-        sampler_.reset(sampler);
-        check(result, arguments);
+        check(unlocked([&] { return bn_sampler_init(&sampler_, &options); }), arguments);
     }
 
     /* The arrays have equal shapes, with strides of 0 along broadcast axes; `out` has one more axis,
@@ -122,7 +118,7 @@ class Sampler {
         for (py::ssize_t axis = 0; axis < outer_ndim; ++axis) {
             for (const py::array *array : arrays) strides.push_back(array->strides(axis));
         }
-        Lanes lanes(sampler_.get(), static_cast<uint32_t>(shape.back()), pair, out.mutable_data());
+        Lanes lanes(&sampler_, static_cast<uint32_t>(shape.back()), pair, out.mutable_data());
 
         py::gil_scoped_release release;
         for (py::ssize_t row = 0; row < outer_count; ++row) {
@@ -155,7 +151,7 @@ class Sampler {
             uint32_t now = 0;
             for (uint32_t y = 0; y < height && result == BN_SUCCESS; y += now) {
                 now = std::min(rows, height - y);
-                result = bn_sample_block(sampler_.get(), x0, static_cast<int32_t>(y0 + int64_t{y}),
+                result = bn_sample_block(&sampler_, x0, static_cast<int32_t>(y0 + int64_t{y}),
                                          width, now, first_index, index_count, domain,
                                          to + y * row_count, now * row_count);
                 interrupts.poll();
@@ -165,18 +161,22 @@ class Sampler {
                           ", index_count " + std::to_string(index_count));
     }
 
-    UInt32s table_words() const {
-        size_t count = 0;
-        check(bn_sampler_table_words(sampler_.get(), nullptr, 0, &count), "sampler");
-        UInt32s words(static_cast<py::ssize_t>(count));
-        check(bn_sampler_table_words(sampler_.get(), words.mutable_data(), count, nullptr),
-              "sampler");
+    UInt32s seed_words() const {
+        UInt32s words(2);
+        bn_sampler_seed(&sampler_, words.mutable_data());
         return words;
     }
 
   private:
-    std::unique_ptr<bn_sampler, decltype(&bn_sampler_destroy)> sampler_;
+    bn_sampler sampler_;
+    py::object mask_; /* whose ranks sampler_ borrows */
 };
+
+UInt32s tables() {
+    size_t count = 0;
+    const uint32_t *words = bn_tables(&count, nullptr);
+    return UInt32s(static_cast<py::ssize_t>(count), words);
+}
 
 } // namespace
 
@@ -197,7 +197,8 @@ void bind_sampler(py::module_ &module) {
              py::arg("out").noconvert(), py::arg("pair") = -1)
         .def("block", &Sampler::block, py::arg("x0"), py::arg("y0"), py::arg("first_index"),
              py::arg("domain"), py::arg("out").noconvert())
-        .def("table_words", &Sampler::table_words);
+        .def("seed_words", &Sampler::seed_words);
+    module.def("tables", &tables);
     /* Of numbers or arrays, which broadcast. */
     module.def("domain_child", py::vectorize(&bn_domain_child), py::arg("domain"), py::arg("key"));
 }

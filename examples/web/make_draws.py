@@ -30,14 +30,15 @@ def quoted(path):
     return ",\n".join(f"  {json.dumps(line)}" for line in lines)
 
 
-def quoted_words(seed):
-    """What bn_sampler_table_words() writes, little-endian, in base64, as JavaScript strings."""
-    words = base64.b64encode(bluenoise.Sampler("blue", seed=seed).table_words().astype("<u4").tobytes()).decode()
+def quoted_words():
+    """What bn_tables() returns, little-endian, in base64, as JavaScript strings."""
+    words = base64.b64encode(bluenoise.tables().astype("<u4").tobytes()).decode()
     return ",\n".join(f'  "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
 
 
 def draws():
-    rows = quoted_words(SEED)
+    rows = quoted_words()
+    seed = ", ".join(f"0x{word:08x}" for word in bluenoise.Sampler(seed=SEED).seed_words())
     return f"""\
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
 // Made by make_draws.py: the draws and paths of libbn for WebGL 2.
@@ -53,7 +54,10 @@ const BN_PATH_GLSL = [
 {quoted(INCLUDE / "bn_path.glsl")}
 ].join("\\n");
 
-// What bn_sampler_table_words() writes for seed {SEED}, little-endian, CC0-1.0: BN_WORD(i) in the text.
+// What bn_sampler_seed() gives for seed {SEED}.
+const BN_SEED = [{seed}];
+
+// What bn_tables() returns, little-endian, CC0-1.0: BN_WORD(i) in the text.
 const BN_TABLE_WORDS = (() => {{
   const bytes = Uint8Array.from(atob([
 {rows.replace("  ", "    ")}

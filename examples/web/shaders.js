@@ -16,6 +16,7 @@ precision highp int;
 precision highp usampler2D;
 uniform usampler2D bn_words;
 #define BN_WORD(i) texelFetch(bn_words, ivec2((i) & 63u, (i) >> 6u), 0).r
+const uvec2 SEED = uvec2(${BN_SEED.map(word => `${word}u`)});
 ${BN_DRAW_GLSL}
 ${BN_PATH_GLSL}
 `;
@@ -134,7 +135,7 @@ vec3 scattered(vec3 normal, vec2 u) {
 }
 
 vec3 light_along(bn_path path) {
-  vec4 u = bn_draw_${kind}(path.x, path.y, path.index, bn_path_ray_domain(path, 0u));
+  vec4 u = bn_draw_${kind}(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, 0u));
   vec2 on_film = (2.0 * (vec2(path.x, path.y) + u.xy) - vec2(size)) / vec2(size);
   vec3 from = CAMERA, to = normalize(vec3(on_film * vec2(ROOM.x, 0.5 * ROOM.y), ROOM.z - CAMERA.z));
   vec3 light = vec3(0.0), weight = vec3(1.0);
@@ -152,7 +153,7 @@ vec3 light_along(bn_path path) {
       sees_lamp = false;
     }
     if (ray == 4u) break;
-    u = bn_draw_${kind}(path.x, path.y, path.index, bn_path_ray_domain(path, ray));
+    u = bn_draw_${kind}(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, ray));
     to = s.kind == GLOSS ? reflect(to, s.normal) : scattered(s.normal, u.xy);
   }
   return light;

@@ -98,7 +98,7 @@ def point_sets():
     import bluenoise
 
     sampler = bluenoise.Sampler("sobol")
-    sets = [sampler.sample(0, 0, np.arange(SET_SIZE), sampler.domain(k), dims=2) for k in range(SET_COUNT)]
+    sets = [sampler.sample(0, 0, np.arange(SET_SIZE), bluenoise.domain(k), dims=2) for k in range(SET_COUNT)]
     return (np.array(sets, np.float64) * 2.0**32).astype(np.uint32)
 
 

@@ -41,7 +41,7 @@ def draw_frames(kind, run, seed, size=SIZE, count=FRAMES):
     frames = []
     for frame in range(count):
         key, index = place(frame, run)
-        frames.append(sampler.block(0, 0, size, size, index, 1, sampler.domain(key, 0))[:, :, 0, :2])
+        frames.append(sampler.block(0, 0, size, size, index, 1, bluenoise.domain(key, 0))[:, :, 0, :2])
     return np.stack(frames)
 
 

@@ -19,7 +19,7 @@ def test_frames_are_draws_of_the_library():
     frames = realtime.draw_frames("blue", 8, 3, size=16, count=10)
     sampler = bluenoise.Sampler("blue", seed=3)
     assert frames.shape == (10, 16, 16, 2)
-    assert np.array_equal(frames[9, 4, 7], sampler.sample(7, 4, 1, sampler.domain(1, 0), 2))
+    assert np.array_equal(frames[9, 4, 7], sampler.sample(7, 4, 1, bluenoise.domain(1, 0), 2))
 
 
 def test_half_planes_have_their_area():

@@ -36,7 +36,7 @@ def try_package():
 
 def try_draws():
     sampler = bluenoise.Sampler("blue", seed=1)
-    domain = sampler.domain(2)
+    domain = bluenoise.domain(2)
     u = sampler.block(5, 6, 8, 4, 0, 16, domain)
     check(u.shape == (4, 8, 16, 4) and u.dtype == np.float32, f"a block of shape {u.shape}, {u.dtype}")
     strata = np.sort((u * 16).astype(int), axis=2)

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Paths on arrays: the bits of bn_path.h, whose own tests judge the layout, shapes, and refusals with name and value."""
 
+import copy
 import ctypes
 import doctest
 import os
+import pickle
 import subprocess
 from pathlib import Path as FilePath
 
@@ -29,38 +31,38 @@ SOURCE = """
         for (int i = 0; i < count; ++i) *out++ = u[i];
         return out;
     }
-    static float *of_ray(const bn_draw_table *table, bn_ray *ray, float *out) {
+    static float *of_ray(const bn_sampler *sampler, bn_ray *ray, float *out) {
         float u[4];
-        bn_ray_draw(table, ray, u); out = put(out, u, 4);
-        bn_ray_draw_where(table, ray, u); out = put(out, u, 2);
-        bn_ray_draw_light(table, ray, u); out = put(out, u, 2);
-        for (int i = 0; i < 6; ++i) { *out++ = bn_ray_1d(table, ray); }
-        for (int i = 0; i < 3; ++i) { bn_ray_2d(table, ray, u); out = put(out, u, 2); }
-        for (int i = 0; i < 2; ++i) { bn_ray_4d(table, ray, u); out = put(out, u, 4); }
+        bn_ray_draw(sampler, ray, u); out = put(out, u, 4);
+        bn_ray_draw_where(sampler, ray, u); out = put(out, u, 2);
+        bn_ray_draw_light(sampler, ray, u); out = put(out, u, 2);
+        for (int i = 0; i < 6; ++i) { *out++ = bn_ray_1d(sampler, ray); }
+        for (int i = 0; i < 3; ++i) { bn_ray_2d(sampler, ray, u); out = put(out, u, 2); }
+        for (int i = 0; i < 2; ++i) { bn_ray_4d(sampler, ray, u); out = put(out, u, 4); }
         return out;
     }
-    void draw(const bn_draw_table *table, int32_t x, int32_t y, uint32_t index, uint32_t frame, uint32_t number,
+    void draw(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t frame, uint32_t number,
               uint32_t count, uint32_t k, float *out) {
         float u[2];
         bn_path path = bn_path_start(x, y, index, frame);
         bn_ray ray = bn_path_ray(&path, number);
-        out = of_ray(table, &ray, out);
+        out = of_ray(sampler, &ray, out);
         bn_split split = bn_ray_split(&ray, count);
-        bn_rng noise = bn_ray_rng(table, &ray);
+        bn_rng rng = bn_ray_rng(sampler, &ray);
         bn_path branch = bn_split_path(&split, k);
         bn_ray first = bn_path_ray(&branch, number % 5);
-        out = of_ray(table, &first, out);
-        for (int i = 0; i < 8; ++i) *out++ = bn_rng_1d(&noise);
-        bn_path_first_light(table, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
-        bn_path_time(table, &branch, u); out = put(out, u, 2);
+        out = of_ray(sampler, &first, out);
+        for (int i = 0; i < 8; ++i) *out++ = bn_rng_1d(&rng);
+        bn_path_first_light(sampler, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
+        bn_path_time(sampler, &branch, u); out = put(out, u, 2);
         bn_ray part = bn_ray_keyed(&ray, k);
-        out = of_ray(table, &part, out);
+        out = of_ray(sampler, &part, out);
         split = bn_ray_split_from(&ray, index % 1000);
         branch = bn_split_path(&split, k);
         first = bn_path_ray(&branch, 0);
-        of_ray(table, &first, out);
+        of_ray(sampler, &first, out);
     }
-    const bn_draw_table *table_of(int32_t kind, uint64_t seed) {
+    const bn_sampler *sampler_of(int32_t kind, uint64_t seed) {
         bn_sampler_options options = bn_sampler_options_default();
         bn_sampler *sampler = 0;
         options.kind = kind;
@@ -86,17 +88,17 @@ def in_c(tmp_path_factory):
     except FileNotFoundError:
         pytest.skip("no C compiler")
     library = ctypes.CDLL(str(folder / "path.so"))
-    library.table_of.restype = ctypes.c_void_p
-    library.table_of.argtypes = [ctypes.c_int32, ctypes.c_uint64]
+    library.sampler_of.restype = ctypes.c_void_p
+    library.sampler_of.argtypes = [ctypes.c_int32, ctypes.c_uint64]
     library.draw.argtypes = [ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32, *[ctypes.c_uint32] * 5,
                              ctypes.POINTER(ctypes.c_float)]
 
     def call(kind, *lane):
-        table = library.table_of(KINDS.index(kind), SEED)  # never destroyed: a few tables in a test
+        sampler = library.sampler_of(KINDS.index(kind), SEED)
         out = (ctypes.c_float * (len(X) * NUMBERS))()
         for i in range(len(X)):
             at = ctypes.cast(ctypes.byref(out, 4 * NUMBERS * i), ctypes.POINTER(ctypes.c_float))
-            library.draw(table, *(int(np.broadcast_to(each, X.shape)[i]) for each in (X, Y, INDEX, FRAME, *lane)), at)
+            library.draw(sampler, *(int(np.broadcast_to(each, X.shape)[i]) for each in (X, Y, INDEX, FRAME, *lane)), at)
         return np.array(out, np.float32).reshape(len(X), NUMBERS)
 
     return call
@@ -115,10 +117,10 @@ def test_the_bits_are_those_of_c(in_c, kind, number, count, k):
     path = Path(Sampler(kind, seed=SEED), X, Y, INDEX, FRAME)
     ray = path.ray(number)
     numbers = of_ray(ray)
-    split, noise = ray.next_split(count), ray.next_rng()
+    split, rng = ray.next_split(count), ray.next_rng()
     branch = split[k]
     numbers += of_ray(branch.ray(np.asarray(number) % 5))
-    numbers += [noise.next_1d()[..., None] for _ in range(8)]
+    numbers += [rng.next_1d()[..., None] for _ in range(8)]
     numbers += [path.first_light(max(count, 1), k % max(count, 1)), branch.time()]
     numbers += of_ray(ray.keyed(k))
     numbers += of_ray(ray.next_split_from(INDEX % 1000)[k].ray(0))
@@ -134,10 +136,10 @@ def test_shapes_broadcast():
     path = Path(sampler, x, y, np.arange(3)[:, None, None])
     assert path.shape == (3, 4, 5)
     ray = path.ray(1)
-    split, noise = ray.next_split(2), ray.next_rng()
+    split, rng = ray.next_split(2), ray.next_rng()
     assert ray.draw().shape == (3, 4, 5, 4) and ray.draw_where().shape == ray.next_2d().shape == (3, 4, 5, 2)
     assert [ray.next_1d().shape for _ in range(3)] == [(3, 4, 5)] * 3
-    assert [noise.next_1d().shape for _ in range(6)] == [(3, 4, 5)] * 6
+    assert [rng.next_1d().shape for _ in range(6)] == [(3, 4, 5)] * 6
     branches = split[np.arange(2)[:, None, None, None]]
     assert branches.shape == (2, 3, 4, 5)
     each = [branch.ray(0).draw() for branch in split]
@@ -178,8 +180,8 @@ def test_rays_count_what_they_hand_out():
 def test_noise_is_uniform_and_independent():
     """Means of what comes after the sampler's four, and correlations between all, over neighbouring pixels: five standard
     errors, which one run in 22,000 exceeds by chance; the runs are fixed."""
-    noise = Path(Sampler("sobol", seed=5), np.arange(20000), 3, 1).ray(1).next_rng()
-    numbers = np.array([noise.next_1d() for _ in range(12)], np.float64)
+    rng = Path(Sampler("sobol", seed=5), np.arange(20000), 3, 1).ray(1).next_rng()
+    numbers = np.array([rng.next_1d() for _ in range(12)], np.float64)
     assert numbers.min() >= 0 and numbers.max() < 1
     error = (numbers - 0.5).mean(axis=1) * np.sqrt(12 * 20000)
     assert np.abs(error).max() < 5
@@ -254,3 +256,13 @@ def test_names():
 
 def test_examples():
     assert doctest.testmod(_path).attempted == 4 and doctest.testmod(_path).failed == 0
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_what_hands_out_numbers_cannot_be_copied(copied):
+    path = Path(Sampler(seed=1), 2, 3, 4)
+    for each in (path.ray(0), path.ray(0).next_rng()):
+        with pytest.raises(TypeError, match=f"a {type(each).__name__} cannot be copied or pickled"):
+            copied(each)
+    again = pickle.loads(pickle.dumps(path)) if copied is pickle.dumps else copied(path)
+    np.testing.assert_array_equal(again.ray(2).draw(), path.ray(2).draw())

@@ -25,7 +25,7 @@ def test_sample_has_shape_range_and_24_bits(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_block_is_bit_equal_to_sample(kind):
     sampler = Sampler(kind, seed=3, samples_per_pixel=16)
-    domain = sampler.domain(4, 2)
+    domain = bluenoise.domain(4, 2)
     block = sampler.block(-3, 125, 6, 5, 250, 9, domain)
     y, x, index = np.mgrid[125:130, -3:3, 250:259]
     assert block.shape == (5, 6, 9, 4) and block.dtype == np.float32
@@ -36,7 +36,7 @@ def test_block_is_bit_equal_to_sample(kind):
 @pytest.mark.parametrize("dims", (1, 2, 3, 4))
 def test_thousands_of_lanes_in_any_layout_equal_a_block(kind, dims):
     sampler = Sampler(kind, seed=4)
-    domain = sampler.domain(9)
+    domain = bluenoise.domain(9)
     block = sampler.block(-20, -5, 37, 11, 250, 9, domain)[..., :dims]
     y, x, index = np.mgrid[-5:6, -20:17, 250:259]  # 3663 lanes: several parts, the last one short
     np.testing.assert_array_equal(sampler.sample(x, y, index, domain, dims), block)
@@ -76,7 +76,7 @@ def test_dims_are_the_first_dimensions():
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_pair_is_part_of_the_four(kind):
     sampler = Sampler(kind, seed=9)
-    where = np.arange(3000), 3, np.arange(3000) % 300, sampler.domain(np.arange(3000) % 5)
+    where = np.arange(3000), 3, np.arange(3000) % 300, bluenoise.domain(np.arange(3000) % 5)
     four = sampler.sample(*where)
     for pair in (0, 1):
         np.testing.assert_array_equal(sampler.sample(*where, pair=pair), four[:, 2 * pair:2 * pair + 2])
@@ -97,13 +97,13 @@ def test_broadcasting_equals_full_arrays():
     sampler = Sampler(seed=2)
     x, y = np.arange(5), np.arange(-3, 0)[:, None]
     index = np.arange(4)[:, None, None]
-    domains = np.array([0, sampler.domain(1)])[:, None, None, None]
+    domains = np.array([0, bluenoise.domain(1)])[:, None, None, None]
     u = sampler.sample(x, y, index, domains)
     assert u.shape == (2, 4, 3, 5, 4)
     full = np.broadcast_arrays(x, y, index, domains)
     np.testing.assert_array_equal(u, sampler.sample(*(np.array(a) for a in full)))
     d, i, j, k = 1, 3, 2, 4
-    np.testing.assert_array_equal(u[d, i, j, k], sampler.sample(k, j - 3, i, sampler.domain(1)))
+    np.testing.assert_array_equal(u[d, i, j, k], sampler.sample(k, j - 3, i, bluenoise.domain(1)))
 
 
 def test_odd_layouts_are_read_right():
@@ -160,24 +160,23 @@ def test_prefixes_of_a_pixel_are_nets():
 
 
 def test_domains():
-    sampler = Sampler()
-    assert sampler.domain() == 0
-    assert 0 <= sampler.domain(1) < 2**32
-    assert sampler.domain(1, 2) != sampler.domain(2, 1)
-    assert sampler.domain(np.uint32(7)) == Sampler("white", seed=3).domain(7)
-    keys = {sampler.domain(a, b) for a in range(64) for b in range(64)}
+    assert bluenoise.domain() == 0
+    assert 0 <= bluenoise.domain(1) < 2**32
+    assert bluenoise.domain(1, 2) != bluenoise.domain(2, 1)
+    assert bluenoise.domain(np.uint32(7)) == bluenoise.domain(7)
+    keys = {bluenoise.domain(a, b) for a in range(64) for b in range(64)}
     assert len(keys) > 4090  # 4,096 hashes of 32 bits: 0.002 collisions expected
 
 
 def test_keys_that_do_not_broadcast():
     with pytest.raises(ValueError, match=r"keys do not broadcast: shapes \(2,\) and \(3,\)"):
-        Sampler().domain([1, 2], [1, 2, 3])
+        bluenoise.domain([1, 2], [1, 2, 3])
 
 
 def test_domains_are_uncorrelated():
     sampler = Sampler("blue", seed=1)
-    a = sampler.block(0, 0, 128, 128, 0, 1, sampler.domain(1))[..., 0, 0].ravel()
-    b = sampler.block(0, 0, 128, 128, 0, 1, sampler.domain(2))[..., 0, 0].ravel()
+    a = sampler.block(0, 0, 128, 128, 0, 1, bluenoise.domain(1))[..., 0, 0].ravel()
+    b = sampler.block(0, 0, 128, 128, 0, 1, bluenoise.domain(2))[..., 0, 0].ravel()
     assert abs(np.corrcoef(a, b)[0, 1]) < 5 / 128  # five standard deviations of independent values
 
 
@@ -315,11 +314,21 @@ def test_bad_arguments(call, error, words):
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
-def test_table_words():
-    words = Sampler("blue", seed=1).table_words()
-    assert words.dtype == np.uint32 and words.shape == (10754,)
-    differ = np.flatnonzero(Sampler("white", seed=2).table_words() != words)
-    assert differ.tolist() == [0, 1]  # the hashed seed
+def test_what_shaders_read():
+    words = bluenoise.tables()
+    assert words.dtype == np.uint32 and words.shape == (11904,)
+    words[:] = 0  # a copy
+    assert bluenoise.tables().any()
+    seeds = {tuple(Sampler(kind, seed=seed).seed_words()) for kind in KINDS for seed in (0, 1, 2**64 - 1)}
+    assert len(seeds) == 3 and tuple(Sampler(seed=0).seed_words()) == (0x7B1DCDAF, 0xE220A839)  # SplitMix64
+
+
+def test_axes():
+    whole = np.zeros((1,) * 31, np.int32)
+    assert Sampler().sample(whole, 0, 0).shape == (*whole.shape, 4)
+    if hasattr(np.lib, "NumpyVersion") and np.lib.NumpyVersion(np.__version__) >= "2.0.0":
+        with pytest.raises(ValueError, match="33 axes together; 31 is the most"):
+            Sampler().sample(np.zeros((1,) * 33, np.int32), 0, 0)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -361,24 +370,23 @@ def test_bad_out_and_dims():
 
 
 def test_domains_of_arrays():
-    sampler = Sampler()
     keys = np.array([[0, 1, 2**32 - 1], [7, 8, 9]])
-    found = sampler.domain(3, keys, [4, 5, 6])
+    found = bluenoise.domain(3, keys, [4, 5, 6])
     assert found.dtype == np.uint32 and found.shape == (2, 3)
     for at, domain in np.ndenumerate(found):
-        assert domain == sampler.domain(3, int(keys[at]), 4 + at[1])
-    assert type(sampler.domain(np.array(7), np.uint8(3))) is int
-    assert sampler.sample(0, 0, 0, found).shape == (2, 3, 4)
+        assert domain == bluenoise.domain(3, int(keys[at]), 4 + at[1])
+    assert type(bluenoise.domain(np.array(7), np.uint8(3))) is int
+    assert Sampler().sample(0, 0, 0, found).shape == (2, 3, 4)
     with pytest.raises(ValueError, match="key .* -1"):
-        sampler.domain([0, -1])
+        bluenoise.domain([0, -1])
     with pytest.raises(TypeError, match="key .* float64"):
-        sampler.domain([0.5])
+        bluenoise.domain([0.5])
 
 
 def test_bad_keys():
     with pytest.raises(ValueError, match="key .* -1"):
-        Sampler().domain(-1)
+        bluenoise.domain(-1)
     with pytest.raises(ValueError, match="key .* 4294967296"):
-        Sampler().domain(0, 2**32)
+        bluenoise.domain(0, 2**32)
     with pytest.raises(TypeError, match="key .*'light'"):
-        Sampler().domain("light")
+        bluenoise.domain("light")

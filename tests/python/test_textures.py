@@ -7,6 +7,8 @@ import os
 import shutil
 import struct
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -131,7 +133,7 @@ def test_files_of_ktx2_say_who_wrote_them(pack):
 
 
 def test_the_table_is_where_the_shaders_read_it(pack):
-    words = bluenoise.Sampler("blue", seed=SEED).table_words()
+    words = bluenoise.tables()
     i = np.arange(words.size)
     ktx2 = Ktx2(pack / "draws/draws.ktx2")
     assert ktx2.width == 64 and ktx2.height == -(-words.size // 64)
@@ -223,3 +225,81 @@ def test_progress_and_cancelling(tmp_path):
     with pytest.raises(bluenoise.CancelledError):
         _textures.write(tmp_path / "b", ("png",), SIZES, 1, 30, "0", lambda fraction: fraction > 0.3)
     assert not (tmp_path / "b").exists()
+
+
+def test_the_examples_have_the_seed(pack):
+    words = ", ".join(f"0x{word:08x}u" for word in bluenoise.Sampler(seed=SEED).seed_words())
+    for name in ("example.frag", "example.hlsl"):
+        assert f"({words}); // of {SEED}," in (pack / "draws" / name).read_text()
+
+
+# ---- What others made
+
+
+@pytest.mark.parametrize("name", ["README.md", "draws"])
+def test_what_appears_meanwhile_is_left_alone(tmp_path, monkeypatch, name):
+    folder, sheet = tmp_path / "pack", _textures._contact_sheet
+
+    def busy(*arguments):
+        if name == "draws":
+            (folder / name).mkdir()
+            (folder / name / "work.txt").write_text("mine")
+        else:
+            (folder / name).write_text("mine")
+        return sheet(*arguments)
+
+    monkeypatch.setattr(_textures, "_contact_sheet", busy)
+    with pytest.raises(FileExistsError, match=f"{name} has been made meanwhile"):
+        _textures.write(folder, ("png",), (16,), 1, 1, "0")
+    assert [path.name for path in folder.iterdir()] == [name]
+    assert (folder / name / "work.txt" if name == "draws" else folder / name).read_text() == "mine"
+
+
+def test_a_rename_that_fails_takes_back_what_was_moved_alone(tmp_path, monkeypatch):
+    rename, moved = os.rename, []
+
+    def fails_third(source, target):
+        if len(moved) == 2:
+            (Path(target).parent / "work.txt").write_text("mine")
+            raise OSError(28, "No space left on device", str(target))
+        moved.append(target)
+        rename(source, target)
+
+    monkeypatch.setattr(_textures.os, "rename", fails_third)
+    with pytest.raises(OSError, match="No space"):
+        _textures.write(tmp_path / "pack", ("png",), (16,), 1, 1, "0")
+    assert [path.name for path in (tmp_path / "pack").iterdir()] == ["work.txt"]
+
+
+def textures_process(folder, sweeps):
+    return subprocess.Popen([sys.executable, "-m", "bluenoise", "textures", str(folder), "--sizes", "128", "--formats", "png",
+                             "--sweeps", str(sweeps)], stderr=subprocess.PIPE, text=True)
+
+
+def started(folder):
+    for _ in range(600):
+        if folder.is_dir() and any(folder.iterdir()):
+            return
+        time.sleep(0.05)
+    raise AssertionError("it did not start")
+
+
+def test_one_run_per_folder(tmp_path):
+    folder = tmp_path / "pack"
+    first = textures_process(folder, 20)
+    started(folder)
+    second = textures_process(folder, 1)
+    assert "another run is writing to" in second.communicate()[1] and second.returncode == 1
+    assert first.wait() == 0 and {"draws", "masks", "pack.json", "README.md"} <= {path.name for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_sigterm_leaves_nothing(tmp_path, there):
+    folder = tmp_path / "pack"
+    if there:
+        folder.mkdir()
+    run = textures_process(folder, 100000)
+    started(folder)
+    run.terminate()
+    assert "terminated" in run.communicate()[1] and run.returncode == 143
+    assert folder.exists() == there and not any(tmp_path.glob("pack/*")) and not any(tmp_path.glob("pack/.*"))

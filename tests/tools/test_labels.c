@@ -20,7 +20,7 @@ enum { WIDTH = 64, LANES = 16, EXCHANGES = BLOCKS * 120 };
 
 /* Those that made libbn/data/blue.u32. Labels are compared by the same integrands at any greater
  * effort. */
-static const bake_options options = {.seed = 1, .effort = 1};
+static const bake_options options = {.seed = 2, .effort = 1};
 
 /* What an exchange may gain: 8.7 was found. */
 static const double MOST_GAIN = 12;

@@ -25,10 +25,10 @@ DRAW_CASES = """((kind, cases) => {
     uint part(int i) { return texelFetch(cases, ivec2(5 * int(gl_FragCoord.x) + i & 63, (5 * int(gl_FragCoord.x) + i) >> 6), 0).r; }
     void main() {
       uint domain = bn_domain_child(part(3), part(4));
-      bn_uint4 bits = bn_draw_${kind}_bits(part(0), part(1), part(2), domain);
+      bn_uint4 bits = bn_draw_${kind}_bits(SEED, part(0), part(1), part(2), domain);
       int row = int(gl_FragCoord.y);
       result = row == 0 ? uvec4(bits.x, bits.y, bits.z, bits.w) : uvec4(domain);
-      if (row == 1) result = floatBitsToUint(bn_draw_${kind}(part(0), part(1), part(2), domain));
+      if (row == 1) result = floatBitsToUint(bn_draw_${kind}(SEED, part(0), part(1), part(2), domain));
     }`);
   draw(gl, program, makeImage(gl, count, 3), count, 3, {bn_words: makeWords(gl), cases: makeWords(gl, cases)});
   const result = new Uint32Array(12 * count);

@@ -28,9 +28,9 @@ def texts():
 // Made by make_texts.py.
 
 {shaders}
-// What bn_sampler_table_words() writes for seed 0, little-endian, in base64, CC0-1.0.
+// What bn_tables() returns, little-endian, in base64, CC0-1.0.
 export const WORDS = [
-{quoted_words(0)},
+{quoted_words()},
 ].join("");
 """
 
