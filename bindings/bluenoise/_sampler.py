@@ -153,14 +153,15 @@ class Sampler:
             arguments.integers("index", index, np.uint32, *arguments.UINT32),
             arguments.integers("domain", domain, np.uint32, *arguments.UINT32),
         )
+        axes = max(array.ndim for array in given)
+        if axes > _MOST_AXES:
+            raise ValueError(f"x, y, index and domain have {axes} axes together; {_MOST_AXES} is the most")
         try:
             same = all(array.shape == given[0].shape for array in given)
             at_x, at_y, at_index, at_domain = given if same else np.broadcast_arrays(*given)
         except ValueError:
             shapes = ", ".join(str(array.shape) for array in given)
             raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
-        if at_x.ndim > _MOST_AXES:
-            raise ValueError(f"x, y, index and domain have {at_x.ndim} axes together; {_MOST_AXES} is the most")
         result = arguments.output(out, (*at_x.shape, dims), np.float32)
         self._core.sample(at_x, at_y, at_index, at_domain, result, -1 if pair is None else pair)
         return result

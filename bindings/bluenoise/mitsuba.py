@@ -10,9 +10,8 @@
 Samples are those of ``bluenoise.Sampler("blue", seed=seed)``, bit for bit, at the film's pixels, including its crop offset.
 ``seed``, from 0 to 2**31 - 1, is the sampler's. The seed passed to ``mitsuba.render`` is the frame of a ``bluenoise.Path``,
 so you can pass a frame number. Two-dimensional draws 2 r and 2 r + 1 are ``draw_where`` and ``draw_light`` of its ray r:
-position in the pixel and first light, direction and next light. Mitsuba chooses the light with the first of its two
-numbers, so those of ``draw_light`` are exchanged: the second gives many lights more even shares. One-dimensional draws are
-``next_1d`` of the ray whose direction or light comes next.
+position in the pixel and first light, direction and next light. One-dimensional draws are ``next_1d`` of the ray whose
+direction or light comes next.
 
 Vectorised variants draw in Dr.Jit, even inside recorded loops. Scalar variants are slow and need ``attach(scene)`` after the
 scene is loaded.
@@ -280,8 +279,7 @@ def _vectorised(common: Any) -> Any:
             first, second = lanes.draw(_ray(lanes.root, self._pairs >> 1), half)
             self._pairs += 1
             self._singles = dr.select(half == 0, self._singles, mi.UInt32(0))  # the next ray begins
-            is_light = half == 1
-            return mi.Point2f(dr.select(is_light, second, first), dr.select(is_light, first, second))
+            return mi.Point2f(first, second)
 
         def next_1d(self, active: Any = True) -> Any:
             lanes = self._seeded()
@@ -335,7 +333,7 @@ def _scalar(common: Any) -> Any:
 
         def next_2d(self, active: Any = True) -> Any:
             path, ray = self._seeded()
-            u = ray.draw_light()[::-1] if self._pairs & 1 else ray.draw_where()
+            u = ray.draw_light() if self._pairs & 1 else ray.draw_where()
             if self._pairs & 1:
                 self._ray = path.ray((self._pairs >> 1) + 1)
             self._pairs += 1

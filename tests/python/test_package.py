@@ -31,7 +31,7 @@ def test_public_names_exist_and_have_docstrings():
         value = getattr(bluenoise, name)
         if name not in ("__version__", "MaskMethod", "MeasureName", "NeuralProvider", "PointsMethod", "SamplerKind"):  # values, not classes or functions
             assert value.__doc__, name
-    for name in ("sample", "block", "domain", "qmc"):
+    for name in ("sample", "block", "qmc"):
         assert getattr(bluenoise.Sampler, name).__doc__
 
 

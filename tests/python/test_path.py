@@ -63,11 +63,9 @@ SOURCE = """
         of_ray(sampler, &first, out);
     }
     const bn_sampler *sampler_of(int32_t kind, uint64_t seed) {
-        bn_sampler_options options = bn_sampler_options_default();
-        bn_sampler *sampler = 0;
-        options.kind = kind;
-        options.seed = seed;
-        return bn_sampler_create(&options, &sampler) == BN_SUCCESS ? bn_sampler_table(sampler) : 0;
+        static bn_sampler sampler;
+        sampler = bn_sampler_make(kind, seed);
+        return &sampler;
     }
 """
 NUMBERS = 4 * 28 + 8 + 2 + 2

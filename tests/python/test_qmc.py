@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bluenoise import Sampler
+from bluenoise import Sampler, domain
 
 qmc = pytest.importorskip("scipy.stats.qmc")
 
@@ -14,8 +14,8 @@ def test_points_are_the_samples_of_a_pixel():
     points = engine.random(10)
     assert points.shape == (10, 6) and points.dtype == np.float64
     index = np.arange(10)
-    np.testing.assert_array_equal(points[:, :4], sampler.sample(3, -2, index, bluenoise.domain(0)))
-    np.testing.assert_array_equal(points[:, 4:], sampler.sample(3, -2, index, bluenoise.domain(1), 2))
+    np.testing.assert_array_equal(points[:, :4], sampler.sample(3, -2, index, domain(0)))
+    np.testing.assert_array_equal(points[:, 4:], sampler.sample(3, -2, index, domain(1), 2))
 
 
 def test_points_go_on_reset_and_skip():

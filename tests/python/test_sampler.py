@@ -300,7 +300,7 @@ def test_repr_says_what_it_is():
         (lambda: Sampler().block(0, 0, 1, 1, 0, 1, -5), ValueError, ["domain", "-5"]),
         (lambda: Sampler().block(0, 0, 2**31, 2**31, 0, 2**32 - 1), MemoryError, [str(2**31)]),
         (lambda: Sampler().block(0, 0, 2**20, 2**20, 0, 2**16), MemoryError, []),
-        (lambda: Sampler().sample(1, 2, 3, pair=2), ValueError, ["pair", "2"]),
+        (lambda: Sampler().sample(1, 2, 3, pair=4), ValueError, ["pair", "4"]),
         (lambda: Sampler().sample(1, 2, 3, pair=-1), ValueError, ["pair", "-1"]),
         (lambda: Sampler().sample(1, 2, 3, pair=0.0), TypeError, ["pair", "0.0"]),
         (lambda: Sampler().sample(1, 2, 3, pair=True), TypeError, ["pair", "True"]),

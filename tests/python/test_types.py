@@ -51,7 +51,7 @@ bluenoise.mask((8, 8), method="white", sigma=1.0)
 bluenoise.mask((8, 8), method="paint")
 bluenoise.points(8, method="poisson-disk", jitter=False)
 bluenoise.Sampler("red")
-bluenoise.Sampler().sample(1, 2, 3, pair=2)
+bluenoise.Sampler().sample(1, 2, 3, pair=4)
 bluenoise.Path("blue", 0, 0, 0)
 bluenoise.measure(np.zeros((8, 8)))["e_3"]
 '''

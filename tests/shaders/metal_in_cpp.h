@@ -28,4 +28,7 @@ static uint reverse_bits(uint v) {
     for (int i = 0; i < 32; ++i) reversed |= (v >> i & 1u) << (31 - i);
     return reversed;
 }
+static uint mulhi(uint a, uint b) {
+    return uint(uint64_t(a) * b >> 32);
+}
 } // namespace metal
