@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.stats import qmc
 
 from . import _arguments as arguments
-from ._sampler import domain
+from . import _core
 
 if TYPE_CHECKING:
     from ._sampler import Sampler
@@ -38,7 +38,7 @@ class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
         for first in range(0, self.d, 4):
             width = min(4, self.d - first)
             samples = self._sampler.block(
-                self._x, self._y, 1, 1, self.num_generated, n, domain(first // 4)
+                self._x, self._y, 1, 1, self.num_generated, n, _core.domain_child(0, first // 4)
             )
             points[:, first : first + width] = samples[0, 0, :, :width]
         return points

@@ -18,7 +18,7 @@ namespace pbrt {
 static constexpr int MaxEquidistant = 7;
 static constexpr int EquidistantSteps[MaxEquidistant + 1] = {0, 1, 1, 2, 3, 3, 5, 4};
 
-BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const FileLoc *loc,
+BlueSampler *BlueSampler::Create(const ParameterDictionary &parameters, const FileLoc *,
                                  Allocator alloc) {
     const int asked = parameters.GetOneInt("pixelsamples", 16);
     const int count = Options->quickRender    ? 1

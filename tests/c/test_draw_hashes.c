@@ -66,11 +66,15 @@ static uint64_t hash_draws(bn_sampler_options options) {
     const bn_sampler sampler = sampler_of(&options);
     uint64_t hash = 0xcbf29ce484222325u;
     for (uint64_t i = 0; i < DRAWS; ++i) {
+        const int32_t x = coordinate(random_u64(4 * i)), y = coordinate(random_u64(4 * i + 1));
+        const uint32_t index = sample_index(random_u64(4 * i + 2)),
+                       domain = sample_domain(random_u64(4 * i + 3));
         uint32_t bits[4];
-        bn_sample_4d_u32(&sampler, coordinate(random_u64(4 * i)), coordinate(random_u64(4 * i + 1)),
-                         sample_index(random_u64(4 * i + 2)), sample_domain(random_u64(4 * i + 3)),
-                         bits);
+        float pair[2];
+        bn_sample_4d_u32(&sampler, x, y, index, domain, bits);
+        bn_sample_pair(&sampler, x, y, index, domain, 2u + (uint32_t)(i & 1u), pair);
         for (int d = 0; d < 4; ++d) hash = add(hash, bits[d]);
+        for (int d = 0; d < 2; ++d) hash = add(hash, (uint32_t)(pair[d] * 16777216.0f));
     }
     return hash;
 }

@@ -7,10 +7,11 @@
 #include <cstring>
 #include <type_traits>
 
-static_assert(std::is_nothrow_move_constructible_v<bn::Sampler> &&
-              std::is_nothrow_move_assignable_v<bn::Sampler>);
-static_assert(!std::is_copy_constructible_v<bn::Sampler> &&
-              !std::is_copy_assignable_v<bn::Sampler>);
+static_assert(std::is_trivially_copyable_v<bn::Sampler> && sizeof(bn::Sampler) <= 48);
+constexpr bn::Sampler at_compile_time(bn::Kind::sobol, 5);
+struct Renderer {
+    bn::Sampler sampler = {}; // without a warning
+};
 static_assert(!std::is_convertible_v<int, bn::Sampler> && !std::is_convertible_v<int, bn::Domain>);
 // A number alone is a seed; the constants of C are none.
 static_assert(std::is_constructible_v<bn::Sampler, int> &&

@@ -113,8 +113,7 @@ static uint32_t place_of(const bn_sampler *sampler, int32_t x, int32_t y, uint32
 
 static uint32_t view_of(const bn_sampler *sampler, uint32_t domain) {
     const uint32_t at = place_of(sampler, 0, 0, domain);
-    const uint32_t right = place_of(sampler, 1, 0, domain),
-                   below = place_of(sampler, 0, 1, domain);
+    const uint32_t right = place_of(sampler, 1, 0, domain), below = place_of(sampler, 0, 1, domain);
     const uint32_t flip_x = ((right - at) & 63u) != 1u, flip_y = (((below - at) >> 6) & 63u) != 1u;
     return at | flip_x << 12 | flip_y << 13;
 }

@@ -340,8 +340,9 @@ BN_FUNCTION bn_uint4 bn_draw_sobol_bits(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_
 
 /* WHITE: a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020:
  * pcg4d, after O'Neill's generators). The pixel, the index and the domain are the counter, the seed is
- * added to it. */
+ * added to it. The domain is mixed before, as the members of a family differ in two bits alone. */
 BN_FUNCTION bn_uint4 bn_draw_white_hash(bn_uint4 v) {
+    v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;
     v.x = v.x * 1664525u + 1013904223u;
     v.y = v.y * 1664525u + 1013904223u;
     v.z = v.z * 1664525u + 1013904223u;

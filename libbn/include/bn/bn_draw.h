@@ -162,7 +162,7 @@ BN_DEVICE_INLINE void bn_draw_white_pair(bn_uint2 seed, int32_t x, int32_t y, ui
 
 #ifndef BN_DEVICE_ONLY
 
-/* ---- The tables of the library, constant. Their names carry BN_TABLES_VERSION. */
+/* ---- The tables of the library, constant. Their names carry BN_DRAW_TABLE_VERSION. */
 
 /* What bn_tables() returns. */
 BN_API extern const uint32_t bn_tables_6[BN_WORD_COUNT];
@@ -172,6 +172,7 @@ typedef struct bn_index_digits {
     uint32_t reversed, flip;
 } bn_index_digits;
 
+/* By the lowest eight bits. */
 BN_API extern const bn_index_digits bn_index_digits_6[256];
 
 static inline bn_uint2 bn_draw_seed(const bn_sampler *sampler) {

@@ -282,9 +282,10 @@ fn bn_draw_sobol_bits(seed: vec2u, x: u32, y: u32, index: u32, domain: u32) -> v
 
 /* WHITE: a hash of four words to four (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020:
  * pcg4d, after O'Neill's generators). The pixel, the index and the domain are the counter, the seed is
- * added to it. */
+ * added to it. The domain is mixed before, as the members of a family differ in two bits alone. */
 fn bn_draw_white_hash(v_in: vec4u) -> vec4u {
     var v = v_in;
+    v.w = (v.w ^ (v.w >> 16u)) * 0x21f0aaadu;
     v.x = v.x * 1664525u + 1013904223u;
     v.y = v.y * 1664525u + 1013904223u;
     v.z = v.z * 1664525u + 1013904223u;
