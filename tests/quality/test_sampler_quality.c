@@ -2,7 +2,7 @@
  * How blue the samplers are, against the committed limits in sampler_limits.csv.
  *
  * A row bounds one figure of one sampler at one count and blur: the mean RMSE of the blurred
- * per-pixel errors of a 64 x 64 picture over 24 integrands and 4 domains, relative to white noise
+ * per-pixel errors of 64 x 64 pixels over 24 integrands and 4 domains, relative to white noise
  * (in closed form). Figures:
  *
  *     half-planes-01, half-planes-23   half-planes in a pair of dimensions
@@ -14,6 +14,7 @@
  *     leaning                          edges that lean away from a row or a column by slopes of .03
  *                                      to .1, in every pair in turn: linear scramblings suit some
  *                                      slopes and not others
+ *     singles                          x < c, of the numbers that pairs 2 and 3 draw
  *     axes                             how unlike the low-frequency error of such steps in all other
  *                                      pairs is along the two axes: the ratio of the powers
  *
@@ -32,7 +33,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIZE = 64, PIXELS = SIZE * SIZE, PLANES = 24, RADIUS = 11, DOMAINS = 4, MEMBERS = 4 };
+/* Pictures have a margin as wide as the blur. */
+enum { PLANES = 24, RADIUS = 8, DOMAINS = 4, MEMBERS = 4 };
+enum { INNER = 64, SIZE = INNER + 2 * RADIUS, PIXELS = SIZE * SIZE };
 
 static const uint32_t counts[] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 128, 256};
 enum { COUNTS = sizeof counts / sizeof *counts, MOST = 256 };
@@ -45,10 +48,12 @@ typedef enum figure {
     STEPS,
     LEANING,
     AXES,
+    SINGLES,
     FIGURES
 } figure;
-static const char *const figure_names[FIGURES] = {
-    "half-planes-01", "half-planes-23", "products", "siblings", "steps", "leaning", "axes"};
+static const char *const figure_names[FIGURES] = {"half-planes-01", "half-planes-23", "products",
+                                                  "siblings",       "steps",          "leaning",
+                                                  "axes",           "singles"};
 
 typedef struct row {
     char sampler[16], figure[16];
@@ -83,8 +88,8 @@ static half_plane step(int k) {
 
 enum { ALONG_ROWS = 1, ALONG_COLUMNS = 2 };
 
-/* Toroidal blur along rows, columns or both; `gain` is what it makes of the variance of white
- * noise. */
+/* Blur along rows, columns or both, without the margin; `gain` is what it makes of the variance of
+ * white noise. */
 static double blurred_square(const float *errors, double sigma, int directions, double *gain) {
     static float rows[PIXELS];
     double kernel[2 * RADIUS + 1], total = 0.0, squares = 0.0, sum = 0.0;
@@ -98,22 +103,19 @@ static double blurred_square(const float *errors, double sigma, int directions, 
         squares += kernel[d] * kernel[d];
     }
     *gain = directions == (ALONG_ROWS | ALONG_COLUMNS) ? squares * squares : squares;
-    for (int p = 0; p < PIXELS; ++p) {
+    for (int p = RADIUS; p < PIXELS - RADIUS; ++p) {
         double v = 0.0;
-        for (int d = -radius; d <= radius; ++d) {
-            v += kernel[d + radius] * errors[p / SIZE * SIZE + ((p + d) & (SIZE - 1))];
-        }
+        for (int d = -radius; d <= radius; ++d) v += kernel[d + radius] * errors[p + d];
         rows[p] = directions & ALONG_ROWS ? (float)v : errors[p];
     }
-    for (int p = 0; p < PIXELS; ++p) {
+    for (int i = 0; i < INNER * INNER; ++i) {
+        const int p = (RADIUS + i / INNER) * SIZE + RADIUS + i % INNER;
         double v = 0.0;
-        for (int d = -radius; d <= radius; ++d) {
-            v += kernel[d + radius] * rows[(p + d * SIZE) & (PIXELS - 1)];
-        }
+        for (int d = -radius; d <= radius; ++d) v += kernel[d + radius] * rows[p + d * SIZE];
         if (!(directions & ALONG_COLUMNS)) v = rows[p];
         sum += v * v;
     }
-    return sum / PIXELS;
+    return sum / (INNER * INNER);
 }
 
 /* ---- One figure of one sampler at all counts */
@@ -137,6 +139,9 @@ static integrand integrand_make(figure what, uint32_t member, int k) {
     } else if (what == LEANING) {
         f.first = leaning(k);
         f.at[0] = own + (uint32_t)(k & 4) / 2u;
+    } else if (what == SINGLES) {
+        f.first = step(k);
+        f.at[0] = 2u * (uint32_t)(k / 2 % 2);
     } else if (what == HALF_PLANES_23) {
         f.at[0] = own + 2u;
     } else if (what == PRODUCTS || what == SIBLINGS) {
@@ -159,7 +164,7 @@ typedef int cells[SIGMAS][COUNTS];
 
 static float errors[PLANES][COUNTS][PIXELS];
 
-static void make_errors(const bn_sampler *sampler, uint32_t parent, const integrand *f,
+static void make_errors(const bn_sampler *sampler, uint32_t parent, int singles, const integrand *f,
                         uint32_t most) {
     static float samples[MEMBERS][MOST][4];
     for (int p = 0; p < PIXELS; ++p) {
@@ -169,6 +174,11 @@ static void make_errors(const bn_sampler *sampler, uint32_t parent, const integr
                                 4 * (size_t)most) != BN_SUCCESS) {
                 exit(1);
             }
+        }
+        for (uint32_t i = 0; singles && i < most; ++i) {
+            const uint32_t domain = bn_domain_child(parent, 0);
+            bn_sample_pair(sampler, p % SIZE, p / SIZE, i, domain, 2, samples[0][i]);
+            bn_sample_pair(sampler, p % SIZE, p / SIZE, i, domain, 3, samples[0][i] + 2);
         }
         for (int k = 0; k < PLANES; ++k) {
             const float *u = samples[f[k].at[0] / 4u][0] + f[k].at[0] % 4u;
@@ -205,7 +215,8 @@ static void measure(const bn_sampler *sampler, figure what, cells wanted, figure
     for (uint32_t domain = 0; domain < DOMAINS; ++domain) {
         integrand f[PLANES];
         for (int k = 0; k < PLANES; ++k) f[k] = integrand_make(what, domain % MEMBERS, k);
-        make_errors(sampler, bn_domain_child(BN_DOMAIN_ROOT, 4u * domain + 400u), f, most);
+        make_errors(sampler, bn_domain_child(BN_DOMAIN_ROOT, 4u * domain + 400u), what == SINGLES,
+                    f, most);
         for (int s = 0; s < SIGMAS; ++s) {
             for (int c = 0; c < COUNTS; ++c) {
                 for (int k = 0; wanted[s][c] && k < PLANES; ++k) {
