@@ -79,12 +79,21 @@ def choose_u32(count: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.u
     return np.asarray(middle >> np.uint64(25), np.uint32), np.asarray(rest / _STEPS, np.float32)
 
 
-def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
-    """Chooses by a table of cumulative probabilities, and returns ``(index, rest)``: the first item for which
-    ``u < cdf[index]``, as uint32, and the unused part of ``u``, as from ``choose``.
+def _steps_of(unit: np.float32, limits: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+    """The number of steps whose place, in the units of a table, lies below a limit; products are rounded as in C."""
+    place = np.minimum(np.ceil(limits.astype(np.float64) / np.float64(unit)), _STEPS)
+    for _ in range(4):
+        place -= (place > 0) & ~((place - 1).astype(np.float32) * unit < limits)
+        place += (place < _STEPS) & (place.astype(np.float32) * unit < limits)
+    return place
 
-    ``cdf`` is one-dimensional, not empty, ascending and in [0, 1]; its last entry counts as 1, however it was
-    rounded. If items at the end have no probability, the entry before them must be 1.
+
+def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uint32], _Floats]:
+    """Chooses by a table of cumulative weights, and returns ``(index, rest)``: the first item for which
+    ``u * cdf[-1] < cdf[index]``, as uint32, and the unused part of ``u``, as from ``choose``.
+
+    ``cdf`` is one-dimensional, not empty and ascending, from 0 or more to any sum from 1e-30 to 1e30: probabilities, or
+    powers as they are.
 
     Examples
     --------
@@ -92,13 +101,17 @@ def choose_cdf(cdf: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.NDArray[np.uin
     >>> index.tolist(), rest.round(3).tolist()
     ([0, 2], [0.5, 0.5])
     """
-    limits = _limits("cdf", cdf)
-    if limits.ndim != 1 or limits.size == 0:
-        raise ValueError(f"cdf must have shape (count,) with at least one entry, not {limits.shape}")
-    if (np.diff(np.asarray(cdf, np.float64)) < 0).any():
+    values = _reals("cdf", cdf)
+    if values.ndim != 1 or values.size == 0:
+        raise ValueError(f"cdf must have shape (count,) with at least one entry, not {values.shape}")
+    _bad("cdf", "[0, 1e30]", values, ~((values >= 0) & (values <= 1e30)))
+    if (np.diff(values) < 0).any():
         raise ValueError(f"cdf must be in ascending order, not {reprlib.repr(cdf)}")
-    limits[-1] = _STEPS
+    if values[-1] < 1e-30:
+        raise ValueError(f"cdf must end in a sum of 1e-30 or more, not {values[-1]}")
+    limits = values.astype(np.float32)
+    unit = np.float32(limits[-1] * np.float32(1 / _STEPS)) if limits.size > 1 else np.float32(1 / _STEPS)
     step = _steps(u)
-    index = np.asarray(np.searchsorted(limits, step, side="right"))
-    low = np.concatenate([[0.0], limits])[index]
-    return index.astype(np.uint32), _stretched(step - low, limits[index] - low)
+    index = np.asarray(np.searchsorted(limits[:-1], step.astype(np.float32) * unit, side="right"))
+    ends = np.concatenate([[0.0], _steps_of(unit, limits[:-1]), [_STEPS]])
+    return index.astype(np.uint32), _stretched(step - ends[index], ends[index + 1] - ends[index])

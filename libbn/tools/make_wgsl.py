@@ -65,7 +65,7 @@ SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_path.glsl": ["bn_path.wgsl"],
 # What the texts find defined, as they would in bn_draw.hlsl or bn_choose.h.
 DEFINED = {"BN_UINT", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_CHOOSE_IN_C"}
 TOKENS = {"BN_FUNCTION": [], "BN_TABLE": [], "BN_PASS_TABLE": [], "BN_CHOOSE_FUNCTION": [],
-          "BN_CHOOSE_TABLE": ["BN_UINT", "first", ","], "bn_draw_domain_child": ["bn_domain_child"]}
+          "BN_CHOOSE_TABLE": ["BN_UINT", "first", ","], "BN_CHOOSE_FALSE": ["false"], "bn_draw_domain_child": ["bn_domain_child"]}
 TYPES = {"BN_UINT": "u32", "BN_FLOAT2": "vec2f", "BN_FLOAT4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u",
          "float": "f32", "BN_CHOOSE_UINT": "u32", "BN_CHOOSE_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel",
          "bn_path": "bn_path"}
@@ -80,7 +80,7 @@ MACROS = {"BN_WORD": ("bn_words[{}]", len(LEVELS)), "BN_CHOOSE_LIMIT": ("bn_cdf[
           "BN_ANY": ("{} != 0u", LEVEL["!="])}
 ASSIGNMENTS = {"=", "+=", "-=", "*=", "^=", "&=", "|=", "<<=", ">>="}
 TOKEN = re.compile(r"""(?P<comment>/\*.*?\*/)|(?P<raw>^const\ [^;]*;[ ]*(?:/\*.*?\*/)?)|(?P<space>\s+)
-    |(?P<number>0x[0-9a-f]+u|[0-9]+u|[0-9]+\.[0-9]+f)|(?P<name>[A-Za-z_]\w*)
+    |(?P<number>0x[0-9a-f]+u|[0-9]+u|[0-9]+\.[0-9]+f|[0-9]+e-?[0-9]+f)|(?P<name>[A-Za-z_]\w*)
     |(?P<symbol><<=|>>=|[-+*^&|]=|==|!=|<=|>=|<<|>>|&&|\|\||[-+*/%^&|<>=!?:;,.(){}])""", re.X | re.S | re.M)
 
 
@@ -241,7 +241,7 @@ class Translator:
             return f"{self.calls.get(token) or TYPES.get(token, token)}({', '.join(arguments)})", len(LEVELS)
         while self.peek() == ".":
             token += self.take(".") + self.take()
-        if not re.match(r"[\w.]+$", token):
+        if not re.match(r"[\w.]+$|\d+e-\d+f$", token):
             raise Untranslatable(f"'{token}' in an expression")
         return token, len(LEVELS)
 

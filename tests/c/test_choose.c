@@ -151,15 +151,49 @@ static void test_table(void) {
     CHECK(items[5].count > 0 && items[8].count > 0);
 }
 
+/* Tables of weights of any sum: that of the probabilities where the sum is a power of two, and always
+ * the first item whose limit is above u times the sum. */
+static void test_sums(void) {
+    static const float sums[] = {1e-30f, 0.7f, 3.0f, 255.0f, 16777213.0f, 1e30f};
+    enum { COUNT = 7 };
+    static const float shares[COUNT] = {0.0f, 0.125f, 0.3f, 0.3f, 0.6f, 0.9999999f, 1.0f};
+    for (int s = 0; s < 6; ++s) {
+        item items[COUNT] = {{0}};
+        float cdf[COUNT], doubled[COUNT];
+        int wrong = 0;
+        for (int i = 0; i < COUNT; ++i) {
+            cdf[i] = shares[i] * sums[s];
+            doubled[i] = shares[i] * 0.25f;
+        }
+        for (uint32_t step = 0; step < STEPS; ++step) {
+            float u = draw(step), v = u, w = u;
+            uint32_t expected = 0;
+            while (expected < COUNT - 1 && !(u * sums[s] < cdf[expected])) ++expected;
+            const uint32_t chosen = bn_choose_cdf(cdf, COUNT, &u);
+            wrong += chosen != expected;
+            item_add(&items[expected], u);
+            wrong +=
+                bn_choose_cdf(shares, COUNT, &v) != bn_choose_cdf(doubled, COUNT, &w) || v != w;
+        }
+        CHECK(wrong == 0);
+        for (int i = 0; i < COUNT; ++i) {
+            const double share = (double)cdf[i] - (i > 0 ? (double)cdf[i - 1] : 0.0);
+            check_even(&items[i], 0.5);
+            CHECK(fabs(items[i].count - share / cdf[COUNT - 1] * STEPS) < 2.5);
+        }
+    }
+}
+
 /* The three agree where they can. */
 static void test_agreement(void) {
     float cdf[64];
     for (int i = 0; i < 64; ++i) cdf[i] = (float)(i + 1) / 64.0f;
+    static const float quarter[] = {0.25f, 1.0f};
     int wrong = 0;
     for (uint32_t step = 0; step < STEPS; step += 5) {
         float a = draw(step), b = a, c = a, d = a;
         wrong += bn_choose_u32(64, &a) != bn_choose_cdf(cdf, 64, &b) || a != b;
-        wrong += bn_choose(0.25f, &c) != (bn_choose_cdf(cdf + 15, 2, &d) == 0) || c != d;
+        wrong += bn_choose(0.25f, &c) != (bn_choose_cdf(quarter, 2, &d) == 0) || c != d;
         float e = draw(step);
         /* Twice from what is left is once from all, as long as the digits last. */
         const uint32_t first = bn_choose_u32(8, &e);
@@ -190,6 +224,12 @@ static void test_bad_arguments(void) {
     u = draw(3) / 4; /* finer than a draw */
     CHECK(bn_choose(1.0f, &u) == 1 && u == 0.0f);
 
+    static const float strange[][2] = {{0.5f, 0.0f}, {0.5f, -2.0f}, {0.5f, NAN}, {0.5f, 1e38f}};
+    for (int i = 0; i < 4; ++i) { /* sums that count as 1 */
+        u = 0.25f;
+        CHECK(bn_choose_cdf(strange[i], 2, &u) == 0 && u == 0.5f + 1.0f / STEPS);
+    }
+
     /* Any table chooses an item and leaves a draw. */
     float table[9];
     uint32_t random = 7;
@@ -214,6 +254,7 @@ int main(void) {
     test_limits();
     test_many_items();
     test_table();
+    test_sums();
     test_agreement();
     test_bad_arguments();
     return check_result();

@@ -72,7 +72,9 @@ def test_choose_u32_is_that_of_c(in_c, count):
     same(bluenoise.choose_u32(count, DRAWS), call(library.even, ctypes.c_uint32(count)))
 
 
-@pytest.mark.parametrize("cdf", [[1], [0.5], [0, 0.25, 0.25, 0.3, 0.7, 1], [0.1, 1, 1], np.linspace(0, 1, 3001)[1:]])
+@pytest.mark.parametrize("cdf", [
+    [1], [0.5], [0, 0.25, 0.25, 0.3, 0.7, 1], [0.1, 1, 1], np.linspace(0, 1, 3001)[1:], [3, 4, 11], [1e-29, 3e-29, 3e-29],
+    np.cumsum(np.random.default_rng(2).random(2000)) * 1e20])
 def test_choose_cdf_is_that_of_c(in_c, cdf):
     library, call = in_c
     table = (ctypes.c_float * len(cdf))(*cdf)
@@ -121,7 +123,9 @@ def test_shapes_broadcast():
         ("choose_u32", (2.0, 0.1), TypeError, ["count", "2.0"]),
         ("choose_u32", (2, 1), ValueError, ["u", "1"]),
         ("choose_cdf", ([0.5, 0.4, 1], 0.1), ValueError, ["cdf", "0.4"]),
-        ("choose_cdf", ([0.5, 1.01], 0.1), ValueError, ["cdf", "1.01"]),
+        ("choose_cdf", ([0.5, 2e30], 0.1), ValueError, ["cdf", "2e+30"]),
+        ("choose_cdf", ([0, 1e-31], 0.1), ValueError, ["cdf", "1e-31"]),
+        ("choose_cdf", ([-1, 1], 0.1), ValueError, ["cdf", "-1"]),
         ("choose_cdf", ([0.5, np.nan], 0.1), ValueError, ["cdf", "nan"]),
         ("choose_cdf", ([], 0.1), ValueError, ["cdf", "(0,)"]),
         ("choose_cdf", (0.5, 0.1), ValueError, ["cdf", "()"]),

@@ -9,6 +9,7 @@ static const float *glsl_cdf;
 #define BN_CHOOSE_IN_C /* C has no `inout` and no casts that look like calls */
 #define BN_CHOOSE_UINT uint
 #define BN_CHOOSE_BOOL int
+#define BN_CHOOSE_FALSE 0
 #define BN_CHOOSE_FUNCTION static
 #define BN_CHOOSE_U float *u
 #define BN_CHOOSE_GET_U (*u)

@@ -27,6 +27,7 @@ precision highp int;
 #endif
 #define BN_CHOOSE_UINT uint
 #define BN_CHOOSE_BOOL bool
+#define BN_CHOOSE_FALSE false
 #define BN_CHOOSE_FUNCTION
 #define BN_CHOOSE_U inout float u
 #define BN_CHOOSE_GET_U u
@@ -108,23 +109,44 @@ BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_u32(BN_CHOOSE_UINT count, BN_CHOOSE_
     return BN_CHOOSE_MULTIPLY_HIGH(middle, n) << 7u | low >> 25u;
 }
 
+/* Whether the place of a step, in the units of a table, lies below a limit. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose_is_below(BN_CHOOSE_UINT place, float unit, float limit) {
+    if (!BN_CHOOSE_POSITIVE(limit)) return BN_CHOOSE_FALSE;
+    return BN_CHOOSE_TO_FLOAT(place) * unit < limit;
+}
+
+/* The number of steps below a limit. Quotients may be a few steps off, on GPUs; products are not. */
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_steps_of(float unit, float limit) {
+    BN_CHOOSE_UINT place = BN_CHOOSE_STEPS;
+    if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) return place;
+    if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
+    float quotient = limit / unit;
+    if (quotient < 16777216.0f) place = BN_CHOOSE_TO_UINT(quotient);
+    while (place > 0u && !bn_choose_is_below(place - 1u, unit, limit)) place -= 1u;
+    while (bn_choose_is_below(place, unit, limit)) place += 1u;
+    return place;
+}
+
 #if defined(BN_CHOOSE_IN_C) || defined(BN_CDF)
 BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_CHOOSE_UINT count,
                                                 BN_CHOOSE_U) {
     BN_CHOOSE_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
     BN_CHOOSE_UINT item = 0u, last = count > 0u ? count - 1u : 0u;
-    BN_CHOOSE_UINT low = 0u, high = BN_CHOOSE_STEPS; /* of the item, as far as they are known */
+    BN_CHOOSE_UINT end = last, low = 0u, high = BN_CHOOSE_STEPS;
+    float sum = 1.0f;
+    if (last > 0u) sum = BN_CHOOSE_LIMIT(last);
+    if (!BN_CHOOSE_POSITIVE(sum) || sum < 1e-30f || sum > 1e30f) sum = 1.0f;
+    float unit = sum * (1.0f / 16777216.0f);
     while (item < last) {
         BN_CHOOSE_UINT middle = item + (last - item) / 2u;
-        BN_CHOOSE_UINT limit = bn_choose_steps_below(BN_CHOOSE_LIMIT(middle));
-        if (place < limit) {
+        if (bn_choose_is_below(place, unit, BN_CHOOSE_LIMIT(middle))) {
             last = middle;
-            high = limit;
         } else {
             item = middle + 1u;
-            low = limit;
         }
     }
+    if (item > 0u) low = bn_choose_steps_of(unit, BN_CHOOSE_LIMIT(item - 1u));
+    if (item < end) high = bn_choose_steps_of(unit, BN_CHOOSE_LIMIT(item));
     BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(place - low, high - low));
     return item;
 }

@@ -56,12 +56,11 @@ BN_DEVICE_INLINE int bn_choose(float probability, float *u);
  * count of 1 does. */
 BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
 
-/* Item i with probability cdf[i] - cdf[i - 1]: the first item for which *u < cdf[i]. The cumulative
- * probabilities ascend; the last counts as 1, whatever rounding made of it. Limits are rounded up to
- * multiples of 2^-24; if they are such multiples, the probabilities are exact. Items without a step
- * between their limits are never chosen. If items at the end have no probability, the limit before
- * them must be 1. Any table is safe: out of order or with NaN, some item is chosen. A count of 0
- * gives 0. */
+/* Item i with a probability in proportion to cdf[i] - cdf[i - 1]: the first item for which *u * sum <
+ * cdf[i]. The cumulative weights ascend to any positive sum, from 1e-30 to 1e30. Limits are rounded up
+ * to steps, 2^-24 of the sum; if they are whole steps, the probabilities are exact. Items without a
+ * step between their limits are never chosen. Any table is safe: out of order, with NaN or with
+ * another sum, some item is chosen. A count of 0 gives 0. */
 BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
 
 /* ---- The text that shaders share */
@@ -89,6 +88,7 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #define BN_CHOOSE_IN_C
 #define BN_CHOOSE_UINT uint32_t
 #define BN_CHOOSE_BOOL int
+#define BN_CHOOSE_FALSE 0
 #define BN_CHOOSE_FUNCTION BN_DEVICE_INLINE
 #define BN_CHOOSE_U float *u
 #define BN_CHOOSE_GET_U (*u)
@@ -105,6 +105,7 @@ static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
 #undef BN_CHOOSE_LOW_WORD
 #undef BN_CHOOSE_UINT
 #undef BN_CHOOSE_BOOL
+#undef BN_CHOOSE_FALSE
 #undef BN_CHOOSE_FUNCTION
 #undef BN_CHOOSE_U
 #undef BN_CHOOSE_GET_U

@@ -73,3 +73,33 @@ fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
     *u = bn_choose_float((low >> 1u) & (BN_CHOOSE_STEPS - 1u));
     return (bn_choose_multiply_high(middle, n) << 7u) | (low >> 25u);
 }
+
+/* Whether the place of a step, in the units of a table, lies below a limit. */
+fn bn_choose_is_below(place: u32, unit: f32, limit: f32) -> bool {
+    if (!bn_choose_positive(limit)) {
+        return false;
+    }
+    return f32(place) * unit < limit;
+}
+
+/* The number of steps below a limit. Quotients may be a few steps off, on GPUs; products are not. */
+fn bn_choose_steps_of(unit: f32, limit: f32) -> u32 {
+    var place = BN_CHOOSE_STEPS;
+    if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) {
+        return place;
+    }
+    if (!bn_choose_positive(limit)) {
+        return 0u;
+    }
+    let quotient = limit / unit;
+    if (quotient < 16777216.0f) {
+        place = u32(quotient);
+    }
+    while (place > 0u && !bn_choose_is_below(place - 1u, unit, limit)) {
+        place -= 1u;
+    }
+    while (bn_choose_is_below(place, unit, limit)) {
+        place += 1u;
+    }
+    return place;
+}

@@ -10,18 +10,30 @@ fn bn_choose_cdf(first: u32, count: u32, u: ptr<function, f32>) -> u32 {
     let place = bn_choose_step(*u);
     var item = 0u;
     var last = select(0u, count - 1u, count > 0u);
+    let end = last;
     var low = 0u;
-    var high = BN_CHOOSE_STEPS; /* of the item, as far as they are known */
+    var high = BN_CHOOSE_STEPS;
+    var sum = 1.0f;
+    if (last > 0u) {
+        sum = bn_cdf[first + last];
+    }
+    if (!bn_choose_positive(sum) || sum < 1e-30f || sum > 1e30f) {
+        sum = 1.0f;
+    }
+    let unit = sum * (1.0f / 16777216.0f);
     while (item < last) {
         let middle = item + (last - item) / 2u;
-        let limit = bn_choose_steps_below(bn_cdf[first + middle]);
-        if (place < limit) {
+        if (bn_choose_is_below(place, unit, bn_cdf[first + middle])) {
             last = middle;
-            high = limit;
         } else {
             item = middle + 1u;
-            low = limit;
         }
+    }
+    if (item > 0u) {
+        low = bn_choose_steps_of(unit, bn_cdf[first + item - 1u]);
+    }
+    if (item < end) {
+        high = bn_choose_steps_of(unit, bn_cdf[first + item]);
     }
     *u = bn_choose_float(bn_choose_stretch(place - low, high - low));
     return item;
