@@ -253,12 +253,12 @@ int main() {
         lanes.index.push_back(uint32_t(lane * lane));
         lanes.depth.push_back(uint32_t(lane % 5));
     }
-    wrong += !draw_stage(&sampler, lanes) || lanes.u.size() != 404;
+    wrong += !draw_stage(&sampler, lanes) || lanes.u[3].size() != 101;
     for (size_t lane = 0; lane < 101; ++lane) {
         float own[4];
         bn_sample_4d(&sampler, lanes.x[lane], lanes.y[lane], lanes.index[lane],
                      bn_domain_child(BN_DOMAIN_ROOT, lanes.depth[lane] + (lanes.depth[lane] > 2)), own);
-        for (size_t d = 0; d < 4; ++d) wrong += lanes.u[4 * lane + d] != own[d];
+        for (size_t d = 0; d < 4; ++d) wrong += lanes.u[d][lane] != own[d];
     }
     std::printf("%d\\n", wrong);
     return 0;

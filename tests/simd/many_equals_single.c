@@ -4,6 +4,7 @@
  * end of their range to the other. The environment variable BN_SIMD chooses the instruction set. */
 #include "../c/check.h"
 #include "../c/samplers.h"
+#include <bn/bn_path.h>
 #include <string.h>
 
 enum { KINDS = 5, OFFSETS = 4, MOST = 67, GUARD = 64 };
@@ -128,8 +129,68 @@ static void test_arguments(void) {
     CHECK(memcmp(out, untouched, sizeof out) == 0);
 }
 
+/* Every combination of arrays and one number for all, and of wanted dimensions. */
+static void test_wavefronts(void) {
+    enum { N = 600 };
+    static int32_t x[N], y[N];
+    static uint32_t index[N], domain[N], depth[N];
+    static float out[4][N + 1];
+    for (int i = 0; i < N; ++i) {
+        x[i] = (int32_t)number(i % RANGES);
+        y[i] = (int32_t)number(i % RANGES);
+        index[i] = number(i % RANGES);
+        domain[i] = number(ANY);
+        depth[i] = (uint32_t)(i % 9 == 8 ? (1 << 28) - 1 : i % 9);
+    }
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
+        const bn_sampler s = make_sampler(kind, 0, 3);
+        for (uint32_t what = 0; what < 128; ++what) {
+            bn_wavefront w = bn_wavefront_default();
+            int wrong = 0;
+            w.count = what % 3 == 0 ? N : what % 5;
+            w.x = x;
+            w.y = y;
+            w.index = what & 16 ? index : NULL;
+            w.domain = what & 32 ? domain : NULL;
+            w.depth = what & 64 ? depth : NULL;
+            w.index_of_all = 77;
+            w.domain_of_all = what & 1 ? 5 : BN_DOMAIN_ROOT;
+            memset(out, 0x5a, sizeof out);
+            for (int d = 0; d < 4; ++d) w.out[d] = what >> d & 1 ? out[d] : NULL;
+            CHECK(bn_sample_wavefront(&s, &w) ==
+                  ((what & 15) == 0 ? BN_ERROR_INVALID_ARGUMENT : BN_SUCCESS));
+            for (size_t i = 0; i < N; ++i) {
+                float u[4], untouched;
+                bn_path path = bn_path_start(0, 0, 0, 0);
+                path.domain = what & 32 ? domain[i] : w.domain_of_all;
+                bn_sample_4d(&s, x[i], y[i], what & 16 ? index[i] : 77,
+                             what & 64 ? bn_path_ray_domain(path, depth[i]) : path.domain, u);
+                memset(&untouched, 0x5a, sizeof untouched);
+                for (int d = 0; d < 4; ++d) {
+                    const int wanted = what >> d & 1 && i < w.count;
+                    wrong += memcmp(&out[d][i], wanted ? &u[d] : &untouched, sizeof(float)) != 0;
+                }
+            }
+            CHECK(wrong == 0);
+        }
+    }
+    bn_wavefront w = bn_wavefront_default();
+    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 3);
+    w.out[0] = out[0];
+    CHECK(bn_sample_wavefront(&s, &w) == BN_SUCCESS); /* no lanes */
+    w.count = 1;
+    CHECK(bn_sample_wavefront(&s, &w) == BN_ERROR_INVALID_ARGUMENT);
+    w.x = w.y = x;
+    CHECK(bn_sample_wavefront(NULL, &w) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sample_wavefront(&s, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_sample_wavefront(&s, &w) == BN_SUCCESS);
+    w.struct_size = 0;
+    CHECK(bn_sample_wavefront(&s, &w) == BN_ERROR_INVALID_ARGUMENT);
+}
+
 int main(void) {
     test_bits();
+    test_wavefronts();
     test_arguments();
     return check_result();
 }

@@ -296,6 +296,34 @@ BN_API bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, co
                                      const uint32_t *domain, uint32_t pair, float *out,
                                      size_t out_count);
 
+typedef struct bn_wavefront {
+    size_t struct_size; /* sizeof(bn_wavefront) */
+    size_t count;       /* of lanes: the elements of every array below */
+    const int32_t *x, *y;
+    /* Of each lane; NULL (default): index_of_all and domain_of_all are those of all lanes. */
+    const uint32_t *index, *domain;
+    uint32_t index_of_all, domain_of_all; /* defaults 0 and BN_DOMAIN_ROOT */
+    /* NULL (default), or a ray for each lane, below 2^28: it draws from ray depth[i] of a path whose domains
+     * begin at the lane's domain, as bn_path_ray() has it; the root is that of a single picture. */
+    const uint32_t *depth;
+    /* Where dimension d goes, one array each. NULL (default): it is not wanted. */
+    float *out[4];
+} bn_wavefront;
+
+static inline bn_wavefront bn_wavefront_default(void) {
+    bn_wavefront wavefront = {
+        sizeof(bn_wavefront),    0, NULL, NULL, NULL, NULL, 0, BN_DOMAIN_ROOT, NULL,
+        {NULL, NULL, NULL, NULL}};
+    return wavefront;
+}
+
+/* The draws of bn_sample_many() for arrays as a wavefront renderer keeps them: one index, one domain or a
+ * depth for each lane, and an array for each dimension. Where only out[0] and out[1], or only out[2] and
+ * out[3] are wanted, one pair is drawn. Takes a nanosecond a lane longer than bn_sample_many(). Errors:
+ * INVALID_ARGUMENT (a NULL: sampler, wavefront, x or y of lanes, or all of out; struct_size was never
+ * set), UNSUPPORTED. */
+BN_API bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront);
+
 /* ---- Drawing on a GPU (docs/shaders.md) */
 
 /* The tables of BLUE, the same for every seed: *count words, 46.5 KiB, constant and always there.

@@ -169,6 +169,11 @@ class Sampler {
               bn_sample_many_pair(&sampler_, count, x, y, index, domain, pair, out, count * 2));
     }
 
+    // bn_sample_wavefront(). Throws INVALID_ARGUMENT or UNSUPPORTED.
+    void sample_wavefront(const bn_wavefront &wavefront) const {
+        check("bn_sample_wavefront", bn_sample_wavefront(&sampler_, &wavefront));
+    }
+
     // bn_sample_block(): [height][width][index_count][4]. Throws INVALID_ARGUMENT for a zero extent
     // or a block past the last coordinate or index, and OUT_OF_MEMORY if it is too large to count.
     std::vector<float> block(int32_t x0, int32_t y0, uint32_t width, uint32_t height,

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Draws for arrays of lanes. simd/draws.h draws several at a time. */
+#include "base/options.h"
 #include "sampler/kinds.h"
+#include <bn/bn_path.h>
 #include <string.h>
 
 static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
@@ -20,6 +22,16 @@ static void draw_single(const bn_sampler *sampler, uint32_t pair, uint32_t dimen
     }
 }
 
+static void draw_any(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
+                     const bn_draw_lanes *lanes, float *out) {
+    const bn_simd *simd = bn_simd_get();
+    if (simd->draw_many != NULL && bn_kinds[sampler->kind].in_lanes) {
+        simd->draw_many(sampler, pair, dimensions, lanes, out);
+    } else {
+        draw_single(sampler, pair, dimensions, lanes, out);
+    }
+}
+
 static bn_result draw_lanes(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                             const bn_draw_lanes *lanes, float *out, size_t out_count) {
     if (lanes->count > 0 && (lanes->x == NULL || lanes->y == NULL || lanes->index == NULL ||
@@ -30,12 +42,7 @@ static bn_result draw_lanes(const bn_sampler *sampler, uint32_t pair, uint32_t d
     if (out_count % dimensions != 0 || out_count / dimensions != lanes->count) {
         return BN_ERROR_SIZE_MISMATCH;
     }
-    const bn_simd *simd = bn_simd_get();
-    if (simd->draw_many != NULL && bn_kinds[sampler->kind].in_lanes) {
-        simd->draw_many(sampler, pair, dimensions, lanes, out);
-    } else {
-        draw_single(sampler, pair, dimensions, lanes, out);
-    }
+    draw_any(sampler, pair, dimensions, lanes, out);
     return BN_SUCCESS;
 }
 
@@ -53,4 +60,49 @@ bn_result bn_sample_many_pair(const bn_sampler *sampler, size_t count, const int
     const bn_draw_lanes lanes = {count, x, y, index, domain};
     if (sampler == NULL || pair > 3) return BN_ERROR_INVALID_ARGUMENT;
     return draw_lanes(sampler, pair, 2, &lanes, out, out_count);
+}
+
+/* ---- Wavefronts, in parts that stay in the cache */
+
+enum { PART = 256 };
+
+/* The lanes `first` to `first + count - 1`. `own` has room for what has no array. */
+static bn_draw_lanes part_of(const bn_wavefront *w, size_t first, size_t count,
+                             uint32_t own[2][PART]) {
+    bn_draw_lanes part = {count, w->x + first, w->y + first, own[0], own[1]};
+    if (w->index != NULL) part.index = w->index + first;
+    if (w->domain != NULL && w->depth == NULL) part.domain = w->domain + first;
+    for (size_t i = 0; w->index == NULL && i < count; ++i) own[0][i] = w->index_of_all;
+    if (part.domain != own[1]) return part;
+    for (size_t i = 0; i < count; ++i) {
+        bn_path path = {0, 0, 0, w->domain != NULL ? w->domain[first + i] : w->domain_of_all};
+        own[1][i] = w->depth == NULL ? path.domain : bn_path_ray_domain(path, w->depth[first + i]);
+    }
+    return part;
+}
+
+bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wavefront) {
+    bn_wavefront w = bn_wavefront_default();
+    if (sampler == NULL || wavefront == NULL) return BN_ERROR_INVALID_ARGUMENT;
+    const bn_result result = bn_options_read(&w, sizeof w, wavefront);
+    if (result != BN_SUCCESS) return result;
+    const int first_pair = w.out[0] != NULL || w.out[1] != NULL;
+    const int second_pair = w.out[2] != NULL || w.out[3] != NULL;
+    if (!first_pair && !second_pair) return BN_ERROR_INVALID_ARGUMENT;
+    if (w.count > 0 && (w.x == NULL || w.y == NULL)) return BN_ERROR_INVALID_ARGUMENT;
+
+    const uint32_t dimensions = first_pair && second_pair ? 4 : 2;
+    float *const *out = w.out + (first_pair ? 0 : 2);
+    for (size_t at = 0; at < w.count; at += PART) {
+        uint32_t own[2][PART];
+        float u[4 * PART];
+        const size_t count = w.count - at < PART ? w.count - at : PART;
+        const bn_draw_lanes part = part_of(&w, at, count, own);
+        draw_any(sampler, first_pair ? 0 : 1, dimensions, &part, u);
+        for (uint32_t d = 0; d < dimensions; ++d) {
+            for (size_t i = 0; out[d] != NULL && i < count; ++i)
+                out[d][at + i] = u[dimensions * i + d];
+        }
+    }
+    return BN_SUCCESS;
 }
