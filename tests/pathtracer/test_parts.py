@@ -227,7 +227,7 @@ def test_fireflies_are_counted(pathtracer):
     def count(*arguments):
         return int(read_exr(pathtracer.render(*arguments))[1]["fireflies"])
 
-    assert count("--scene", "glass", "--size", "128x96", "--spp", 2, "--sampler", "white") > 0
+    assert count("--scene", "glass", "--size", "192x144", "--spp", 2, "--sampler", "white") > 0
     assert count("--scene", "furnace", "--size", "64x64", "--spp", 2) == 0
 
 
