@@ -196,7 +196,7 @@ def transparency(rng):
                 for front in (0, 1)}
         return lambda path: first_seen(path, hit) - np.where(swapped[:path.shape[-2], :path.shape[-1]], mean[True], mean[False])
 
-    return {"a number for each leaf, by name": truth_free(by_leaf), "numbers in the order of intersection": truth_free(by_order)}
+    return {"a number for each leaf, by key": truth_free(by_leaf), "numbers in the order of intersection": truth_free(by_order)}
 
 
 def time_alone(rng):
