@@ -115,8 +115,8 @@ static void no_two_decisions_share_a_number(int32_t kind) {
         for (int place = 0; place < PLACES; ++place) {
             random_state = begin;
             count = 0;
-            draw_path(&sampler, bn_path_start(x[place], y[place], index, frame), 1 + trial % 5, place,
-                      0);
+            draw_path(&sampler, bn_path_start(x[place], y[place], index, frame), 1 + trial % 5,
+                      place, 0);
         }
         CHECK(count > 0 && shared() == 0);
         if (count > most) most = count;
@@ -199,7 +199,8 @@ static void the_next_ray_does_not_care(void) {
     for (uint32_t number = 0; number < MOST_RAYS; ++number) {
         bn_ray plain = bn_path_ray(&path, number + 1), other = bn_path_ray(&path, number);
         float u[4], v[4];
-        for (int i = 0; i < 40; ++i) bn_ray_2d(&sampler, &other, u), (void)bn_ray_1d(&sampler, &other);
+        for (int i = 0; i < 40; ++i)
+            bn_ray_2d(&sampler, &other, u), (void)bn_ray_1d(&sampler, &other);
         other = bn_path_ray(&path, number + 1);
         bn_ray_draw(&sampler, &plain, u);
         bn_ray_draw(&sampler, &other, v);
@@ -315,7 +316,40 @@ static void a_split_is_one_sequence(void) {
     }
 }
 
+/* ---- Collisions */
+
+static int ascending(const void *a, const void *b) {
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* How many of many frames give two families of one path the same hash: bn_domain_child() says once in a
+ * million frames of 40 families. Here a path has 400, a hundred times the pairs, so 2.4 of 2^15
+ * frames are expected; 12 or more have a probability of 2e-5. */
+static void test_collisions(void) {
+    enum { FRAMES = 1 << 15, DEPTH = 16, FAMILIES = 25 * DEPTH };
+    int frames = 0;
+    for (uint32_t frame = 0; frame < FRAMES; ++frame) {
+        const bn_path path = bn_path_start(0, 0, 0, frame);
+        uint32_t family[FAMILIES];
+        int n = 0, equal = 0;
+        for (uint32_t depth = 0; depth < DEPTH; ++depth) {
+            const bn_ray ray = bn_path_ray(&path, 4 * depth);
+            family[n++] = ray.domain << 2;
+            for (uint32_t k = 0; k < FAMILIES / DEPTH - 1; ++k) {
+                family[n++] = bn_ray_4d_domain(ray.domain, k) << 2;
+            }
+        }
+        qsort(family, FAMILIES, sizeof *family, ascending);
+        for (int i = 1; i < FAMILIES; ++i) equal += family[i] == family[i - 1];
+        frames += equal > 0;
+    }
+    printf("%d of %d frames have two families of one path in one\n", frames, FRAMES);
+    CHECK(frames < 12);
+}
+
 int main(void) {
+    test_collisions();
     CHECK(sizeof(bn_path) == 16);
     for (int32_t kind = BN_SAMPLER_BLUE; kind <= BN_SAMPLER_MASK; ++kind)
         no_two_decisions_share_a_number(kind);
