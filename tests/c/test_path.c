@@ -327,16 +327,16 @@ static int ascending(const void *a, const void *b) {
  * million frames of 40 families. Here a path has 400, a hundred times the pairs, so 2.4 of 2^15
  * frames are expected; 12 or more have a probability of 2e-5. */
 static void test_collisions(void) {
-    enum { FRAMES = 1 << 15, DEPTH = 16, FAMILIES = 25 * DEPTH };
+    enum { FRAMES = 1 << 15, BOUNCES = 16, FAMILIES = 25 * BOUNCES };
     int frames = 0;
     for (uint32_t frame = 0; frame < FRAMES; ++frame) {
         const bn_path path = bn_path_start(0, 0, 0, frame);
         uint32_t family[FAMILIES];
         int n = 0, equal = 0;
-        for (uint32_t depth = 0; depth < DEPTH; ++depth) {
+        for (uint32_t depth = 0; depth < BOUNCES; ++depth) {
             const bn_ray ray = bn_path_ray(&path, 4 * depth);
             family[n++] = ray.domain << 2;
-            for (uint32_t k = 0; k < FAMILIES / DEPTH - 1; ++k) {
+            for (uint32_t k = 0; k < FAMILIES / BOUNCES - 1; ++k) {
                 family[n++] = bn_ray_4d_domain(ray.domain, k) << 2;
             }
         }
