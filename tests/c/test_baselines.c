@@ -226,31 +226,6 @@ static void test_pairs_of_sobol_have_keys_of_their_own(void) {
     CHECK(shared == 0);
 }
 
-/* Past its block of samples, ZORDER goes on with a scrambling of each pixel's own. */
-static void test_zorder_goes_on_differently_in_each_pixel(void) {
-    enum { SIDE = 64, BLOCK = 16 };
-    const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, BLOCK, 4);
-    for (uint32_t index = BLOCK; index < 4 * BLOCK; index += 7) {
-        static uint32_t u[SIDE][SIDE][4];
-        for (int32_t i = 0; i < SIDE * SIDE; ++i) {
-            bn_sample_4d_u32(&s, i % SIDE, i / SIDE, index, 9, u[i / SIDE][i % SIDE]);
-        }
-        for (int d = 0; d < 4; ++d) {
-            for (int bit = 24; bit < 32; ++bit) {
-                int flips[3] = {0};
-                for (int i = 0; i < SIDE * SIDE; ++i) {
-                    const int y = i / SIDE, x = i % SIDE;
-                    flips[0] += 1 & (int)(u[y][x][d] >> bit);
-                    flips[1] += 1 & (int)((u[y][x][d] ^ u[y][(x + 1) % SIDE][d]) >> bit);
-                    flips[2] += 1 & (int)((u[y][x][d] ^ u[(y + 4) % SIDE][x][d]) >> bit);
-                }
-                /* Six deviations of independent bits. */
-                for (int k = 0; k < 3; ++k) CHECK(abs(flips[k] - SIDE * SIDE / 2) < 6 * 32);
-            }
-        }
-    }
-}
-
 /* Below the ranks of a mask, the digits of its coordinates are random, each for itself. */
 static void test_low_digits_of_masks(void) {
     enum { SIDE = 128, LOW = 20 };
@@ -273,7 +248,6 @@ static void test_low_digits_of_masks(void) {
 
 int main(void) {
     test_pairs_of_sobol_have_keys_of_their_own();
-    test_zorder_goes_on_differently_in_each_pixel();
     test_low_digits_of_masks();
     test_sobol_error();
     test_sobol_scrambling();
