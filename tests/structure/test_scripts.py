@@ -60,3 +60,22 @@ def test_folders_that_cannot_work_are_refused_at_once(name, tmp_path):
         done = run(folder, script)
         assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1, done
         assert "cannot work in the folder" in done.stderr
+
+
+def test_wrong_options_of_a_part_are_refused_before_set_up(tmp_path):
+    """Where an earlier set-up can tell; a broken one cannot, and set-up mends it."""
+    program = clone(tmp_path / "clone")
+    if not (ROOT / ".venv").is_dir():
+        pytest.skip("no .venv; scripts/setup makes it")
+    (program / ".venv").symlink_to(ROOT / ".venv")
+    for part in ("paths", "summary", "samplers"):
+        done = run(program, "bench", part, "--nope")
+        assert done.returncode == 2 and done.stderr.rstrip().endswith("error: unrecognized arguments: --nope")
+        assert "Traceback" not in done.stderr and not (program / "build").exists()
+
+
+def test_a_file_in_place_of_the_environment_is_named(tmp_path):
+    program = clone(tmp_path / "clone")
+    (program / ".venv").write_text("mine")
+    done = run(program, "real_setup", "--no-packages")
+    assert done.returncode != 0 and ".venv is a file" in done.stderr + done.stdout and (program / ".venv").read_text() == "mine"
