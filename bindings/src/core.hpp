@@ -8,14 +8,11 @@
 #include <pybind11/pybind11.h>
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <system_error>
-#include <thread>
 
 namespace bluenoise {
 
@@ -67,38 +64,6 @@ class Interrupts {
   private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
-
-/* The result of work(), a function without progress callback, which runs on a thread of its own. In
- * the main thread, Ctrl-C ends the wait; the work then goes on in the background, even while Python
- * ends, so it must own all that it uses and leave Python alone. Needs the GIL, and releases it. */
-template <typename Work>
-bn_result in_background(Work work) {
-    struct State {
-        std::mutex mutex;
-        std::condition_variable ended;
-        bool has_ended = false;
-        bn_result result = BN_SUCCESS;
-    };
-    auto state = std::make_shared<State>();
-    try {
-        std::thread([state, work] {
-            const bn_result result = work();
-            std::lock_guard<std::mutex> lock(state->mutex);
-            state->result = result;
-            state->has_ended = true;
-            state->ended.notify_one();
-        }).detach();
-    } catch (const std::system_error &) { /* no thread to be had */
-        return unlocked(work);
-    }
-    py::gil_scoped_release release;
-    Interrupts interrupts;
-    std::unique_lock<std::mutex> lock(state->mutex);
-    while (!state->ended.wait_for(lock, Interrupts::interval, [&] { return state->has_ended; })) {
-        interrupts.poll();
-    }
-    return state->result;
-}
 
 /* A Python callable (or None) as a bn_progress. It receives the fraction done; a true result cancels.
  * Exceptions, including those from signal handlers, cancel too, and finish() raises them again.

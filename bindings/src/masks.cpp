@@ -8,15 +8,8 @@ namespace bluenoise {
 
 namespace {
 
-/* Measures of fewer texels take less time than Ctrl-C needs to be noticed. */
-constexpr size_t quick_count = size_t{1} << 14;
-
 py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
-}
-
-std::shared_ptr<const std::vector<uint32_t>> copied(const Ranks &ranks) {
-    return std::make_shared<std::vector<uint32_t>>(ranks.data(), ranks.data() + ranks.size());
 }
 
 /* Makes a mask with make(ranks, count) and `options`, into which seed and callback are set. */
@@ -133,36 +126,36 @@ bool builtin_mask_exists(uint32_t size) {
     return bn_builtin_mask(size) != nullptr;
 }
 
-/* Runs a measure of a mask, on a thread of its own if it takes more than some milliseconds. */
-template <typename Work>
-bn_result measured(size_t count, Work work) {
-    return count >= quick_count ? in_background(std::move(work)) : unlocked(std::move(work));
-}
-
 double mask_error(const Ranks &ranks, double sigma) {
     const auto height = static_cast<uint32_t>(ranks.shape(0));
     const auto width = static_cast<uint32_t>(ranks.shape(1));
-    auto from = copied(ranks);
-    auto error = std::make_shared<double>(0);
-    const bn_result result = measured(from->size(), [=] {
-        return bn_mask_error(from->data(), width, height, from->size(), sigma, error.get());
+    const auto count = static_cast<size_t>(ranks.size());
+    Progress interrupts{py::none()};
+    const uint32_t *from = ranks.data();
+    double error = 0;
+    const bn_result result = unlocked([&] {
+        return bn_mask_error(from, width, height, count, sigma, &error, Progress::call,
+                             &interrupts);
     });
-    check(result, "error of a " + std::to_string(height) + " x " + std::to_string(width) +
-                      " mask, sigma " + std::to_string(sigma));
-    return *error;
+    interrupts.finish(result, "error of a " + std::to_string(height) + " x " +
+                                  std::to_string(width) + " mask, sigma " + std::to_string(sigma));
+    return error;
 }
 
 Floats power_spectrum(const Ranks &ranks) {
     const auto height = static_cast<uint32_t>(ranks.shape(0));
     const auto width = static_cast<uint32_t>(ranks.shape(1));
-    auto from = copied(ranks);
-    auto to = std::make_shared<std::vector<float>>(from->size());
-    const bn_result result = measured(from->size(), [=] {
-        return bn_power_spectrum(from->data(), width, height, from->size(), to->data());
+    Progress interrupts{py::none()};
+    Floats power({ranks.shape(0), ranks.shape(1)});
+    const uint32_t *from = ranks.data();
+    float *to = power.mutable_data();
+    const auto count = static_cast<size_t>(ranks.size());
+    const bn_result result = unlocked([&] {
+        return bn_power_spectrum(from, width, height, count, to, Progress::call, &interrupts);
     });
-    check(result,
-          "spectrum of a " + std::to_string(height) + " x " + std::to_string(width) + " mask");
-    return Floats({ranks.shape(0), ranks.shape(1)}, to->data());
+    interrupts.finish(result, "spectrum of a " + std::to_string(height) + " x " +
+                                  std::to_string(width) + " mask");
+    return power;
 }
 
 } // namespace

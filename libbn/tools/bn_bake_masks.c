@@ -58,7 +58,7 @@ static void print_quality(uint32_t size, const uint32_t *ranks, size_t count) {
     printf("%u:", size);
     for (int i = 0; i < 4; ++i) {
         double error = 0;
-        if (bn_mask_error(ranks, size, size, count, sigmas[i], &error) == BN_SUCCESS) {
+        if (bn_mask_error(ranks, size, size, count, sigmas[i], &error, NULL, NULL) == BN_SUCCESS) {
             printf(" E_%g %.5f", sigmas[i], error);
         }
     }

@@ -79,7 +79,8 @@ static int run(const job *j) {
         if (j->depth > 1 || i >= seeds) continue;
         for (int e = 0; e < ERRORS && result == BN_SUCCESS; ++e) {
             double error = 0;
-            result = bn_mask_error(ranks, j->width, j->height, count, sigmas[e], &error);
+            result =
+                bn_mask_error(ranks, j->width, j->height, count, sigmas[e], &error, NULL, NULL);
             errors[e] += error / seeds;
         }
     }

@@ -43,7 +43,8 @@ static inline void fill_white(uint32_t *ranks, size_t count, uint32_t seed) {
 static inline double error_of(const uint32_t *ranks, uint32_t width, uint32_t height,
                               double sigma) {
     double error = 1;
-    CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigma, &error) == BN_SUCCESS);
+    CHECK(bn_mask_error(ranks, width, height, (size_t)width * height, sigma, &error, NULL, NULL) ==
+          BN_SUCCESS);
     return error;
 }
 

@@ -73,7 +73,7 @@ static double half_plane_error(const uint32_t *ranks, uint32_t size) {
             values[i] = (float)(c * ranks[i] + s * ranks[texels + i]);
         /* The mask error of the ranks along the direction is its mean over all offsets. */
         CHECK(bn_ranks_from_values(values, texels, order) == BN_SUCCESS);
-        CHECK(bn_mask_error(order, size, size, texels, 1, &error) == BN_SUCCESS);
+        CHECK(bn_mask_error(order, size, size, texels, 1, &error, NULL, NULL) == BN_SUCCESS);
         total += error * error;
     }
     free(order);

@@ -39,9 +39,9 @@ static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t hei
     case ANNEAL_FROM:
         return bn_anneal(&anneal, width, height, 1, mask, count);
     case ERROR:
-        return bn_mask_error(mask, width, height, count, 1, &error);
+        return bn_mask_error(mask, width, height, count, 1, &error, NULL, NULL);
     case SPECTRUM:
-        return bn_power_spectrum(mask, width, height, count, outputs);
+        return bn_power_spectrum(mask, width, height, count, outputs, NULL, NULL);
     case DITHER:
         return bn_dither(&dither, values, 2, 2, 1, outputs, 4);
     default:
@@ -112,7 +112,7 @@ static void test_numbers(void) {
     for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
         const double v = bad[i];
         fill_white(ranks, MOST, 5);
-        CHECK(bn_mask_error(ranks, 8, 8, MOST, v, &error) == BN_ERROR_INVALID_ARGUMENT);
+        CHECK(bn_mask_error(ranks, 8, 8, MOST, v, &error, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
         for (int which = 0; which < 2; ++which) {
             bn_void_and_cluster_options o = bn_void_and_cluster_options_default();
             *(which == 0 ? &o.sigma : &o.initial_fraction) = v;

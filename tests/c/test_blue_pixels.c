@@ -334,8 +334,8 @@ enum { VIEW_BITS = 2 + 6 + 6, KEY_BITS = 16, VARIANT_BITS = VIEW_BITS + 4 * MEMB
 /* Counts the variants that explain the draws of a family near pixel (0, 0): those in the same copy of
  * the tile as that pixel. At least a quarter of the others are. */
 static int find_variant(const bn_sampler *s, uint32_t parent, uint32_t key, variant *seen) {
-    static const int32_t pixels[][2] = {{0, 0},  {1, 0},   {0, 1},  {2, 1},  {-1, 0}, {0, -1},
-                                        {-2, 1}, {2, -1}, {-1, -2}, {1, 3},  {3, -3}, {-3, 2}};
+    static const int32_t pixels[][2] = {{0, 0},  {1, 0},  {0, 1},   {2, 1}, {-1, 0}, {0, -1},
+                                        {-2, 1}, {2, -1}, {-1, -2}, {1, 3}, {3, -3}, {-3, 2}};
     enum { PIXELS = sizeof pixels / sizeof *pixels };
     uint64_t looks[PIXELS][MEMBERS];
     int count = 0;

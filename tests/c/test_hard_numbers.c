@@ -114,7 +114,7 @@ static void test_sigmas(void) {
             anneal.sweeps = 2;
             CHECK(bn_anneal(&anneal, width, height, 1, ranks, count) == BN_SUCCESS);
             CHECK(is_permutation(ranks, count));
-            CHECK(bn_power_spectrum(ranks, width, height, count, power) == BN_SUCCESS);
+            CHECK(bn_power_spectrum(ranks, width, height, count, power, NULL, NULL) == BN_SUCCESS);
             for (size_t i = 0; i < count; ++i) CHECK(power[i] >= 0 && power[i] <= FLT_MAX);
         }
     }

@@ -157,13 +157,14 @@ static double measure(const row *r, const uint32_t *masks) {
         const uint32_t *ranks = masks + seed * count;
         double value = 0;
         if (strncmp(r->measure, "e_", 2) == 0) {
-            CHECK(bn_mask_error(ranks, r->width, r->height, count, atof(r->measure + 2), &value) ==
-                  BN_SUCCESS);
+            CHECK(bn_mask_error(ranks, r->width, r->height, count, atof(r->measure + 2), &value,
+                                NULL, NULL) == BN_SUCCESS);
         } else if (sscanf(r->measure, "low_%d/%d", &numerator, &denominator) == 2) {
             value = low_power(r, ranks, (double)numerator / denominator);
         } else {
             CHECK(strcmp(r->measure, "anisotropy") == 0);
-            CHECK(bn_power_spectrum(ranks, r->width, r->height, count, power) == BN_SUCCESS);
+            CHECK(bn_power_spectrum(ranks, r->width, r->height, count, power, NULL, NULL) ==
+                  BN_SUCCESS);
             for (size_t i = 0; i < count; ++i) powers[i] += power[i];
         }
         total += value / r->seeds;

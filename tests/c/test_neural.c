@@ -176,7 +176,9 @@ static void test_sparse_spacing(void) {
         model_parts parts = model_parts_default();
         bn_neural *neural;
         parts.channels = 2;
-        parts.spacing = i == 0 ? NULL : i == 1 ? "10000" : "400"; /* 10000: no pattern of this mask is that sparse */
+        parts.spacing = i == 0   ? NULL
+                        : i == 1 ? "10000"
+                                 : "400"; /* 10000: no pattern of this mask is that sparse */
         CHECK(open_parts(&parts, FAKE_RUNTIME, (uint32_t)(i == 3 ? 3 : 1), &neural) == BN_SUCCESS);
         CHECK(bn_neural_mask(neural, extent, extent, 5, ranks[i], 2 * count) == BN_SUCCESS);
         bn_neural_close(neural);

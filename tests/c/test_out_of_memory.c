@@ -111,9 +111,9 @@ static bn_result call(int function) {
     case 4:
         return bn_ranks_from_values(values, TEXELS, ranks);
     case 5:
-        return bn_mask_error(mask, SIZE, SIZE, TEXELS, 1, &error);
+        return bn_mask_error(mask, SIZE, SIZE, TEXELS, 1, &error, NULL, NULL);
     case 6:
-        return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power);
+        return bn_power_spectrum(mask, SIZE, SIZE, TEXELS, power, NULL, NULL);
     case 8:
         return init_sampler(mask);
     case 9:

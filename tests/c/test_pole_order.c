@@ -156,7 +156,8 @@ static void test_words(void) {
     for (size_t i = 0; i < count; ++i) {
         unsigned char b[4] = {0};
         CHECK(fread(b, 1, 4, file) == 4);
-        CHECK(words[i] == (b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24));
+        CHECK(words[i] ==
+              (b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24));
     }
     CHECK(fgetc(file) == EOF);
     fclose(file);

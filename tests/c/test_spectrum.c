@@ -14,7 +14,7 @@ static void test_against_definition(void) {
         double mean = (double)(count - 1) / 2, total = 0, sum = 0;
         fill_white(ranks, count, (uint32_t)i + 1);
         for (size_t p = 0; p < count; ++p) total += (ranks[p] - mean) * (ranks[p] - mean);
-        CHECK(bn_power_spectrum(ranks, width, height, count, power) == BN_SUCCESS);
+        CHECK(bn_power_spectrum(ranks, width, height, count, power, NULL, NULL) == BN_SUCCESS);
         for (uint32_t v = 0; v < height; ++v) {
             for (uint32_t u = 0; u < width; ++u) {
                 double re = 0, im = 0;
@@ -41,7 +41,7 @@ static void test_blue(void) {
     static uint32_t ranks[size * size];
     static float power[size * size];
     CHECK(bn_void_and_cluster(NULL, size, size, 1, ranks, size * size) == BN_SUCCESS);
-    CHECK(bn_power_spectrum(ranks, size, size, size * size, power) == BN_SUCCESS);
+    CHECK(bn_power_spectrum(ranks, size, size, size * size, power, NULL, NULL) == BN_SUCCESS);
     double low = 0;
     int texels = 0;
     for (int v = -6; v <= 6; ++v) {
@@ -57,13 +57,13 @@ static void test_blue(void) {
 static void test_bad_input(void) {
     uint32_t ranks[6] = {0, 1, 2, 3, 4, 5};
     float power[6] = {-7};
-    CHECK(bn_power_spectrum(ranks, 3, 2, 6, NULL) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_power_spectrum(ranks, 3, 2, 7, power) == BN_ERROR_SIZE_MISMATCH);
+    CHECK(bn_power_spectrum(ranks, 3, 2, 6, NULL, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_power_spectrum(ranks, 3, 2, 7, power, NULL, NULL) == BN_ERROR_SIZE_MISMATCH);
     ranks[0] = 5;
-    CHECK(bn_power_spectrum(ranks, 3, 2, 6, power) == BN_ERROR_BAD_DATA);
+    CHECK(bn_power_spectrum(ranks, 3, 2, 6, power, NULL, NULL) == BN_ERROR_BAD_DATA);
     CHECK(power[0] == -7);
     ranks[0] = 0;
-    CHECK(bn_power_spectrum(ranks, 1, 1, 1, power) == BN_SUCCESS && power[0] == 0);
+    CHECK(bn_power_spectrum(ranks, 1, 1, 1, power, NULL, NULL) == BN_SUCCESS && power[0] == 0);
 }
 
 int main(void) {

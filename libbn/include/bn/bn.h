@@ -491,25 +491,27 @@ BN_API const uint16_t *bn_builtin_mask(uint32_t size);
  * such size), SIZE_MISMATCH. */
 BN_API bn_result bn_builtin_mask_copy(uint32_t size, uint32_t *ranks, size_t count);
 
-/* ---- Measuring masks */
+/* ---- Measuring masks. `progress` may be NULL; these two call it in the environment of the program. */
 
 /* Computes the dithering error E_sigma of a 2-D mask; lower is better. It is the root mean square,
  * over texels and the 64 thresholds t = (i + 0.5) / 64, of G_sigma * [m < t] - t. Here m is the
  * value (rank + 0.5) / count, and G_sigma is a toroidal Gaussian of sigma texels, applied as the
  * transfer function exp(-2 pi^2 sigma^2 f^2). White noise has 0.1152 at sigma 1. Errors:
  * INVALID_ARGUMENT (a NULL, a zero extent, sigma negative or not finite), SIZE_MISMATCH, BAD_DATA
- * (ranks is not a permutation), OUT_OF_MEMORY. */
+ * (ranks is not a permutation), OUT_OF_MEMORY, CANCELLED. */
 BN_API bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
-                               double sigma, double *error);
+                               double sigma, double *error, bn_progress progress,
+                               void *progress_user);
 
 /* Computes the power spectrum of a 2-D mask. power[v * width + u] is the squared magnitude of the
  * discrete Fourier transform at frequency (u / width, v / height) cycles per texel, divided by the
  * sum of the squared deviations of the ranks from their mean. White noise has a power of 1
  * everywhere. Frequencies above 1/2 are negative: subtract 1. The constant term, power[0], is 0.
  * Errors: INVALID_ARGUMENT (a NULL, a zero extent), SIZE_MISMATCH, BAD_DATA (ranks is not a
- * permutation), OUT_OF_MEMORY. */
+ * permutation), OUT_OF_MEMORY, CANCELLED. */
 BN_API bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height,
-                                   size_t count, float *power);
+                                   size_t count, float *power, bn_progress progress,
+                                   void *progress_user);
 
 /* ---- Dithering */
 

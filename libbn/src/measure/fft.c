@@ -155,8 +155,10 @@ static int bluestein(bn_fft *fft) {
     return at;
 }
 
-void bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns) {
+int bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns, const bn_fft_watch *watch) {
     for (size_t first = 0; first < columns; first += BN_FFT_LANES) {
+        const double done = watch->done + watch->share * (double)first / (double)columns;
+        if (watch->progress != NULL && watch->progress(watch->user, done) != 0) return 0;
         size_t lanes = columns - first < BN_FFT_LANES ? columns - first : BN_FFT_LANES;
         size_t used = fft->n * BN_FFT_LANES;
         for (size_t part = 0; part < 2; ++part) {
@@ -177,6 +179,7 @@ void bn_fft_columns(bn_fft *fft, double *re, double *im, size_t columns) {
             }
         }
     }
+    return 1;
 }
 
 void bn_transpose(const double *from, size_t height, size_t width, double *to) {

@@ -30,7 +30,7 @@ static double below(uint32_t rank, uint32_t i, size_t count) {
 }
 
 bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
-                        double sigma, double *error) {
+                        double sigma, double *error, bn_progress progress, void *progress_user) {
     if (error == NULL || !bn_in_range(sigma, 0, DBL_MAX)) return BN_ERROR_INVALID_ARGUMENT;
     bn_result result = bn_check_mask(ranks, width, height, count);
     if (result != BN_SUCCESS) return result;
@@ -51,10 +51,14 @@ bn_result bn_mask_error(const uint32_t *ranks, uint32_t width, uint32_t height, 
             re[p] = below(ranks[p], i, count);
             im[p] = below(ranks[p], i + 1, count);
         }
-        bn_fft_columns(columns, re, im, width);
+        const double done = (double)i / BN_ERROR_THRESHOLDS, half = 1.0 / BN_ERROR_THRESHOLDS;
+        const bn_fft_watch first_half = {progress, progress_user, done, half};
+        const bn_fft_watch second_half = {progress, progress_user, done + half, half};
+        result = BN_ERROR_CANCELLED;
+        if (!bn_fft_columns(columns, re, im, width, &first_half)) goto done;
         bn_transpose(re, height, width, turned_re);
         bn_transpose(im, height, width, turned_im);
-        bn_fft_columns(rows, turned_re, turned_im, height);
+        if (!bn_fft_columns(rows, turned_re, turned_im, height, &second_half)) goto done;
         double first = turned_re[0] / n - (i + 0.5) / BN_ERROR_THRESHOLDS;
         double second = turned_im[0] / n - (i + 1.5) / BN_ERROR_THRESHOLDS;
         turned_re[0] = turned_im[0] = 0;

@@ -6,7 +6,7 @@
 #include <bn/bn.h>
 
 bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t height, size_t count,
-                            float *power) {
+                            float *power, bn_progress progress, void *progress_user) {
     if (power == NULL) return BN_ERROR_INVALID_ARGUMENT;
     bn_result result = bn_check_mask(ranks, width, height, count);
     if (result != BN_SUCCESS) return result;
@@ -21,10 +21,13 @@ bn_result bn_power_spectrum(const uint32_t *ranks, uint32_t width, uint32_t heig
         re[i] = ranks[i] - (n - 1) / 2;
         im[i] = 0;
     }
-    bn_fft_columns(columns, re, im, width);
+    result = BN_ERROR_CANCELLED;
+    const bn_fft_watch first_half = {progress, progress_user, 0, 0.5};
+    const bn_fft_watch second_half = {progress, progress_user, 0.5, 0.5};
+    if (!bn_fft_columns(columns, re, im, width, &first_half)) goto done;
     bn_transpose(re, height, width, turned_re);
     bn_transpose(im, height, width, turned_im);
-    bn_fft_columns(rows, turned_re, turned_im, height);
+    if (!bn_fft_columns(rows, turned_re, turned_im, height, &second_half)) goto done;
     bn_transpose(turned_re, width, height, re);
     bn_transpose(turned_im, width, height, im);
     /* The sum of the squares of 0 .. n - 1 around their mean. */
