@@ -53,36 +53,38 @@ def neural_noise(
 def domain_child(domain: int, key: int) -> int: ...
 @overload
 def domain_child(domain: npt.ArrayLike, key: npt.ArrayLike) -> Any: ...
-def void_and_cluster(
-    ranks: Ranks, sigma: float, initial_fraction: float, seed: int, progress: Optional[Progress]
-) -> None: ...
-def anneal(
-    ranks: Ranks,
-    sigma: float,
-    far_sigma: float,
-    far_weight: float,
-    value_sigma: float,
-    start_temperature: float,
-    end_temperature: float,
-    sweeps: int,
-    order_ends: bool,
-    start_from_ranks: bool,
-    seed: int,
-    progress: Optional[Progress],
-) -> None: ...
-def relax(
-    ranks: Ranks,
-    sigma: float,
-    start_step: float,
-    end_step: float,
-    start_softness: float,
-    end_softness: float,
-    steps: int,
-    threads: int,
-    start_from_ranks: bool,
-    seed: int,
-    progress: Optional[Progress],
-) -> None: ...
+
+class VoidAndClusterOptions:
+    sigma: float
+    initial_fraction: float
+    seed: int
+
+class RelaxOptions:
+    sigma: float
+    start_step: float
+    end_step: float
+    start_softness: float
+    end_softness: float
+    steps: int
+    threads: int
+    start_from_ranks: int
+    seed: int
+
+class AnnealOptions:
+    sigma: float
+    far_sigma: float
+    far_weight: float
+    value_sigma: float
+    start_temperature: float
+    end_temperature: float
+    sweeps: int
+    order_ends: int
+    start_from_ranks: int
+    seed: int
+
+def void_and_cluster(ranks: Ranks, options: VoidAndClusterOptions, progress: Optional[Progress]) -> None: ...
+def anneal(ranks: Ranks, options: AnnealOptions, progress: Optional[Progress]) -> None: ...
+def relax(ranks: Ranks, options: RelaxOptions, progress: Optional[Progress]) -> None: ...
 def ranks_from_values(values: npt.NDArray[np.float32]) -> Ranks: ...
 def ranks_to_float(ranks: Ranks, count: int) -> npt.NDArray[np.float32]: ...
 def builtin_mask(size: int) -> Optional[Ranks]: ...

@@ -242,13 +242,11 @@ def _void_and_cluster(
     progress: Optional[Progress] = None,
 ) -> Ranks:
     ranks = _result(shape, out, "void-and-cluster")
-    _core.void_and_cluster(
-        ranks.reshape((1,) * (3 - len(shape)) + shape),
-        arguments.real("sigma", sigma, 0.25, 16),
-        arguments.real("initial_fraction", initial_fraction, 0, 0.5, low_included=False),
-        arguments.seed(seed),
-        arguments.callback("progress", progress),
-    )
+    options = _core.VoidAndClusterOptions()
+    options.sigma = arguments.real("sigma", sigma, 0.25, 16)
+    options.initial_fraction = arguments.real("initial_fraction", initial_fraction, 0, 0.5, low_included=False)
+    options.seed = arguments.seed(seed)
+    _core.void_and_cluster(ranks.reshape((1,) * (3 - len(shape)) + shape), options, arguments.callback("progress", progress))
     return ranks
 
 
@@ -269,10 +267,6 @@ def _start_from(ranks: Ranks, given: Optional[npt.ArrayLike], channels: int = 1)
         arguments.permutation("start_from_ranks", channel)
 
 
-def _or(value: Any, default: Any) -> Any:
-    return default if value is None else value
-
-
 def _relax(
     shape: tuple[int, ...],
     seed: Seed,
@@ -291,23 +285,24 @@ def _relax(
     _check_flat(shape, "relax")
     ranks = _result(shape, out, "relax")
     _start_from(ranks, start_from_ranks)
+    options = _core.RelaxOptions()
     described = (steps, sigma, start_step, end_step, start_softness, end_softness, start_from_ranks)
-    learned = all(option is None for option in described)
-    step = arguments.real("start_step", _or(start_step, 4.0), 0, 8, low_included=False)
-    softness = arguments.real("start_softness", _or(start_softness, 0.45), 0, 0.49, low_included=False)
-    _core.relax(
-        ranks.reshape((1,) * (2 - len(shape)) + shape),
-        arguments.real("sigma", _or(sigma, 0.92), 0.25, 2.5),
-        step,
-        arguments.real("end_step", _or(end_step, 0.05), 0, step, low_included=False),
-        softness,
-        arguments.real("end_softness", _or(end_softness, 0.008), 0, softness, low_included=False),
-        0 if learned else arguments.integer("steps", _or(steps, 64), 1, arguments.UINT32[1]),
-        arguments.integer("threads", threads, 0, arguments.UINT32[1]),
-        start_from_ranks is not None,
-        arguments.seed(seed),
-        arguments.callback("progress", progress),
-    )
+    if any(option is not None for option in described):
+        options.steps = 64 if steps is None else arguments.integer("steps", steps, 1, arguments.UINT32[1])
+    options.start_from_ranks = start_from_ranks is not None
+    if sigma is not None:
+        options.sigma = arguments.real("sigma", sigma, 0.25, 2.5)
+    if start_step is not None:
+        options.start_step = arguments.real("start_step", start_step, 0, 8, low_included=False)
+    if start_softness is not None:
+        options.start_softness = arguments.real("start_softness", start_softness, 0, 0.49, low_included=False)
+    end = options.end_step if end_step is None else end_step
+    options.end_step = arguments.real("end_step", end, 0, options.start_step, low_included=False)
+    end = options.end_softness if end_softness is None else end_softness
+    options.end_softness = arguments.real("end_softness", end, 0, options.start_softness, low_included=False)
+    options.threads = arguments.integer("threads", threads, 0, arguments.UINT32[1])
+    options.seed = arguments.seed(seed)
+    _core.relax(ranks.reshape((1,) * (3 - len(shape)) + shape), options, arguments.callback("progress", progress))
     return ranks
 
 
@@ -337,20 +332,18 @@ def _anneal(
     start = arguments.real("start_temperature", start_temperature, 0, 1, low_included=False)
     ranks = _result(result, out, "anneal")
     _start_from(ranks, start_from_ranks, channels)
-    _core.anneal(
-        ranks.reshape((channels,) + (1,) * (2 - len(shape)) + shape),
-        sigma,
-        arguments.real("far_sigma", far_sigma, sigma, 4),
-        arguments.real("far_weight", far_weight, 0, sys.float_info.max),
-        arguments.real("value_sigma", value_sigma, 0.01, 100),
-        start,
-        arguments.real("end_temperature", end_temperature, 0, start, low_included=False),
-        arguments.integer("sweeps", sweeps, 0, arguments.UINT32[1]),
-        bool(order_ends),
-        start_from_ranks is not None,
-        arguments.seed(seed),
-        arguments.callback("progress", progress),
-    )
+    options = _core.AnnealOptions()
+    options.sigma = sigma
+    options.far_sigma = arguments.real("far_sigma", far_sigma, sigma, 4)
+    options.far_weight = arguments.real("far_weight", far_weight, 0, sys.float_info.max)
+    options.value_sigma = arguments.real("value_sigma", value_sigma, 0.01, 100)
+    options.start_temperature = start
+    options.end_temperature = arguments.real("end_temperature", end_temperature, 0, start, low_included=False)
+    options.sweeps = arguments.integer("sweeps", sweeps, 0, arguments.UINT32[1])
+    options.order_ends = bool(order_ends)
+    options.start_from_ranks = start_from_ranks is not None
+    options.seed = arguments.seed(seed)
+    _core.anneal(ranks.reshape((channels,) + (1,) * (2 - len(shape)) + shape), options, arguments.callback("progress", progress))
     return ranks
 
 

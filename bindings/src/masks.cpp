@@ -12,86 +12,49 @@ py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-/* Makes a mask with make(ranks, count) and `options`, into which seed and callback are set. */
+/* Makes a mask with make(ranks, extents, count), where extents are those of `ranks`, into which the
+ * result goes: three, the last two height and width. */
 template <typename Options, typename Make>
-void generate(Ranks &ranks, Options &options, uint64_t seed, const py::object &callback,
-              const std::string &arguments, Make make) {
+void generate(const char *method, Ranks &ranks, Options options, const py::object &callback,
+              Make make) {
     Progress progress(callback);
-    options.seed = seed;
     options.progress = Progress::call;
     options.progress_user = &progress;
     uint32_t *out = ranks.mutable_data();
     const auto count = static_cast<size_t>(ranks.size());
-    progress.finish(unlocked([&] { return make(out, count); }), arguments);
+    uint32_t extents[3];
+    std::string shape;
+    for (py::ssize_t axis = 0; axis < 3; ++axis) {
+        extents[axis] = static_cast<uint32_t>(ranks.shape(axis));
+        shape += (axis > 0 ? " x " : "") + std::to_string(extents[axis]);
+    }
+    progress.finish(unlocked([&] { return make(options, extents, out, count); }),
+                    std::string(method) + ", " + shape);
 }
 
-/* `ranks` has shape (depth, height, width). */
-void void_and_cluster(Ranks &ranks, double sigma, double initial_fraction, uint64_t seed,
-                      const py::object &callback) {
-    bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
-    options.sigma = sigma;
-    options.initial_fraction = initial_fraction;
-    const auto depth = static_cast<uint32_t>(ranks.shape(0));
-    const auto height = static_cast<uint32_t>(ranks.shape(1));
-    const auto width = static_cast<uint32_t>(ranks.shape(2));
-    generate(ranks, options, seed, callback,
-             "void-and-cluster, " + std::to_string(ranks.size()) + " texels, sigma " +
-                 std::to_string(sigma) + ", initial_fraction " + std::to_string(initial_fraction),
-             [&](uint32_t *out, size_t count) {
-                 return bn_void_and_cluster(&options, width, height, depth, out, count);
+/* (depth, height, width) */
+void void_and_cluster(Ranks &ranks, const bn_void_and_cluster_options &options,
+                      const py::object &progress) {
+    generate("void-and-cluster", ranks, options, progress,
+             [](const auto &o, const uint32_t *extents, uint32_t *out, size_t count) {
+                 return bn_void_and_cluster(&o, extents[2], extents[1], extents[0], out, count);
              });
 }
 
-/* `ranks` has shape (channels, height, width). It receives the result, and is the initial mask if
- * start_from_ranks is set. */
-void anneal(Ranks &ranks, double sigma, double far_sigma, double far_weight, double value_sigma,
-            double start_temperature, double end_temperature, uint32_t sweeps, bool order_ends,
-            bool start_from_ranks, uint64_t seed, const py::object &callback) {
-    bn_anneal_options options = bn_anneal_options_default();
-    options.sigma = sigma;
-    options.far_sigma = far_sigma;
-    options.far_weight = far_weight;
-    options.value_sigma = value_sigma;
-    options.start_temperature = start_temperature;
-    options.end_temperature = end_temperature;
-    options.sweeps = sweeps;
-    options.order_ends = order_ends ? 1 : 0;
-    options.start_from_ranks = start_from_ranks ? 1 : 0;
-    const auto channels = static_cast<uint32_t>(ranks.shape(0));
-    const auto height = static_cast<uint32_t>(ranks.shape(1));
-    const auto width = static_cast<uint32_t>(ranks.shape(2));
-    generate(ranks, options, seed, callback,
-             "anneal, " + std::to_string(channels) + " x " + std::to_string(height) + " x " +
-                 std::to_string(width) + (start_from_ranks ? ", start_from_ranks given" : "") +
-                 ", sigma " + std::to_string(sigma) + ", far_sigma " + std::to_string(far_sigma) +
-                 ", sweeps " + std::to_string(sweeps),
-             [&](uint32_t *out, size_t count) {
-                 return bn_anneal(&options, width, height, channels, out, count);
+/* (channels, height, width); the initial mask, too, if options.start_from_ranks is set. */
+void anneal(Ranks &ranks, const bn_anneal_options &options, const py::object &progress) {
+    generate("anneal", ranks, options, progress,
+             [](const auto &o, const uint32_t *extents, uint32_t *out, size_t count) {
+                 return bn_anneal(&o, extents[2], extents[1], extents[0], out, count);
              });
 }
 
-/* As for anneal, but `ranks` has shape (height, width), and 0 steps are the learned schedule. */
-void relax(Ranks &ranks, double sigma, double start_step, double end_step, double start_softness,
-           double end_softness, uint32_t steps, uint32_t threads, bool start_from_ranks,
-           uint64_t seed, const py::object &callback) {
-    bn_relax_options options = bn_relax_options_default();
-    options.sigma = sigma;
-    options.start_step = start_step;
-    options.end_step = end_step;
-    options.start_softness = start_softness;
-    options.end_softness = end_softness;
-    options.steps = steps;
-    options.threads = threads;
-    options.start_from_ranks = start_from_ranks ? 1 : 0;
-    const auto height = static_cast<uint32_t>(ranks.shape(0));
-    const auto width = static_cast<uint32_t>(ranks.shape(1));
-    generate(
-        ranks, options, seed, callback,
-        "relax, " + std::to_string(height) + " x " + std::to_string(width) +
-            (start_from_ranks ? ", start_from_ranks given" : "") + ", sigma " +
-            std::to_string(sigma) + ", steps " + std::to_string(steps) + ", threads " +
-            std::to_string(threads),
-        [&](uint32_t *out, size_t count) { return bn_relax(&options, width, height, out, count); });
+/* (1, height, width), likewise. */
+void relax(Ranks &ranks, const bn_relax_options &options, const py::object &progress) {
+    generate("relax", ranks, options, progress,
+             [](const auto &o, const uint32_t *extents, uint32_t *out, size_t count) {
+                 return bn_relax(&o, extents[2], extents[1], out, count);
+             });
 }
 
 Ranks ranks_from_values(const Floats &values) {
@@ -161,17 +124,41 @@ Floats power_spectrum(const Ranks &ranks) {
 } // namespace
 
 void bind_masks(py::module_ &module) {
+    /* The options of the header, with its defaults. */
+    py::class_<bn_void_and_cluster_options>(module, "VoidAndClusterOptions")
+        .def(py::init(&bn_void_and_cluster_options_default))
+        .def_readwrite("sigma", &bn_void_and_cluster_options::sigma)
+        .def_readwrite("initial_fraction", &bn_void_and_cluster_options::initial_fraction)
+        .def_readwrite("seed", &bn_void_and_cluster_options::seed);
+    py::class_<bn_relax_options>(module, "RelaxOptions")
+        .def(py::init(&bn_relax_options_default))
+        .def_readwrite("sigma", &bn_relax_options::sigma)
+        .def_readwrite("start_step", &bn_relax_options::start_step)
+        .def_readwrite("end_step", &bn_relax_options::end_step)
+        .def_readwrite("start_softness", &bn_relax_options::start_softness)
+        .def_readwrite("end_softness", &bn_relax_options::end_softness)
+        .def_readwrite("steps", &bn_relax_options::steps)
+        .def_readwrite("threads", &bn_relax_options::threads)
+        .def_readwrite("start_from_ranks", &bn_relax_options::start_from_ranks)
+        .def_readwrite("seed", &bn_relax_options::seed);
+    py::class_<bn_anneal_options>(module, "AnnealOptions")
+        .def(py::init(&bn_anneal_options_default))
+        .def_readwrite("sigma", &bn_anneal_options::sigma)
+        .def_readwrite("far_sigma", &bn_anneal_options::far_sigma)
+        .def_readwrite("far_weight", &bn_anneal_options::far_weight)
+        .def_readwrite("value_sigma", &bn_anneal_options::value_sigma)
+        .def_readwrite("start_temperature", &bn_anneal_options::start_temperature)
+        .def_readwrite("end_temperature", &bn_anneal_options::end_temperature)
+        .def_readwrite("sweeps", &bn_anneal_options::sweeps)
+        .def_readwrite("order_ends", &bn_anneal_options::order_ends)
+        .def_readwrite("start_from_ranks", &bn_anneal_options::start_from_ranks)
+        .def_readwrite("seed", &bn_anneal_options::seed);
     module.def("void_and_cluster", &void_and_cluster, py::arg("ranks").noconvert(),
-               py::arg("sigma"), py::arg("initial_fraction"), py::arg("seed"), py::arg("progress"));
-    module.def("anneal", &anneal, py::arg("ranks").noconvert(), py::arg("sigma"),
-               py::arg("far_sigma"), py::arg("far_weight"), py::arg("value_sigma"),
-               py::arg("start_temperature"), py::arg("end_temperature"), py::arg("sweeps"),
-               py::arg("order_ends"), py::arg("start_from_ranks"), py::arg("seed"),
+               py::arg("options"), py::arg("progress"));
+    module.def("anneal", &anneal, py::arg("ranks").noconvert(), py::arg("options"),
                py::arg("progress"));
-    module.def("relax", &relax, py::arg("ranks").noconvert(), py::arg("sigma"),
-               py::arg("start_step"), py::arg("end_step"), py::arg("start_softness"),
-               py::arg("end_softness"), py::arg("steps"), py::arg("threads"),
-               py::arg("start_from_ranks"), py::arg("seed"), py::arg("progress"));
+    module.def("relax", &relax, py::arg("ranks").noconvert(), py::arg("options"),
+               py::arg("progress"));
     module.def("ranks_from_values", &ranks_from_values, py::arg("values").noconvert());
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));
