@@ -334,7 +334,8 @@ inline Path Split::operator[](uint32_t k) const noexcept {
 }
 
 // For renderers that ask a sampler object for the next number or pair, as pbrt's do. A number and
-// the pair after it, or two pairs, share a domain. Each ray has its own sequence without end, so
+// the pair after it, or two pairs, share a domain. Name the numbers before you hand them on: in
+// f(get_1d(), get_2d()) the order of the calls is open. Each ray has its own sequence without end, so
 // what one ray draws cannot meet another's.
 class SequentialSampler {
   public:
