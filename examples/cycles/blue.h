@@ -37,8 +37,8 @@ ccl_device_inline bn_uint2 blue_seed(KernelGlobals kg) {
 /* One pair of a domain, 0 or 1, or its single numbers, 2 or 3: in [0, 1). */
 ccl_device_inline float2 blue_pair(KernelGlobals kg, const bn_path path, const uint domain,
                                    const uint pair) {
-    const bn_uint2 v = bn_draw_blue_pair_bits(kg, blue_seed(kg), path.x, path.y, path.index, domain,
-                                              pair);
+    const bn_uint2 v =
+        bn_draw_blue_pair_bits(kg, blue_seed(kg), path.x, path.y, path.index, domain, pair);
     return make_float2(float(v.x >> 8) * (1.0f / 16777216.0f),
                        float(v.y >> 8) * (1.0f / 16777216.0f));
 }

@@ -108,6 +108,6 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     if (result != BN_SUCCESS)
         throw Error("the sampler '" + settings.name +
                     "' cannot be made: " + bn_result_string(result));
-    return std::make_unique<Sampler>(Sampler{
-        library, std::move(ranks), chosen->peer ? chosen->peer(settings.seed) : nullptr});
+    return std::make_unique<Sampler>(
+        Sampler{library, std::move(ranks), chosen->peer ? chosen->peer(settings.seed) : nullptr});
 }

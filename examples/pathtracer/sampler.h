@@ -33,9 +33,10 @@
 #include "peer.h"
 
 struct Sampler {
-    bn_sampler library;               // of kind WHITE if a peer draws
-    std::vector<uint32_t> mask_ranks; // of `library`, which borrows them; empty for the built-in mask
-    PeerPointer peer;                 // null if `library` draws
+    bn_sampler library; // of kind WHITE if a peer draws
+    std::vector<uint32_t>
+        mask_ranks;   // of `library`, which borrows them; empty for the built-in mask
+    PeerPointer peer; // null if `library` draws
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 

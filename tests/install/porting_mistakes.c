@@ -25,7 +25,9 @@ static void start(void) {
     const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_WHITE};
     mistake = setting("MISTAKE", "none");
     layout = setting("LAYOUT", "next ray");
-    made = bn_sampler_make(kinds[is("sobol") ? 1 : is("white") ? 2 : 0],
+    made = bn_sampler_make(kinds[is("sobol")   ? 1
+                                 : is("white") ? 2
+                                               : 0],
                            strtoull(setting("SEED", "0"), NULL, 10));
     sampler = &made;
 }

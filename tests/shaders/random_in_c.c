@@ -25,8 +25,8 @@ static vec4 bn_draw_blue(bn_uint2 seed, uint32_t x, uint32_t y, uint32_t index, 
     return out;
 }
 
-static vec2 bn_draw_blue_pair(bn_uint2 seed, uint32_t x, uint32_t y, uint32_t index, uint32_t domain,
-                              uint32_t pair) {
+static vec2 bn_draw_blue_pair(bn_uint2 seed, uint32_t x, uint32_t y, uint32_t index,
+                              uint32_t domain, uint32_t pair) {
     const bn_uint2 v = bn_draw_blue_pair_bits(seed, x, y, index, domain, pair);
     const vec2 out = {random_float(v.x), random_float(v.y)};
     return out;
@@ -38,7 +38,8 @@ static vec3 random_vec3(float x, float y, float z) {
 }
 
 #define vec3(x, y, z) random_vec3(x, y, z)
-#define uvec2(x, y) {x, y}
+#define uvec2(x, y)                                                                                \
+    { x, y }
 #define BN_EFFECT_PIXEL RANDOM_PIXEL
 #if RANDOM_WITH_LENS
 #define BN_EFFECT_LENS RANDOM_LENS

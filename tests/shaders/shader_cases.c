@@ -97,8 +97,8 @@ static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expecte
     for (int d = 0; d < 4; ++d) expected[5 + d] = bits_of(u[d]);
     bn_uint2 v = {expected[1 + 2 * (pair & 1u)], expected[2 + 2 * (pair & 1u)]};
     if (at % KINDS == BN_SAMPLER_BLUE) {
-        v = bn_draw_blue_pair_bits(bn_tables(NULL, NULL), bn_draw_seed(&sampler), record[1], record[2],
-                                   record[3], expected[0], pair);
+        v = bn_draw_blue_pair_bits(bn_tables(NULL, NULL), bn_draw_seed(&sampler), record[1],
+                                   record[2], record[3], expected[0], pair);
     }
     bn_sample_pair(&sampler, x, y, record[3], expected[0], pair, u);
     expected[15] = v.x + 3u * v.y + 5u * bits_of(u[0]) + 7u * bits_of(u[1]);

@@ -24,8 +24,8 @@ static float float_of(uint32_t bits) {
 }
 
 /* A shader that numbers the decisions of a ray itself draws what the objects of bn_path.h hand out. */
-static void test_path(const bn_sampler *s, const glsl_table *table, int32_t kind, const bn_path *path,
-                      uint32_t frame, uint32_t number, uint32_t count) {
+static void test_path(const bn_sampler *s, const glsl_table *table, int32_t kind,
+                      const bn_path *path, uint32_t frame, uint32_t number, uint32_t count) {
     const int32_t x = (int32_t)path->x, y = (int32_t)path->y;
     bn_ray ray = bn_path_ray(path, number);
     uint32_t bits[4];

@@ -168,9 +168,8 @@ static bn_result read_graph(span s, bn_onnx_model *model) {
             result = BN_ERROR_UNSUPPORTED; /* a few bytes can claim any size */
             break;
         case INPUT:
-            if (inputs++ || !read_value(f.bytes, &name, extents) ||
-                !is_text(name, "noise") || extents[0] != 1 || extents[1] != 1 || extents[2] != 0 ||
-                extents[3] != 0) {
+            if (inputs++ || !read_value(f.bytes, &name, extents) || !is_text(name, "noise") ||
+                extents[0] != 1 || extents[1] != 1 || extents[2] != 0 || extents[3] != 0) {
                 return BN_ERROR_BAD_DATA;
             }
             break;

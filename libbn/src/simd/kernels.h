@@ -287,6 +287,6 @@ static void relax_row(const int16_t *centre, const ptrdiff_t *offsets, const int
     }
 }
 
-const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME,      field_change, field_find,
-                               window_difference, relax_row,    BN_SIMD_DRAW_MANY,
+const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME,           field_change, field_find,
+                               window_difference,      relax_row,    BN_SIMD_DRAW_MANY,
                                BN_SIMD_ELIMINATE_VISIT};

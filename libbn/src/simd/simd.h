@@ -68,7 +68,7 @@ typedef struct bn_simd {
      * differ by less than 2^14. Reads and writes back up to BN_ELIMINATE_LANES - 1 more points. NULL
      * where there is nothing faster than single pairs. */
     uint32_t (*eliminate_visit)(const bn_eliminate_points *points, const bn_eliminate_range *ranges,
-                           uint32_t count, uint32_t x, uint32_t y, int sign);
+                                uint32_t count, uint32_t x, uint32_t y, int sign);
 } bn_simd;
 
 /* The best instruction set of this machine. For tests, the environment variable BN_SIMD chooses
