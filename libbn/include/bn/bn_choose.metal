@@ -11,6 +11,7 @@
 
 #define BN_CHOOSE_UINT uint
 #define BN_CHOOSE_BOOL bool
+#define BN_CHOOSE_FALSE false
 #define BN_CHOOSE_FUNCTION static inline
 #define BN_CHOOSE_U thread float &u
 #define BN_CHOOSE_GET_U u
