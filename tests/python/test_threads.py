@@ -31,13 +31,15 @@ INDEX = np.zeros(2**18, np.uint32)
 DRAWS = np.empty((256, 256, 4, 4), np.float32)
 IMAGE = np.full((512, 512, 1), 0.5, np.float32)
 SAMPLER = core.Sampler(0, 0, 0, None)
+SHORT = core.AnnealOptions()
+SHORT.sweeps = 1
 WORK = {
     "create": lambda: core.Sampler(core.sampler_kinds["mask"], 0, 0, RANKS),
     "sample": lambda: SAMPLER.sample(X, X, INDEX, INDEX, DRAWS.reshape(-1, 4)),
     "block": lambda: SAMPLER.block(0, 0, 0, 0, DRAWS),
-    "void_and_cluster": lambda: core.void_and_cluster(RANKS[None].copy(), 1.5, 0.1, 0, None),
-    "relax": lambda: core.relax(RANKS[:128, :128].copy(), 1, 4, 0.1, 0.4, 0.1, 9, 2, False, 0, None),
-    "anneal": lambda: core.anneal(RANKS[None].copy(), 1, 2, 0, 1, 1e-3, 1e-3, 1, True, False, 0, None),
+    "void_and_cluster": lambda: core.void_and_cluster(RANKS[None].copy(), core.VoidAndClusterOptions(), None),
+    "relax": lambda: core.relax(RANKS[None, :128, :128].copy(), core.RelaxOptions(), None),
+    "anneal": lambda: core.anneal(RANKS[None].copy(), SHORT, None),
     "ranks_to_float": lambda: core.ranks_to_float(RANKS.reshape(-1), RANKS.size),
     "ranks_from_values": lambda: core.ranks_from_values(IMAGE.reshape(-1)),
     "mask_error": lambda: core.mask_error(RANKS, 1.0),
