@@ -198,7 +198,7 @@ def report_every(options, path):
 
 
 def draw_times(draws):
-    """{sampler: nanoseconds of its fastest single 4-D draw}: bn_draw_4d(), bn_sample_4d() or a peer's draw."""
+    """{sampler: nanoseconds of its fastest single 4-D draw}: bn_sample_4d(), inline or called, or a peer's draw."""
     times = {}
     for row in draws:
         if row["form"] in ("inline", "single", "peer"):

@@ -215,7 +215,7 @@ static void the_next_ray_does_not_care(void) {
         bn_ray_2d(&sampler, &plain, u);
         bn_ray_2d(&sampler, &other, v);
         CHECK(u[0] == v[0] && u[1] == v[1]);
-        /* Nor do named parts. */
+        /* Nor do keyed parts. */
         const bn_ray part = bn_ray_keyed(&plain, 12), same = bn_ray_keyed(&other, 12);
         const bn_ray next = bn_ray_keyed(&plain, 13);
         bn_ray_draw(&sampler, &part, u);
