@@ -226,6 +226,33 @@ static void test_pairs_of_sobol_have_keys_of_their_own(void) {
     CHECK(shared == 0);
 }
 
+static int ascending(const void *a, const void *b) {
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Past its block of samples, ZORDER goes on with a scrambling of each pixel's own. The pixels of an
+ * aligned block of 64 x 64 have all combinations of twelve digits, which one scrambling of all pixels
+ * would keep apart. Independent ones let about 128 pairs of pixels meet in sixteen digits. */
+static void test_zorder_goes_on_differently_in_each_pixel(void) {
+    enum { SIDE = 64, BLOCK = 16 };
+    static uint32_t first[SIDE * SIDE];
+    const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, BLOCK, 4);
+    for (uint32_t index = BLOCK; index < 4 * BLOCK; index += 7) {
+        for (uint32_t d = 0; d < 4; ++d) {
+            int meetings = 0;
+            for (int32_t i = 0; i < SIDE * SIDE; ++i) {
+                uint32_t u[4];
+                bn_sample_4d_u32(&s, i % SIDE, i / SIDE, index, 9, u);
+                first[i] = u[d] >> 16;
+            }
+            qsort(first, SIDE * SIDE, sizeof *first, ascending);
+            for (int i = 1; i < SIDE * SIDE; ++i) meetings += first[i] == first[i - 1];
+            CHECK(meetings > 60);
+        }
+    }
+}
+
 /* Below the ranks of a mask, the digits of its coordinates are random, each for itself. */
 static void test_low_digits_of_masks(void) {
     enum { SIDE = 128, LOW = 20 };
@@ -249,6 +276,7 @@ static void test_low_digits_of_masks(void) {
 int main(void) {
     test_pairs_of_sobol_have_keys_of_their_own();
     test_low_digits_of_masks();
+    test_zorder_goes_on_differently_in_each_pixel();
     test_sobol_error();
     test_sobol_scrambling();
     test_white_pixels();
