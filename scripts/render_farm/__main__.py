@@ -11,7 +11,7 @@ import tempfile
 import unicodedata
 from pathlib import Path
 
-from report.progress import Progress, duration
+from report.base.progress import Progress, duration
 
 from . import cluster, worker
 from .inputs import hashes_of

@@ -6,8 +6,8 @@ import subprocess
 import numpy as np
 import pytest
 from conftest import ROOT
-from report import adaptive
-from report.adaptive import Point
+from report.renders import adaptive
+from report.renders.adaptive import Point
 
 
 def test_errors_are_relative_and_as_displayed():

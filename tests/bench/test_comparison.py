@@ -5,7 +5,7 @@ import json
 import re
 
 import pytest
-from report import comparison
+from report.pages import comparison
 
 
 def test_a_ratio_takes_seeds():

@@ -9,10 +9,10 @@ import pytest
 
 pytest.importorskip("flip_evaluator")
 
-from report import convergence
-from report.files import read_exr, write_exr
-from report.image_error import rmse
-from report.renderer import Request, progressive, run_pathtracer
+from report.pages import convergence
+from report.base.files import read_exr, write_exr
+from report.measure.image_error import rmse
+from report.renders.renderer import Request, progressive, run_pathtracer
 
 TRIANGLE = """v -1 0 -1
 v 1 0 -1

@@ -5,8 +5,8 @@ import sys
 
 import numpy as np
 import pytest
-from report import correctness
-from report.correctness_scenes import SCENES, ball, box, write_obj
+from report.others import correctness
+from report.others.correctness_scenes import SCENES, ball, box, write_obj
 
 
 def pictures(rng, seeds=8, mean=1.0, size=(48, 64)):

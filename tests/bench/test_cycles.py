@@ -9,9 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from report import cycles, cycles_build, cycles_report, cycles_scenes, other_renderer
-from report.files import read_exr, write_exr
-from report.renderer import RenderError
+from report.others import cycles, cycles_build, cycles_report, cycles_scenes, other_renderer
+from report.base.files import read_exr, write_exr
+from report.renders.renderer import RenderError
 
 
 @pytest.fixture

@@ -4,8 +4,9 @@
 import types
 
 import pytest
-from report import equal_quality, gains, judge, views
-from report.variants import VARIANTS
+from report.measure import equal_quality, gains
+from report.renders import judge, views
+from report.renders.variants import VARIANTS
 
 COUNTS = (1, 4, 16, 64)
 FACTORS = {"white": 1.0, "sobol": 0.5, "blue": 0.25, "mask": 2.0}

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("flip_evaluator")
 
-from report.flip import mean_flip
+from report.measure.flip import mean_flip
 
 
 def pictures():

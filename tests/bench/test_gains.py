@@ -5,7 +5,8 @@ import types
 
 import numpy as np
 import pytest
-from report import gains, views
+from report.measure import gains
+from report.renders import views
 
 
 def test_a_gain_is_a_mean_of_means():

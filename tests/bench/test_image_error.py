@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from report.image_error import (
+from report.measure.image_error import (
     MEASURES,
     all_errors,
     blurred,

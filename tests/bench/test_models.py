@@ -10,7 +10,10 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
-from report import convergence, gains, judge, models, summary, tables
+from report.base import tables
+from report.measure import gains
+from report.pages import convergence
+from report.renders import judge, models, summary
 
 TENT = """v -1 0 -1
 v 1 0 -1

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import bluenoise
-from report import neural, neural_plane
+from report.masks import neural, neural_plane
 
 BUILTIN = neural.ROOT / "libbn/data/neural.onnx"
 

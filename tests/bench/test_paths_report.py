@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report import paths
+from report.samplers import paths
 
 bluenoise = pytest.importorskip("bluenoise")
 PROGRAM = paths.ROOT / "build/tests/bench/bench_splits"

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from conftest import ROOT
-from report import peers
+from report.base import peers
 
 
 def program_that_lists(folder, *names):

@@ -10,8 +10,9 @@ import types
 
 import numpy as np
 import pytest
-from report import picture_tests, views
-from report.ratios import worse_cells
+from report.measure import picture_tests
+from report.renders import views
+from report.measure.ratios import worse_cells
 
 TRIALS, SEEDS, COUNTS, MEASURES = 200, 12, (1, 4, 16), ("rmse", "rmse_2.1")
 LABELS = ("white", "sobol", "blue")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("bluenoise")
-from report import points  # noqa: E402
+from report.masks import points  # noqa: E402
 
 
 def test_integrals_are_right():

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from report.ratios import Ratio, geometric_mean, ratio, seconds_to_error, worse_cells
+from report.measure.ratios import Ratio, geometric_mean, ratio, seconds_to_error, worse_cells
 
 
 def test_ratio_is_the_geometric_mean_over_seeds():

@@ -14,10 +14,12 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
-from report import comparison, convergence, embree_scene, gains, judge, renders, renders_plots, renders_report, speed, variants, views
-from report.files import read_exr
-from report.image_error import MEASURES, displayed_rmse
-from report.renderer import run_pathtracer
+from report.measure import gains
+from report.pages import comparison, convergence
+from report.renders import embree_scene, judge, renders, renders_plots, renders_report, speed, variants, views
+from report.base.files import read_exr
+from report.measure.image_error import MEASURES, displayed_rmse
+from report.renders.renderer import run_pathtracer
 
 
 @pytest.fixture(autouse=True)

@@ -8,8 +8,9 @@ import sys
 
 import numpy as np
 import pytest
-from report import peers, samplers
-from report.files import write_rows
+from report.base import peers
+from report.samplers import samplers
+from report.base.files import write_rows
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import subprocess
 
 import numpy as np
 import pytest
-from report import views
-from report.files import read_exr
-from report.renderer import Request, run_pathtracer
+from report.renders import views
+from report.base.files import read_exr
+from report.renders.renderer import Request, run_pathtracer
 
 
 @pytest.mark.parametrize("scene", views.SCENES)

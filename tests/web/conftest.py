@@ -8,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 
-from report.browser import Browser, chromium  # noqa: E402
+from report.base.browser import Browser, chromium  # noqa: E402
 
 
 @pytest.fixture(scope="session")

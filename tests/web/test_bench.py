@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from report import web
-from report.image_error import displayed_rmse, rmse
+from report.others import web
+from report.measure.image_error import displayed_rmse, rmse
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from report import demo
+from report.pages import demo
 
 ERRORS = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
 

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Vector masks: their energy, the time they take, and what they give a sampler at one sample per pixel."""
+
+import math
+import time
+
+import numpy as np
+
+import bluenoise
+from ..base.files import read_rows, write_rows
+
+FIELDS = ("method", "size", "seconds", "energy", "e_1", "near", "far")
+REACH = 6
+HALF_PLANES, SEED = 64, 3
+BLURS = (1.0, 2.1)
+
+
+def energy(ranks):
+    """What bn_anneal minimises for two channels: the mean over pairs of texels, weighted by exp(-distance^2 / 4), of
+    exp(-|difference of values|), for ranks (2, h, w)."""
+    values = (ranks + 0.5) / ranks[0].size
+    total = weights = 0.0
+    for y in range(REACH + 1):
+        for x in range(-REACH, REACH + 1):
+            if (y > 0 or x > 0) and y * y + x * x <= REACH * REACH:
+                weight = math.exp(-(y * y + x * x) / 4)
+                difference = values - np.roll(values, (-y, -x), (1, 2))
+                total += weight * np.exp(-np.sqrt((difference**2).sum(0))).mean()
+                weights += weight
+    return total / weights
+
+
+def half_plane_errors(values):
+    """The error of half-planes, integrated with the one sample values[:, y, x] in each pixel: the root mean square over
+    pixels and half-planes, after each blur."""
+    generator = np.random.default_rng(SEED)
+    size = values.shape[1]
+    f = np.fft.fftfreq(size)
+    squares = f[:, None] ** 2 + f[None, :] ** 2
+    grid = (np.arange(512) + 0.5) / 512
+    sums = np.zeros(len(BLURS))
+    for i in range(HALF_PLANES):
+        angle = 2 * np.pi * (i + generator.random()) / HALF_PLANES
+        normal, point = (np.cos(angle), np.sin(angle)), generator.random(2)
+        integral = ((grid[:, None] - point[0]) * normal[0] + (grid[None, :] - point[1]) * normal[1] > 0).mean()
+        inside = (values[0] - point[0]) * normal[0] + (values[1] - point[1]) * normal[1] > 0
+        spectrum = np.fft.fft2(inside - integral)
+        for k, sigma in enumerate(BLURS):
+            sums[k] += (np.fft.ifft2(spectrum * np.exp(-2 * np.pi**2 * sigma**2 * squares)).real ** 2).mean()
+    return np.sqrt(sums / HALF_PLANES)
+
+
+def makers(size, quick):
+    """Name and function of the seed, with the number of seeds that there is time for."""
+    shape = (size, size)
+
+    def scalars(method):
+        return lambda seed: np.stack([bluenoise.mask(shape, method=method, seed=2 * seed + c) for c in range(2)])
+
+    def annealed(sweeps):
+        return lambda seed: bluenoise.mask(shape, method="anneal", channels=2, sweeps=sweeps, seed=seed)
+
+    network = bluenoise.NeuralGenerator(channels=2, threads=1)
+    yield "white noise", scalars("white"), 4
+    yield "two masks of void-and-cluster", scalars("void-and-cluster"), 4
+    yield "vector network", lambda seed: network.mask(shape, seed=seed), 4
+    for sweeps, seeds in ((10, 2), (100, 2)) if quick else ((10, 4), (100, 2), (1000, 1)):
+        yield f"anneal, {sweeps} sweeps", annealed(sweeps), seeds
+
+
+def measure(size, quick):
+    rows = []
+    for name, make, seeds in makers(size, quick):
+        if "anneal" not in name:
+            make(0)  # a warm-up
+        times, masks = [], []
+        for seed in range(seeds):
+            begun = time.process_time()
+            masks.append(make(seed))
+            times.append(time.process_time() - begun)
+        near, far = np.mean([half_plane_errors((ranks + 0.5) / ranks[0].size) for ranks in masks], axis=0)
+        error = np.mean([bluenoise.measure(channel)["e_1"] for ranks in masks for channel in ranks])
+        rows.append({"method": name, "size": size, "seconds": f"{min(times):.6f}",
+                     "energy": f"{np.mean([energy(ranks) for ranks in masks]):.6f}", "e_1": f"{error:.5f}",
+                     "near": f"{near:.6f}", "far": f"{far:.6f}"})
+        print(f"bench: vectors of {size}x{size}, {name}: {min(times):.3g} s", flush=True)
+    return rows
+
+
+def section(options):
+    """The lines of the report. Its figures are kept in neural_vectors.csv."""
+    path = options.out / "neural_vectors.csv"
+    if options.again:
+        rows = read_rows(path)
+    else:
+        rows = measure(32 if options.quick else 128, options.quick)
+        write_rows(path, FIELDS, rows)
+    return lines_of(rows)
+
+
+def lines_of(rows):
+    number = {row["method"]: {key: float(row[key]) for key in FIELDS[1:]} for row in rows}
+    (white, *_, last), size = number, int(rows[0]["size"])
+    best, network = number[last], number["vector network"]
+    lines = [f"Two channels of {size}x{size} texels on one thread. *Energy* is what `bn_anneal` minimises for two channels: the mean over",
+             "pairs of texels, weighted by exp(-distance^2 / 4), of exp(-|difference of values|). *Gain* is how much of the",
+             f"way from white noise to {last} a method goes. The last two columns are for a sampler that",
+             f"takes the vector of each pixel as its one sample: the error of {HALF_PLANES} random half-planes after a blur of",
+             f"{BLURS[0]:g} and {BLURS[1]:g} pixels, relative to white noise.", "",
+             f"| method | CPU time per texel | energy | gain | E_1 of a channel | half-planes, blur {BLURS[0]:g} | blur {BLURS[1]:g} |",
+             "| --- |" + " ---: |" * 6]
+    for name, row in number.items():
+        gain = (number[white]["energy"] - row["energy"]) / (number[white]["energy"] - best["energy"])
+        lines.append(f"| {name} | {1e6 * row['seconds'] / size**2:.3g} us | {row['energy']:.5f} | {gain:.1%} | {row['e_1']:.4f} | "
+                     f"{row['near'] / number[white]['near']:.3f} | {row['far'] / number[white]['far']:.3f} |")
+    share = best["seconds"] / network["seconds"]
+    lines += ["", f"The vector network takes 1/{share:.0f} of the time of {last}, and its",
+              f"energy is {network['energy'] / best['energy'] - 1:.2%} higher (that of white noise: "
+              f"{number[white]['energy'] / best['energy'] - 1:.2%})."]
+    return lines

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Equal quality: the processor time until a sampler's pictures have the error that white noise has at a given count.
+
+The errors are those of the report, at every count, seed and crop; the cost of a sample is measured apart, as processor time
+of one thread, so that other work on the machine matters little. Between counts both are interpolated on logarithmic axes.
+"""
+
+import dataclasses
+import math
+import statistics
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..base.progress import Progress
+from ..others.other_renderer import processor_seconds
+from .gains import gain_of, row_of
+from .ratios import seconds_to_error
+
+# The counts of white noise whose errors are to be reached.
+TARGETS = (16, 64)
+MEASURE = "displayed_2.1"
+COST_SPP, ROUNDS = 32, 5
+
+
+def _seconds(program, view, variant, spp, folder):
+    """Processor seconds of one run with one thread."""
+    request = view.request(variant.sampler, spp, mask=variant.mask, declared=spp if variant.declare else 0)
+    command = [program, *request.arguments(), "--threads", 1, "--quiet", "-o", Path(folder) / "timed.exr"]
+    return processor_seconds([str(word) for word in command], program)
+
+
+def costs(program, store, views, variants, machine, builds, retime=False):
+    """{(scene, label): processor seconds for one sample in each of a million pixels}.
+
+    views: one of each scene; variants: {label: Variant}. Start-up is left out, as the difference between runs of 1 and of
+    1 + COST_SPP samples; runs are interleaved, and medians taken over ROUNDS.
+    """
+    key = {"costs": [view.key for view in views], "builds": [[builds.key(view, label) for label in variants] for view in views],
+           "variants": [dataclasses.astuple(variant) for variant in variants.values()], "machine": machine,
+           "settings": [COST_SPP, ROUNDS]}
+    found = None if retime else store.load(key)
+    if not found:
+        cells = [(view, label) for view in views for label in variants]
+        progress, seconds = Progress(ROUNDS * len(cells), "runs"), {cell: [] for cell in cells}
+        try:
+            with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+                for done in range(ROUNDS * len(cells)):
+                    view, label = cells[done % len(cells)]
+                    progress(f"cost of {label} in {view.scene}", done)
+                    one, more = (_seconds(program, view, variants[label], spp, folder) for spp in (1, 1 + COST_SPP))
+                    seconds[view, label].append(max(more - one, 1e-6) / (COST_SPP * view.pixels * 1e-6))
+        finally:
+            progress.close()
+        found = [[view.scene, label, statistics.median(values)] for (view, label), values in seconds.items()], {}
+        store.save(key, *found)
+    return {(scene, label): cost for scene, label, cost in found[0]}
+
+
+def seconds_of(gains, cost, counts, label, measure, at):
+    """{view: (seconds of label, seconds of white noise)} per million pixels until white's error at `at` samples; without the
+    views in which the label does not reach it."""
+    found = {}
+    for view in gains.views:
+        own, white = ([gains.cells.get(view, name, spp, measure) for spp in counts] for name in (label, "white"))
+        wanted = gains.cells.get(view, "white", at, measure)
+        if not wanted or not all(own) or not all(white) or min(map(min, own)) <= 0 or not gains.is_judged(view, label, at, measure):
+            continue
+        errors = [math.exp(np.mean(np.log(values))) for values in own]
+        seconds = seconds_to_error([spp * cost[view.scene, label] for spp in counts], errors, math.exp(np.mean(np.log(wanted))))
+        if not math.isnan(seconds):
+            found[view] = seconds, at * cost[view.scene, "white"]
+    return found
+
+
+def time_gain(gains, cost, counts, label, measure, at):
+    """How many times less processor time a label needs than white noise, as a Gain; None where it is not reached."""
+    found = seconds_of(gains, cost, counts, label, measure, at)
+    return gain_of({view: [math.log(white / own)] for view, (own, white) in found.items()}, len(gains.views) - len(found))
+
+
+def rows(gains, cost, counts, measure=MEASURE, targets=TARGETS):
+    """The gains in time as dicts with gains.FIELDS, under the measure "seconds:MEASURE"."""
+    found = [(at, label, time_gain(gains, cost, counts, label, measure, at)) for at in targets if at in counts
+             for label in gains.labels if label != "white"]
+    return [row_of(gain, f"seconds:{measure}", at, label, "white") for at, label, gain in found if gain]
+
+
+def table_rows(gains, cost, counts, measure=MEASURE, targets=TARGETS, more=None):
+    """(header, rows) of texts; more(label): texts of further columns, under the names more(None)."""
+    header = ["sampler", "seconds a sample", *(text for at in targets if at in counts for text in (
+        f"seconds to white's error at {at}", "times less than white")), *(more(None) if more else ())]
+    lines = []
+    for label in gains.labels:
+        line = [label, f"{statistics.geometric_mean(value for (_, name), value in cost.items() if name == label):.3g}"]
+        for at in targets:
+            if at in counts:
+                found = seconds_of(gains, cost, counts, label, measure, at).values()
+                gain = time_gain(gains, cost, counts, label, measure, at)
+                line += [f"{statistics.geometric_mean(own for own, _ in found):.3g}" if found else "not reached",
+                         gain.text() if gain and label != "white" else ""]
+        lines.append(line + (more(label) if more else []))
+    return header, lines

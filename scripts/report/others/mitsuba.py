@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares the sampler `bluenoise` with Mitsuba's own: `scripts/bench mitsuba` writes the table in docs/mitsuba.md and its picture
+
+Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and compares errors after a blur. References use a
+sampler defined in this file, which is not one of those compared.
+"""
+
+import argparse
+import subprocess
+import sys
+
+import numpy as np
+
+from ..base.command import CommandError, package, positive, run_or_say_why
+from ..base.progress import Progress
+from ..base.tables import add_options, md_table, write_or_print
+from ..measure.image_error import displayed_rmse, rmse
+from .correctness import INSTALL
+from .other_renderer import write_picture
+
+COMMAND = "scripts/bench mitsuba"
+OWN = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
+SAMPLERS = (*OWN, "bluenoise")
+BASE = "independent"
+COUNTS = (1, 4, 16)
+SIGMA = 2.1
+REFERENCE_SPP, REFERENCE_PART = 2048, 512
+# What the page begins with.
+PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct light", 4
+PICTURE_SIZE, PICTURE_PART = 320, (44, 160, 96, 96)
+PICTURE_SAMPLERS = ("independent", "multijitter", "bluenoise")
+TRIAL = """import mitsuba
+mitsuba.set_variant("llvm_ad_rgb")
+print(mitsuba.render(mitsuba.load_dict(mitsuba.cornell_box()), spp=1))
+"""
+
+
+def load_mitsuba():
+    mitsuba = package("mitsuba", INSTALL)
+    # An LLVM that is too old kills the process that renders with it.
+    if subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, check=False).returncode:
+        raise CommandError("Mitsuba cannot render with llvm_ad_rgb; run apt-get install libllvm19 or set DRJIT_LIBLLVM_PATH")
+    mitsuba.set_variant("llvm_ad_rgb")
+    mitsuba.set_log_level(mitsuba.LogLevel.Error)
+    import bluenoise.mitsuba
+
+    assert bluenoise.mitsuba
+    mitsuba.register_sampler("reference", lambda props: reference_class(mitsuba)(props))
+    return mitsuba
+
+
+def reference_class(mitsuba):
+    class Reference(mitsuba.Sampler):
+        """Independent random numbers, from one generator per lane."""
+
+        def clone(self):
+            raise NotImplementedError
+
+        fork = clone
+
+        def seed(self, seed, wavefront_size=0xFFFFFFFF):
+            mitsuba.Sampler.seed(self, seed, wavefront_size)
+            self.generator = mitsuba.PCG32(self.wavefront_size(), 0x9E3779B97F4A7C15 * (1 + int(mitsuba.UInt32(seed)[0])) % 2**64)
+
+        def next_1d(self, active=True):
+            return self.generator.next_float32()
+
+        def next_2d(self, active=True):
+            return mitsuba.Point2f(self.generator.next_float32(), self.generator.next_float32())
+
+    return Reference
+
+
+# ---- Scenes: dictionaries, nothing to download
+
+def box(mitsuba, integrator, size):
+    scene = mitsuba.cornell_box()
+    scene["integrator"] = integrator
+    return with_film(scene, size)
+
+
+def with_film(scene, size):
+    scene["sensor"]["film"] = {"type": "hdrfilm", "width": size, "height": size, "pixel_format": "rgb",
+                               "component_format": "float32", "rfilter": {"type": "box"}}
+    return scene
+
+
+def grey(value):
+    return {"type": "rgb", "value": [value] * 3}
+
+
+def balls(mitsuba, size, lights):
+    """Balls of plastic and metal on a floor under a sky, with a row of lamps above, seen from the side."""
+    transform = mitsuba.ScalarTransform4f
+    scene = {
+        "type": "scene", "integrator": {"type": "path", "max_depth": 5},
+        "sky": {"type": "constant", "radiance": grey(0.2 if lights == 1 else 0.02)},
+        "floor": {"type": "rectangle", "to_world": transform().scale(8), "bsdf": {"type": "diffuse", "reflectance": grey(0.6)}},
+        "sensor": {"type": "perspective", "fov": 40,
+                   "to_world": transform().look_at([0, -9, 4], [0, 0, 0.8], [0, 0, 1])},
+    }
+    surfaces = ({"type": "roughplastic", "diffuse_reflectance": grey(0.4)}, {"type": "roughconductor", "alpha": 0.2},
+                {"type": "diffuse", "reflectance": grey(0.7)})
+    for i, surface in enumerate(surfaces):
+        scene[f"ball{i}"] = {"type": "sphere", "center": [2.1 * i - 2.1, 0, 1], "radius": 1, "bsdf": surface}
+    side = 0.8 if lights == 1 else 0.12
+    for i in range(lights):
+        place = [(i % 4 - 1.5) * 1.6 * (lights > 1), (i // 4 - 1.5) * 1.6 * (lights > 1), 4]
+        scene[f"lamp{i}"] = {
+            "type": "rectangle", "to_world": transform().look_at(place, [place[0], place[1], 0], [0, 1, 0]).scale(side),
+            "emitter": {"type": "area", "radiance": grey(12 if lights == 1 else 4 + 10 * (i * 7 % 16))}}
+    return with_film(scene, size)
+
+
+SCENES = {
+    "Cornell box, direct light": lambda mitsuba, size: box(mitsuba, {"type": "direct"}, size),
+    "Cornell box, all light": lambda mitsuba, size: box(mitsuba, {"type": "path", "max_depth": 6}, size),
+    "balls under a lamp and the sky": lambda mitsuba, size: balls(mitsuba, size, 1),
+    "balls under 16 lamps": lambda mitsuba, size: balls(mitsuba, size, 16),
+}
+
+
+# ---- Measuring
+
+def picture(mitsuba, scene, seed, spp):
+    return np.array(mitsuba.render(scene, seed=seed, spp=spp), np.float64)
+
+
+def with_sampler(mitsuba, scene, sampler, spp):
+    """The scene and the sample count that its sampler really uses; some round it up."""
+    scene["sensor"]["sampler"] = {"type": sampler, "sample_count": spp}
+    loaded = mitsuba.load_dict(scene)
+    return loaded, loaded.sensors()[0].sampler().sample_count()
+
+
+def reference_of(mitsuba, scene, spp):
+    parts = max(1, spp // REFERENCE_PART)
+    loaded, _ = with_sampler(mitsuba, scene, "reference", spp // parts)
+    return sum(picture(mitsuba, loaded, 1000 + part, spp // parts) for part in range(parts)) / parts
+
+
+def measure(mitsuba, names, size, seeds, reference_spp, progress=lambda what, done: None):
+    """{(scene, spp): {sampler: (error as displayed, raw)}}, both after the blur, root mean squares over seeds."""
+    result, done = {}, 0
+    for name in names:
+        scene = SCENES[name](mitsuba, size)
+        progress(f"{name}, reference", done)
+        reference = reference_of(mitsuba, scene, reference_spp)
+        done += reference_spp
+        for spp in COUNTS:
+            row = result.setdefault((name, spp), {})
+            for sampler in SAMPLERS:
+                progress(f"{name}, {sampler}, {spp} spp", done)
+                loaded, taken = with_sampler(mitsuba, scene, sampler, spp)
+                done += spp * seeds
+                if taken != spp:
+                    continue
+                pictures = (picture(mitsuba, loaded, seed, spp) for seed in range(seeds))
+                errors = [(displayed_rmse(image, reference, sigma=SIGMA), rmse(image, reference, SIGMA)) for image in pictures]
+                row[sampler] = tuple(np.sqrt(np.mean(np.square(errors), 0)))
+    return result
+
+
+def make_picture(mitsuba, path, size, reference_spp):
+    scene = SCENES[PICTURE_SCENE](mitsuba, size)
+    pictures = {sampler: picture(mitsuba, with_sampler(mitsuba, scene, sampler, PICTURE_SPP)[0], 0, PICTURE_SPP)
+                for sampler in PICTURE_SAMPLERS}
+    write_picture(path, pictures, reference_of(mitsuba, scene, reference_spp), PICTURE_PART, 3)
+
+
+def table(result):
+    """How many times smaller the error is than with BASE: as displayed, and raw in brackets."""
+    def text(row, sampler):
+        if sampler not in row:
+            return ""
+        times = [ours / theirs for ours, theirs in zip(row[BASE], row[sampler])]
+        return f"{times[0]:.2f} ({times[1]:.2f})"
+
+    return md_table(["scene", "spp", *(f"`{sampler}`" for sampler in SAMPLERS[1:])],
+                    [[name, str(spp), *(text(row, sampler) for sampler in SAMPLERS[1:])] for (name, spp), row in result.items()])
+
+
+def run(arguments):
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
+    parser.add_argument("--size", type=positive, default=320, metavar="N", help="side of the pictures (default 320)")
+    parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="pictures of each sampler (default 16)")
+    parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
+                        help=f"samples per pixel of references (default {REFERENCE_SPP})")
+    parser.add_argument("--scenes", type=lambda text: [int(part) for part in text.split(",")], metavar="N,...",
+                        default=list(range(len(SCENES))), help="numbers of scenes, from 0 (default: all)")
+    parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
+                        help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
+    add_options(parser, "docs/mitsuba.md")
+    options = parser.parse_args(arguments)
+    if not all(0 <= number < len(SCENES) for number in options.scenes):
+        parser.error(f"--scenes takes numbers from 0 to {len(SCENES) - 1}")
+    if options.picture:
+        return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
+    names = [list(SCENES)[number] for number in options.scenes]
+    progress = Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS)))
+    try:
+        text = table(measure(load_mitsuba(), names, options.size, options.seeds, options.reference_spp, progress))
+    finally:
+        progress.close()
+    write_or_print(options, COMMAND, text)
+
+
+if __name__ == "__main__":
+    run_or_say_why(run)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compares `blue` in the path tracer of examples/web: `scripts/bench web` writes the table in examples/web/package/README.md and its picture
+
+Opens the page in a Chromium without a window (WebGL 2, its software renderer) and reads the sums of samples that the page's shaders
+make with white noise, padded Sobol' points and `blue`.
+"""
+
+import argparse
+import base64
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..base.browser import Browser, chromium
+from ..base.command import CommandError, positive, run_or_say_why
+from ..base.progress import Progress
+from ..base.tables import add_options, md_table, write_or_print
+from ..measure.image_error import displayed_rmse, rmse
+from .other_renderer import write_picture
+
+COMMAND = "scripts/bench web"
+PAGE = Path(__file__).resolve().parents[3] / "examples" / "web" / "index.html"
+SAMPLERS = {"white": "white noise", "sobol": "padded Sobol'", "blue": "blue"}
+COUNTS = (1, 2, 3, 4, 6, 8, 16)
+SIGMA = 2.1
+REFERENCE_RUN = 1_000_000  # no run of a picture's
+PICTURE, PICTURE_SPP, PICTURE_PART = "docs/web.jpg", 3, (40, 108, 96, 96)
+# The sums of a sampler so far, four floats a pixel, as text: JSON would take longer than the samples.
+READ = """(kind => {{
+  const bytes = new Uint8Array(tracer.read(kind).buffer);
+  let text = "";
+  for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+  return btoa(text);
+}})("{}")"""
+
+
+class Tracer:
+    """The page's path tracer with pictures `width` pixels wide, at rest."""
+
+    def __init__(self, browser, width):
+        self.browser = browser
+        browser.open(PAGE.as_uri(), width, width)
+        browser.wait("!element('problem').hidden || tracer.count >= 1")
+        problem = browser.value("element('problem').textContent")
+        if problem:
+            raise CommandError(problem)
+        browser.value("(limitTo(1), errors.restart(null))")
+        browser.wait("tracer.count === 1 && !asked")
+        browser.value(f"tracer.resize({width}, {width * 2 // 3})")
+        self.shape = (width * 2 // 3, width, 4)
+
+    def restart(self, run):
+        self.browser.value(f"tracer.restart({run})")
+
+    def sample(self, count):
+        """Adds samples to every sampler's pictures until there are `count`."""
+        self.browser.value(f"(() => {{ while (tracer.count < {count}) tracer.sample(); tracer.gl.finish(); }})()")
+
+    def picture(self, kind):
+        sums = np.frombuffer(base64.b64decode(self.browser.value(READ.format(kind))), np.float32).reshape(self.shape)
+        return sums[::-1, :, :3] / self.browser.value("tracer.count")
+
+
+def reference_of(tracer, spp, progress):
+    """The mean of the two pictures with the least noise; they share no random numbers with others."""
+    tracer.restart(REFERENCE_RUN)
+    for count in range(8, spp + 8, 8):
+        tracer.sample(min(count, spp))
+        progress(f"reference, {min(count, spp)} samples", min(count, spp))
+    return np.mean([tracer.picture(kind) for kind in ("sobol", "blue")], 0)
+
+
+def measure(tracer, seeds, reference_spp, progress):
+    """{(sampler, count): (error as displayed, raw error)}, root mean squares over seeds, and the picture's pictures and reference."""
+    reference, found, shown = reference_of(tracer, reference_spp, progress), {}, {}
+    for seed in range(seeds):
+        tracer.restart(seed)
+        for count in COUNTS:
+            tracer.sample(count)
+            for kind in SAMPLERS:
+                image = tracer.picture(kind)
+                found.setdefault((kind, count), []).append((displayed_rmse(image, reference, sigma=SIGMA), rmse(image, reference, SIGMA)))
+                if (seed, count) == (0, PICTURE_SPP):
+                    shown[SAMPLERS[kind]] = image
+        progress(f"seed {seed + 1}", reference_spp + (seed + 1) * COUNTS[-1])
+    return {key: np.sqrt(np.mean(np.square(errors), 0)) for key, errors in found.items()}, shown, reference
+
+
+def table(errors):
+    rows = []
+    for kind, name in list(SAMPLERS.items())[:-1]:
+        ratios = [errors[kind, count] / errors["blue", count] for count in COUNTS]
+        rows.append([name, *(f"{shown:.2f} ({raw:.2f})" for shown, raw in ratios)])
+    return md_table(["error over `blue`'s, at spp", *map(str, COUNTS)], rows)
+
+
+def run(arguments):
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
+    parser.add_argument("--width", type=positive, default=360, metavar="N", help="of the pictures, whose height is two thirds (default 360)")
+    parser.add_argument("--seeds", type=positive, default=8, metavar="N", help="pictures of each sampler (default 8)")
+    parser.add_argument("--reference-spp", type=positive, default=256, metavar="N",
+                        help="samples per pixel of each of the reference's two pictures (default 256)")
+    parser.add_argument("--picture", metavar="FILE", help=f"where to put the picture (default {PICTURE}, with --print none)")
+    add_options(parser, "examples/web/package/README.md")
+    options = parser.parse_args(arguments)
+    program = chromium()
+    if program is None:
+        raise CommandError("there is no Chromium; run apt-get install chromium, or set BN_CHROMIUM")
+    progress = Progress(options.reference_spp + options.seeds * COUNTS[-1], "samples")
+    with tempfile.TemporaryDirectory(prefix="libbn-chromium-", ignore_cleanup_errors=True) as folder:
+        browser = Browser(program, Path(folder), seconds=300)
+        try:
+            errors, shown, reference = measure(Tracer(browser, options.width), options.seeds, options.reference_spp, progress)
+        finally:
+            progress.close()
+            browser.close()
+    if options.picture or not options.print:
+        write_picture(Path(options.picture or PICTURE), shown, reference, PICTURE_PART, 3)
+    write_or_print(options, COMMAND, table(errors))
+
+
+def main(arguments=None):
+    run_or_say_why(run, arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Renders many views with many samplers and measures each against its reference, for `scripts/bench renders` and
+`scripts/bench models`.
+
+Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
+reference, and the pixels of two small probe renders that identify the sampler. An interrupted run therefore resumes, and
+a change to one sampler renders only that sampler again.
+"""
+
+import dataclasses
+import hashlib
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+import zipfile
+import zlib
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from pathlib import Path
+
+import numpy as np
+
+from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
+from ..base.progress import Progress, duration
+from ..measure.flip import mean_flip
+from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
+from ..pages.convergence import make_reference, scene_label
+from .renderer import RenderError, Request, cache_folder, progressive, run_pathtracer
+from .variants import VARIANTS
+from .views import View
+
+REFERENCE_SEED = 1_000_003
+COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
+FLIP_SEEDS, FLIP_COUNTS = 2, (1, 4, 16, 64)
+SHOWN_COUNTS = (1, 4, 16, 64)  # whose pictures and spectra are kept
+KEPT_DAYS = 60
+FORMAT = 1  # of the cache; a new number invalidates it
+
+
+@dataclasses.dataclass(frozen=True)
+class Reference:
+    """The converged picture of a view, its own error by each measure, and its exposure in stops."""
+
+    path: Path
+    picture: np.ndarray
+    own: dict
+    mean_error: float  # standard error of the mean luminance
+    exposure: float
+    spp: int
+    seconds: float
+
+    def key(self):
+        return hashlib.sha256(self.picture.tobytes()).hexdigest()
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """All pictures of one view, sampler and seed: one progressive run, or one run per sample count."""
+
+    view: View
+    label: str
+    seed: int
+    counts: tuple
+    keep_pictures: bool = False
+
+    @property
+    def variant(self):
+        return VARIANTS[self.label]
+
+    @property
+    def cost(self):
+        """The number of samples to render."""
+        return self.view.pixels * (sum(self.counts) if self.variant.declare else max(self.counts))
+
+
+class Store:
+    """A cache of results, in files named by a hash of everything they depend on. Unused for KEPT_DAYS, a file is deleted."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        if folder.is_dir():
+            oldest = time.time() - KEPT_DAYS * 86400
+            for path in folder.iterdir():
+                if path.stat().st_mtime >= oldest:
+                    continue
+                if path.is_dir():
+                    shutil.rmtree(path, ignore_errors=True)  # left by a run that was killed
+                else:
+                    path.unlink(missing_ok=True)
+
+    def _path(self, key):
+        text = json.dumps([FORMAT, key], sort_keys=True)
+        return self.folder / (hashlib.sha256(text.encode()).hexdigest()[:32] + ".npz")
+
+    def load(self, key):
+        """(rows, {name: array}), or None."""
+        path = self._path(key)
+        try:
+            with np.load(path) as file:
+                arrays = {name: file[name] for name in file.files}
+            rows = json.loads(str(arrays.pop("rows")))
+            os.utime(path)
+            return rows, arrays
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+            return None  # missing or damaged
+
+    def save(self, key, rows, arrays):
+        with written_beside(self._path(key)) as beside:
+            np.savez(beside, rows=json.dumps(rows), **arrays)
+
+
+def files_beside(scene):
+    """Names, sizes and times of a scene's file and of every file in its folder, which the scene may refer to."""
+    folder = Path(scene).parent
+    if not Path(scene).is_file():
+        return []
+    stats = ((path.relative_to(folder).as_posix(), path.stat()) for path in sorted(folder.rglob("*")) if path.is_file())
+    return [[name, stat.st_size, stat.st_mtime_ns] for name, stat in stats]
+
+
+class Builds:
+    """Identifies the build of a sampler by the pixels of two small probe renders of a scene.
+
+    One is wide enough to cover a whole tile of a table; the other has as many samples as will be measured.
+    """
+
+    def __init__(self, program, most_spp, store):
+        self.program, self.most_spp, self.store = program, most_spp, store
+        self._found = {}
+        self._rates = {}  # samples per second of each scene, to estimate times
+        try:
+            self._program_sha256 = sha256_of(program)
+        except OSError as error:
+            raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); build it with scripts/setup") from None
+
+    def key(self, view, label):
+        at = (view.scene, label)
+        if at not in self._found:
+            variant = VARIANTS[label]
+            key = {"probe": [view.scene, dataclasses.astuple(variant), self.most_spp], "program": self._program_sha256,
+                   "files": files_beside(view.scene)}
+            found = self.store.load(key)
+            if not found:
+                found = self._probe(view, variant), {}
+                self.store.save(key, *found)
+            self._found[at] = found[0]["pixels"]
+            if label == "sobol":
+                self._rates[view.scene] = found[0]["rate"]
+        return self._found[at]
+
+    def _probe(self, view, variant):
+        samples, seconds = 0, 0.0
+        counts = [n for n in COUNTS if n <= self.most_spp]
+        declared = counts if variant.declare else [0]
+        requests = [Request(variant.sampler, spp, 1, view.scene, *size, declared=n, mask=variant.mask)
+                    for n in declared for spp, size in ((1, (160, 144)), (n or counts[-1], (20, 18)))]
+        digest = hashlib.sha256()
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            path = Path(folder) / "probe.exr"
+            for request in requests:
+                run_pathtracer(self.program, [*request.arguments(), "--quiet", "-o", path])
+                picture, attributes = read_exr(path)
+                digest.update(picture.tobytes())
+                samples += request.spp * request.width * request.height
+                seconds += float(attributes["seconds"])
+        return {"pixels": digest.hexdigest(), "rate": samples / max(seconds, 1e-3)}
+
+    def estimate(self, samples):
+        """Estimated seconds for {scene: samples} with all threads busy; too high if other programs ran meanwhile."""
+        return sum(count / self._rates[scene] for scene, count in samples.items() if scene in self._rates)
+
+
+def seeds_up_to(most_spp, seeds=SEEDS):
+    """{count: seeds}."""
+    return {spp: seeds for spp in COUNTS if spp <= most_spp}
+
+
+def plan(views, labels, seeds, kept=()):
+    """The tasks. kept: the views whose pictures of the first seed are kept."""
+    tasks = []
+    for view in views:
+        for label in labels:
+            variant = VARIANTS[label]
+            for seed in range(min(max(seeds.values()), variant.most_seeds or max(seeds.values()))):
+                own = tuple(n for n, count in seeds.items() if seed < count)
+                if own:
+                    tasks.append(Task(view, label, seed, own, view in kept and seed == 0))
+    return tasks
+
+
+def load_reference(path, view):
+    picture, attributes = read_exr(path)
+    exposure = float(attributes["exposure"]) if view.exposure is None else view.exposure
+    return Reference(Path(path), picture, own_errors(picture, read_first_half(path), exposure),
+                     float(attributes["meanError"]), exposure, int(attributes["spp"]), float(attributes["seconds"]))
+
+
+def reference_folder(view):
+    """One folder per view, so that programs running at the same time do not share a record."""
+    return cache_folder() / "references" / f"{scene_label(view.scene)}-{view.name}"
+
+
+def render_reference(program, view, spp, report=lambda share: None):
+    """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
+    request = view.request("sobol", spp, REFERENCE_SEED, exposure="auto" if view.exposure is None else 0.0)
+    return load_reference(make_reference(program, request, reference_folder(view), report), view)
+
+
+def render_references(program, views, spp):
+    """{view: Reference}."""
+    total = sum(view.pixels for view in views)
+    progress, done, result = Progress(total * spp, "samples"), 0, {}
+    try:
+        for view in views:
+            result[view] = render_reference(program, view, spp, lambda share, view=view, done=done: progress(
+                f"reference of {view.label}", (done + share * view.pixels) * spp))
+            done += view.pixels
+    finally:
+        progress.close()
+    return result
+
+
+def pictures_of(program, task):
+    """Yields (spp, picture) for each sample count of a task."""
+    variant = task.variant
+    request = task.view.request(variant.sampler, 1, task.seed, mask=variant.mask)
+    if variant.declare:
+        for n in task.counts:
+            for spp, picture, _ in progressive(program, dataclasses.replace(request, declared=n), [n], 1):
+                yield spp, picture
+    else:
+        for spp, picture, _ in progressive(program, request, task.counts, 1):
+            yield spp, picture
+
+
+def wants_flip(task, spp, flip):
+    return flip and task.seed < FLIP_SEEDS and spp in FLIP_COUNTS
+
+
+def measure(program, task, reference, flip=True):
+    """(rows, pictures): one row per sample count, and the pictures if the task keeps them."""
+    rows, pictures = [], {}
+    for spp, picture in pictures_of(program, task):
+        row = {"spp": spp, **all_errors(picture, reference.picture, reference.exposure),
+               "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))}
+        if wants_flip(task, spp, flip):
+            row["flip"] = mean_flip(picture, reference.picture)
+        if spp in SHOWN_COUNTS and task.seed < FLIP_SEEDS:
+            row["spectrum"] = radial_spectrum(luminance_error(picture, reference.picture))[1].tolist()
+        rows.append(row)
+        if task.keep_pictures and spp in SHOWN_COUNTS:
+            pictures[str(spp)] = np.minimum(picture, 65000).astype(np.float16)  # only for display
+    return rows, pictures
+
+
+class Run:
+    """Runs a set of tasks, or finds their results in the cache."""
+
+    def __init__(self, program, folder, most_spp, jobs, flip=True):
+        self.program, self.jobs, self.flip = program, jobs, flip
+        self.store = Store(cache_folder() / folder)
+        self.builds = Builds(program, most_spp, self.store)
+
+    def key(self, task, reference):
+        view, variant = task.view, task.variant
+        return {"view": view.key, "sampler": [variant.sampler, variant.declare, variant.mask],
+                "build": self.builds.key(view, task.label), "seed": task.seed, "counts": task.counts,
+                "exposure": reference.exposure, "pictures": task.keep_pictures,
+                "flip": any(wants_flip(task, spp, self.flip) for spp in task.counts)}
+
+    def measure(self, task, reference):
+        """(rows, pictures) of a task. A subclass that measures differently also extends key()."""
+        return measure(self.program, task, reference, self.flip)
+
+    def results(self, references, tasks):
+        """{task: (rows, pictures)}."""
+        sums = {view: reference.key() for view, reference in references.items()}
+        keys = {task: {**self.key(task, references[task.view]), "reference": sums[task.view]} for task in tasks}
+        results, left = {}, []
+        for task in tasks:
+            found = self.store.load(keys[task])
+            if found:
+                results[task] = found
+            else:
+                left.append(task)
+        total = sum(task.cost for task in tasks)
+        done = sum(task.cost for task in results)
+        if left:
+            samples = {}
+            for task in left:
+                samples[task.view.scene] = samples.get(task.view.scene, 0) + task.cost
+            print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} left to render in about "
+                  f"{duration(self.builds.estimate(samples))}, plus the time to measure", file=sys.stderr)
+        progress = Progress(max(total, 1), "samples")
+        progress("pictures", done, found=True)
+
+        def make(task):
+            found = self.measure(task, references[task.view])
+            self.store.save(keys[task], *found)
+            return found
+
+        # Long tasks first, so that all processors finish at about the same time.
+        pool = ThreadPoolExecutor(self.jobs)
+        try:
+            running = {pool.submit(make, task): task for task in sorted(left, key=lambda task: -task.cost)}
+            while running:
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    task = running.pop(future)
+                    results[task] = future.result()
+                    done += task.cost
+                    progress(f"{task.view.label}, {task.label}, seed {task.seed}", done, found=False)
+        finally:
+            # Running tasks finish within seconds, and their results are kept.
+            pool.shutdown(cancel_futures=True)
+            progress.close()
+        return results
+
+
+def prepare(work, references, tasks):
+    """Renders and measures everything but blue, so that a change of blue alone leaves only blue to render."""
+    left = [task for task in tasks if task.label != "blue"]
+    work.results(references, left)
+    print(f"{len(left)} runs are in the cache; {len(tasks) - len(left)} of blue are left")
+
+
+class Cells:
+    """Results by view, sampler and sample count: for each measure a list with one value per seed."""
+
+    def __init__(self, results):
+        self.values, self.pictures = {}, {}
+        for task, (rows, pictures) in sorted(results.items(), key=lambda item: item[0].seed):
+            for row in rows:
+                cell = self.values.setdefault((task.view, task.label, row["spp"]), {})
+                for name, value in row.items():
+                    if name != "spp":
+                        cell.setdefault(name, []).append(value)
+            for spp, picture in pictures.items():
+                self.pictures[task.view, task.label, int(spp)] = picture.astype(np.float32)
+
+    def get(self, view, label, spp, measure):
+        return self.values.get((view, label, spp), {}).get(measure)
+
+    def write_csv(self, path):
+        """One row per cell: root mean squares over seeds."""
+        measures = (*MEASURES, "flip")
+        write_rows(path, ["scene", "view", "width", "height", "sampler", "spp", "seeds", *measures], [
+            {"scene": Path(view.scene).stem, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
+             "seeds": len(cell["rmse"]), **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in measures if name in cell}}
+            for (view, label, spp), cell in self.values.items()])

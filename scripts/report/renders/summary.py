@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The first table of docs/report and the README's: `scripts/bench summary` writes both
+
+It reads what `scripts/bench renders --views held-out`, `scripts/bench pbrt` and `scripts/bench models` wrote to docs/report:
+how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
+first was run with times, and `scripts/bench denoise --views held-out`, it also writes how long each sampler takes to an error.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from ..base.tables import TableError, md_table, update_table
+from ..measure.gains import BEST_PEER, read_rows
+
+COMMAND = "scripts/bench summary"
+COUNTS = (1, 3, 4, 6, 16, 64)
+MEASURES = {"displayed_2.1": "as displayed", "rmse_2.1": "raw"}
+OURS = {"white": "white", "sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
+# Where, the file, the command that writes it, and what blue is compared with there.
+PARTS = (
+    ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", OURS),
+    ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
+        "independent": "white (`independent`)", "paddedsobol": "padded Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
+        "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
+    ("third-party models", "models_headline.csv", "scripts/bench models FOLDER", OURS),
+)
+# What the README shows of it: of errors as displayed, these rows.
+SHORT = (("our path tracer", "white", "white noise"), ("our path tracer", "sobol", "padded Sobol'"), ("our path tracer", BEST_PEER, BEST_PEER),
+         ("pbrt-v4", "independent", "white noise"), ("pbrt-v4", "zsobol", "its default, Z-order"),
+         ("pbrt-v4", "best of pbrt", "the best of its seven"))
+
+
+# Equal quality: file, measure, and the count at which white noise has the error to be reached.
+TIME_COMMAND = f"{COMMAND}: time"
+TIMES = {"white noise's error at 16 samples": ("held-out/renders_headline.csv", "seconds:displayed_2.1", 16),
+         "at 64": ("held-out/renders_headline.csv", "seconds:displayed_2.1", 64),
+         "at 16, after Open Image Denoise": ("held-out/denoise.csv", "seconds:plain:displayed_2.1", 16)}
+TIMED = {"sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: "the best of OpenQMC", "blue": "`blue`"}
+
+
+def over(gains):
+    """What the gains cover, such as '6 scenes, 24 crops'; a range if some sample counts exclude some."""
+    def spread(numbers, what):
+        low, high = min(numbers), max(numbers)
+        return f"{high if low == high else f'{low} to {high}'} {what}{'' if high == 1 else 's'}"
+
+    return f"{spread([gain.scenes for gain in gains], 'scene')}, {spread([gain.views for gain in gains], 'crop')}"
+
+
+def table(parts):
+    """One Markdown table from {where: table of gains.read_rows()}."""
+    rows = []
+    for where, _, _, names in PARTS:
+        gains = parts.get(where, {})
+        for measure in MEASURES:
+            for than, name in names.items():
+                found = [gains.get((measure, spp, "blue", than)) for spp in COUNTS]
+                if any(found):
+                    rows.append([f"{where}, {over([gain for gain in found if gain])}", MEASURES[measure], name,
+                                 *(gain.text() if gain else "" for gain in found)])
+    return md_table(["where", "error", "times less than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
+
+
+def short_table(parts):
+    """The README's: SHORT alone."""
+    rows = []
+    for where, than, name in SHORT:
+        found = [parts.get(where, {}).get(("displayed_2.1", spp, "blue", than)) for spp in COUNTS]
+        if any(found):
+            rows.append([f"{name}, in {where}", *(gain.text() if gain else "" for gain in found)])
+    return md_table(["times less error than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
+
+
+def time_table(folder):
+    """Processor time to an error over white noise's, from what TIMES names; None without times."""
+    columns = []
+    for name, measure, spp in TIMES.values():
+        rows = read_rows(folder / name) if (folder / name).is_file() else {}
+        column = {label: gain for (own, count, label, _), gain in rows.items() if (own, count) == (measure, spp)}
+        peers = [gain for label, gain in column.items() if label.startswith("openqmc-")]
+        if peers:
+            column[BEST_PEER] = max(peers, key=lambda gain: gain.value)
+        columns.append(column)
+    if not columns[0]:
+        return None
+    return md_table(["processor time, white noise = 1, to", *TIMES], [
+        [name, *(f"{1 / column[label].value:.2f} ({1 / column[label].high:.2f} to {1 / column[label].low:.2f})" if label in column else ""
+                 for column in columns)] for label, name in TIMED.items()])
+
+
+def read_parts(folder):
+    parts = {where: read_rows(folder / name) for where, name, _, _ in PARTS if (folder / name).is_file()}
+    missing = [f"{folder / name} is missing; run {command}" for where, name, command, _ in PARTS if where not in parts]
+    if not parts:
+        raise TableError("; ".join(missing))
+    return parts, missing
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
+    parser.add_argument("--report", type=Path, default=Path("docs/report"), metavar="FOLDER",
+                        help="folder with the results of the commands (default docs/report)")
+    parser.add_argument("--readme", type=Path, default=Path("README.md"), help=argparse.SUPPRESS)
+    parser.add_argument("--print", action="store_true", help="print the table without changing files")
+    options = parser.parse_args(arguments)
+    try:
+        parts, missing = read_parts(options.report)
+        text = table(parts)
+        if not options.print:
+            update_table(options.report / "README.md", COMMAND, text)
+            update_table(options.readme, COMMAND, short_table(parts))
+            if time_table(options.report):
+                update_table(options.report / "README.md", TIME_COMMAND, time_table(options.report))
+    except (TableError, OSError) as error:
+        sys.exit(f"bench: {error}")
+    for line in missing:
+        print(f"bench: {line}", file=sys.stderr)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The views used to compare samplers: crops of large pictures, and small whole pictures for a quick check.
+
+A small picture mostly shows silhouettes, and a pixel of it sees what many pixels of a real one see. So samplers are judged
+on crops of pictures of 1280x960 pixels or more: one crop in each quarter, placed by a hash of the picture's name, before
+anything is rendered. Each set (core, tuning, held-out) has a picture of every scene, with a camera and crops of its own.
+
+The small whole pictures have eight sizes without a common factor, within a view and across the views of a scene: the gain
+along an edge depends on how the edge is aligned with the pixel grid. All cameras are rotated, moved and zoomed a little,
+so that no edge stays in place.
+"""
+
+import dataclasses
+import hashlib
+import math
+from pathlib import Path
+
+from ..base.command import names_of, parse_size
+from .renderer import Request
+
+SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
+
+# Each scene's own camera, as `pathtracer --list-cameras` prints it: eye, target, vertical angle of view in degrees.
+CAMERAS = {
+    "cornell": ((278, 273, -800), (278, 273, 0), 39.30765),
+    "penumbra": ((0.15, 2.3, 6), (0, 0.42, 0.1), 26.4491),
+    "glossy": ((0, 2.4, 8), (0, 0.95, 0.9), 27.5326),
+    "lens": ((0, 0.8, 4.2), (0, 0.33, 0), 25.90553),
+    "glass": ((0, 1.45, 5), (0.02, 0.42, 0), 29.68445),
+    "interior": ((1.9, 1.5, 2.6), (-0.5, 1.1, -1.6), 49.40486),
+    "motion": ((0.1, 1.5, 6), (0, 0.93, 0), 25.360766),
+    "fog": ((-0.6, 2, 8.8), (0, 1.2, 0), 29.684453),
+}
+# Exposure of a scene's displayed picture, in stops.
+EXPOSURES = {"cornell": 1.0, "interior": 1.0}
+
+# Of large pictures. The box of cornell is square.
+LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
+CROP = (96, 72)
+CAMERA_SCALE, FIRST_CAMERA = 2.0, 1000  # how far cameras move, as a multiple of the small pictures'; none is shared with them
+
+# Of small pictures: pairwise coprime, and one larger picture of each scene.
+SIZES = (121, 125, 127, 128, 131, 137, 139, 149, 151, 157, 163, 167, 169, 173)
+LARGE = ((397, 269), (389, 271), (383, 277), (379, 281), (373, 283), (367, 293), (359, 307), (353, 311))
+NAMES = "abcdefgh"
+TURN, SHIFT, ZOOM = 3.0, 0.02, 0.06  # degrees, share of the distance to the target, share of the angle of view
+
+
+@dataclasses.dataclass(frozen=True)
+class View:
+    """A built-in scene or a file, seen by one camera at one size."""
+
+    scene: str
+    name: str
+    width: int
+    height: int
+    camera: tuple = ()  # options of the path tracer
+    exposure: float | None = None  # of the displayed picture, in stops; None: chosen by the path tracer for the reference
+    crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
+
+    @property
+    def size(self):
+        """(width, height) of what is rendered, in pixels: the crop or the whole picture."""
+        if self.crop:
+            return self.crop[2] - self.crop[0], self.crop[3] - self.crop[1]
+        return self.width, self.height
+
+    @property
+    def pixels(self):
+        return self.size[0] * self.size[1]
+
+    @property
+    def label(self):
+        return f"{Path(self.scene).stem} {self.name}".strip()
+
+    @property
+    def picture(self):
+        """Identifies the picture: equal for its crops."""
+        return self.scene, self.width, self.height, self.camera
+
+    @property
+    def options(self):
+        return (*self.camera, "--crop", ",".join(map(str, self.crop))) if self.crop else self.camera
+
+    @property
+    def key(self):
+        """What the pixels depend on, for a cache."""
+        return [self.scene, (self.width, self.height), self.options]
+
+    def request(self, sampler, spp, seed=0, **more):
+        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options, **more)
+
+
+def _matching(round_number):
+    """Pairs of SIZES as in one round of a round-robin tournament: no pair occurs in two rounds."""
+    count = len(SIZES) - 1
+    ring = [(round_number + i) % count for i in range(count)]
+    pairs = [(ring[0], count), *((ring[i], ring[count - i]) for i in range(1, len(SIZES) // 2))]
+    # Alternate portrait and landscape.
+    return [(SIZES[a], SIZES[b]) if (SIZES[a] > SIZES[b]) == (i % 2 == 0) else (SIZES[b], SIZES[a]) for i, (a, b) in enumerate(pairs)]
+
+
+def _spread(index, count):
+    """A low-discrepancy sequence in [-1, 1]: multiples of powers of the generalised golden ratio."""
+    root = 2.0
+    for _ in range(40):
+        root = (1 + root) ** (1 / (count + 1))
+    return [2 * ((0.5 + (index + 1) * root ** -(i + 1)) % 1) - 1 for i in range(count)]
+
+
+def _camera(scene, index, scale=1.0):
+    """Options for the scene's camera, rotated, shifted and zoomed."""
+    (eye, target, fov) = CAMERAS[scene]
+    yaw, pitch, side, up, zoom = (scale * part for part in _spread(index, 5))
+    forward = [b - a for a, b in zip(eye, target)]
+    distance = math.hypot(*forward)
+    level = math.hypot(forward[0], forward[2])
+    azimuth = math.atan2(forward[0], forward[2]) + math.radians(TURN * yaw)
+    elevation = math.atan2(forward[1], level) + math.radians(TURN * pitch / 2)
+    across = (-forward[2] / level, 0, forward[0] / level)
+    eye = [e + SHIFT * distance * (side * a + up * u) for e, a, u in zip(eye, across, (0, 1, 0))]
+    turned = (math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation))
+    target = [e + distance * t for e, t in zip(eye, turned)]
+
+    def text(point):
+        return ",".join(f"{value:.6g}" for value in point)
+
+    return "--eye", text(eye), "--target", text(target), "--fov", f"{fov * (1 + ZOOM * zoom):.6g}"
+
+
+def _views_of(scene):
+    number = SCENES.index(scene)
+    sizes = [*_matching(2 * number), LARGE[number]]
+    return [View(scene, name, *size, _camera(scene, len(NAMES) * number + i), EXPOSURES.get(scene, 0.0))
+            for i, (name, size) in enumerate(zip(NAMES, sizes))]
+
+
+def crops_of(view, size=CROP, margin=0.0):
+    """The four crops of a picture, one in each quarter of what remains without a margin (a share of its sides)."""
+    left, top = round(margin * view.width), round(margin * view.height)
+    wide, high = (view.width - 2 * left) // 2, (view.height - 2 * top) // 2
+    if size[0] > wide or size[1] > high:
+        raise ValueError(f"crops of {size[0]}x{size[1]} pixels do not fit into the quarters of a picture of "
+                         f"{view.width}x{view.height}")
+    found = []
+    for i in range(4):
+        digest = hashlib.sha256(f"{Path(view.scene).name} {view.name} {i}".encode()).digest()
+        x = left + i % 2 * wide + int.from_bytes(digest[:8], "big") % (wide - size[0] + 1)
+        y = top + i // 2 * high + int.from_bytes(digest[8:16], "big") % (high - size[1] + 1)
+        found.append(dataclasses.replace(view, name=f"{view.name}-{i + 1}".strip("-"), crop=(x, y, x + size[0], y + size[1])))
+    return found
+
+
+ALL = tuple(view for scene in SCENES for view in _views_of(scene))
+SETS = {
+    "core": "seen during development",
+    "tuning": "to choose and tune on",
+    "held-out": "never used to choose or tune",
+}
+# The small pictures of each set.
+SMALL = {"core": "ab", "tuning": "cde", "held-out": "fgh"}
+
+
+def chosen(name="core", scenes=SCENES, size=None):
+    """The small pictures of a set and of some scenes; size: (width, height) to use instead of their own."""
+    found = tuple(view for view in ALL if view.name in SMALL[name] and view.scene in scenes)
+    return tuple(dataclasses.replace(view, width=size[0], height=size[1]) for view in found) if size else found
+
+
+def crops(name="core", scenes=SCENES, size=None, crop=CROP):
+    """The crops of a set's large pictures; size: (width, height) of the pictures, instead of their own."""
+    found = []
+    for scene in scenes:
+        index = FIRST_CAMERA + len(SETS) * SCENES.index(scene) + list(SETS).index(name)
+        found += crops_of(View(scene, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), _camera(scene, index, CAMERA_SCALE),
+                               EXPOSURES.get(scene, 0.0)), crop)
+    return tuple(found)
+
+
+def of(parser, options):
+    """The views that the options of add_options() ask for."""
+    if options.quick:
+        return chosen(options.views, options.scenes, options.size)
+    try:
+        return crops(options.views, options.scenes, options.size, options.crop)
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def add_options(parser):
+    """Adds --views, --scenes, --size, --crop and --quick; of(parser, options) gives the views."""
+    parser.add_argument("--views", choices=SETS, default="core", metavar="SET", help=(
+        "; ".join(f"{name}: {what}" for name, what in SETS.items()) + " (default core)"))
+    parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
+                        help=f"scenes out of {', '.join(SCENES)} (default all)")
+    parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "
+                        f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
+    parser.add_argument("--crop", type=parse_size, default=CROP, metavar="WxH",
+                        help=f"size of the crops, four of each picture (default {CROP[0]}x{CROP[1]})")
+    parser.add_argument("--quick", action="store_true", help="small whole pictures instead of crops of large ones: a check of "
+                        "half an hour, whose figures go to out/ alone")

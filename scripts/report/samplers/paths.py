@@ -1,0 +1,381 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ways to draw the harder decisions of a path: `scripts/bench paths` measures what docs/paths.md advises
+
+It draws with the Python package. Every experiment is a small integrand, the same in all pixels, with several ways to draw its
+numbers; splitting is also measured on the path tracer's scene `penumbra`. The tables go to docs/paths.md.
+"""
+
+import argparse
+import itertools
+import subprocess
+from pathlib import Path
+
+import bluenoise
+import numpy as np
+
+from ..base.command import positive, run_or_say_why
+from ..base.tables import add_options, md_table, write_or_print
+from ..measure.image_error import rmse
+from ..renders import views
+
+COMMAND = "scripts/bench paths"
+SIZE, SIGMA = 128, 2.1
+COUNTS = (1, 4, 16)
+INTEGRANDS = 6
+
+
+def paths(kind, seed, index, size=SIZE):
+    y, x = np.mgrid[0:size, 0:size]
+    return bluenoise.Path(bluenoise.Sampler(kind, seed=seed), x, y, index)
+
+
+def half_planes(rng, count):
+    """Random half-planes that cut the unit square: (count, 3), a u + b v < c."""
+    angle = rng.uniform(0, 2 * np.pi, count)
+    normal = np.stack([np.cos(angle), np.sin(angle)], -1)
+    return np.column_stack([normal, np.sum(normal * rng.uniform(0.2, 0.8, (count, 2)), -1)])
+
+
+def inside(plane, pair):
+    """Of one half-plane, or of one for each pair."""
+    plane = np.asarray(plane, np.float32)
+    return pair[..., 0] * plane[..., 0] + pair[..., 1] * plane[..., 1] < plane[..., 2]
+
+
+# ---- The experiments: {way: function(rng) -> function(path) -> values}. All ways of one estimate the same integral.
+
+def lights(rng):
+    """A light and a point on it: 12 lights of unequal power, each half hidden by an edge of its own."""
+    power = rng.uniform(0.2, 2, 12)
+    cdf = np.cumsum(power / power.sum()).astype(np.float32)
+    edges = half_planes(rng, 12)
+
+    def one_pair(path):
+        draw = path.ray(0).draw_light()
+        light, u = bluenoise.choose_cdf(cdf, draw[..., 0])
+        return inside(edges[light], np.stack([u, draw[..., 1]], -1))
+
+    def number_and_pair(path):
+        draw = path.ray(0).next_4d()
+        return inside(edges[bluenoise.choose_cdf(cdf, draw[..., 2])[0]], draw[..., :2])
+
+    def apart(path):
+        ray = path.ray(0)
+        return inside(edges[bluenoise.choose_cdf(cdf, ray.next_1d())[0]], ray.draw_light())
+
+    # Vose's table: a column, then one of two lights; the rest of the number is stretched.
+    share, other = np.array(power / power.sum() * 12), np.arange(12)
+    small, large = [i for i in range(12) if share[i] < 1], [i for i in range(12) if share[i] >= 1]
+    while small and large:
+        i, k = small.pop(), large[-1]
+        other[i] = k
+        share[k] -= 1 - share[i]
+        if share[k] < 1:
+            small.append(large.pop())
+
+    def alias(path):
+        draw = path.ray(0).draw_light()
+        column, u = bluenoise.choose_u32(12, draw[..., 0])
+        own = np.clip(share, 0, 1).astype(np.float32)[column]
+        stays = u < own
+        rest = np.where(stays, u / np.maximum(own, 1e-9), (u - own) / np.maximum(1 - own, 1e-9))
+        return inside(edges[np.where(stays, column, other[column])], np.stack([rest, draw[..., 1]], -1))
+
+    return {"one pair, from a table in order": one_pair, "a number and a pair of one domain": number_and_pair,
+            "a number and a pair of two domains": apart, "one pair, from an alias table": alias}
+
+
+def light_tree(rng):
+    """A light tree of six levels: 64 lights in a row, each half hidden."""
+    left = rng.uniform(0.3, 0.7, 64).astype(np.float32)
+    edges = half_planes(rng, 64)
+
+    def descend(path, number):
+        ray = path.ray(0)
+        draw = ray.draw_light()
+        node, u = np.zeros(path.shape, np.int64), draw[..., 0]
+        for level in range(6):
+            if number:
+                u = ray.next_1d() if level or number == 2 else u
+            low = u < left[(2**level + node) % 64]
+            probability = left[(2**level + node) % 64]
+            rest = np.where(low, u / probability, (u - probability) / (1 - probability))
+            node, u = 2 * node + ~low, np.minimum(rest, np.float32(1 - 2.0**-24))
+        point = draw[..., 1] if number == 2 else None
+        return inside(edges[node], np.stack([draw[..., 0] if number == 2 else u, draw[..., 1] if point is None else point], -1))
+
+    return {"one number all the way down, the rest for the point": lambda path: descend(path, 0),
+            "a number for each level, a pair for the point": lambda path: descend(path, 2)}
+
+
+def density(t):
+    return 0.6 + 0.4 * np.sin(7 * t)
+
+
+def free_flight(rng):
+    """Does a ray cross a medium whose density varies? Optical depth 2, by delta tracking."""
+    most = np.float32(2 / np.mean(density(np.linspace(0, 1, 1001))) * rng.uniform(0.8, 1.2))
+    depth = most * np.concatenate([[0], np.cumsum(density((np.arange(1000) + 0.5) / 1000) / 1000)])
+
+    def track(path, numbers):
+        t, alive, crossed = np.zeros(path.shape, np.float32), np.ones(path.shape, bool), np.zeros(path.shape, bool)
+        for _ in range(40):
+            t = t - np.log1p(-numbers()) / most
+            crossed |= alive & (t >= 1)
+            alive &= t < 1
+            alive &= ~(numbers() < density(t))
+        return crossed
+
+    def one_number(path):
+        return path.ray(0).next_1d() < np.exp(-np.float32(depth[-1]))
+
+    generator = np.random.default_rng(5)
+    return {"one number, inverted": one_number,
+            "`next_rng()`: four stratified, then a generator": lambda path: track(path, path.ray(0).next_rng().next_1d),
+            "a number of the sampler for each step": lambda path: track(path, path.ray(0).next_1d),
+            "a generator alone": lambda path: track(path, lambda: generator.random(path.shape, np.float32))}
+
+
+def random_walk(rng):
+    """A walk below a surface: does it leave, and on which side of an edge?"""
+    edge = half_planes(rng, 1)[0] - [0, 0, 0.5]
+
+    def walk(path, first, numbers):
+        u = first() if first else None
+        place = np.zeros((*path.shape, 3), np.float32)
+        alive, left = np.ones(path.shape, bool), np.zeros(path.shape, bool)
+        for step in range(12):
+            a, b, c = (u[..., 0], u[..., 1], u[..., 2]) if step == 0 and first else (numbers(), numbers(), numbers())
+            z = 1 - (a if step == 0 else 2 * a)  # down at first, then anywhere
+            r, phi = np.sqrt(np.maximum(1 - z * z, 0)), 2 * np.pi * b
+            length = -np.log1p(-c)
+            place += (length[..., None] * np.stack([r * np.cos(phi), r * np.sin(phi), z], -1)) * alive[..., None]
+            left |= alive & (place[..., 2] < 0)
+            alive &= (place[..., 2] >= 0) & (numbers() < 0.9)
+        return left & inside(edge, place[..., :2])
+
+    def stratified(path):
+        ray = path.ray(0)
+        return walk(path, ray.next_4d, ray.next_rng().next_1d)
+
+    generator = np.random.default_rng(6)
+    return {"first step from `next_4d()`, then `next_rng()`": stratified,
+            "all of it from `next_rng()`": lambda path: walk(path, None, path.ray(0).next_rng().next_1d),
+            "a number of the sampler for each decision": lambda path: walk(path, None, path.ray(0).next_1d),
+            "a generator alone": lambda path: walk(path, None, lambda: generator.random(path.shape, np.float32))}
+
+
+def transparency(rng):
+    """Two leaves of different colours, each seen with a probability, in another order from pixel to pixel."""
+    alpha, color = rng.uniform(0.3, 0.7, 2), np.array([1.0, 0.35])
+    swapped = np.random.default_rng(7).random((SIZE, SIZE)) < 0.5
+
+    def first_seen(path, hit):
+        order = swapped[:path.shape[-2], :path.shape[-1]]
+        result = np.zeros(path.shape)
+        for front in (0, 1):
+            back = 1 - front
+            seen = np.where(hit(path, front, order, front), color[front], np.where(hit(path, back, order, front), color[back], 0))
+            result = np.where(order == bool(front), seen, result)
+        return result
+
+    def by_leaf(path, leaf, order, front):
+        return part(path, leaf) < alpha[leaf]
+
+    def part(path, leaf):
+        return path.ray(0).keyed(1000 + leaf).draw_where()[..., 0]
+
+    def by_order(path, leaf, order, front):
+        ray = path.ray(0)
+        numbers = [ray.next_1d(), ray.next_1d()]
+        return numbers[0 if leaf == front else 1] < alpha[leaf]
+
+    def truth_free(hit):
+        # What the order changes is not noise: subtract each pixel's own mean.
+        mean = {bool(front): color[front] * alpha[front] + (1 - alpha[front]) * alpha[1 - front] * color[1 - front]
+                for front in (0, 1)}
+        return lambda path: first_seen(path, hit) - np.where(swapped[:path.shape[-2], :path.shape[-1]], mean[True], mean[False])
+
+    return {"a number for each leaf, by key": truth_free(by_leaf), "numbers in the order of intersection": truth_free(by_order)}
+
+
+def time_alone(rng):
+    """An edge that moves across the pixel while the shutter is open."""
+    edge, speed = half_planes(rng, 1)[0], rng.uniform(0.5, 1.5)
+
+    def moving(where, time):
+        return inside(edge, where - np.stack([(time - 0.5) * speed, 0 * time], -1).astype(np.float32))
+
+    def second_pair(path):
+        draw = path.ray(0).draw()
+        return moving(draw[..., :2], draw[..., 2])
+
+    return {"time from the second pair of ray 0": second_pair,
+            "time from `time()`": lambda path: moving(path.ray(0).draw_where(), path.time()[..., 0]),
+            "time from `next_1d()`": lambda path: moving(path.ray(0).draw_where(), path.ray(0).next_1d())}
+
+
+def time_and_lens(rng):
+    """The same edge, out of focus."""
+    edge, speed, blur = half_planes(rng, 1)[0], rng.uniform(0.5, 1.5), rng.uniform(0.5, 1.5)
+
+    def moving(draw, time):
+        r, phi = np.sqrt(draw[..., 2]), 2 * np.pi * draw[..., 3]
+        lens = blur * np.stack([r * np.cos(phi), r * np.sin(phi)], -1)
+        return inside(edge, draw[..., :2] + lens - np.stack([(time - 0.5) * speed, 0 * time], -1).astype(np.float32))
+
+    return {"lens from the second pair of ray 0, time from `time()`":
+            lambda path: moving(path.ray(0).draw(), path.time()[..., 0]),
+            "lens from the second pair of ray 0, time from `next_1d()`":
+            lambda path: moving(path.ray(0).draw(), path.ray(0).next_1d()),
+            "lens and time from `next_4d()`":
+            lambda path: (lambda where, more: moving(np.concatenate([where, more[..., 2:]], -1), more[..., 0]))(
+                path.ray(0).draw_where(), path.ray(0).next_4d())}
+
+
+def wavelength(rng):
+    """A spectrum with a narrow line, seen at four wavelengths 1/4 apart."""
+    line, width = rng.uniform(0, 1), 0.06
+
+    def four(w):
+        return np.mean([np.exp(-(((w + k / 4) % 1 - line) / width) ** 2) for k in range(4)], 0)
+
+    def folded(path):
+        time = path.time()
+        return four((np.floor(4 * time[..., 0]) + time[..., 1]) / 4)
+
+    return {"w = (floor(4 v) + u) / 4": folded, "w = u": lambda path: four(path.time()[..., 1])}
+
+
+def splits(rng):
+    """About four light samples for each camera ray: an edge seen from the light, shaded by where the camera ray went. Where
+    their number varies, brighter paths take more."""
+    edge, shade = half_planes(rng, 1)[0], rng.uniform(0.3, 1, 2)
+    own_domains = itertools.count(1000)
+
+    def weight(path):
+        where = path.ray(0).draw_where()
+        return 0.5 + shade[0] * where[..., 0] + shade[1] * where[..., 1]
+
+    def number(path):
+        """2 to 6."""
+        return np.floor(2 + 4.99 * (weight(path) - 0.5) / shade.sum())
+
+    def split(path, most, number):
+        branches = path.ray(0).next_split(most)
+        found = sum((k < number) * inside(edge, branches[k].ray(0).draw_where()) for k in range(int(np.max(number))))
+        return weight(path) * found / number
+
+    def own_domain(path):
+        index, n = next(own_domains), number(path)
+        found = sum((k < n) * inside(edge, paths("blue", index, k, path.shape[0]).ray(1).draw_where()) for k in range(6))
+        return weight(path) * found / n
+
+    taken = [0]
+
+    def running(path, index):
+        first = taken[0] if index else np.zeros(path.shape, np.int64)
+        n = number(path)
+        branches = path.ray(0).next_split_from(first)
+        taken[0] = first + n.astype(np.int64)
+        return weight(path) * sum((k < n) * inside(edge, branches[k].ray(0).draw_where()) for k in range(6)) / n
+
+    def domains(path):
+        n, ray = number(path), path.ray(0)
+        return weight(path) * sum((k < n) * inside(edge, ray.keyed(k).draw_where()) for k in range(6)) / n
+
+    return {"four branches of `next_split(4)`": lambda path: split(path, 4, np.float32(4)),
+            "two to six of `next_split(4)`": lambda path: split(path, 4, number(path)),
+            "two to six of `next_split(8)`": lambda path: split(path, 8, number(path)),
+            "two to six of `next_split_from(taken)`": running,
+            "two to six, a domain for each path": own_domain,
+            "two to six, a domain for each branch": domains}
+
+
+EXPERIMENTS = {"lights": lights, "light tree": light_tree, "free flight": free_flight, "random walk": random_walk,
+               "transparency": transparency, "time": time_alone, "time and lens": time_and_lens, "wavelength": wavelength,
+               "splitting": splits}
+
+
+def measure(experiment, seeds, kind="blue", size=SIZE):
+    """{way: {count: error}}: root mean squares over integrands and seeds, after the blur."""
+    squares = {}
+    for integrand in range(INTEGRANDS):
+        ways = experiment(np.random.default_rng(100 + integrand))
+        for seed in range(seeds):
+            for way, values in ways.items():
+                sums, total = np.zeros((size, size)), {}
+                for index in range(max(COUNTS)):
+                    path = paths(kind, 10 * integrand + seed, index, size)
+                    sums += values(path, index) if values.__code__.co_argcount == 2 else values(path)
+                    if index + 1 in COUNTS:
+                        total[index + 1] = sums / (index + 1)
+                # All ways estimate one integral: the mean over pixels and samples of the most samples.
+                squares.setdefault(way, []).append(total)
+    truth = [np.mean([np.mean(squares[way][i][max(COUNTS)]) for way in squares]) for i in range(INTEGRANDS * seeds)]
+    return {way: {count: float(np.sqrt(np.mean([rmse(total[count], np.full((size, size), truth[i]), SIGMA, "toroidal") ** 2
+                                                for i, total in enumerate(totals)]))) for count in COUNTS}
+            for way, totals in squares.items()}
+
+
+def table(name, seeds):
+    """Errors over those of white noise drawn in the first way: lower is better."""
+    experiment = EXPERIMENTS[name]
+    found = measure(experiment, seeds)
+    first = next(iter(found))
+    white = measure(lambda rng: {first: experiment(rng)[first]}, seeds, "white")[first]
+    return md_table([f"{name}: how it is drawn", *(f"{count} spp" for count in COUNTS)],
+                    [[way, *(f"{row[count] / white[count]:.2f}" for count in COUNTS)] for way, row in found.items()])
+
+
+# ---- Splitting in a scene, by tests/bench/bench_splits.cpp
+
+ROOT = Path(__file__).resolve().parents[3]
+PENUMBRA = "penumbra"
+# The places of the core views, with the scene's own camera.
+CROPS, CROP = tuple(view.crop[:2] for view in views.crops("core", (PENUMBRA,), None, views.CROP)), views.CROP
+WAYS = {"fixed": "four branches of `next_split(4)`", "from": "two to six of `next_split_from(taken)`",
+        "domains": "two to six, a domain for each branch"}
+VARIES = {"points": "bright points take more", "print": "bright paths take more"}
+REFERENCE_SPP = 1024
+
+
+def split_pictures(program, varies, way, seed, spp, crop, size=CROP):
+    """(count, height, width): the means over 1, 4, 16 ... spp camera rays."""
+    done = subprocess.run([program, varies, way, *map(str, (seed, spp, *crop, *size))], capture_output=True, check=True)
+    return np.frombuffer(done.stdout, np.float32).reshape(-1, size[1], size[0])
+
+
+def penumbra_errors(program, varies, seeds, crops=CROPS, size=CROP, reference_spp=REFERENCE_SPP):
+    """{way: {count: error}} over white noise with four light samples: root mean squares over crops and seeds."""
+    squares = {way: np.zeros(len(COUNTS)) for way in (*WAYS, "white")}
+    for crop in crops:
+        reference = split_pictures(program, varies, "fixed", 1000, reference_spp, crop, size)[-1]
+        for way, total in squares.items():
+            for seed in range(seeds):
+                pictures = split_pictures(program, varies, way, seed, max(COUNTS), crop, size)
+                total += [rmse(picture, reference, SIGMA) ** 2 for picture in pictures]
+    return {way: dict(zip(COUNTS, np.sqrt(squares[way] / squares["white"]))) for way in WAYS}
+
+
+def penumbra_table(seeds):
+    program, rows = ROOT / "build/tests/bench/bench_splits", []
+    for varies, what in VARIES.items():
+        for way, row in penumbra_errors(program, varies, 4 * seeds).items():
+            rows.append([f"{what}: {WAYS[way]}", *(f"{row[count]:.2f}" for count in COUNTS)])
+    return md_table(["light samples in `penumbra`: how they are drawn", *(f"{count} spp" for count in COUNTS)], rows)
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each integrand (default 2)")
+    parser.add_argument("--only", choices=[*EXPERIMENTS, PENUMBRA], help="one experiment")
+    add_options(parser, "docs/paths.md")
+    options = parser.parse_args(arguments)
+    for name in [options.only] if options.only else (*EXPERIMENTS, PENUMBRA):
+        text = penumbra_table(options.seeds) if name == PENUMBRA else table(name, options.seeds)
+        write_or_print(options, f"{COMMAND}: {name}", text)
+
+
+if __name__ == "__main__":
+    run_or_say_why(main)
