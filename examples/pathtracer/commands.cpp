@@ -18,7 +18,6 @@
 #include "film.h"
 #include "frame.h"
 #include "integrator.h"
-#include "interior.h"
 #include "intersect.h"
 #include "merge.h"
 #include "output_file.h"
@@ -110,9 +109,6 @@ Scene load_scene(const Options &options, InputRecord &record) {
     SceneOptions choices = scene_options(options);
     choices.record = &record;
     Scene scene = scene_build(options.scene, choices);
-    const CameraChoice &camera = options.camera;
-    if (!camera.eye && !camera.target && !camera.fov && camera.listed.empty())
-        frame_from_inside_if_black(scene, options.scene);
     if (!options.quiet)
         for (const std::string &note : scene.notes) say(note);
     if (options.light_samples > 0) scene.light_samples = options.light_samples;

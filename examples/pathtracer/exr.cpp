@@ -13,7 +13,10 @@
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
+#include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
+#include <ImfTestFile.h>
+#include <ImfTileDescription.h>
 #include <bn/bn.h>
 
 #include <algorithm>
@@ -25,7 +28,7 @@
 #include <new>
 
 #include "error.h"
-#include "exr_check.h"
+#include "input_file.h"
 #include "input_record.h"
 
 namespace {
@@ -205,11 +208,58 @@ ExrHead read_head(const Imf::Header &header) {
     return head;
 }
 
+// Refuses a file that cannot hold what its attributes claim: the library allocates that first.
+void check_attributes(const InputFile &file) {
+    for (uint64_t at = 8;;) {
+        unsigned char bytes[516]; // name, type and size
+        unsigned char *const end = bytes + file.read(at, bytes, sizeof bytes);
+        unsigned char *const type = std::find(bytes, end, 0) + 1;
+        if (type == bytes + 1 || type >= end) return; // an empty name ends the header
+        unsigned char *const size = std::find(type, end, 0) + 1;
+        if (end - size < 4) return;
+        at += static_cast<uint64_t>(size - bytes) + 4;
+        at += size[0] | uint64_t{size[1]} << 8 | uint64_t{size[2]} << 16 | uint64_t{size[3]} << 24;
+        if (at > file.size()) throw Error("it is cut short, or not an EXR file");
+    }
+}
+
+// Refuses a file that cannot hold the pixels it claims, before the library allocates memory for them.
+void check_size(const std::string &path) {
+    constexpr double SPARE_BYTES = 1 << 26, MOST_ROWS = 256; // of a compressed block
+    constexpr double MOST_EXPANSION = 8192; // deflate reaches 1032; uniform blocks go beyond
+    const InputFile file(path);
+    const auto file_size = static_cast<double>(file.size());
+    Imf::StdIFStream stream(path.c_str());
+    if (!Imf::isOpenExrFile(stream)) return; // the library says so
+    check_attributes(file);
+    char start[8]; // magic number and version, little-endian
+    stream.read(start, sizeof start);
+    Imf::Header header;
+    int version = 0;
+    for (int i = 3; i >= 0; --i) version = version << 8 | static_cast<unsigned char>(start[4 + i]);
+    header.readFrom(stream, version);
+    const Imath::Box2i data = header.dataWindow();
+    const double width = static_cast<double>(data.max.x) - data.min.x + 1;
+    const double height = static_cast<double>(data.max.y) - data.min.y + 1;
+    double pixel_size = 0, pixels = width * std::max(height, MOST_ROWS);
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+        pixel_size += c.channel().type == Imf::HALF ? 2 : 4;
+    if (header.hasTileDescription()) {
+        const Imf::TileDescription &tile = header.tileDescription();
+        pixels = std::max(pixels, static_cast<double>(tile.xSize) * tile.ySize);
+    }
+    // With an offset of 8 bytes for each block of at least one row.
+    if (pixel_size * pixels + 8 * height > SPARE_BYTES + MOST_EXPANSION * file_size)
+        throw Error("it claims " + std::to_string(static_cast<int64_t>(width)) + "x" +
+                    std::to_string(static_cast<int64_t>(height)) + " pixels, more than its " +
+                    std::to_string(static_cast<int64_t>(file_size)) + " bytes can hold");
+}
+
 // Runs a reader and turns its errors into one line with the file's name.
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {
-        exr_check(path);
+        check_size(path);
         return read();
     } catch (const std::bad_alloc &) {
         throw;

@@ -60,6 +60,46 @@ bool read_whole_file(std::vector<unsigned char> *bytes, std::string *error, cons
     }
 }
 
+// tinygltf recurses into nested values.
+void check_nesting(const char *text, size_t size) {
+    constexpr int MAX_NESTING = 256;
+    int depth = 0;
+    bool in_string = false;
+    for (size_t i = 0; i < size; ++i) {
+        const char c = text[i];
+        if (c == '\\') ++i; // only in strings
+        if (c == '"') in_string = !in_string;
+        if (in_string) continue;
+        if (c == '{' || c == '[') ++depth;
+        if (c == '}' || c == ']') --depth;
+        if (depth > MAX_NESTING) throw Error("is not glTF: its JSON is nested too deeply");
+    }
+}
+
+// tinygltf trusts the lengths of the chunks of a .glb.
+void check_chunks(const std::vector<unsigned char> &bytes) {
+    const auto word = [&](size_t at) {
+        return bytes[at] | uint64_t{bytes[at + 1]} << 8 | uint64_t{bytes[at + 2]} << 16 |
+               uint64_t{bytes[at + 3]} << 24;
+    };
+    if (bytes.size() < 20) throw Error("is cut short: it ends within its header");
+    if (word(4) != 2) throw Error("is not of glTF version 2");
+    const uint64_t size = word(8);
+    if (size < 20 || size > bytes.size())
+        throw Error("is cut short: its header says it has " + std::to_string(size) + " bytes");
+    for (uint64_t at = 12; at + 8 <= size; at += 8 + word(at))
+        if (word(at) > size - at - 8) throw Error("is cut short: a chunk goes beyond its end");
+    check_nesting(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
+}
+
+// The reader must support what the file requires, or report it itself where a material uses it.
+void check_required(const std::vector<std::string> &extensions) {
+    for (const std::string &extension : extensions)
+        if (!is_known(extension))
+            throw Error("requires the extension " + printable(extension) +
+                        ", which cannot be read");
+}
+
 tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene_folder) {
     FileAccess access{scene_folder, {}};
     tinygltf::Model model;
@@ -74,12 +114,12 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
     try {
         const auto size = static_cast<unsigned>(bytes.size());
         if (size >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0) {
-            gltf_check_binary(bytes);
+            check_chunks(bytes);
             good =
                 reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, folder);
         } else {
             const char *text = reinterpret_cast<const char *>(bytes.data());
-            gltf_check_text(text, bytes.size());
+            check_nesting(text, bytes.size());
             good = reader.LoadASCIIFromString(&model, &error, &warning, text, size, folder);
         }
     } catch (const Error &) {
@@ -90,7 +130,7 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
         throw Error(std::string("is not valid glTF 2.0: ") + printable(first_line(problem.what())));
     }
     // Checked first: data that an extension stores elsewhere would be reported as missing.
-    gltf_check_required(model.extensionsRequired);
+    check_required(model.extensionsRequired);
     if (error.find("File read error") == 0) throw Error("buffer " + access.problem);
     if (!good) throw Error("is not valid glTF 2.0: " + printable(first_line(error)));
     if (model.asset.version.compare(0, 2, "2.") != 0)
@@ -375,13 +415,6 @@ void read_nodes(Reader &r) {
 }
 
 } // namespace
-
-void gltf_check_required(const std::vector<std::string> &extensions) {
-    for (const std::string &extension : extensions)
-        if (!is_known(extension))
-            throw Error("requires the extension " + printable(extension) +
-                        ", which cannot be read");
-}
 
 SceneDraft gltf_read(SceneFolder &folder) {
     const std::vector<unsigned char> bytes = folder.read_scene();

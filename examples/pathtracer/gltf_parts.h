@@ -14,19 +14,6 @@
 #include "input_file.h"
 #include "scene_file.h"
 
-// ---- gltf.cpp
-
-// Throws Error if the reader neither supports an extension that the file requires, nor reports it
-// itself where a material uses it.
-void gltf_check_required(const std::vector<std::string> &extensions);
-
-// ---- gltf_check.cpp
-
-// Reject the text of a .gltf, or a .glb, that tinygltf would not survive: JSON that is nested too
-// deeply for its stack or has too many values, or chunks that run past the end. Throw Error.
-void gltf_check_text(const char *text, size_t size);
-void gltf_check_binary(const std::vector<unsigned char> &bytes);
-
 // ---- gltf_accessor.cpp
 
 // Reads the elements of an accessor as floats, `components` each; normalized integers are scaled to

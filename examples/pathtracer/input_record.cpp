@@ -1,17 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "input_record.h"
 
+#include <openssl/evp.h>
+
 #include <cstdio>
+#include <memory>
 #include <sstream>
 
 #include "error.h"
 #include "input_file.h"
 #include "scene_file.h"
-#include "sha256.h"
 
 namespace {
 
 constexpr const char *MISSING = "# missing: ";
+
+class Sha256 {
+  public:
+    Sha256() { check(EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr)); }
+    void add(const void *bytes, size_t count) {
+        check(EVP_DigestUpdate(context_.get(), bytes, count));
+    }
+    // Of all bytes, in hexadecimal. Call it once, last.
+    std::string hex() {
+        unsigned char digest[32];
+        check(EVP_DigestFinal_ex(context_.get(), digest, nullptr));
+        std::string text;
+        for (const unsigned char byte : digest) {
+            text += "0123456789abcdef"[byte >> 4];
+            text += "0123456789abcdef"[byte & 15];
+        }
+        return text;
+    }
+
+  private:
+    static void check(int good) {
+        if (!good) throw std::bad_alloc();
+    }
+
+    std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX *)> context_{EVP_MD_CTX_new(), EVP_MD_CTX_free};
+};
 
 bool is_utf8(const std::string &text) {
     constexpr uint32_t LEAST[4] = {0, 0x80, 0x800, 0x10000}; // of so many further bytes

@@ -11,7 +11,6 @@
 
 #include "commands.h"
 #include "error.h"
-#include "interior.h"
 #include "memory_limit.h"
 #include "output_file.h"
 #include "sampler.h"
@@ -48,9 +47,7 @@ void print_list() {
 }
 
 void print_cameras(const Options &options) {
-    Scene scene = scene_build(options.scene, scene_options(options));
-    frame_from_inside_if_black(scene, options.scene);
-    std::fputs(camera_list(scene).c_str(), stdout);
+    std::fputs(camera_list(scene_build(options.scene, scene_options(options))).c_str(), stdout);
 }
 
 } // namespace

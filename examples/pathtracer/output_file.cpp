@@ -27,11 +27,11 @@ namespace {
 
 constexpr int MAX_LINKS = 40; // followed from one name; Linux has the same limit
 
-// The temporary files that there may be, for signal handlers: two for each of three outputs.
+// The temporary files that there may be, for signal handlers: one for each output.
 struct KnownName {
     volatile std::sig_atomic_t used;
     char name[4096];
-} known_names[6];
+} known_names[3];
 
 void remember(const fs::path &name) {
     for (KnownName &known : known_names)
@@ -105,8 +105,6 @@ class TemporaryFile {
         if (descriptor_ >= 0) close(descriptor_);
         if (!renamed_) unlink(name_.c_str());
         forget(name_);
-        if (!old_.empty()) unlink(old_.c_str());
-        forget(old_);
     }
 
     // Writes the file, flushes it to disk and closes it.
@@ -124,35 +122,19 @@ class TemporaryFile {
         if (!synced || !closed) throw cannot_write(path_, std::strerror(synced ? errno : error));
     }
 
-    // Puts the file in place. Where the file system has hard links, the old file keeps a second
-    // name for undo().
+    // Puts the file in place.
     void rename() {
-        const fs::path old = beside(target_);
-        remember(old);
-        if (link(target_.c_str(), old.c_str()) == 0) old_ = old;
-        had_old_ = !old_.empty() || errno != ENOENT;
-        if (old_.empty()) forget(old);
         if (std::rename(name_.c_str(), target_.c_str()) != 0)
             throw cannot_write(path_, std::strerror(errno));
         renamed_ = true;
-    }
-
-    // Restores what rename() replaced, as far as the file system allows.
-    void undo() {
-        if (!renamed_) return;
-        if (!old_.empty() && std::rename(old_.c_str(), target_.c_str()) == 0)
-            old_.clear();
-        else if (!had_old_)
-            unlink(target_.c_str());
     }
 
     const fs::path &target() const { return target_; }
 
   private:
     fs::path path_, target_, name_;
-    fs::path old_; // second name of the replaced file, or empty
     int descriptor_ = -1;
-    bool renamed_ = false, had_old_ = false;
+    bool renamed_ = false;
 };
 
 // Makes renames in a folder durable. Some file systems cannot; then only durability is lost.
@@ -176,12 +158,7 @@ void check_writable(const fs::path &path) {
 void write_files(const std::vector<std::pair<fs::path, std::vector<char>>> &files) {
     std::list<TemporaryFile> parts;
     for (const auto &[path, bytes] : files) parts.emplace_back(path, resolve(path)).write(bytes);
-    try {
-        for (TemporaryFile &part : parts) part.rename();
-    } catch (const Error &) {
-        for (TemporaryFile &part : parts) part.undo();
-        throw;
-    }
+    for (TemporaryFile &part : parts) part.rename();
     std::set<fs::path> folders;
     for (const TemporaryFile &part : parts) folders.insert(folder_of(part.target()));
     for (const fs::path &folder : folders) sync_folder(folder);

@@ -11,9 +11,8 @@
 // Throws Error unless a file can be written under that name. Leaves nothing behind.
 void check_writable(const std::filesystem::path &path);
 
-// Writes all the files, replacing any of the same names. Symbolic links stay links; the files they
-// point to are replaced. If anything fails, throws Error, leaves nothing new and keeps all the old
-// files (without hard links, only those whose renaming failed).
+// Writes all the files, replacing any of the same names, once all of them are on the disk. Symbolic
+// links stay links; the files they point to are replaced. Throws Error.
 void write_files(const std::vector<std::pair<std::filesystem::path, std::vector<char>>> &files);
 
 // Ends the program by a signal, without leaving temporary files behind: a signal handler.

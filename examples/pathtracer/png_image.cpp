@@ -24,22 +24,6 @@ float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
-// libpng reserves memory for what a chunk claims to hold before it reads it.
-void check_chunks(const std::vector<unsigned char> &bytes) {
-    constexpr size_t SIGNATURE = 8, AROUND = 12; // bytes; a chunk's length, type and checksum
-    if (bytes.size() < SIGNATURE || png_sig_cmp(bytes.data(), 0, SIGNATURE) != 0)
-        throw Error("is not a PNG file");
-    bool is_last = false;
-    for (size_t at = SIGNATURE; !is_last;) {
-        const size_t left = bytes.size() - at;
-        const size_t size = left < AROUND ? 0 : png_get_uint_32(&bytes[at]);
-        if (left < AROUND || left - AROUND < size)
-            throw Error("is cut short: a chunk claims more bytes than the file has");
-        is_last = std::memcmp(&bytes[at + 4], "IEND", 4) == 0;
-        at += AROUND + size;
-    }
-}
-
 // A PNG being read. Frees libpng's memory even if an exception ends the read.
 struct PngReader {
     png_image png{};
@@ -154,7 +138,6 @@ GreyImage png_read_grey(const std::string &path) {
     std::vector<unsigned char> bytes;
     try {
         bytes = read_file(path);
-        check_chunks(bytes);
     } catch (const Error &error) {
         throw Error("cannot read the PNG file " + path + ": " + error.what());
     }
@@ -173,7 +156,6 @@ GreyImage png_read_grey(const std::string &path) {
 
 std::vector<uint8_t> png_decode_rgba(const std::vector<unsigned char> &bytes, uint32_t width,
                                      uint32_t height) {
-    check_chunks(bytes);
     std::vector<uint8_t> rgba(size_t{4} * width * height);
     std::vector<png_bytep> rows(height);
     for (size_t y = 0; y < height; ++y) rows[y] = &rgba[4 * width * y];

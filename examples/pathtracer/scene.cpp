@@ -44,22 +44,10 @@ void drop_triangles_without_area(Scene &scene) {
     scene.surfaces.resize(kept);
 }
 
-float radius_of(const Bounds &e) {
-    const float half_diagonal = 0.5f * length(e.high - e.low);
-    return half_diagonal > 0 ? half_diagonal : 1;
-}
-
-// Puts lights without a position beyond everything. The camera may be outside the scene and see
-// nothing but the environment.
-void place_far_lights(Scene &scene, const Bounds &e) {
-    const float beyond =
-        4 * (radius_of(e) + length(scene.camera.position - 0.5f * (e.low + e.high)));
-    for (Light &light : scene.lights) light.distance = beyond;
-}
-
 void prepare_lights(Scene &scene) {
     const Bounds e = extent_of(scene);
-    const float radius = radius_of(e);
+    const float half_diagonal = 0.5f * length(e.high - e.low);
+    const float radius = half_diagonal > 0 ? half_diagonal : 1;
     if (scene.environment && scene.environment->irradiance > 0) {
         scene.environment_light = static_cast<int32_t>(scene.lights.size());
         Light light{};
@@ -67,7 +55,10 @@ void prepare_lights(Scene &scene) {
         light.environment = scene.environment.get();
         scene.lights.push_back(light);
     }
-    place_far_lights(scene, e);
+    // Lights without a position are beyond everything. The camera may be outside the scene and see
+    // nothing but the environment.
+    const float beyond = 4 * (radius + length(scene.camera.position - 0.5f * (e.low + e.high)));
+    for (Light &light : scene.lights) light.distance = beyond;
 
     std::vector<double> powers;
     std::vector<int32_t> new_index;
@@ -114,10 +105,6 @@ void scene_finish(Scene &scene) {
     drop_triangles_without_area(scene);
     prepare_lights(scene);
     for (Material &material : scene.materials) material_prepare(material);
-}
-
-void scene_camera_moved(Scene &scene) {
-    place_far_lights(scene, extent_of(scene));
 }
 
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices) {

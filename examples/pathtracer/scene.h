@@ -73,9 +73,6 @@ Bounds scene_bounds(const Scene &scene);
 // finite.
 void scene_finish(Scene &scene);
 
-// Call this if the camera of a finished scene has moved.
-void scene_camera_moved(Scene &scene);
-
 // Converts double-precision points, such as those of transformed files, to float vertices. The
 // centre of their bounds is subtracted first, so float keeps the digits that matter. Returns the
 // centre; subtract it from cameras and lights too.

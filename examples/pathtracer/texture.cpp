@@ -5,23 +5,23 @@
 #include "texture.h"
 
 #include <tiny_gltf.h>
+#include <turbojpeg.h>
 
 #include <array>
 #include <cstring>
+#include <memory>
+#include <new>
 #include <utility>
 
 #include "error.h"
-#include "jpeg_image.h"
 #include "png_image.h"
 
 namespace {
 
-constexpr int MAX_SIDE = 32768;               // texels
-constexpr int64_t MAX_TEXELS = 1 << 27;       // 512 MiB decoded
-constexpr int64_t MIN_TEXELS = 1 << 16;       // allowed for files of any size
-constexpr size_t MAX_FILE = size_t{1} << 30;  // bytes
-constexpr int64_t MAX_SCANS = 100;            // of a JPEG; encoders write about ten
-constexpr int64_t MAX_WORK = MAX_TEXELS * 16; // texels of all scans
+constexpr int MAX_SIDE = 32768;              // texels
+constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
+constexpr int64_t MIN_TEXELS = 1 << 16;      // allowed for files of any size
+constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
 
 struct Extent {
     int64_t width = 0, height = 0; // 0: none found
@@ -37,48 +37,24 @@ bool is_jpeg(const std::vector<unsigned char> &b) {
     return b.size() >= 2 && b[0] == 0xff && b[1] == 0xd8;
 }
 
+// A JPEG for the TurboJPEG interface of libjpeg-turbo.
+struct Jpeg {
+    const std::unique_ptr<void, int (*)(tjhandle)> handle{tjInitDecompress(), tjDestroy};
+    const unsigned char *data;
+    const unsigned long size;
+    int width = 0, height = 0, subsampling = 0, colours = 0; // 0: the header says none
+
+    explicit Jpeg(const std::vector<unsigned char> &bytes)
+        : data(bytes.data()), size(static_cast<unsigned long>(bytes.size())) {
+        if (!handle) throw std::bad_alloc();
+        if (tjDecompressHeader3(handle.get(), data, size, &width, &height, &subsampling,
+                                &colours) != 0)
+            throw Error("is damaged: it cannot be decoded");
+    }
+};
+
 bool is_bmp(const std::vector<unsigned char> &b) {
     return b.size() >= 2 && b[0] == 'B' && b[1] == 'M';
-}
-
-// A JPEG states its extent in its start-of-frame segment.
-Extent jpeg_extent(const std::vector<unsigned char> &b) {
-    size_t at = 2;
-    while (at + 9 < b.size()) {
-        if (b[at] != 0xff) return {};
-        const int marker = b[at + 1];
-        if (marker == 0xff) { // padding
-            ++at;
-            continue;
-        }
-        const bool frame =
-            marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-        if (frame) // at least a bit per 8x8 block
-            return {b[at + 7] << 8 | b[at + 8], b[at + 5] << 8 | b[at + 6], 1024};
-        at += 2 + static_cast<size_t>(b[at + 2] << 8 | b[at + 3]);
-    }
-    return {};
-}
-
-// The scans of a JPEG. Each may go over the whole image again, even if it has no data.
-int64_t jpeg_scans(const std::vector<unsigned char> &b) {
-    int64_t scans = 0;
-    bool in_scan = false;
-    for (size_t at = 2; at + 3 < b.size();) {
-        const int marker = b[at + 1];
-        if (b[at] != 0xff || marker == 0xff) {
-            ++at;
-        } else if (in_scan && (marker == 0 || (marker >= 0xd0 && marker <= 0xd7))) {
-            at += 2; // a byte of data, or a restart
-        } else if (marker == 0xd9) {
-            break;
-        } else {
-            in_scan = marker == 0xda;
-            scans += in_scan;
-            at += 2 + static_cast<size_t>(b[at + 2] << 8 | b[at + 3]);
-        }
-    }
-    return scans;
 }
 
 Extent extent_in_header(const std::vector<unsigned char> &b) {
@@ -96,7 +72,10 @@ Extent extent_in_header(const std::vector<unsigned char> &b) {
         const int64_t channels = b[25] == 6 ? 4 : b[25] == 2 ? 3 : b[25] == 4 ? 2 : 1;
         return {big(16), big(20), 1032 * 8 / std::max<int64_t>(b[24] * channels, 1)};
     }
-    if (is_jpeg(b)) return jpeg_extent(b);
+    if (is_jpeg(b)) {
+        const Jpeg jpeg(b);
+        return {jpeg.width, jpeg.height, 1024}; // at least a bit per 8x8 block
+    }
     if (is_bmp(b)) {
         const auto height = static_cast<int32_t>(little(22, 4)); // negative: top row first
         return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height)), 8};
@@ -115,6 +94,27 @@ bool tga_is_whole(const std::vector<unsigned char> &b, const Extent &extent) {
     const int64_t palette = b[1] * (b[5] | b[6] << 8) * ((b[7] + 7) / 8);
     const int64_t texels = extent.width * extent.height * ((b[16] + 7) / 8);
     return static_cast<int64_t>(b.size()) >= HEADER + b[0] + palette + texels;
+}
+
+// Data that end early leave texels grey, and set `cut_short`.
+void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
+    const Jpeg jpeg(bytes);
+    if (jpeg.colours == TJCS_CMYK || jpeg.colours == TJCS_YCCK)
+        throw Error("is a JPEG in CMYK, for print; save it in RGB");
+    texture.rgba.resize(size_t{4} * static_cast<size_t>(jpeg.width) *
+                        static_cast<size_t>(jpeg.height));
+    // Each scan of a progressive JPEG goes over the whole image again, even if it has no data.
+    const int flags = TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS;
+    if (tjDecompress2(jpeg.handle.get(), jpeg.data, jpeg.size, texture.rgba.data(), jpeg.width, 0,
+                      jpeg.height, TJPF_RGBA, flags) == 0)
+        return;
+    // Viewers show what a warning is about, too. An error after a warning counts as one, but leaves
+    // texels unwritten.
+    if (tjGetErrorCode(jpeg.handle.get()) != TJERR_WARNING || texture.rgba.back() != 255)
+        throw Error("is damaged: it cannot be decoded");
+    // libjpeg's words, the only sign of it.
+    texture.cut_short =
+        std::strstr(tjGetErrorStr2(jpeg.handle.get()), "Premature end of JPEG") != nullptr;
 }
 
 std::vector<uint8_t> decode_with_stb(const std::vector<unsigned char> &bytes,
@@ -180,21 +180,16 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
         MIN_TEXELS + extent.texels_per_byte * static_cast<int64_t>(bytes.size()))
         throw Error("claims " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
                     " texels, more than its " + std::to_string(bytes.size()) + " bytes can hold");
-    if (is_jpeg(bytes)) {
-        const int64_t scans = jpeg_scans(bytes);
-        const int64_t most = std::min(MAX_SCANS, MAX_WORK / (extent.width * extent.height));
-        if (scans > most)
-            throw Error("has " + std::to_string(scans) + " scans; at most " + std::to_string(most) +
-                        " of this extent are read");
-    }
     Texture texture;
     texture.width = static_cast<int>(extent.width);
     texture.height = static_cast<int>(extent.height);
-    texture.rgba = is_png(bytes) ? png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
-                                                   static_cast<uint32_t>(extent.height))
-                   : is_jpeg(bytes)
-                       ? jpeg_decode_rgba(bytes, texture.width, texture.height, texture.cut_short)
-                       : decode_with_stb(bytes, extent);
+    if (is_png(bytes))
+        texture.rgba = png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
+                                       static_cast<uint32_t>(extent.height));
+    else if (is_jpeg(bytes))
+        decode_jpeg(bytes, texture);
+    else
+        texture.rgba = decode_with_stb(bytes, extent);
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;

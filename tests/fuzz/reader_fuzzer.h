@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the fuzzers of the path tracer's readers share. A reader may throw Error, whatever the file;
-// any other exception, a crash or a hang is a finding.
+// What the fuzzers of the path tracer's readers share. A reader may throw Error, whatever the file,
+// or run out of memory; any other exception, a crash or a hang is a finding.
 #pragma once
 
 #include <unistd.h>
@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <new>
 #include <string>
 
 #include "error.h"
@@ -64,5 +65,6 @@ void fuzz_read(Read read) {
         read();
         fuzz_input_was_read = true;
     } catch (const Error &) {
+    } catch (const std::bad_alloc &) {
     }
 }

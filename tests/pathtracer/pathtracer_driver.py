@@ -27,6 +27,7 @@ class PathTracer:
         self.binary = str(binary)
         self.folder = folder
         self.count = 0
+        self.has_address_sanitizer = b"__asan_init" in binary.read_bytes()
 
     def run(self, *arguments, timeout=60, **options):
         """Runs the program; returns the CompletedProcess with its output as text."""

@@ -1,0 +1,566 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are wrong, or made to read what is not theirs, to never end or to take all memory: one clear line that names
+the file, soon, with little memory, and no picture."""
+
+import io
+import json
+import os
+import struct
+import subprocess
+import sys
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+from scene_files import DOWN, FOUR, QUAD, SIX, SMALL, Gltf, ball, cornell, encoded, floor, picture, textured_floor, write_exr
+
+BOUND = 0.75  # GiB of --max-memory; a run takes 0.03 without any of this
+OUT = [*SMALL, "--spp", 1, "-o", "out.exr"]
+
+
+def run(pathtracer, *arguments, code=1, gib=BOUND):
+    """The bytes that a run takes at most, and its one line."""
+    said = pathtracer.folder / "said.txt"
+    bound = [] if pathtracer.has_address_sanitizer else ["--max-memory", gib]
+    with open(said, "w") as file:
+        process = pathtracer.start(*arguments, *bound, *OUT, stderr=file, stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    line = said.read_text()
+    assert process.returncode == code and line.count("\n") <= 1, line
+    assert code == 0 or (line.startswith("pathtracer: ") and not (pathtracer.folder / "out.exr").exists()), line
+    return usage.ru_maxrss * 1024, line
+
+
+def refused(pathtracer, *arguments, words=(), name=""):
+    memory, line = run(pathtracer, *arguments)
+    for word in (words,) if isinstance(words, str) else words:
+        assert word in line, line
+    assert str(name) in line or "out of memory" in line, line
+    assert pathtracer.has_address_sanitizer or memory < (BOUND + 0.1) * 2**30, f"{memory / 1e6:.0f} MB: {line}"
+
+
+def put(path, data):
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+    return path
+
+
+# ---- What is wrong: each case writes files in a folder, and returns the arguments that name them, and the file at fault
+
+
+def scene(data, name="wrong.gltf"):
+    return lambda folder: [(["--scene", put(folder / name, data)], name)]
+
+
+def gltf(change, base=floor):
+    def write(folder):
+        g = base()
+        change(g)
+        return [(["--scene", g.save(folder / name)], name) for name in ("wrong.glb", "wrong.gltf")]
+
+    return write
+
+
+def obj(faces, material="newmtl a\nKd 1 1 1\nmap_Kd none.png\n"):
+    def write(folder):
+        put(folder / "a.mtl", material)
+        return scene(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}\n", "wrong.obj")(folder)
+
+    return write
+
+
+def texture(data):
+    return gltf(lambda g: texture_on_floor(g, bufferView=g.view(data), mimeType="image/png"))
+
+
+def mask(data):
+    return lambda folder: [(["--sampler", "mask", "--mask", put(folder / "a.png", data)], "a.png")]
+
+
+def exr(data):
+    def write(folder):
+        put(folder / "a.exr", data)
+        return [([option, "a.exr"], "cannot read the EXR file a.exr") for option in ("--env", "--merge", "--reference")]
+
+    return write
+
+
+def texture_on_floor(g, **image):
+    number = g.add("textures", source=g.add("images", **image))
+    g.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {"index": number}
+
+
+def accessor(number, **properties):
+    return gltf(lambda g: g.json["accessors"][number].update(properties))
+
+
+def node(**properties):
+    return gltf(lambda g: g.json["nodes"][0].update(properties))
+
+
+def cycle(g):
+    g.json["nodes"][0]["children"] = [g.node(root=False, children=[0])]
+
+
+def two_parents(g):
+    """Forty generations of twins of twins would be 2^40 nodes if they were followed."""
+    last = g.node(root=False, mesh=0)
+    for _ in range(40):
+        last = g.node(root=False, children=[last, last])
+    g.json["scenes"][0]["nodes"].append(last)
+
+
+def zeros(g, sparse=False):
+    """A count that no buffer has to fill."""
+    g.json["accessors"][0] = {"componentType": 5126, "type": "VEC3", "count": 2**26}
+    if sparse:
+        indices = {"bufferView": g.view(struct.pack("<I", 0)), "componentType": 5125}
+        g.json["accessors"][0]["sparse"] = {"count": 1, "indices": indices, "values": {"bufferView": g.view(bytes(12))}}
+
+
+def many_times(g, primitives=False):
+    """One mesh of many nodes, or the same primitive in one."""
+    mesh = g.mesh(np.random.default_rng(0).random((5000, 3), np.float32), np.arange(3000, dtype=np.uint16))
+    if primitives:
+        g.json["meshes"][mesh]["primitives"] *= 1500
+    for _ in range(1 if primitives else 1500):
+        g.node(mesh=mesh)
+
+
+def many_textures(g):
+    """Textures that share a picture are decoded one by one."""
+    source = g.add("images", bufferView=g.view(png(4096, 4096, data=zlib.compress(bytes((4 * 4096 + 1) * 4096), 9))))
+    primitives = g.json["meshes"][0]["primitives"]
+    for _ in range(9):
+        pbr = {"baseColorTexture": {"index": g.add("textures", source=source)}}
+        primitives.append({**primitives[0], "material": g.add("materials", pbrMetallicRoughness=pbr)})
+
+
+def many_buffers(folder):
+    """Each buffer of a GLB that names no file is a copy of the chunk."""
+    g = floor()
+    g.bytes += bytes(1 << 20)
+    document = g.document()
+    g.document = lambda **buffer: {**document, "buffers": document["buffers"] * 2000}
+    return [(["--scene", put(folder / "wrong.glb", g.glb())], "wrong.glb")]
+
+
+def fallback_buffers(g):
+    """As an extension has them that keeps the bytes elsewhere."""
+    document = g.document()
+    document["buffers"] += [{"byteLength": 96, "extensions": {"EXT_meshopt_compression": {"fallback": True}}}] * 2
+    document["extensionsUsed"] = document["extensionsRequired"] = ["KHR_mesh_quantization", "EXT_meshopt_compression"]
+    g.document = lambda **buffer: document
+
+
+def chunk(kind, body):
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def png(width, height, depth=8, colour=6, data=b""):
+    header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def endless_png():
+    """A single texel, and then 2 GiB of zeros in 2 MB."""
+    packer, size = zlib.compressobj(9), 1 << 31
+    start = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
+    # After a full flush the same bytes decompress to the same megabyte; the first two are the header, the last a checksum.
+    return png(1, 1, data=start + start[2:] * (size // (1 << 20) - 1) + b"\3\0" + struct.pack(">HH", size % 65521, 1))
+
+
+def long_chunk(kind, after, size=2**30):
+    """A chunk that claims more than there is, before the texels or after them."""
+    whole = png(1, 1, data=zlib.compress(bytes(5)))
+    return whole[: -12 if after else 33] + struct.pack(">I", size) + kind + bytes(90)
+
+
+def jpeg(pixels=FOUR, mode="RGB", **options):
+    stream = io.BytesIO()
+    Image.fromarray(np.asarray(pixels, np.uint8)).convert(mode).save(stream, "JPEG", **options)
+    return stream.getvalue()
+
+
+def large_jpeg():
+    """One that claims 8192x8192."""
+    data = bytearray(jpeg())
+    at = data.index(b"\xff\xc0") + 5
+    data[at:at + 4] = struct.pack(">HH", 8192, 8192)
+    return bytes(data)
+
+
+def progressive_jpeg(side, codes, scan, count=1):
+    """Scans of coefficients, each over the whole image: without data, or without their Huffman table."""
+    segment = lambda marker, body: struct.pack(">BBH", 255, marker, len(body) + 2) + body
+    tables = segment(0xDB, b"\0" + b"\1" * 64) + segment(0xC4, codes + b"\1" + bytes(16))
+    frame = segment(0xC2, struct.pack(">BHHBBBB", 8, side, side, 1, 1, 0x11, 0))
+    return b"\xff\xd8" + tables + frame + segment(0xDA, bytes([1, 1, 0, *scan])) * count + bytes(1000) + b"\xff\xd9"
+
+
+def attribute(name, kind, value):
+    return f"{name}\0{kind}\0".encode() + struct.pack("<i", len(value)) + value
+
+
+def exr_header(width=8, height=8, compression=3, extra=b"", flags=0):
+    channels = b"".join(c + b"\0" + struct.pack("<iIii", 1, 0, 1, 1) for c in (b"B", b"G", b"R")) + b"\0"
+    window = struct.pack("<iiii", 0, 0, width - 1, height - 1)
+    header = attribute("channels", "chlist", channels) + attribute("compression", "compression", bytes([compression]))
+    header += attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window)
+    header += attribute("lineOrder", "lineOrder", b"\0") + attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    header += attribute("screenWindowCenter", "v2f", bytes(8))
+    header += attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + extra
+    return struct.pack("<II", 20000630, 2 | flags) + header + b"\0"
+
+
+def channels_exr(**channels):
+    def write(folder):
+        write_exr(folder / "a.exr", **channels)
+        return [(["--env", "a.exr"], "a.exr")]
+
+    return write
+
+
+EXR_START = struct.pack("<II", 20000630, 2)
+LARGE_TILE = attribute("tiles", "tiledesc", struct.pack("<IIB", 2**16, 2**16, 0))
+CASES = {
+    # glTF: numbers that lead out of their arrays
+    "an index out of range": (gltf(lambda g: g.bytes.__setitem__(slice(48, 50), b"\x04\0")), "index out of range"),
+    "a count beyond its view": (accessor(0, count=5), "run past the end"),
+    "a huge count": (accessor(0, count=2**60), ""),
+    "zeros without end": (gltf(zeros), "positions; at most"),
+    "zeros and a value": (gltf(lambda g: zeros(g, sparse=True)), "positions; at most"),
+    "an offset beyond its view": (accessor(0, byteOffset=2**40), "run past the end"),
+    "no such view": (accessor(0, bufferView=77), "refers to buffer view 77"),
+    "positions of two numbers": (accessor(0, type="VEC2"), "number of components"),
+    "a number type of its own": (accessor(0, componentType=5124), ""),
+    "indices that are floats": (accessor(1, componentType=5126), "unsigned integers"),
+    "a view beyond its buffer": (gltf(lambda g: g.json["bufferViews"][0].update(byteLength=10**9)), "past the end"),
+    "a view at the end of the world": (gltf(lambda g: g.json["bufferViews"][0].update(byteOffset=2**62)), ""),
+    "no such mesh": (node(mesh=3), "refers to mesh 3"),
+    "no such node": (gltf(lambda g: g.json["scenes"][0]["nodes"].append(9)), "refers to node 9"),
+    "no such scene": (gltf(lambda g: g.json.update(scene=4)), "refers to scene 4"),
+    "no such material": (
+        gltf(lambda g: g.json["meshes"][0]["primitives"][0].update(material=5)), "refers to material 5"),
+    "no such camera": (node(camera=5), "refers to camera 5"),
+    "no such light": (node(extensions={"KHR_lights_punctual": {"light": 2}}), "refers to light 2"),
+    # What makes no scene
+    "a vertex that is no number": (
+        gltf(lambda g: g.bytes.__setitem__(slice(4, 8), struct.pack("<f", np.nan))), "not a finite number"),
+    "a vertex beyond all bounds": (node(translation=[1e30, 0, 0]), "not a finite number"),
+    "too far from the centre": (node(scale=[1.01e10] * 3), "more than 1e10 from its centre"),
+    "a cycle of nodes": (gltf(cycle), "twice"),
+    "nodes with two parents": (gltf(two_parents), "twice"),
+    "no triangles": (gltf(lambda g: g.json["scenes"][0].update(nodes=[])), "no triangles"),
+    "another version": (gltf(lambda g: g.json["asset"].update(version="1.0")), "version 2"),
+    "an extension it requires": (
+        gltf(lambda g: g.json.update(extensionsRequired=["KHR_draco_mesh_compression"])), "KHR_draco_mesh_compression"),
+    "buffers of an extension": (gltf(fallback_buffers), "requires the extension EXT_meshopt_compression"),
+    # More than a file can hold
+    "a mesh of many nodes": (gltf(many_times), "vertices, too many for a file of this size"),
+    "many times the same primitive": (gltf(lambda g: many_times(g, True)), "vertices, too many for a file of this size"),
+    "many textures of one picture": (gltf(many_textures), "texels, too many for a file of this size"),
+    "many buffers of one chunk": (many_buffers, ""),
+    "many materials": (scene('{"asset": {"version": "2.0"}, "materials": [' + "{}," * 300000 + "{}]}"), ""),
+    "many values": (scene('{"asset": {"version": "2.0"}, "extras": [' + "0," * 2**23 + "0]}"), ""),
+    # No glTF
+    "an empty file": (scene("", "wrong.glb"), ""),
+    "text": (scene("no glTF"), ""),
+    "a list": (scene("[1, 2]"), ""),
+    "nested deeply": (scene('{"asset":{"version":"2.0"},"extras":' + "[" * 100000 + "]" * 100000 + "}"), "nested too deeply"),
+    # Pictures
+    "a missing picture": (gltf(lambda g: texture_on_floor(g, uri="none.png")), "none.png: there is no such file"),
+    "a picture that is none": (texture(b"x" * 64), "not an image"),
+    "a picture cut short": (texture(encoded(FOUR)[:50]), "damaged"),
+    "a damaged picture": (texture(encoded(FOUR).replace(b"IDATx", b"IDAT-")), "damaged"),
+    "a picture of 2^60 texels": (texture(png(2**30, 2**30)), "texels; at most"),
+    "a picture of 2^32 texels": (texture(png(2**16, 2**16)), "texels; at most"),
+    "a TGA cut short": (texture(encoded(FOUR, "TGA")[:-26 - 1]), "cut short"),  # 26: the footer
+    "a picture for print": (texture(jpeg(mode="CMYK")), "CMYK"),
+    "a JPEG without codes": (texture(progressive_jpeg(7, b"\0", (52, 52, 0x34))), "damaged"),
+    "a JPEG of many scans": (texture(progressive_jpeg(1024, b"\0", (0, 0, 0), 600)), "damaged"),
+    "a picture outside of its buffer": (
+        gltf(lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99))),
+        "past the end"),
+    "PNG data that never end": (texture(endless_png()), "damaged"),
+    **{f"a large {name}": (texture(data), "8192x8192 texels, more than its") for name, data in {
+        "PNG": png(8192, 8192), "PNG of bits": png(8192, 8192, 1, 0), "JPEG": large_jpeg(),
+        "BMP": b"BM" + bytes(16) + struct.pack("<ii", 8192, 8192) + bytes(60),
+        "TGA": bytes([0, 0, 10]) + bytes(9) + struct.pack("<HHBB", 8192, 8192, 32, 0) + bytes(60)}.items()},
+    **{f"a long {kind.decode()} {'after' if after else 'before'} the texels": (texture(long_chunk(kind, after)), "damaged")
+       for kind in (b"IDAT", b"PLTE", b"iCCP", b"aaaa") for after in (False, True)},
+    "a mask with a long chunk": (mask(long_chunk(b"iTXt", False)), ""),
+    "a mask that is none": (mask("no picture"), ""),
+    "a large mask": (mask(encoded(np.zeros((5000, 5000)))), "at most 2^24 texels"),
+    # OBJ
+    "a fourth vertex of three": (obj("f 1 2 4"), "index out of range"),
+    "a ninth vertex of three": (obj("f 1 2 3 9"), "index out of range"),
+    "a vertex before the first": (obj("f 1 2 -7"), ""),
+    "vertex 0": (obj("f 0 1 2"), ""),
+    "coordinates that are not there": (obj("f 1/7 2/8 3/9"), "index out of range"),
+    "an OBJ beyond all bounds": (obj("v 1e300 0 0\nf 1 2 4"), "not a finite number"),
+    "a missing picture of an OBJ": (obj("mtllib a.mtl\nusemtl a\nf 1 2 3"), "none.png"),
+    "an empty OBJ": (scene("", "wrong.obj"), "no triangles"),
+    "an OBJ of bytes": (scene("\0\1\2 nothing", "wrong.obj"), "no triangles"),
+    # EXR
+    "an attribute of 1.5 GiB": (exr(EXR_START + b"a\0string\0" + struct.pack("<i", 0x60000000) + bytes(40)), ""),
+    "a negative size": (exr(EXR_START + b"a\0string\0" + struct.pack("<i", -1) + bytes(40)), ""),
+    "a name without an end": (exr(EXR_START + b"a" * 400), ""),
+    "a header cut short": (exr(exr_header()[:200]), ""),
+    "an EXR of text": (exr("text" * 999), ""),
+    "an empty EXR": (exr(""), ""),
+    "nothing after its header": (exr(exr_header(16384, 8192)), "16384x8192 pixels, more than its"),
+    "a wide row": (exr(exr_header(2**24, 1)), "16777216x1 pixels, more than its"),
+    "wide blocks": (exr(exr_header(2**20, 1, 9)), "1048576x1 pixels, more than its"),
+    "many rows": (exr(exr_header(1, 2**24, 0)), "1x16777216 pixels, more than its"),
+    "a large tile": (exr(exr_header(extra=LARGE_TILE, flags=0x200)), "8x8 pixels, more than its"),
+    # The library reads these by what is in them, and then goes on where that ends.
+    "a channel list of another size": (exr(exr_header()[:24] + b"\x36" + exr_header()[25:]), ""),
+    "a window of another size": (exr(exr_header(extra=attribute("w", "box2i", bytes(15)))), ""),
+    "a preview of 4 GiB": (exr(exr_header(extra=attribute("p", "preview", struct.pack("<II", 2**15, 2**15)))), ""),
+    "a text of 1 GiB in a list": (exr(exr_header(extra=attribute("t", "stringvector", struct.pack("<I", 2**30)))), ""),
+    "an environment of grey": (channels_exr(Y=np.ones((4, 8), np.float32)), "it has no channel R"),
+    "an environment that is not finite": (channels_exr(RGB=np.full((4, 8, 3), np.nan, np.float32)), "not finite"),
+}
+
+
+@pytest.mark.parametrize("what", CASES)
+def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
+    # The address sanitizer fills memory with these bytes.
+    monkeypatch.setenv("ASAN_OPTIONS", "malloc_fill_byte=255:max_malloc_fill_size=1000000:allocator_may_return_null=1")
+    write, words = CASES[what]
+    for arguments, name in write(pathtracer.folder):
+        refused(pathtracer, *arguments, words=words, name=name)
+
+
+def test_a_missing_buffer_and_files_that_are_none(pathtracer):
+    g = floor()
+    path = put(pathtracer.folder / "apart.gltf", json.dumps(g.document(uri="apart.bin")))
+    refused(pathtracer, "--scene", path, words="apart.bin")
+    put(pathtracer.folder / "apart.bin", bytes(g.bytes)[:-1])
+    refused(pathtracer, "--scene", path, words="apart.bin")
+    refused(pathtracer, "--scene", "none.glb", words="none.glb: there is no such file")
+
+
+def test_a_file_cut_short_anywhere_is_refused(pathtracer):
+    g = textured_floor(lambda g: g.texture(FOUR.repeat(8, axis=0)))
+    for name, whole, count in (("short.glb", g.glb(), 25), ("short.gltf", g.gltf(), 15)):
+        for length in np.linspace(0, len(whole) - 1, count, dtype=int):
+            refused(pathtracer, "--scene", put(pathtracer.folder / name, whole[:length]), name=name)
+    whole = bytearray(floor().glb())
+    for length in (0, 12, 19, len(whole) + 1):
+        for size in (2**32 - 1, 2**31, 1000):  # of the first chunk
+            whole[8:12], whole[12:16] = struct.pack("<I", length), struct.pack("<I", size)
+            refused(pathtracer, "--scene", put(pathtracer.folder / "short.glb", bytes(whole)), words="cut short")
+
+
+# ---- What is read still
+
+
+def test_a_long_chain_of_nodes_is_no_trouble(pathtracer):
+    """Fifty thousand generations, moved by their sum."""
+    g = Gltf()
+    mesh = g.mesh(QUAD, SIX, g.material((0.5, 0.5, 0.5)))
+    count = 50_000
+    g.json["nodes"] = [{"children": [i + 1], "translation": [0.25, 0, 0]} for i in range(count)]
+    g.json["nodes"].append({"mesh": mesh})
+    g.json["scenes"][0]["nodes"] = [0]
+    g.light("directional", np.pi, rotation=DOWN)
+    g.camera(0.4, translation=[0.25 * count, 1, 0], rotation=DOWN)
+    np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--max-depth", 1), 0.5, rtol=1e-3)
+
+
+def with_picture(pathtracer, data):
+    g = textured_floor(lambda g: g.texture(FOUR))
+    g.json["images"][0]["bufferView"] = g.view(data)
+    return g.save(pathtracer.folder / "a.glb")
+
+
+@pytest.mark.parametrize("progressive", [False, True])
+def test_jpeg_that_is_cut_short(pathtracer, progressive):
+    """What is there is shown, and a line says so, unless the cut makes it no JPEG at all."""
+    pixels = np.random.default_rng(1).integers(256, size=(64, 64, 3), dtype=np.uint8)
+    whole = jpeg(pixels, quality=95, progressive=progressive)
+    assert run(pathtracer, "--scene", with_picture(pathtracer, whole), code=0)[1] == ""
+    for size in range(len(whole) // 2, len(whole), len(whole) // 9):
+        done = pathtracer.run("--scene", with_picture(pathtracer, whole[:size]), *OUT)
+        said = "image 0 is cut short" if done.returncode == 0 else "image 0: is damaged"
+        assert done.stderr.count("\n") == 1 and said in done.stderr, done.stderr
+    put(pathtracer.folder / "half.jpg", whole[:-100])
+    (arguments, _), = obj("vt 0 0\nmtllib a.mtl\nusemtl a\nf 1/1 2/1 3/1", "newmtl a\nmap_Kd half.jpg\n")(pathtracer.folder)
+    assert "half.jpg is cut short" in run(pathtracer, *arguments, code=0)[1]
+
+
+def test_what_expands_most_is_read_still(pathtracer):
+    """The most that deflate and the methods of EXR make of a byte; scans that no camera writes."""
+    for depth, colour, row in ((8, 6, 4 * 2048), (1, 0, 2048 // 8)):
+        data = png(2048, 2048, depth, colour, zlib.compress(bytes((row + 1) * 2048), 9))
+        run(pathtracer, "--scene", with_picture(pathtracer, data), code=0)
+    run(pathtracer, "--scene", with_picture(pathtracer, progressive_jpeg(1024, b"\0", (0, 0, 0), 100)), code=0)
+    for compression in ("NO", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA", "DWAB"):
+        write_exr(pathtracer.folder / "a.exr", compression, RGB=np.ones((512, 1024, 3), np.float16))
+        image = pathtracer.image(*SMALL, "--scene", "lens", "--spp", 1, "--env", "a.exr", "--max-depth", 0)
+        assert image.max() == pytest.approx(1, abs=0.01), compression
+
+
+def test_material_files_are_read_once(pathtracer):
+    """By whatever names they go."""
+    names = [f"{'./' * (i % 20)}{'.//' * (i // 20)}a.mtl" for i in range(400)]
+    many = "".join(f"newmtl m{i}\nKd 1 1 1\n" for i in range(5000))
+    (arguments, _), = obj("mtllib " + "\nmtllib ".join(names) + "\nf 1 2 3", many)(pathtracer.folder)
+    run(pathtracer, *arguments, code=0)
+
+
+def test_a_scene_reaches_so_far(pathtracer):
+    """Up to 1e10 from its middle a picture is right; lights beyond 1e15 are left out."""
+    plain = picture(pathtracer, cornell(), "--spp", 4)
+    # Its largest extent is 559.2, from the middle half of that.
+    np.testing.assert_allclose(picture(pathtracer, cornell(0.99e10 / 279.6), "--spp", 4), plain, rtol=1e-3)
+    g = Gltf()
+    ball(g, g.material())
+    g.json["nodes"][0].update(scale=[0.99e10] * 3, translation=[9e14, 0, 0])
+    picture(pathtracer, g, "--spp", 4)
+    for distance in (0.9e15, 1.1e15, 1e30):
+        g = floor()
+        g.light("point", 1, translation=[0, distance, 0])
+        line = run(pathtracer, "--scene", g.save(pathtracer.folder / "a.glb"), "--env", "sky", code=0)[1]
+        assert ("a light beyond 1e15" in line) == (distance > 1e15)
+
+
+# ---- Files that are not a scene's to read
+
+
+def apart(pathtracer, buffer="a.bin", image=None, folder="."):
+    """A textured floor whose buffer and picture are files with these names."""
+    g = textured_floor(lambda g: g.texture(FOUR))
+    if image:
+        g.json["images"] = [{"uri": image}]
+    return put(pathtracer.folder / folder / "scene.gltf", json.dumps(g.document(uri=buffer))), bytes(g.bytes)
+
+
+def obj_apart(pathtracer, library, picture_name="a.png", folder="."):
+    text = f"mtllib {library}\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 0 9 0\nvt 0 0\nf 1/1 2/1 3/1\n"
+    return put(pathtracer.folder / folder / "scene.obj", text), f"newmtl a\nmap_Kd {picture_name}\n".encode()
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "device"])
+def test_only_regular_files_are_read(pathtracer, kind):
+    """What else there is may never end. Devices are outside of all folders, and so allowed here."""
+    make = {"pipe": os.mkfifo, "folder": os.mkdir, "device": lambda path: path.symlink_to("/dev/zero")}[kind]
+    for name in ("a.bin", "a.png", "a.mtl", "a.exr", "whole.glb", "whole.obj"):
+        make(pathtracer.folder / name)
+    scenes = [(apart(pathtracer)[0], "a.bin"), ("whole.glb", "whole.glb"), ("whole.obj", "whole.obj")]
+    for path, name in scenes:
+        refused(pathtracer, "--scene", path, "--allow-outside", words=[name, "not a regular file"])
+    path, data = apart(pathtracer, "b.bin", "a.png")
+    put(pathtracer.folder / "b.bin", data)
+    refused(pathtracer, "--scene", path, "--allow-outside", words=["a.png", "not a regular file"])
+    refused(pathtracer, "--scene", obj_apart(pathtracer, "a.mtl")[0], "--allow-outside", words=["a.mtl", "not a regular file"])
+    path, material = obj_apart(pathtracer, "b.mtl")
+    put(pathtracer.folder / "b.mtl", material)
+    refused(pathtracer, "--scene", path, "--allow-outside", words=["a.png", "not a regular file"])
+    for option in ("--env", "--reference", "--resume", "--merge"):
+        refused(pathtracer, option, "a.exr", words=["a.exr", "not a regular file"])
+    refused(pathtracer, "--sampler", "mask", "--mask", "a.png", words=["a.png", "not a regular file"])
+
+
+@pytest.mark.parametrize("way", ["../a", "sub/../../a", "%2e%2e/a", "{folder}/a", "link", "linked/a"])
+def test_a_scene_reads_files_below_its_folder_only(pathtracer, way):
+    """By whatever way their names lead there; with --allow-outside it reads them."""
+    folder, name = pathtracer.folder, way.format(folder=pathtracer.folder)
+    for inside in ("in", "in/sub"):
+        (folder / inside).mkdir()
+    (folder / "in/linked").symlink_to("..")
+    for end in ("bin", "png", "mtl"):
+        (folder / f"in/link.{end}").symlink_to(f"../a.{end}")
+    put(folder / "a.png", encoded(FOUR))
+    words = "outside the scene's folder; use --allow-outside"
+    for write, end in ((apart, "bin"), (obj_apart, "mtl")):
+        if write is obj_apart and "%" in way:
+            return
+        path, data = write(pathtracer, f"{name}.{end}", f"{name}.png", "in")
+        put(folder / f"a.{end}", data)
+        refused(pathtracer, "--scene", path, words=[f"{name}.{end}".replace("%2e", "."), words])
+        assert pathtracer.image("--scene", path, "--allow-outside", *SMALL, "--spp", 1).max() > 0
+        path, data = write(pathtracer, f"b.{end}", f"{name}.png", "in")
+        put(folder / f"in/b.{end}", data)
+        refused(pathtracer, "--scene", path, words=[f"{name}.png", words])
+
+
+def test_names_that_stay_below_the_folder_are_taken(pathtracer):
+    """Dots and links that lead back, and a folder that is a link itself, but nothing from the current folder."""
+    folder = pathtracer.folder
+    path, data = apart(pathtracer, "sub/../link.bin", "sub/a%20b.png", "in")
+    put(folder / "in/a.bin", data)
+    (folder / "in/link.bin").symlink_to("a.bin")
+    put(folder / "in/sub/a b.png", encoded(FOUR))
+    (folder / "door").symlink_to("in")
+    plain = pathtracer.image("--scene", path, *SMALL, "--spp", 1)
+    for way in ("door/scene.gltf", "in/sub/../scene.gltf"):
+        np.testing.assert_array_equal(pathtracer.image("--scene", way, *SMALL, "--spp", 1), plain)
+    path, data = apart(pathtracer, "b.bin", folder="in")
+    put(folder / "b.bin", data)
+    refused(pathtracer, "--scene", path, words="buffer b.bin: there is no such file")
+    # A zero hides no part of a name; neither it nor what moves a terminal's cursor is printed.
+    path, _ = apart(pathtracer, "../b.bin\0/../in/a.bin", folder="in")
+    refused(pathtracer, "--scene", path, words="buffer ../b.bin?/../in/a.bin: has a zero byte in its name")
+    path, _ = apart(pathtracer, "\x1b[2J\n" + "long" * 1000)
+    refused(pathtracer, "--scene", path, words="buffer ?[2J?longlong")
+    assert len(run(pathtracer, "--scene", path)[1]) < 500
+
+
+# ---- Values, names and memory
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_reference_that_is_not_finite_is_refused(pathtracer, value):
+    """Its error would be no number, or seem perfect."""
+    pixels = np.ones((24, 24, 3), np.float32)
+    pixels[7, 9, 1] = value
+    write_exr(pathtracer.folder / "reference.exr", RGB=pixels)
+    said = ["reference.exr", "not finite"]
+    refused(pathtracer, "--reference", "reference.exr", "--convergence", "out.csv", words=said)
+    # Elsewhere than in the crop it does no harm.
+    assert "nan" not in pathtracer.success("--reference", "reference.exr", "--crop", "0,8,24,24", *OUT).stdout
+
+
+def test_no_control_characters_reach_the_terminal(pathtracer):
+    """A window's title, and both sets of controls, in names of files and in attributes."""
+    evil = "a\x1b]0;b\x07\x7f\u009b31m\n.exr"
+    controls = [chr(c) for c in [*range(10), *range(11, 32), *range(127, 160)]]
+
+    def said(*arguments, code):
+        done = pathtracer.run(*arguments)
+        assert done.returncode == code, done.stderr
+        text = done.stdout + done.stderr
+        assert text and not any(c in text for c in controls) and text.count("\n") <= 2, repr(text)
+        return text
+
+    size = [*SMALL, "--spp", 1]
+    said(*size, "-o", evil, code=0)
+    for wrong in (["--scene", evil], ["--scene", evil.replace("exr", "obj")], ["--env", "no" + evil], ["--resume", "no" + evil],
+                  ["-" + evil]):
+        said(*size, *wrong, "-o", "out.exr", code=1)
+    said("--merge", evil, "-o", "b" + evil, code=0)
+    # Attributes of the same length: those of a picture of a file of ten letters.
+    put(pathtracer.folder / "scene1.obj", "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
+    begun = pathtracer.render(*size, "--scene", "scene1.obj")
+    put(begun, begun.read_bytes().replace(b"scene1.obj", b"\x1b]0;1m.obj"))
+    assert "]0;1m.obj" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)
+    assert "]0;1m.obj" in said("--merge", begun, pathtracer.render(*size), "-o", "out.exr", code=1)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux keeps the bound")
+def test_a_scene_that_takes_more_than_max_memory(pathtracer):
+    """Two million triangles, which take a third of a GiB: with less it ends in one line, with enough it is rendered."""
+    if pathtracer.has_address_sanitizer:
+        pytest.skip("the address sanitizer takes more")
+    rows = np.arange(1000)
+    points = "\n".join(f"v {x} {z} {(x * z) % 7}" for x in rows for z in rows)
+    faces = "\n".join(f"f {i} {i + 1} {i + 1001} {i + 1000}" for x in range(999) for i in range(1000 * x + 1, 1000 * x + 1000))
+    put(pathtracer.folder / "large.obj", f"{points}\n{faces}\n")
+    assert "--max-memory" in run(pathtracer, "--scene", "large.obj", gib=0.25)[1]
+    taken, _ = run(pathtracer, "--scene", "large.obj", gib=4, code=0)
+    assert 0.25 * 2**30 < taken < 4 * 2**30
