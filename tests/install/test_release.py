@@ -98,7 +98,7 @@ def test_what_is_not_ready_is_named(tree, tag, file, old, new, message):
         notes(tag, tree)
 
 
-# ---- Licences, and who publishes
+# ---- Licences, and addresses
 
 
 def test_licences_are_whole_and_known():
@@ -118,52 +118,7 @@ def test_every_file_has_a_licence():
     run(reuse, "--root", ROOT, "lint", cwd=ROOT)
 
 
-@pytest.fixture
-def published(tmp_path):
-    """What scripts/publisher reads and writes, with a publisher of its own."""
-    publisher = script("publisher")
-    for path in (*publisher.PLACES, publisher.PUBLISHER):
-        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / path, tmp_path / path)
-    return publisher, tmp_path
-
-
-def said(root, publisher, **values):
-    path = root / publisher.PUBLISHER
-    path.write_text(json.dumps({**json.loads(path.read_text()), **values}))
-
-
-def test_every_file_names_the_publisher(published):
-    publisher, root = published
-    assert publisher.changed(ROOT) == {}
-    new = {"holder": "Ada & Co.", "maintainer": "Ada", "email": "ada@lovelace.org", "repository": "https://code.org/ada/libbn"}
-    old = json.loads((root / publisher.PUBLISHER).read_text())
-    said(root, publisher, **new)
-    texts = publisher.changed(root)
-    assert set(texts) == set(publisher.PLACES) and publisher.unfilled(root) == []
-    for path, text in texts.items():
-        assert not any(value in text for value in old.values()), path
-        (root / path).write_text(text)
-    assert publisher.changed(root) == {}
-    assert texts["pyproject.toml"].count("https://code.org/ada/libbn") == 4
-
-
-@pytest.mark.parametrize("values, message", [
-    ({"email": "nobody"}, "no address"), ({"repository": "http://code.org/x"}, "https://"), ({"repository": "https://code.org/x/"}, "end"),
-    ({"holder": ""}, "holder"), ({"maintainer": 'A "B"'}, "maintainer"), ({"email": None}, "email"),
-])
-def test_a_publisher_that_cannot_be_written_is_refused(published, values, message):
-    publisher, root = published
-    said(root, publisher, **values)
-    with pytest.raises(ValueError, match=message):
-        publisher.changed(root)
-
-
-def test_placeholders_and_lost_places_are_noticed(published):
-    publisher, root = published
-    said(root, publisher, **publisher.PLACEHOLDERS)
-    assert publisher.unfilled(root) == ["maintainer", "email", "repository"]
-    text = (root / "CITATION.cff").read_text()
-    (root / "CITATION.cff").write_text(text.replace("repository-code", "somewhere"))
-    with pytest.raises(ValueError, match="CITATION.cff has no place"):
-        publisher.changed(root)
+def test_no_address_that_does_not_exist_is_installed():
+    for path in ("pyproject.toml", "CMakeLists.txt", "CITATION.cff", "CODE_OF_CONDUCT.md", "scripts/packaging/conan/conanfile.py",
+                 "scripts/packaging/vcpkg/libbn/vcpkg.json"):
+        assert "example.org" not in (ROOT / path).read_text(encoding="utf-8"), path

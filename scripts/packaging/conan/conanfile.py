@@ -16,8 +16,6 @@ class LibbnConan(ConanFile):
     description = "Blue-noise samples and masks for path tracers"
     license = "Apache-2.0 AND CC0-1.0"
     author = "The authors of libbn"
-    homepage = "https://example.org/libbn"
-    url = "https://example.org/libbn"
     topics = ("blue-noise", "sampling", "path-tracing", "dithering")
     package_type = "library"
     settings = "os", "arch", "compiler", "build_type"
