@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hooks of MkDocs (mkdocs.yml): the site has the folders of the repository, so that links work there and on code hosts alike.
 
-Pages of the navigation are files of the repository, or made here: NAME.h.md from the header NAME.h. A link to any other file or
-folder of the repository leads to a page that shows it.
+Pages of the navigation are files of the repository, or made here: NAME.h.md shows the header NAME.h, whose comments are the manual. A
+link to any other file or folder of the repository leads to a page that shows it, too.
 """
 
 import logging
@@ -14,13 +14,10 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from pages import headers, links, search_order  # noqa: E402
+from pages import links, search_order  # noqa: E402
 
 log = logging.getLogger("mkdocs.hooks.pages")
 
-HEADERS = "libbn/include/bn"
-# Parts of bn_draw.h, bn_path.h and bn_choose.h that their users do not call.
-INTERNAL = ("The text that shaders share", "The first 256 samples of BLUE, faster")
 LANGUAGES = {".h": "c", ".c": "c", ".hpp": "cpp", ".cpp": "cpp", ".glsl": "glsl", ".hlsl": "hlsl", ".wgsl": "wgsl",
              ".metal": "cpp", ".cu": "cuda", ".py": "python", ".txt": "text",
              ".toml": "toml", ".csv": "text", ".yml": "yaml"}
@@ -42,50 +39,21 @@ def text_of(path):
     return data.decode("utf-8")
 
 
+def escaped(text):
+    return re.sub(r"([\\`*_{}\[\]>#])", r"\\\1", text)
+
+
 def listing(path, level):
     """A file as a code block under its path."""
     text = text_of(path)
     fence = "`" * max(3, 1 + max(map(len, re.findall(r"`+", text)), default=0))
-    return f"{'#' * level} {headers.escaped(path)}\n\n{fence}{LANGUAGES.get(Path(path).suffix, 'text')}\n{text.rstrip()}\n{fence}\n"
+    return f"{'#' * level} {escaped(path)}\n\n{fence}{LANGUAGES.get(Path(path).suffix, 'text')}\n{text.rstrip()}\n{fence}\n"
 
 
 def folder_page(path):
     files = sorted(file.relative_to(ROOT).as_posix() for file in (ROOT / path).rglob("*")
                    if file.is_file() and "__pycache__" not in file.parts and not file.name.startswith("."))
-    return f"# {headers.escaped(path)}\n\n" + "\n".join(listing(file, 2) for file in files)
-
-
-def header_links(page):
-    """What headers.page() calls: the address of a name, a header or a page, as seen from a page."""
-    up = "../" * page.count("/")
-    places = {}
-    for file in sorted((ROOT / HEADERS).iterdir()):
-        if file.suffix in (".h", ".hpp"):
-            for name, anchor in headers.names(file.read_text(encoding="utf-8"), INTERNAL).items():
-                places.setdefault(name, f"{up}{HEADERS}/{file.name}#{anchor}")
-        places[file.name] = f"{up}{HEADERS}/{file.name}"
-
-    def link(name):
-        if name in places:
-            return places[name]
-        if re.fullmatch(r"[\w./]+\.md", name) and (ROOT / name).is_file():
-            return up + name
-        return None
-
-    return link
-
-
-def made_from(path):
-    """The Markdown of the page path + '.md'."""
-    file = ROOT / path
-    if file.is_dir():
-        return folder_page(path)
-    if path.startswith(HEADERS) and file.suffix in (".h", ".hpp"):
-        language = LANGUAGES[file.suffix]
-        return headers.page(file.name, text_of(path), header_links(path), INTERNAL, language)
-    if path.startswith(HEADERS):
-        return headers.source_page(file.name, text_of(path), header_links(path), LANGUAGES.get(file.suffix, "c"))
-    return listing(path, 1)
+    return f"# {escaped(path)}\n\n" + "\n".join(listing(file, 2) for file in files)
 
 
 # ---- Hooks
@@ -101,7 +69,7 @@ def on_files(files, config):
         if file.is_file():
             new, text = File.generated(config, path, abs_src_path=str(file), inclusion=inclusion), file.read_text(encoding="utf-8")
         elif path.endswith(".md") and (ROOT / path[:-3]).exists():
-            text = made_from(path[:-3])
+            text = folder_page(path[:-3]) if (ROOT / path[:-3]).is_dir() else listing(path[:-3], 1)
             new = File.generated(config, path, content=text, inclusion=inclusion)
         else:
             return  # MkDocs warns about the entry

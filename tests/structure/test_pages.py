@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the documentation: links lead somewhere, the site has every page, and headers become pages. Needs no MkDocs."""
+"""The pages of the documentation: links lead somewhere, and the site has every page. Needs no MkDocs."""
 
 import ast
 import os
@@ -7,11 +7,9 @@ import re
 import sys
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from pages import headers, links, search_order  # noqa: E402
+from pages import links, search_order  # noqa: E402
 
 INCLUDE = ROOT / "libbn" / "include" / "bn"
 
@@ -85,17 +83,7 @@ def test_the_python_page_says_what_each_name_is_without_the_site():
     assert set(names) - {"__version__"} <= described
 
 
-@pytest.mark.parametrize("path", sorted(path for path in INCLUDE.iterdir() if path.suffix in (".h", ".hpp")), ids=lambda path: path.name)
-def test_pages_of_headers_have_every_function(path):
-    text = path.read_text(encoding="utf-8")
-    page = headers.page(path.name, text)
-    names = set(re.findall(r"^BN_API [^;]*?\b(bn_\w+)\(", text, re.M)) | set(re.findall(r"^\} (bn_\w+);", text, re.M))
-    assert names <= set(headers.names(text)) and len(headers.names(text)) > 2
-    assert all(re.search(rf"\b{name}\b", page) for name in names)
-    assert "BN_API" not in page and "SPDX" not in page and page.count("```") % 2 == 0
-
-
-# ---- The checks themselves, on small trees and headers
+# ---- The checks themselves, on small trees
 
 
 def test_broken_links_and_missing_pages_are_noticed(tmp_path):
@@ -106,135 +94,3 @@ def test_broken_links_and_missing_pages_are_noticed(tmp_path):
     (tmp_path / "docs/b.md").write_text("## The `c` in [d](../README.md)\n\n## A\n## A\n[up](../README.md#a) [2](#a-1) [3](#a-2)\n")
     assert broken_links(tmp_path) == ["README.md: docs/b.md#no", "README.md: none.png", "README.md: #no", "docs/b.md: #a-2"]
     assert missing_pages(tmp_path, "nav:\n  - Home: README.md\n  - B: docs/c.md\n") == (["docs/b.md"], ["docs/c.md"])
-
-
-HEADER = """/* SPDX-License-Identifier: Apache-2.0
- * What it is.
- *
- *     int x = bn_one(1);
- *
- * HOW ONE WORKS
- *
- * Names. `a` and *b of bn_one(). */
-#ifndef BN_A_H
-#define BN_A_H
-#define BN_API
-
-/* ---- Section */
-
-/* About the section. */
-
-typedef struct bn_options {
-    int a; /* an a */
-} bn_options;
-
-static inline bn_options bn_options_default(void) {
-    bn_options options = {1};
-    return options;
-}
-
-/* Makes one. Errors:
- *
- *   BAD_DATA   a is
- *              bad */
-BN_API int bn_one(int a,
-                  int b);
-BN_API int bn_two(int a);
-
-static int bn_hidden(void) { return 0; }
-#endif
-"""
-
-
-def test_a_header_becomes_a_page():
-    page = headers.page("a.h", HEADER, {"bn_one": "#bn_one"}.get)
-    assert page == """# a.h
-
-What it is.
-
-```c
-int x = bn_one(1);
-```
-
-## How one works
-
-**Names.** `a` and `*b` of [`bn_one()`](#bn_one).
-
-## Section
-
-About the section.
-
-### `bn_options` { #bn_options }
-
-```c
-typedef struct bn_options {
-    int a; /* an a */
-} bn_options;
-
-static inline bn_options bn_options_default(void);
-```
-
-### `bn_one`, `bn_two` { #bn_one }
-
-```c
-int bn_one(int a,
-           int b);
-int bn_two(int a);
-```
-
-Makes one.
-
-**Errors:**
-
-- `BAD_DATA`: a is bad
-"""
-
-
-def test_a_class_becomes_what_its_users_see():
-    page = headers.page("a.hpp", """// What it is.
-namespace bn {
-
-// A thing.
-class Thing {
-  public:
-    explicit Thing(int a) : a_(a), b_{a} { check(a); }
-    Thing(const Thing &) = delete;
-
-    // The a.
-    int a() const noexcept { return a_; }
-
-  private:
-    int a_, b_;
-};
-
-} // namespace bn
-""", language="cpp")
-    assert page == """# a.hpp
-
-What it is.
-
-## `bn::Thing` { #bn-thing }
-
-```cpp
-class Thing {
-  public:
-    explicit Thing(int a);
-
-    // The a.
-    int a() const noexcept;
-};
-```
-
-A thing.
-"""
-
-
-def test_a_shader_becomes_a_page():
-    text = "/* SPDX-License-Identifier" ": Apache-2.0\n * What it is:\n *\n *     #define X */\n\nuint x; /* y */\n"
-    assert headers.source_page("a.glsl", text) == (
-        "# a.glsl\n\nWhat it is:\n\n```glsl\n#define X\n```\n\n## Source\n\n```glsl\nuint x; /* y */\n```\n")
-
-
-def test_a_function_without_a_comment_is_refused():
-    with pytest.raises(ValueError, match="bn_one has no comment"):
-        headers.read(HEADER.replace("bad */\n", "bad */\n\n"))
