@@ -46,10 +46,18 @@ run_logged() {
     return "$status"
 }
 
-# install_requirements NAME "packages": installs scripts/requirements-NAME.txt into .venv unless it is there. Python 3.11, which
-# the continuous integration uses, gets exactly the locked packages, others get the ranges.
+# apt_install package...: installs Debian packages; ${as_root[@]} is what makes one root.
+apt_install() {
+    shown_lines=3 run_logged "installing Debian packages: $*" ${as_root[@]+"${as_root[@]}"} sh -c 'apt-get update;
+        DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@"' sh "$@" && hash -r
+}
+
+have() { command -v "$1" >/dev/null 2>&1; }
+
+# install_requirements -NAME "packages": installs scripts/requirements-NAME.txt ("": requirements.txt) into .venv unless it is
+# there. Python 3.11, which the continuous integration uses, gets exactly the locked packages, others get the ranges.
 install_requirements() {
-    local stamp=.venv/$1.sha256 files=("scripts/requirements-$1.txt" "scripts/requirements-$1.lock") requirements wanted
+    local stamp=.venv/requirements$1.sha256 files=("scripts/requirements$1.txt" "scripts/requirements$1.lock") requirements wanted
     requirements=(-r "${files[0]}")
     if .venv/bin/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'; then
         requirements=(--require-hashes -r "${files[1]}")
