@@ -22,12 +22,11 @@ from typing import Any, Callable, Iterator, Mapping, NoReturn, Optional, Sequenc
 
 import numpy as np
 
-from . import __version__, _files, dither, power_spectrum, radial_power
+from . import __version__, _files, _textures, dither, power_spectrum, radial_power
+from . import _arguments as arguments
 from . import mask as make_mask
 from . import measure as measure_mask
 from . import points as make_points
-from . import _arguments as arguments
-from . import _textures
 from ._arguments import NeuralProvider
 from ._masks import METHODS, auto_method
 from ._plot import plot_spectrum
@@ -179,10 +178,13 @@ def _parser() -> argparse.ArgumentParser:
         description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    command.add_argument("--channels", type=_integer, metavar="N", help="auto, anneal: 1 to 4 jointly blue channels; neural: 1 or 2, or those of --model (default 1)")
-    command.add_argument("--method", default="void-and-cluster", choices=METHODS, help="default void-and-cluster; auto chooses by size and channels")
+    command.add_argument("--channels", type=_integer, metavar="N",
+                         help="auto, anneal: 1 to 4 jointly blue channels; neural: 1 or 2, or those of --model (default 1)")
+    command.add_argument("--method", default="void-and-cluster", choices=METHODS,
+                         help="default void-and-cluster; auto chooses by size and channels")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    command.add_argument("--sigma", type=float, help="void-and-cluster, relax (which then makes 64 steps), anneal: width of the Gaussian in texels")
+    command.add_argument("--sigma", type=float,
+                         help="void-and-cluster, relax (which then makes 64 steps), anneal: width of the Gaussian in texels")
     command.add_argument(
         "--initial-fraction", type=float, help="void-and-cluster: share of texels in the initial pattern (default 0.1)"
     )
@@ -244,7 +246,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
     command.add_argument("--method", default="best-candidate", choices=POINTS_METHODS, help="default best-candidate")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    command.add_argument("--candidates", type=_integer, metavar="N", help="best-candidate (default 1), poisson-disk (30): more are slower and better")
+    command.add_argument("--candidates", type=_integer, metavar="N",
+                         help="best-candidate (default 1), poisson-disk (30): more are slower and better")
     command.add_argument("--mask", type=Path, metavar="FILE", help="mask: its texels of the lowest ranks are the points")
     command.add_argument("--json", action="store_true", help="describe the points as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
@@ -286,7 +289,8 @@ def _list(known: Sequence[Any]) -> Callable[[str], tuple[Any, ...]]:
 
 def _add_mask_input(command: argparse.ArgumentParser) -> None:
     command.add_argument("mask", type=Path, help="a mask as .npy, .exr (needs OpenEXR) or picture (needs Pillow), or -")
-    command.add_argument("--channel", type=_positive, default=0, metavar="N", help="the channel to use, counted from 1 (measure: default all)")
+    command.add_argument("--channel", type=_positive, default=0, metavar="N",
+                         help="the channel to use, counted from 1 (measure: default all)")
 
 
 def _add_output(

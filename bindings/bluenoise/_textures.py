@@ -17,8 +17,8 @@ from typing import Any, Iterator, Optional, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, _files
 from . import _arguments as arguments
+from . import _core, _files
 from ._arguments import Progress
 from ._masks import _BUILTIN_SIZES, mask
 from ._measure import measure

@@ -128,8 +128,8 @@ def on_page_content(html, page, config, files):
 
 def on_post_page(output, page, config):
     """Warns, which fails a strict build, of what a browser would load from elsewhere."""
-    loaded = re.findall(r"<(?:script|img|iframe|source|video|link(?![^>]*rel=\"canonical\"))\b[^>]*?(?:src|href)=\"?((?:https?:)?//[^\"\s>]+)",
-                        output)
+    element = r"<(?:script|img|iframe|source|video|link(?![^>]*rel=\"canonical\"))"
+    loaded = re.findall(element + r"\b[^>]*?(?:src|href)=\"?((?:https?:)?//[^\"\s>]+)", output)
     for address in loaded:
         log.warning("%s loads %s", page.file.src_uri, address)
     return output

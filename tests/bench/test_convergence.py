@@ -9,9 +9,9 @@ import pytest
 
 pytest.importorskip("flip_evaluator")
 
-from report.pages import convergence
 from report.base.files import read_exr, write_exr
 from report.measure.image_error import rmse
+from report.pages import convergence
 from report.renders.renderer import Request, progressive, run_pathtracer
 
 TRIANGLE = """v -1 0 -1

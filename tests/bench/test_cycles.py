@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from report.others import cycles, cycles_build, cycles_report, cycles_scenes, other_renderer
 from report.base.files import read_exr, write_exr
+from report.others import cycles, cycles_build, cycles_report, cycles_scenes, other_renderer
 from report.renders.renderer import RenderError
 
 

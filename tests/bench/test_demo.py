@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from report.pages import demo, page
 from report.base.contact_sheet import enlarged_part, sheet
+from report.pages import demo, page
 
 
 def test_zoom_repeats_pixels():

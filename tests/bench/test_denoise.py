@@ -11,8 +11,8 @@ from scipy import ndimage
 
 pytest.importorskip("flip_evaluator")
 
-from report.renders import denoise, denoise_report, denoiser, judge, views
 from report.measure.image_error import trimmed_relative_rmse
+from report.renders import denoise, denoise_report, denoiser, judge, views
 
 SIZE = 17, 16
 

@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from report.others import mitsuba as report
 from report.base.command import CommandError
+from report.others import mitsuba as report
 
 
 def test_the_table_divides_by_independent():

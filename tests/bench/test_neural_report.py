@@ -9,9 +9,9 @@ import sys
 
 import pytest
 from PIL import Image
+from report.masks import neural, neural_plane
 
 import bluenoise
-from report.masks import neural, neural_plane
 
 BUILTIN = neural.ROOT / "libbn/data/neural.onnx"
 

@@ -9,11 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from conftest import ROOT
-from report.others import other_renderer, pbrt, pbrt_build, pbrt_report, pbrt_scenes
 from report.base.files import read_exr, write_exr
 from report.measure.image_error import all_errors
+from report.others import other_renderer, pbrt, pbrt_build, pbrt_report, pbrt_scenes
 from report.renders.renderer import RenderError
-
 
 # ---- Scenes and crops
 

@@ -11,8 +11,8 @@ import types
 import numpy as np
 import pytest
 from report.measure import picture_tests
-from report.renders import views
 from report.measure.ratios import worse_cells
+from report.renders import views
 
 TRIALS, SEEDS, COUNTS, MEASURES = 200, 12, (1, 4, 16), ("rmse", "rmse_2.1")
 LABELS = ("white", "sobol", "blue")

@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from report.samplers import realtime
 from report.base.tables import TableError, begin, update_table
+from report.samplers import realtime
 
 bluenoise = pytest.importorskip("bluenoise")
 

@@ -6,10 +6,10 @@ import subprocess
 
 import numpy as np
 import pytest
-from report.renders import renderer
 from report.base.files import read_exr, write_exr, written_beside
 from report.measure.image_error import SIGMAS, rmse
-from report.renders.renderer import RenderError, Renderer, Request
+from report.renders import renderer
+from report.renders.renderer import Renderer, RenderError, Request
 
 SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
 

@@ -14,11 +14,11 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
+from report.base.files import read_exr
 from report.measure import gains
+from report.measure.image_error import MEASURES, displayed_rmse
 from report.pages import comparison, convergence
 from report.renders import embree_scene, judge, renders, renders_plots, renders_report, speed, variants, views
-from report.base.files import read_exr
-from report.measure.image_error import MEASURES, displayed_rmse
 from report.renders.renderer import run_pathtracer
 
 

@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 from report.base import peers
-from report.samplers import samplers
 from report.base.files import write_rows
+from report.samplers import samplers
 
 
 @pytest.fixture

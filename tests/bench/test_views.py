@@ -8,8 +8,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from report.renders import views
 from report.base.files import read_exr
+from report.renders import views
 from report.renders.renderer import Request, run_pathtracer
 
 

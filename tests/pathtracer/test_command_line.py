@@ -20,7 +20,8 @@ def test_help_and_list(pathtracer):
     text = pathtracer.run("--help")
     assert text.returncode == 0 and text.stderr == ""
     options = "--scene --sampler --spp --declare --size --seed --threads --max-depth --mask --reference"
-    options += " --crop --first-sample --merge --time --write-partial --convergence --exposure --light-samples --env --camera --eye --target --fov --resume --list-cameras --single-scatter --photometric --quiet --list --help -o"
+    options += " --crop --first-sample --merge --time --write-partial --convergence --exposure --light-samples --env --camera --eye"
+    options += " --target --fov --resume --list-cameras --single-scatter --photometric --quiet --list --help -o"
     for option in options.split():
         assert option in text.stdout
     listing = pathtracer.run("--list")

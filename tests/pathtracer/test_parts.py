@@ -10,8 +10,8 @@ import time
 import numpy as np
 import OpenEXR
 import pytest
-from PIL import Image
 from pathtracer_driver import OTHER_PICTURES, assert_near, assert_same, read_exr, read_layers
+from PIL import Image
 from scene_files import write_environment
 from scipy.ndimage import gaussian_filter
 

@@ -10,6 +10,7 @@ from pathtracer_driver import SAMPLERS, read_exr, read_layers
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
+
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_threads_do_not_change_a_bit(pathtracer, sampler):
     common = ["--sampler", sampler, "--size", "45x37", "--spp", 3]

@@ -7,8 +7,8 @@ import time
 
 import numpy as np
 import pytest
-from PIL import Image
 from pathtracer_driver import OTHER_PICTURES, assert_near, read_exr, read_layers
+from PIL import Image
 from scene_files import DOWN, SMALL, floor
 
 SIZE = ["--size", "45x37"]

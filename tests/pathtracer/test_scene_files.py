@@ -22,7 +22,6 @@ from scene_files import (
     picture,
 )
 
-
 # ---- The same scene said in other ways
 
 

@@ -27,7 +27,6 @@ from scene_files import (
     textured_floor,
 )
 
-
 # ---- Lights
 
 

@@ -105,7 +105,7 @@ def test_the_work_grows_slowly(method, n, calls, monkeypatch):
     needs(method)
     import scipy.spatial
 
-    asked, built = 0, 0
+    asked = 0
 
     class Tree(scipy.spatial.cKDTree):
         def query(self, places, *arguments, **options):

@@ -190,7 +190,8 @@ def test_formats_and_sizes_can_be_chosen(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("arguments", "status", "message"), [
-    (["used"], 1, "other files, such as mine.txt"), (["file"], 1, "not a folder"), (["no/where"], 1, "does not exist"), (["new", "--sizes", "17"], 2, "'17'"),
+    (["used"], 1, "other files, such as mine.txt"), (["file"], 1, "not a folder"), (["no/where"], 1, "does not exist"),
+    (["new", "--sizes", "17"], 2, "'17'"),
     (["new", "--formats", "dds"], 2, "'dds'"), (["new", "--sweeps", "0"], 2, "less than 1"), (["new", "--seed", "-1"], 1, "seed"),
 ])
 def test_what_is_wrong_is_said_in_one_line(tmp_path, monkeypatch, capsys, arguments, status, message):

@@ -119,4 +119,5 @@ def test_literals_are_what_there_is():
     assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
     assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)
     assert set(typing.get_args(bluenoise.SamplerKind)) == set(_core.sampler_kinds)
-    assert set(typing.get_args(bluenoise.MeasureName)) == set(typing.get_type_hints(bluenoise.MaskMeasures)) == set(bluenoise.measure(bluenoise.mask((8, 8))))
+    measures = set(typing.get_type_hints(bluenoise.MaskMeasures))
+    assert set(typing.get_args(bluenoise.MeasureName)) == measures == set(bluenoise.measure(bluenoise.mask((8, 8))))

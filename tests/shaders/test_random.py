@@ -61,7 +61,8 @@ def test_the_texts_are_up_to_date():
 def test_the_names_are_those_of_the_types():
     declared = re.findall(r"^export (?:function|const) (\w+)", (PACKAGE / "index.d.ts").read_text(), re.M)
     assert in_node("Object.keys(bn)") == sorted(declared)
-    roles = re.findall(r"^  (\w+)\?: number;", (PACKAGE / "index.d.ts").read_text().split("export interface Effects")[1].split("}")[0], re.M)
+    effects = (PACKAGE / "index.d.ts").read_text().split("export interface Effects")[1].split("}")[0]
+    roles = re.findall(r"^  (\w+)\?: number;", effects, re.M)
     for role in roles:
         assert f"BN_EFFECT_{role.upper()} 9u\n" in in_node(f"bn.glsl({{effects: {{light: 1, {role}: 9}}}})")
 

@@ -3,21 +3,21 @@
 
 import csv
 import hashlib
-import json
 import io
+import json
 import os
 from pathlib import Path
 
-import bluenoise
 import numpy as np
 import pytest
 import torch
+
+import bluenoise
 
 os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 import onnx
 import onnx.reference
 import onnxruntime
-
 from bn_trainer import evaluate
 from bn_trainer.config import TrainerError
 from bn_trainer.export import check, export

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The losses against their definitions and the library, and the ranks."""
 
-import bluenoise
 import numpy as np
 import pytest
 import torch
-
 from bn_trainer.losses import DitheringError, VectorEnergy, ranks
+
+import bluenoise
 
 
 def uniform(shape, seed, method="white", **options):

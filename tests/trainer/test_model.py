@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 import torch
-
 from bn_trainer.model import MOST_SCALE, Relaxation, Step, wrap
 
 CHANNELS = pytest.mark.parametrize("channels", [1, 2])

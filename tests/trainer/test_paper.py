@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
-import bluenoise  # noqa: E402
-from bn_trainer.paper import perceptron as paper, pictures, table, wronski  # noqa: E402
 from bn_trainer.config import TrainerError  # noqa: E402
+from bn_trainer.paper import perceptron as paper  # noqa: E402
+from bn_trainer.paper import pictures, table, wronski
 from PIL import Image  # noqa: E402
+
+import bluenoise  # noqa: E402
 
 TINY = paper.PaperConfig(size=8, hidden=20, batch=16, inputs=160, epochs=8, rate=5e-3, seed=3)
 

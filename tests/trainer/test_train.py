@@ -9,12 +9,11 @@ import sys
 
 import pytest
 import torch
-
+from bn_trainer import config as configs
 from bn_trainer.__main__ import main
 from bn_trainer.evolution import Evolution
 from bn_trainer.files import load_checkpoint
 from bn_trainer.train import LOG_COLUMNS, Trainer, noise
-from bn_trainer import config as configs
 
 TINY = """
 [model]

@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from report.others import web
 from report.measure.image_error import displayed_rmse, rmse
+from report.others import web
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,11 @@ import json
 import re
 from pathlib import Path
 
-import bluenoise
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
+
+import bluenoise
 
 ROOT = Path(__file__).resolve().parents[2]
 WEB = ROOT / "examples" / "web"

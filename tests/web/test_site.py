@@ -55,7 +55,8 @@ def test_a_search_finds_guides_and_interfaces_before_reports(browser, site):
     browser.value(f"{query}.focus()")
     for word in ("sampler", "mask"):
         browser.value(f"{query}.value = '{word}', {query}.dispatchEvent(new Event('keyup')), {query}.dispatchEvent(new Event('input'))")
-        browser.wait(f"{found}.length > 8 && document.querySelector('.md-search-result mark').textContent.toLowerCase().startsWith('{word}')")
+        mark = "document.querySelector('.md-search-result mark').textContent.toLowerCase()"
+        browser.wait(f"{found}.length > 8 && {mark}.startsWith('{word}')")
         addresses = browser.value(found)
         sections = ["report" if "/docs/report/" in address else "guide" for address in addresses]
         assert sections[:5] == ["guide"] * 5, addresses

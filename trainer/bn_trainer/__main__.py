@@ -46,7 +46,8 @@ def run_train(options: argparse.Namespace) -> int:
 def add_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", type=Path, help="a checkpoint (.pt) or an ONNX file (.onnx)")
     parser.add_argument("--seeds", type=whole(1), default=20, help="seeds per size (default 20)")
-    parser.add_argument("--flatness-seeds", type=whole(0), default=1000, help="masks in the test for a fixed pattern (default 1000; 0 skips it)")
+    parser.add_argument("--flatness-seeds", type=whole(0), default=1000,
+                        help="masks in the test for a fixed pattern (default 1000; 0 skips it)")
     parser.add_argument("--threads", type=whole(0), default=0, help="threads of torch (default 0: torch chooses)")
 
 

@@ -178,9 +178,8 @@ def onnx_bytes(model: Relaxation) -> bytes:
 
 def check(model: Relaxation, data: bytes) -> str:
     """Compares the file with torch at several sizes. Returns a summary, or raises TrainerError if they differ."""
-    from onnx.reference import ReferenceEvaluator
-
     import onnx
+    from onnx.reference import ReferenceEvaluator
 
     runs = {"the ONNX reference": ReferenceEvaluator(onnx.load_from_string(data)).run}
     try:

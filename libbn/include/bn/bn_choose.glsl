@@ -110,7 +110,8 @@ BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_u32(BN_CHOOSE_UINT count, BN_CHOOSE_
 }
 
 /* Whether the place of a step, in the units of a table, lies below a limit. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose_is_below(BN_CHOOSE_UINT place, float unit, float limit) {
+BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose_is_below(BN_CHOOSE_UINT place, float unit,
+                                                     float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return BN_CHOOSE_FALSE;
     return BN_CHOOSE_TO_FLOAT(place) * unit < limit;
 }
@@ -128,8 +129,7 @@ BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_steps_of(float unit, float limit) {
 }
 
 #if defined(BN_CHOOSE_IN_C) || defined(BN_CDF)
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_CHOOSE_UINT count,
-                                                BN_CHOOSE_U) {
+BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_CHOOSE_UINT count, BN_CHOOSE_U) {
     BN_CHOOSE_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
     BN_CHOOSE_UINT item = 0u, last = count > 0u ? count - 1u : 0u;
     BN_CHOOSE_UINT end = last, low = 0u, high = BN_CHOOSE_STEPS;

@@ -58,13 +58,14 @@ precision highp int;
  * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
  * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
  * family, 0 to 3. */
-#define BN_PIXELS_AT 0u    /* 64 x 64, row-major: a byte for each member from the lowest up, in its lower
-                              half the place of the pixel in its block of 4 x 4; in the upper half of
-                              byte d, the place for dimension d of single numbers */
+/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, in its lower half the place of
+ * the pixel in its block of 4 x 4; in the upper half of byte d, the place for dimension d of single
+ * numbers. */
+#define BN_PIXELS_AT 0u
 #define BN_BLOCKS_AT 4096u /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 #define BN_PLACES_AT 6144u /* [member][16][2]: digits of a place in a block */
 #define BN_POINTS_AT 6272u /* [256][member][4]: the first 256 points, by reversed index */
-#define BN_LATER_AT 10368u /* [6][16][member][4]: digits of bits 8 to 31 of an index, four at a time */
+#define BN_LATER_AT 10368u /* [6][16][member][4]: digits of bits 8 to 31 of an index, by fours */
 #define BN_WORD_COUNT 11904u
 
 #ifndef bn_uint4 /* else a vector of the language */
@@ -173,7 +174,8 @@ struct bn_blue_pixel {
     BN_UINT member;         /* of the family, times two */
 };
 
-BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT domain) {
+BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y,
+                                             BN_UINT domain) {
     bn_blue_pixel pixel;
     BN_UINT member = (domain >> 29u) & 6u;
     pixel.member = member;
@@ -228,7 +230,8 @@ BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UI
 }
 
 BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index) {
-    BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
+    BN_UINT digits =
+        bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
     bn_uint4 v = BN_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u);
     bn_uint4 place = BN_ROW(pixel.place), block = BN_ROW(pixel.block);
     BN_UINT high01 = place.x ^ block.x ^ pixel.keys01, high23 = place.y ^ block.y ^ pixel.keys23;
@@ -270,7 +273,8 @@ BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UI
 
 BN_FUNCTION bn_uint2 bn_draw_blue_pair_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index,
                                           BN_UINT pair) {
-    BN_UINT digits = bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
+    BN_UINT digits =
+        bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
     bn_uint2 v = bn_draw_blue_pair_first(BN_PASS_TABLE pixel, digits, pair);
     BN_UINT later = BN_LATER_AT + (pixel.member + (pair & 1u)) * 2u;
     for (digits <<= 8u; BN_ANY(digits); digits <<= 4u) {
@@ -282,15 +286,16 @@ BN_FUNCTION bn_uint2 bn_draw_blue_pair_at(BN_TABLE bn_blue_pixel pixel, BN_UINT 
     return v;
 }
 
-BN_FUNCTION bn_uint2 bn_draw_blue_pair_bits(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
-                                            BN_UINT domain, BN_UINT pair) {
+BN_FUNCTION bn_uint2 bn_draw_blue_pair_bits(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y,
+                                            BN_UINT index, BN_UINT domain, BN_UINT pair) {
     bn_blue_pixel pixel = bn_draw_blue_pixel(BN_PASS_TABLE seed, x, y, domain);
     return bn_draw_blue_pair_at(BN_PASS_TABLE pixel, index, pair);
 }
 
 BN_FUNCTION bn_uint4 bn_draw_blue_bits(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
                                        BN_UINT domain) {
-    return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE seed, x, y, domain), index);
+    return bn_draw_blue_at(BN_PASS_TABLE bn_draw_blue_pixel(BN_PASS_TABLE seed, x, y, domain),
+                           index);
 }
 
 /* ---- SOBOL and WHITE */
@@ -392,7 +397,8 @@ BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(bn_uint2 seed, BN_UINT x, BN_UINT y
 #ifndef BN_DRAW_IN_C
 BN_FUNCTION BN_FLOAT4 bn_draw_floats(bn_uint4 v) {
     float scale = 1.0f / 16777216.0f;
-    return BN_FLOAT4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) * scale;
+    return BN_FLOAT4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) *
+           scale;
 }
 
 BN_FUNCTION BN_FLOAT2 bn_draw_pair_floats(bn_uint2 v) {
@@ -400,30 +406,34 @@ BN_FUNCTION BN_FLOAT2 bn_draw_pair_floats(bn_uint2 v) {
     return BN_FLOAT2(float(v.x >> 8u), float(v.y >> 8u)) * scale;
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+BN_FUNCTION BN_FLOAT4 bn_draw_blue(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                   BN_UINT domain) {
     return bn_draw_floats(bn_draw_blue_bits(BN_PASS_TABLE seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_sobol(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+BN_FUNCTION BN_FLOAT4 bn_draw_sobol(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                    BN_UINT domain) {
     return bn_draw_floats(bn_draw_sobol_bits(seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT4 bn_draw_white(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain) {
+BN_FUNCTION BN_FLOAT4 bn_draw_white(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                    BN_UINT domain) {
     return bn_draw_floats(bn_draw_white_bits(seed, x, y, index, domain));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_blue_pair(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
-                                    BN_UINT pair) {
-    return bn_draw_pair_floats(bn_draw_blue_pair_bits(BN_PASS_TABLE seed, x, y, index, domain, pair));
+BN_FUNCTION BN_FLOAT2 bn_draw_blue_pair(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                        BN_UINT domain, BN_UINT pair) {
+    return bn_draw_pair_floats(
+        bn_draw_blue_pair_bits(BN_PASS_TABLE seed, x, y, index, domain, pair));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_sobol_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
-                                     BN_UINT pair) {
+BN_FUNCTION BN_FLOAT2 bn_draw_sobol_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                         BN_UINT domain, BN_UINT pair) {
     return bn_draw_pair_floats(bn_draw_sobol_pair_bits(seed, x, y, index, domain, pair));
 }
 
-BN_FUNCTION BN_FLOAT2 bn_draw_white_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index, BN_UINT domain,
-                                     BN_UINT pair) {
+BN_FUNCTION BN_FLOAT2 bn_draw_white_pair(bn_uint2 seed, BN_UINT x, BN_UINT y, BN_UINT index,
+                                         BN_UINT domain, BN_UINT pair) {
     return bn_draw_pair_floats(bn_draw_white_pair_bits(seed, x, y, index, domain, pair));
 }
 #endif

@@ -17,14 +17,14 @@
  * them. Entries of two words hold the first 16 digits of four coordinates, a half-word each from the
  * lowest up; entries of four, all 32 digits of each. `member` is the domain's number within its
  * family, 0 to 3. */
-const BN_PIXELS_AT = 0u;    /* 64 x 64, row-major: a byte for each member from the lowest up, in its lower
-                              half the place of the pixel in its block of 4 x 4; in the upper half of
-                              byte d, the place for dimension d of single numbers */
+/* 64 x 64 pixels, row-major: a byte for each member from the lowest up, in its lower half the place of
+ * the pixel in its block of 4 x 4; in the upper half of byte d, the place for dimension d of single
+ * numbers. */
+const BN_PIXELS_AT = 0u;
 const BN_BLOCKS_AT = 4096u; /* [16 x 16][member][2]: digits of a block of 4 x 4 pixels */
 const BN_PLACES_AT = 6144u; /* [member][16][2]: digits of a place in a block */
 const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by reversed index */
-const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits of bits 8 to 31 of an index,
-    four at a time */
+const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits of bits 8 to 31 of an index, by fours */
 const BN_WORD_COUNT = 11904u;
 
 /* Four words in a row. An entry of two words is read with the two that follow it, for which nobody

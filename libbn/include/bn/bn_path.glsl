@@ -123,8 +123,8 @@ BN_FUNCTION bn_path bn_path_branch(bn_path path, BN_UINT split, BN_UINT count, B
 /* Number k of a loop, 32 bits, from the domain of the loop. Numbers 0 to 3 are those that WHITE draws
  * from it; the next four are those of the same hash a step further. */
 BN_FUNCTION BN_UINT bn_path_rng_bits(bn_uint2 seed, bn_path path, BN_UINT domain, BN_UINT k) {
-    bn_uint4 v = bn_draw_white_bits(seed, path.x, path.y, path.index,
-                                    domain + (k >> 2u) * 0x9e3779b9u);
+    bn_uint4 v =
+        bn_draw_white_bits(seed, path.x, path.y, path.index, domain + (k >> 2u) * 0x9e3779b9u);
     BN_UINT odd = 0u - (k & 1u), upper = 0u - (k >> 1u & 1u);
     BN_UINT low = v.x ^ ((v.x ^ v.y) & odd);
     return low ^ ((low ^ v.z ^ ((v.z ^ v.w) & odd)) & upper);

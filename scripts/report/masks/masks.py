@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import bluenoise
+
 from ..base.command import add_out
 from ..base.files import read_rows, write_rows, write_text
 from ..base.plots import plt, save

@@ -20,6 +20,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import bluenoise
+
 from ..base.command import add_out
 from ..base.files import read_rows, write_image, write_rows, write_text
 from ..base.plots import plt, save

@@ -12,6 +12,7 @@ import time
 import numpy as np
 
 import bluenoise
+
 from ..base.files import read_rows, write_rows
 
 FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")

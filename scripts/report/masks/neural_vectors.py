@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 import bluenoise
+
 from ..base.files import read_rows, write_rows
 
 FIELDS = ("method", "size", "seconds", "energy", "e_1", "near", "far")

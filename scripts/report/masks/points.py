@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import erf
 
 import bluenoise
+
 from ..base.command import add_out, positive
 from ..base.files import write_text
 from ..base.palette import plain_numbers

@@ -112,11 +112,11 @@ def models_table(found, names, measure):
 
 def references_table(found, names):
     rows = []
-    for path, views in by_model(found).items():
+    for path, shown in by_model(found).items():
         shares = []
         for measure in HEADLINE_MEASURES:
-            own = statistics.mean(found.references[view].own[measure] for view in views)
-            errors = statistics.mean(error for view in views for error in found.cells.get(view, "blue", COUNTS[-1], measure))
+            own = statistics.mean(found.references[view].own[measure] for view in shown)
+            errors = statistics.mean(error for view in shown for error in found.cells.get(view, "blue", COUNTS[-1], measure))
             shares += [f"{own:.2g}", f"{100 * own / errors:.0f} %" if errors > 0 else ""]
         rows.append([names[path], *shares])
     return md_table(["model", "reference error as displayed", f"of blue's at {COUNTS[-1]} spp",

@@ -53,7 +53,7 @@ def plot_views(report, path):
             for spp in report.counts:
                 for view, value in report.spread(scene, "blue", spp, measure, than).items():
                     curves.setdefault(view, {})[spp] = value
-            for view, curve in curves.items():
+            for curve in curves.values():
                 axis.plot(list(curve), list(curve.values()), marker="o", markersize=2.5, linewidth=.8,
                           color="#0050b0")
             axis.axhline(1, color="0.3", linewidth=.8)

@@ -10,8 +10,9 @@ import itertools
 import subprocess
 from pathlib import Path
 
-import bluenoise
 import numpy as np
+
+import bluenoise
 
 from ..base.command import positive, run_or_say_why
 from ..base.tables import add_options, md_table, write_or_print

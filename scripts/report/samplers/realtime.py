@@ -7,8 +7,9 @@ averaged as a real-time renderer does. The table goes to docs/porting.md.
 
 import argparse
 
-import bluenoise
 import numpy as np
+
+import bluenoise
 
 from ..base.command import positive, run_or_say_why
 from ..base.tables import add_options, md_table, write_or_print

@@ -27,11 +27,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 import bluenoise
 
-from . import perceptron, wronski
 from ..config import TrainerError
 from ..files import write_atomically
-from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
 from ..train import default_folder
+from . import perceptron, wronski
+from .pictures import PICTURE_SIZE, blurred_errors, dithering_errors, floyd_steinberg, read_picture, synthetic_pictures
 
 ROOT = Path(__file__).resolve().parents[3]
 SIGMAS = (0.75, 1.0, 1.5)  # of the blur, in texels; the error columns use TABLE_SIGMA

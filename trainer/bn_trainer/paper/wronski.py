@@ -22,9 +22,9 @@ from typing import Optional
 import numpy as np
 import torch
 
-from . import perceptron
 from ..config import TrainerError
 from ..files import write_atomically
+from . import perceptron
 
 RATES = {"adam": 0.03, "descent": 0.4}
 INPUTS = 1 << 61  # seed of the initial noise, different from those in perceptron.py
