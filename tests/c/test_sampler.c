@@ -224,6 +224,29 @@ static void test_nets(void) {
     }
 }
 
+/* Of ZORDER, the samples of the pixels of an aligned square, a block for each pixel, are a net in all
+ * four dimensions: the second pair goes along the curve with the first. */
+static void test_nets_of_squares(void) {
+    static uint32_t points[MOST_POINTS][4];
+    for (int log4_side = 0; log4_side <= 3; ++log4_side) {
+        for (int log4_block = 0; log4_block <= 3; ++log4_block) {
+            const uint32_t block = 1u << 2 * log4_block, side = 1u << log4_side;
+            const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, block, 12);
+            for (uint32_t square = 0; square < 12; ++square) {
+                const uint32_t x = random_u32() & ~(side - 1u), y = random_u32() & ~(side - 1u);
+                const uint32_t domain = random_u32();
+                uint32_t(*point)[4] = points;
+                for (uint32_t i = 0; i < side * side * block; ++i) {
+                    const uint32_t pixel = i / block;
+                    bn_sample_4d_u32(&s, (int32_t)(x + pixel % side), (int32_t)(y + pixel / side),
+                                     i % block, domain, *point++);
+                }
+                CHECK(are_net_in_four(points, log4_side + log4_block));
+            }
+        }
+    }
+}
+
 /* Samples of distant indices never repeat: 2^16 samples spread over all indices have no more equal
  * 64-bit values of a pair than chance has (expected 1e-10). */
 static int compare_u64(const void *a, const void *b) {
@@ -374,6 +397,7 @@ int main(void) {
     test_forms();
     test_block();
     test_nets();
+    test_nets_of_squares();
     test_no_repeats();
     test_independence();
     test_uniform();
