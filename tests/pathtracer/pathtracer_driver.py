@@ -11,16 +11,6 @@ from scipy import stats
 
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
-# What a refusal calls the difference, and options that make it.
-OTHER_PICTURES = (
-    ("seed", ["--seed", 1]),
-    ("sampler", ["--sampler", "sobol"]),
-    ("scene", ["--scene", "furnace"]),
-    ("max depth", ["--max-depth", 3]),
-    ("light samples", ["--light-samples", 2]),
-    ("declared", ["--declare", 4]),
-)
-
 
 class PathTracer:
     def __init__(self, binary, folder):

@@ -118,17 +118,6 @@ def test_what_cannot_be_continued_is_refused(pathtracer):
     assert "--first-sample" not in message
 
 
-@pytest.mark.parametrize(("options", "said"), [
-    (["--noise", "x"], "--noise takes"), (["--noise", -0.1], "--noise takes"), (["--noise", 1.5], "--noise takes"),
-    (["--noise", "nan"], "--noise takes"), (["--noise", "0.1x"], "--noise takes"), (["--min-spp", 8], "--noise"),
-    (["--noise", 0.1, "--min-spp", 1], "--min-spp takes"), (["--noise", 0.1, "--min-spp", 32, "--spp", 16], "more than --spp"),
-    (["--noise", 0.1, "--spp", 8], "give more --spp"),
-    (["--noise", 0.1, "--first-sample", 4], "--first-sample"), (["--noise", 0.1, "--exposure", "auto"], "--exposure EV"),
-    (["--noise", 0.1, "--scene", "a.gltf"], "--exposure EV")])
-def test_bad_values_are_refused_in_one_line(pathtracer, options, said):
-    assert said in pathtracer.failure(*options, "-o", "out.exr")
-
-
 def test_rows_of_convergence_have_mean_counts(pathtracer):
     reference = pathtracer.render(*SCENE, "--seed", 9, "--spp", 64)
     rows = pathtracer.folder / "rows.csv"

@@ -109,34 +109,6 @@ def test_a_file_without_cameras(pathtracer):
     assert "none" in listing and "--eye" in listing and "--fov" in listing
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--eye", "1,2,3", "--target", "1,2,3"], ["--eye", "--target", "1,2,3"]),
-        (["--eye", "278,273,0"], ["--eye", "--target", "278,273,0"]),
-        (["--eye", "1,2"], ["--eye", "'1,2'"]),
-        (["--eye", "1,2,3,4"], ["--eye", "'1,2,3,4'"]),
-        (["--eye", "1,nan,3"], ["--eye", "'1,nan,3'"]),
-        (["--target", "inf,0,0"], ["--target", "'inf,0,0'"]),
-        (["--target", "1e16,0,0"], ["--target", "1e15"]),
-        (["--fov", "0"], ["--fov", "'0'"]),
-        (["--fov", "180"], ["--fov", "'180'"]),
-        (["--fov", "nan"], ["--fov", "'nan'"]),
-        (["--fov", "-30"], ["--fov", "'-30'"]),
-        (["--camera", "1"], ["no camera 1"]),
-        (["--camera", "-1"], ["--camera", "'-1'"]),
-    ],
-)
-def test_cameras_that_are_none(pathtracer, arguments, said):
-    pathtracer.failure(*arguments, "--spp", 1, "--size", "8x8", "-o", "out.exr", said=said)
-
-
-def test_parts_of_other_cameras_are_not_merged(pathtracer):
-    one = pathtracer.render(*SMALL, "--crop", "0,0,12,24")
-    other = pathtracer.render(*SMALL, "--crop", "12,0,24,24", "--fov", 30)
-    assert "camera" in pathtracer.failure("--merge", one, other, "-o", "out.exr")
-
-
 def test_matrices_project_points_into_the_picture(pathtracer):
     """OpenEXR's convention: points are rows, multiplied from the left; camera space is right, up, ahead; NDC is (0, 0) at
     the top left corner and (1, 1) at the bottom right one. A small square is found where its centre is projected to."""

@@ -7,7 +7,6 @@ chances of a false alarm had the seeds been drawn anew.
 
 import numpy as np
 import pytest
-from pathtracer_driver import SAMPLERS, assert_equal_means
 from scipy import stats
 
 SEEDS = 12
@@ -111,38 +110,6 @@ def test_direct_light_is_analytic(pathtracer, wall):
     # Pixel by pixel: the shape is right, not only the sum.
     noise = images.std(axis=0) / np.sqrt(SEEDS) + 1e-3 * expected
     assert (np.abs(images.mean(axis=0) - expected) < 6 * noise).all()
-
-
-@pytest.fixture(scope="module")
-def many_means():
-    return {}
-
-
-def seed_means(pathtracer, cache, sampler, spp, first_seed):
-    key = (sampler, spp, first_seed)
-    if key not in cache:
-        common = ["--sampler", sampler, "--size", "32x32", "--spp", spp]
-        cache[key] = np.array(
-            [
-                block_means(pathtracer.image(*common, "--seed", first_seed + seed))
-                for seed in range(SEEDS)
-            ]
-        )
-    return cache[key]
-
-
-@pytest.mark.parametrize("spp", [1, 12])
-@pytest.mark.parametrize("sampler", SAMPLERS)
-def test_samplers_agree_on_the_mean(pathtracer, many_means, sampler, spp):
-    """Every sampler against an independent run of sobol with 64 samples per pixel: Welch's t-tests of
-    the image mean and of 16 block means over seeds, false-alarm rate 0.1 % for each sampler and count."""
-    expected = seed_means(pathtracer, many_means, "sobol", 64, 1000)
-    means = seed_means(pathtracer, many_means, sampler, spp, 0)
-    with_whole = [np.column_stack([each, each.mean(axis=1)]) for each in (means, expected)]
-    assert_equal_means(*with_whole, 0.001)
-    # The tests above would see a bias of a few percent: the deviation of white noise is about 0.11 of the
-    # mean, and that of so few seeds is above 1.6 times the true one once in a thousand.
-    assert means.mean(axis=1).std() < 0.18 * expected.mean() / np.sqrt(spp)
 
 
 def test_depth_adds_light(pathtracer):

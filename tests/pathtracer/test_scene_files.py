@@ -166,22 +166,6 @@ def test_ways_to_store_a_mesh(pathtracer, way):
     assert (image[0] == 0).all()
 
 
-def test_broken_faces_change_nothing(pathtracer):
-    """Faces without area, double ones, needles, normals of length zero."""
-    clean = cornell()
-    broken = cornell()
-    corners = np.array([[278, 200, 100], [300, 250, 120], [289, 225, 110], [0, 100, 10], [550, 100, 10]], np.float32)
-    needle = np.array([[550, 100.00002, 10]], np.float32)
-    faces = np.array([0, 0, 0, 0, 1, 1, 0, 1, 2, 3, 4, 5], np.uint16)
-    zero = np.zeros((6, 3), np.float32)
-    mesh = broken.mesh(np.concatenate([corners, needle]), faces, 0, NORMAL=zero)
-    root = broken.json["nodes"][broken.json["scenes"][0]["nodes"][0]]
-    root["children"] += [broken.node(root=False, mesh=mesh), broken.node(root=False, mesh=0)]
-    expected, seen = picture(pathtracer, clean, "--spp", 8), picture(pathtracer, broken, "--spp", 8)
-    assert np.isfinite(seen).all() and (seen >= 0).all()
-    assert seen.mean() == pytest.approx(expected.mean(), rel=0.005)
-
-
 # ---- Cameras and skies
 
 
