@@ -163,7 +163,25 @@ int wrong_counts(const bn::Sampler &sampler) {
         for (std::size_t i = 0; i < all.size(); ++i)
             for (std::size_t k = 0; k < i; ++k) count += all[i] == all[k];
     }
-    return count;
+    // From a path it draws the same, and a ray that has begun goes on.
+    const bn::Path path(sampler, 5, 6, 7);
+    bn::SequentialSampler own(path);
+    numbers.start(5, 6, 7);
+    auto whole = counted(own, "122");
+    count += whole != counted(numbers, "122");
+    own.start_ray(0);
+    count += counted(own, "12") != counted(numbers, "12");
+    own.start_ray(1);
+    count += counted(own, "1212121") != next;
+    // From a part of a ray it draws what the ray itself does not.
+    bn::Ray ray = path.ray(0);
+    bn::SequentialSampler part(ray.keyed(3));
+    const auto parts = counted(part, "2212");
+    for (const float u : ray.draw()) whole.push_back(u);
+    for (const float u : ray.next_4d()) whole.push_back(u);
+    for (const float a : parts)
+        for (const float b : whole) count += a == b;
+    return count + (parts[0] != path.ray(0).keyed(3).draw()[0]);
 }
 
 } // namespace

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The draw() of a renderer for the check in docs/porting.md, with the mistake that MISTAKE names. SEED is the sampler's
- * seed; LAYOUT says where decision 1 draws from: (0,1) of the next ray's domain unless it is "second pair" (2,3 of the
- * same domain as decision 0) or "grandchild" (a domain two levels below the root). */
-#include <bn/bn.h>
+ * The renderer for the check in docs/porting.md, with the mistake that MISTAKE names. SEED is the sampler's seed; LAYOUT
+ * says where decision 1 draws from: (0,1) of the next ray's domain, with its third number, unless it is "second pair"
+ * (2,3 of the same domain as decision 0) or "grandchild" (a domain two levels below the root). */
+#include <bn/bn_path.h>
 #include <stdlib.h>
 #include <string.h>
 
-void draw(int x, int y, unsigned index, int decision, float u[2]);
+const bn_sampler *sampler(void);
+void draw(int x, int y, unsigned index, int decision, float u[3]);
 
 static const char *mistake, *layout;
 static bn_sampler made;
-static const bn_sampler *sampler;
 
 static const char *setting(const char *name, const char *otherwise) {
     const char *value = getenv(name);
@@ -21,7 +21,8 @@ static int is(const char *name) {
     return strcmp(mistake, name) == 0;
 }
 
-static void start(void) {
+const bn_sampler *sampler(void) {
+    if (mistake != NULL) return &made;
     const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL, BN_SAMPLER_WHITE};
     mistake = setting("MISTAKE", "none");
     layout = setting("LAYOUT", "next ray");
@@ -29,11 +30,11 @@ static void start(void) {
                                  : is("white") ? 2
                                                : 0],
                            strtoull(setting("SEED", "0"), NULL, 10));
-    sampler = &made;
+    return &made;
 }
 
-void draw(int x, int y, unsigned index, int decision, float u[2]) {
-    if (sampler == NULL) start();
+void draw(int x, int y, unsigned index, int decision, float u[3]) {
+    const bn_sampler *own = sampler();
     const int second_pair = decision == 1 && strcmp(layout, "second pair") == 0;
     const uint32_t key = is("shared domain") || second_pair ? 0 : (uint32_t)decision;
     uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, key);
@@ -52,11 +53,13 @@ void draw(int x, int y, unsigned index, int decision, float u[2]) {
         x = old_x / 16 * 16 + old_y % 16;
         y = old_y / 16 * 16 + old_x % 16;
     }
-    if (second_pair) {
-        float four[4];
-        bn_sample_4d(sampler, x, y, index, domain, four);
-        memcpy(u, four + 2, 2 * sizeof u[0]);
-    } else {
-        bn_sample_2d(sampler, x, y, index, domain, u);
-    }
+    float four[4], next[4];
+    bn_sample_4d(own, x, y, index, domain, four);
+    bn_sample_4d(own, x, y, index, bn_ray_4d_domain(domain, 0), next);
+    const int swapped = second_pair || (is("lens first") && decision == 0);
+    u[0] = four[swapped ? 2 : 0], u[1] = four[swapped ? 3 : 1];
+    if (decision == 0 || second_pair) return;
+    u[2] = is("pair first") ? next[2] : four[2];
+    /* A number of a draw before, the lobe, then one by one. */
+    if (is("one by one")) u[0] = four[3], u[1] = next[2];
 }

@@ -18,7 +18,9 @@ int main() {
     const bn::Sampler sampler(3);
     int wrong = 0;
     const float cdf[] = {0.25f, 0.5f, 1.0f}, left[] = {0, 0.25f, 0.5f, 0.75f};
-    double lights[3] = {}, leaves[4] = {}, crossed = 0, below = 0, passed = 0, first = 0, middle = 0;
+    const float two[] = {0.5f, 0.5f}, rows[] = {1, 4}, columns[] = {1, 1, 1, 0, 0, 3};
+    double lights[3] = {}, leaves[4] = {}, crossed = 0, below = 0, passed = 0, first = 0, middle = 0, dark = 0;
+    double texels[2][3] = {}, directions[4] = {}, places = 0;
     const int samples = 64 * 64 * 16;
     for (int i = 0; i < samples; ++i) {
         const bn::Path path(sampler, i % 64, i / 64 % 64, unsigned(i / 4096));
@@ -33,6 +35,12 @@ int main() {
         passed += passes(ray, 7, 0.25f) / double(samples);
         wrong += passes(ray, 7, 0.25f) != passes(path.ray(1), 7, 0.25f);
         first += first_wavelength(path) / samples;
+        dark += !(through_leaves(path, two, 2) > 0) / double(samples);
+        const Texel texel = choose_texel(ray.draw_light(), rows, columns, 3, 2);
+        texels[texel.row][texel.column] += 1.0 / samples;
+        const Direction direction = choose_direction(ray, cdf, 3);
+        directions[direction.to_light ? direction.light : 3] += 1.0 / samples;
+        places += (texel.u + texel.v + direction.u + direction.v) / 4 / samples;
         const Start plain = start(path, false), lens = start(path, true);
         wrong += plain.film[0] != lens.film[0] || plain.light[0] != lens.lens[0] || lens.light[0] == lens.lens[0];
         wrong += shutter_time(path) != path.time()[0] || shutter_time(path) == lens.lens[0];
@@ -41,6 +49,9 @@ int main() {
     const auto near = [](double a, double b) { return std::fabs(a - b) < 0.004; };
     wrong += !near(lights[0], 0.25) + !near(lights[1], 0.25) + !near(lights[2], 0.5) + !near(middle, 0.5);
     wrong += !near(leaves[0], 0.125) + !near(leaves[1], 0.125) + !near(leaves[2], 0.5625) + !near(leaves[3], 0.1875);
+    wrong += !near(texels[0][0], 0.25) + (texels[0][1] + texels[0][2] > 0) + (texels[1][0] + texels[1][1] > 0) + !near(texels[1][2], 0.75);
+    wrong += !near(directions[0], 0.125) + !near(directions[1], 0.125) + !near(directions[2], 0.25) + !near(directions[3], 0.5);
+    wrong += !near(places, 0.5) + !near(dark, 0.25);
     // A length of 1 and a density of 0.5.
     wrong += !near(crossed, std::exp(-0.5)) + !near(passed, 0.75) + !near(first, 0.5) + !(below > 0 && below < 1);
     // Branches that go on where the last sample stopped are one sequence, as are those of a fixed count.
@@ -69,7 +80,7 @@ int main() {
 
 
 def test_the_listings_work(static_library, tmp_path):
-    assert len(LISTINGS) == 11
+    assert len(LISTINGS) == 14
     text = "".join(LISTINGS).replace("float split(", "float split_(")
     includes = "#include <bn/bn.hpp>\n#include <cmath>\n"
     (tmp_path / "main.cpp").write_text(includes + text + MAIN)

@@ -334,15 +334,17 @@ inline Path Split::operator[](uint32_t k) const noexcept {
 }
 
 // For renderers that ask a sampler object for the next number or pair, as pbrt's do. A number and
-// the pair after it, or two pairs, share a domain. Name the numbers before you hand them on: in
-// f(get_1d(), get_2d()) the order of the calls is open. Each ray has its own sequence without end, so
-// what one ray draws cannot meet another's.
+// the pair after it, or two pairs, share a domain. Each ray has its own sequence without end, so
+// what one ray draws cannot meet another's. Name the numbers before you hand them on: in
+// f(get_1d(), get_2d()) the order of the calls is open. A decision with two dimensions takes a
+// pair, not two numbers.
 class SequentialSampler {
   public:
     // Draws nothing before start(). The Sampler must outlive it.
     explicit SequentialSampler(const Sampler &sampler) noexcept : sampler_(sampler.get()) {}
     SequentialSampler(const Sampler &&) = delete;
-    // From the first ray of a path on, or the numbers of one ray that is not used otherwise.
+    // From the first ray of a path on, a branch's too; or the numbers of one ray that is not used
+    // otherwise, such as ray.keyed(MATERIAL) beside ray.draw().
     explicit SequentialSampler(const Path &path) noexcept
         : sampler_(path.sampler_), path_(path.state_) {
         begin(0);
@@ -358,18 +360,27 @@ class SequentialSampler {
         begin(0);
     }
     // Call it before each later ray, so that paths agree again, whatever their surfaces drew
-    // before. `ray` grows from call to call. A ray that has begun just goes on, since its numbers
-    // are spent; debug builds stop there.
+    // before. The ray that has begun goes on, as where a loop steps over a transparent surface. So
+    // does an earlier one, since its numbers are spent; debug builds stop there.
     void start_ray(uint32_t ray) noexcept {
-        assert(ray > ray_);
+        assert(ray >= ray_);
         if (ray > ray_) begin(ray);
+    }
+    // What rays ask for first, '1' for a number and '2' for a pair: debug builds stop at another
+    // order. expect("22", "1212"): position and lens; a light and the point on it, a lobe and its
+    // direction. Call it before start(), with texts that outlive this; what follows them is free.
+    void expect(const char *ray_0, const char *later_rays) noexcept {
+        expected_[0] = ray_0;
+        expected_[1] = later_rays;
     }
 
     float get_1d() noexcept {
+        ask('1');
         if (pair_spent_ || numbers_spent_ == 2) next_domain();
         return u_[2 + numbers_spent_++];
     }
     std::array<float, 2> get_2d() noexcept {
+        ask('2');
         if (pair_spent_ && numbers_spent_ > 0) next_domain();
         if (pair_spent_) {
             numbers_spent_ = 2;
@@ -382,6 +393,7 @@ class SequentialSampler {
   private:
     void begin(uint32_t ray) noexcept {
         ray_ = ray;
+        next_expected_ = expected_[ray == 0 ? 0 : 1];
         state_ = bn_path_ray(&path_, ray);
         open();
     }
@@ -389,6 +401,12 @@ class SequentialSampler {
         bn_ray_draw(sampler_, &state_, u_);
         pair_spent_ = false;
         numbers_spent_ = 0;
+    }
+    void ask(char kind) noexcept {
+        if (*next_expected_ == '\0') return;
+        assert(*next_expected_ == kind && "another order than expect() says");
+        (void)kind;
+        ++next_expected_;
     }
     void next_domain() noexcept {
         bn_ray_4d(sampler_, &state_, u_);
@@ -405,6 +423,8 @@ class SequentialSampler {
     float u_[4] = {};
     bool pair_spent_ = true;
     std::size_t numbers_spent_ = 2;
+    const char *expected_[2] = {"", ""};
+    const char *next_expected_ = "";
 };
 
 } // namespace bn

@@ -60,7 +60,10 @@ BN_DEVICE_INLINE uint32_t bn_choose_u32(uint32_t count, float *u);
  * cdf[i]. The cumulative weights ascend to any positive sum, from 1e-30 to 1e30. Limits are rounded up
  * to steps, 2^-24 of the sum; if they are whole steps, the probabilities are exact. Items without a
  * step between their limits are never chosen. Any table is safe: out of order, with NaN or with
- * another sum, some item is chosen. A count of 0 gives 0. */
+ * another sum, some item is chosen. A count of 0 gives 0.
+ *
+ * For a map of two dimensions, choose the row with one number of a pair and the column with the other,
+ * from a table for each row: that keeps both well stratified, one search over all texels does not. */
 BN_DEVICE_INLINE uint32_t bn_choose_cdf(const float *cdf, uint32_t count, float *u);
 
 /* ---- The text that shaders share */

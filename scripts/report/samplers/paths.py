@@ -86,6 +86,104 @@ def lights(rng):
             "a number and a pair of two domains": apart, "one pair, from an alias table": alias}
 
 
+def environment_map(rng):
+    """A map of 64 x 32 texels, a sky with a sun, a part of it hidden by an edge."""
+    width, height = 64, 32
+    y, x = np.mgrid[0:height, 0:width]
+    sun = rng.uniform(0.2, 0.8, 2) * (width, height)
+    sky = 1 + np.cos(2 * np.pi * (x / width - rng.uniform())) + 2 * y / height
+    radiance = sky + 60 * np.exp(-((x - sun[0]) ** 2 + (y - sun[1]) ** 2) / 8)
+    # A table for each row, one for the rows, one for all texels.
+    columns = np.cumsum(radiance, 1).astype(np.float32)
+    rows, flat = np.cumsum(radiance.sum(1)).astype(np.float32), np.cumsum(radiance.ravel()).astype(np.float32)
+    edge = half_planes(rng, 1)[0]
+
+    def seen(column, row):
+        return inside(edge, np.stack([column / width, row / height], -1))
+
+    def row_and_column(path):
+        draw = path.ray(0).draw_light()
+        row, v = bluenoise.choose_cdf(rows, draw[..., 1])
+        column, u = np.empty_like(row), np.empty_like(v)
+        for i in np.unique(row):
+            at = row == i
+            column[at], u[at] = bluenoise.choose_cdf(columns[i], draw[..., 0][at])
+        return seen(column + u, row + v)
+
+    def one_search(path):
+        draw = path.ray(0).draw_light()
+        texel, u = bluenoise.choose_cdf(flat, draw[..., 0])
+        return seen(texel % width + u, texel // width + draw[..., 1])
+
+    return {"the row with u[1], the column with u[0]": row_and_column, "one search over all texels with u[0]": one_search}
+
+
+def disc(pair):
+    """The concentric map: (..., 2)."""
+    a, b = 2 * pair[..., 0] - 1, 2 * pair[..., 1] - 1
+    wide = np.abs(a) > np.abs(b)
+    r, other = np.where(wide, a, b), np.where(wide, b, a)
+    phi = np.pi / 4 * np.divide(other, r, out=np.zeros_like(r), where=r != 0)
+    phi = np.where(wide, phi, np.pi / 2 - phi)
+    return np.stack([r * np.cos(phi), r * np.sin(phi)], -1)
+
+
+def coin(rng):
+    """One direction of a surface, in the plane, from its lobe or to one of six lights that are half hidden, behind an edge that moves
+    with the position in the pixel. Divided by the mean of both densities."""
+    middle, power = rng.uniform(-0.6, 0.6, (6, 2)), rng.uniform(0.5, 2, 6)
+    middle, half = middle[np.argsort(middle[:, 0])], rng.uniform(0.05, 0.25, (6, 2))
+    share = power * half.prod(1) / np.sum(power * half.prod(1))
+    cdf, edges = np.cumsum(share).astype(np.float32), half_planes(rng, 6)
+    sharp, lobe, shift = rng.choice([1.0, 1.5, 2.0]), rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.4, 0.4, 2)
+
+    def estimate(path, to_light, light, point, lobe_point):
+        """Of points in the squares of the light and the lobe."""
+        at = disc(lobe_point)
+        by_lobe = lobe + at * np.hypot(at[..., 0], at[..., 1])[..., None] ** (sharp - 1)
+        direction = np.where(to_light[..., None], middle[light] + (2 * point - 1) * half[light], by_lobe)
+        r = np.maximum(np.hypot(*np.moveaxis(direction - lobe, -1, 0)), 1e-9)
+        lobe_density = np.where(r < 1, r ** (2 / sharp - 2) / (np.pi * sharp), 0)
+        light_density, found, moved = 0, 0, path.ray(0).draw_where() @ shift
+        for i in range(6):
+            place = (direction - middle[i]) / (2 * half[i]) + 0.5
+            met = np.all((place >= 0) & (place < 1), -1)
+            light_density = light_density + met * share[i] / (4 * half[i].prod())
+            found = found + met * (place @ edges[i, :2] < edges[i, 2] + moved) * power[i]
+        return 2 * found * lobe_density / (0.5 * lobe_density + 0.5 * light_density)
+
+    def one_pair(path):
+        draw = path.ray(1).draw_where()
+        to_light, u = bluenoise.choose(0.5, draw[..., 0])
+        light, rest = bluenoise.choose_cdf(cdf, u)
+        return estimate(path, to_light, light, np.stack([rest, draw[..., 1]], -1), np.stack([u, draw[..., 1]], -1))
+
+    def with_coin(path, draw, number):
+        light, rest = bluenoise.choose_cdf(cdf, draw[..., 0])
+        return estimate(path, number < 0.5, light, np.stack([rest, draw[..., 1]], -1), draw[..., :2])
+
+    def third_number(path):
+        draw = path.ray(1).draw()
+        return with_coin(path, draw, draw[..., 2])
+
+    def third_and_fourth(path):
+        draw = path.ray(1).draw()
+        return estimate(path, draw[..., 2] < 0.5, bluenoise.choose_cdf(cdf, draw[..., 3])[0], draw[..., :2], draw[..., :2])
+
+    def coin_apart(path):
+        ray = path.ray(1)
+        return with_coin(path, ray.draw_where(), ray.next_1d())
+
+    def all_apart(path):
+        ray = path.ray(1)
+        to_light, light = ray.next_1d() < 0.5, bluenoise.choose_cdf(cdf, ray.next_1d())[0]
+        return estimate(path, to_light, light, ray.next_2d(), ray.draw_where())
+
+    return {"coin and light with u[0], one after the other": one_pair, "the coin with u[2], the light with u[0]": third_number,
+            "the coin with u[2], the light with u[3]": third_and_fourth, "the coin with `next_1d()`, the light with u[0]": coin_apart,
+            "coin and light with `next_1d()`, the point with `next_2d()`": all_apart}
+
+
 def light_tree(rng):
     """A light tree of six levels: 64 lights in a row, each half hidden."""
     left = rng.uniform(0.3, 0.7, 64).astype(np.float32)
@@ -293,9 +391,9 @@ def splits(rng):
             "two to six, a domain for each branch": domains}
 
 
-EXPERIMENTS = {"lights": lights, "light tree": light_tree, "free flight": free_flight, "random walk": random_walk,
-               "transparency": transparency, "time": time_alone, "time and lens": time_and_lens, "wavelength": wavelength,
-               "splitting": splits}
+EXPERIMENTS = {"lights": lights, "environment map": environment_map, "coin": coin, "light tree": light_tree, "free flight": free_flight,
+               "random walk": random_walk, "transparency": transparency, "time": time_alone, "time and lens": time_and_lens,
+               "wavelength": wavelength, "splitting": splits}
 
 
 def measure(experiment, seeds, kind="blue", size=SIZE):

@@ -189,10 +189,18 @@ struct Wanted {
 } // namespace
 
 #ifdef CHECK
-extern "C" void draw(int x, int y, unsigned index, int decision, float u[2]) {
-    static const char *const seed = std::getenv("SEED"), *const dimension =
-                                                             std::getenv("DIMENSION");
-    static const Globals globals = make(uint(std::atoi(seed)));
+static uint seed() {
+    return uint(std::atoi(std::getenv("SEED")));
+}
+
+extern "C" const bn_sampler *sampler(void) {
+    static const bn_sampler own = bn_sampler_make(BN_SAMPLER_BLUE, seed());
+    return &own;
+}
+
+extern "C" void draw(int x, int y, unsigned index, int decision, float u[3]) {
+    static const char *const dimension = std::getenv("DIMENSION");
+    static const Globals globals = make(seed());
     const float2 found = blue_sample_2D(&globals, blue_pixel(&globals, x, y), index,
                                         decision == 0 ? PRNG_FILTER : std::atoi(dimension));
     u[0] = found.x, u[1] = found.y;

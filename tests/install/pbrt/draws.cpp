@@ -190,8 +190,13 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
 #ifdef CHECK
 // For the program of docs/porting.md: decision 0 is the position in the pixel, DECISION the place of the other one's first
 // number in a path.
-extern "C" void draw(int x, int y, unsigned index, int decision, float u[2]);
-void draw(int x, int y, unsigned index, int decision, float u[2]) {
+extern "C" const bn_sampler *sampler(void) {
+    static const bn_sampler own =
+        bn_sampler_make(BN_SAMPLER_BLUE, uint64_t(std::atoi(std::getenv("SEED"))));
+    return &own;
+}
+
+extern "C" void draw(int x, int y, unsigned index, int decision, float u[3]) {
     static pbrt::BlueSampler *sampler = nullptr;
     if (!sampler) {
         pbrt::given.seed = std::atoi(std::getenv("SEED"));
@@ -201,6 +206,7 @@ void draw(int x, int y, unsigned index, int decision, float u[2]) {
     const size_t place = decision ? size_t(std::atoi(std::getenv("DECISION"))) : 1;
     u[0] = numbers[place];
     u[1] = numbers[place + 1];
+    u[2] = numbers[place - 1];
 }
 #else
 int main(int, char **arguments) {
