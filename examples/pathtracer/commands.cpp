@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <optional>
 
-#include "convergence.h"
 #include "difference.h"
 #include "error.h"
 #include "exposure.h"
@@ -20,7 +19,6 @@
 #include "integrator.h"
 #include "intersect.h"
 #include "merge.h"
-#include "output_file.h"
 #include "outputs.h"
 #include "resume.h"
 #include "sampler.h"

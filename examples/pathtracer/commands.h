@@ -3,7 +3,7 @@
 #pragma once
 
 #include "options.h"
-#include "scene_options.h"
+#include "scene_camera.h"
 
 // Renders a picture and writes it. Returns the signal that interrupted it, or 0.
 int run_render(const Options &options);

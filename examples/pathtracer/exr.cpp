@@ -29,7 +29,6 @@
 
 #include "error.h"
 #include "input_file.h"
-#include "input_record.h"
 
 namespace {
 

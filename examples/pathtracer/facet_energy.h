@@ -80,3 +80,16 @@ struct ConductorTable {
 const ConductorTable &conductor_table();
 
 } // namespace facet_energy
+
+// ---- mixture.cpp: the metallic-roughness material of glTF. Directions are as in material.h, above the
+// surface.
+
+// The BRDF times the cosine of `wi`, and the density with which mixture_sample() chooses it.
+struct MixtureValue {
+    Vec3 eval;
+    float pdf;
+};
+
+MixtureValue mixture_value(const Material &material, Vec3 wo, Vec3 wi);
+
+MaterialSample mixture_sample(const Material &material, Vec3 wo, Vec2 u);

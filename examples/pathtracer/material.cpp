@@ -15,7 +15,6 @@
 #include "facet_energy.h"
 #include "medium.h"
 #include "microfacet.h"
-#include "mixture.h"
 
 using namespace facet_energy;
 

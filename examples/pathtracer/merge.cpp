@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "error.h"
-#include "input_record.h"
+#include "input_file.h"
 
 namespace {
 

@@ -4,7 +4,6 @@
 // light and returns what the coat lets through towards the eye, normalised by the mean (Kelemen and
 // Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so white stays
 // white for any blend.
-#include "mixture.h"
 
 #include "distribution.h"
 

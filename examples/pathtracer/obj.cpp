@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <sstream>
 
 #include "error.h"
-#include "polygon.h"
 #include "scene_file.h"
 
 namespace {
@@ -208,35 +208,23 @@ ObjFile load(const std::string &content, MaterialFiles &material_files, bool spl
                                        &file.warning, &error, &text, &material_files, split, false);
     material_files.finish();
     if (!good) throw Error("is not valid OBJ: " + printable(error.substr(0, error.find('\n'))));
-    return file;
-}
-
-// Some versions of the loader store a polygon's corner count in 8 bits.
-bool all_corners_counted(const ObjFile &file) {
-    for (const tinyobj::shape_t &shape : file.shapes) {
-        size_t corners = 0;
-        for (const size_t count : shape.mesh.num_face_vertices) {
-            if (count > MAX_CORNERS) return false;
-            corners += count;
-        }
-        if (corners != shape.mesh.indices.size()) return false;
-    }
-    return true;
-}
-
-// Polygons are triangulated here, as the loader gets concave ones wrong. If one has too many
-// corners, the loader triangulates the whole file.
-ObjFile parse(const std::string &content, MaterialFiles &material_files, SceneDraft &draft) {
-    ObjFile file = load(content, material_files, false);
-    if (!all_corners_counted(file)) {
-        file = load(content, material_files, true);
-        draft.ignored.insert("that polygons of more than 255 corners may be concave");
-    }
     // The loader may drop faces with such indices.
     if (file.warning.find("ndices out of bounds") != std::string::npos ||
         file.warning.find("invalid vertex index") != std::string::npos)
         throw Error("has an index out of range");
     return file;
+}
+
+// Whether all polygons can be triangulated here: some versions of the loader store a polygon's
+// corner count in 8 bits, and very many corners take too long.
+bool are_small(const ObjFile &file) {
+    size_t corners = 0, largest = 0, stored = 0;
+    for (const tinyobj::shape_t &shape : file.shapes) {
+        for (const size_t count : shape.mesh.num_face_vertices)
+            corners += count, largest = std::max(largest, count);
+        stored += shape.mesh.indices.size();
+    }
+    return corners == stored && largest <= MAX_CORNERS;
 }
 
 void note_ignored(const ObjFile &file, SceneDraft &draft) {
@@ -252,6 +240,88 @@ void note_ignored(const ObjFile &file, SceneDraft &draft) {
     if (smooth_groups && file.attributes.normals.empty())
         draft.ignored.insert("smoothing groups (without normals faces are flat)");
     if (points_and_lines) draft.ignored.insert("points and lines");
+}
+
+// ---- Polygons, as the loader gets concave ones wrong: ear clipping (Meisters, "Polygons Have Ears",
+// 1975). Corners whose triangle lies inside the polygon and contains no other corner are cut off until
+// one triangle is left. The polygon is projected along the axis nearest to its normal, which Newell's
+// method gives.
+
+struct Point2d {
+    double x, y;
+};
+
+// Twice the signed area of a triangle, positive if it is counter-clockwise.
+double turn(Point2d a, Point2d b, Point2d c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+// Projects the polygon so that it is counter-clockwise.
+std::vector<Point2d> flattened(const std::vector<Point3d> &corners) {
+    double n[3] = {0, 0, 0};
+    const Point3d o = corners[0];
+    for (size_t i = 0; i < corners.size(); ++i) {
+        const Point3d p = corners[i], q = corners[(i + 1) % corners.size()];
+        n[0] += (p.y - q.y) * ((p.z - o.z) + (q.z - o.z));
+        n[1] += (p.z - q.z) * ((p.x - o.x) + (q.x - o.x));
+        n[2] += (p.x - q.x) * ((p.y - o.y) + (q.y - o.y));
+    }
+    int axis = std::abs(n[0]) > std::abs(n[1]) ? 0 : 1;
+    if (std::abs(n[2]) > std::abs(n[axis])) axis = 2;
+    const double side = n[axis] < 0 ? -1 : 1;
+    std::vector<Point2d> result;
+    for (const Point3d p : corners) {
+        const double v[3] = {p.x - o.x, p.y - o.y, p.z - o.z};
+        result.push_back({v[(axis + 1) % 3], side * v[(axis + 2) % 3]});
+    }
+    return result;
+}
+
+bool same(Point2d a, Point2d b) {
+    return a.x == b.x && a.y == b.y;
+}
+
+// Splits a polygon without holes into n - 2 triangles with the same orientation, each given by three
+// corner indices. It may be concave and not quite flat. For a degenerate or self-intersecting polygon,
+// the triangles are valid but their area is unspecified. Takes up to n^3 steps.
+std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> &corners) {
+    std::vector<std::array<size_t, 3>> triangles;
+    if (corners.size() < 3) return triangles;
+    if (corners.size() == 3) return {{0, 1, 2}};
+    const std::vector<Point2d> points = flattened(corners);
+    std::vector<size_t> left(corners.size());
+    for (size_t i = 0; i < left.size(); ++i) left[i] = i;
+    const auto neighbours = [&](size_t i) {
+        const size_t n = left.size();
+        return std::array<size_t, 3>{left[(i + n - 1) % n], left[i], left[(i + 1) % n]};
+    };
+    const auto is_ear = [&](const std::array<size_t, 3> &t) {
+        const Point2d a = points[t[0]], b = points[t[1]], c = points[t[2]];
+        if (!(turn(a, b, c) > 0)) return false;
+        for (const size_t i : left) {
+            const Point2d p = points[i];
+            // Coincident corners, as on a bridge to a hole and back, are not inside.
+            if (same(p, a) || same(p, b) || same(p, c)) continue;
+            if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
+        }
+        return true;
+    };
+    while (left.size() > 3) {
+        size_t ear = left.size(), flattest = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (size_t i = 0; i < left.size() && ear == left.size(); ++i) {
+            const std::array<size_t, 3> t = neighbours(i);
+            if (is_ear(t)) ear = i;
+            const double area = std::abs(turn(points[t[0]], points[t[1]], points[t[2]]));
+            if (area < least) least = area, flattest = i;
+        }
+        // Only an invalid polygon has no ear: cutting off the smallest triangle does least harm.
+        if (ear == left.size()) ear = flattest;
+        triangles.push_back(neighbours(ear));
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
+    }
+    triangles.push_back({left[0], left[1], left[2]});
+    return triangles;
 }
 
 // ---- Vertices and faces
@@ -352,7 +422,11 @@ SceneDraft obj_read(SceneFolder &folder) {
     std::string content(bytes.begin(), bytes.end());
     mend_backslashes(content);
     MaterialFiles material_files(folder, draft.ignored);
-    const ObjFile file = parse(content, material_files, draft);
+    ObjFile file = load(content, material_files, false);
+    if (!are_small(file)) {
+        file = load(content, material_files, true);
+        draft.ignored.insert("that polygons of more than 255 corners may be concave");
+    }
     draft_set_input(draft, bytes.size(), folder);
     note_ignored(file, draft);
 

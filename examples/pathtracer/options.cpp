@@ -9,7 +9,6 @@
 
 #include "error.h"
 #include "exr.h"
-#include "memory_limit.h"
 #include "scene_file.h"
 
 namespace {
@@ -258,7 +257,6 @@ picture that was stopped. When interrupted, it writes the picture so far.
 Options parse_options(int argc, const char *const *argv) {
     Options options;
     options.threads = std::max(1u, std::thread::hardware_concurrency());
-    options.max_memory = memory_default();
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
         const auto is = [&](const char *other) { return name == other; };

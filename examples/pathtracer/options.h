@@ -9,7 +9,7 @@
 
 #include "image.h"
 #include "sampler.h"
-#include "scene_options.h"
+#include "scene_camera.h"
 
 struct Options {
     std::string scene = "cornell";
@@ -29,11 +29,11 @@ struct Options {
     bool allow_changed = false; // mix pictures whose files have changed
     std::string environment;    // an EXR file, or empty: the scene's own
     unsigned threads;           // default: one per core
-    double max_memory;          // GiB; default: half of the machine's; 0: no bound
-    double time_limit = 0;      // seconds; 0: none
-    double write_interval = 0;  // seconds between partial pictures; 0: none
-    std::optional<float> exposure; // stops, if given
-    bool auto_exposure = false;    // if neither is given: on for files; built-in scenes use 0
+    std::optional<double> max_memory; // GiB; default: half of the machine's; 0: no bound
+    double time_limit = 0;            // seconds; 0: none
+    double write_interval = 0;        // seconds between partial pictures; 0: none
+    std::optional<float> exposure;    // stops, if given
+    bool auto_exposure = false;       // if neither is given: on for files; built-in scenes use 0
     std::string reference;
     std::string convergence;        // a CSV file, or empty
     std::string resume;             // a picture to continue, or empty

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "convergence.h"
+#include "difference.h"
 #include "exr.h"
-#include "input_record.h"
+#include "input_file.h"
 #include "options.h"
 
 // The files that the settings of a picture name: scene, environment and mask, as far as they are
@@ -37,3 +37,9 @@ class Outputs {
     std::filesystem::path exr_, png_, csv_; // csv_ may be empty
     std::optional<float> exposure_;         // automatic if empty
 };
+
+// Ends the program by a signal, without leaving temporary files behind: a signal handler.
+void end_without_temporary_files(int signal);
+
+// Does so for SIGINT, SIGTERM and SIGHUP, except those that are ignored.
+void remove_temporary_files_when_killed();

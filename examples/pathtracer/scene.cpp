@@ -6,9 +6,9 @@
 
 #include "distribution.h"
 #include "error.h"
+#include "scene_builder.h"
+#include "scene_camera.h"
 #include "scene_file.h"
-#include "scene_groups.h"
-#include "scene_options.h"
 
 namespace {
 

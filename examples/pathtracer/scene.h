@@ -101,5 +101,5 @@ const std::vector<SceneEntry> &scene_entries();
 // Builds a scene by name, or reads it from a .gltf, .glb or .obj file, and finishes it. The
 // environment and camera in the options replace the scene's own. Throws Error that lists the known
 // scenes, or says what is wrong with the file or the camera.
-struct SceneOptions; // scene_options.h
+struct SceneOptions; // scene_camera.h
 Scene scene_build(const std::string &name, const SceneOptions &options);

@@ -49,3 +49,18 @@ void add_backdrop(Scene &scene, uint32_t material, float half_width, Vec2 top, V
 // Lets everything added since vertex number `first` move: `end` is where a point at the start of
 // the exposure is at its end.
 void add_motion(Scene &scene, size_t first, const std::function<Vec3(Vec3)> &end);
+
+// ---- The scenes listed in scene.cpp
+
+// scene_direct.cpp
+Scene scene_cornell();
+Scene scene_penumbra();
+Scene scene_glossy();
+Scene scene_lens();
+Scene scene_motion();
+
+// scene_indirect.cpp
+Scene scene_glass();
+Scene scene_interior();
+Scene scene_fog();
+Scene scene_furnace();

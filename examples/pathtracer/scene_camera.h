@@ -17,6 +17,18 @@ struct CameraChoice {
     std::string listed;        // instead: a camera as text, from camera_text(); may be empty
 };
 
+class InputRecord;
+
+// Options for building or reading a scene.
+struct SceneOptions {
+    CameraChoice camera;
+    std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
+    bool single_scatter = false;                    // rough materials without multiple scattering
+    bool allow_outside = false;    // a scene file may read files outside its folder
+    bool photometric = false;      // a file's punctual lights are in candela and lux
+    InputRecord *record = nullptr; // gets the files of the scene
+};
+
 // Sets the scene's camera; call this before scene_finish. Up in the picture is +y, or -z if the
 // camera looks straight down, or +z if it looks straight up. A lens keeps its radius and focus
 // distance. Throws Error.

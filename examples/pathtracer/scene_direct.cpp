@@ -2,7 +2,6 @@
 // Scenes lit mostly by direct light. Few decisions make a pixel, so these show what good
 // low-dimensional samples are worth. y is up.
 #include "scene_builder.h"
-#include "scene_groups.h"
 
 // The box measured at Cornell (Goral et al., "Modeling the Interaction of Light Between Diffuse
 // Surfaces", 1984; dimensions, camera and materials as published by the Program of Computer

@@ -21,7 +21,7 @@
 #include "intersect.h"
 #include "light.h"
 #include "scene.h"
-#include "scene_options.h"
+#include "scene_camera.h"
 
 namespace {
 

@@ -16,8 +16,8 @@
 #include "error.h"
 #include "exr.h"
 #include "png_image.h"
+#include "scene_camera.h"
 #include "scene_file.h"
-#include "scene_options.h"
 
 namespace {
 

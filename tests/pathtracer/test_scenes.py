@@ -10,7 +10,7 @@ import pytest
 from pathtracer_driver import SAMPLERS, SCENES, assert_equal_means, part_means
 from scene_files import write_exr
 
-SEEDS = 16
+SEEDS = 12
 SIZE = ["--size", "24x24", "--threads", 1]
 
 
@@ -29,7 +29,7 @@ def references():
 @pytest.mark.parametrize("sampler", SAMPLERS)
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_mean_is_the_reference(pathtracer, references, scene, sampler):
-    """4 samples per pixel over 16 seeds against 12 other seeds of sobol with 64: Welch's t-tests of the means of the
+    """4 samples per pixel over 12 seeds against 12 other seeds of sobol with 64: Welch's t-tests of the means of the
     picture and its quarters. The smallest of the 15 p-values is allowed a chance of one in ten thousand."""
     if scene not in references:
         arguments = ["--scene", scene, "--sampler", "sobol", "--spp", 64]
@@ -55,7 +55,7 @@ def test_crops_threads_and_ranges_in_every_scene(pathtracer, scene):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_more_light_samples_leave_the_mean(pathtracer, scene):
-    """Welch's t-test of the picture's mean over 16 seeds each; false-alarm rate 0.1 % for each scene."""
+    """Welch's t-test of the picture's mean over 12 seeds each; false-alarm rate 0.1 % for each scene."""
     common = ["--scene", scene, "--sampler", "white", "--spp", 2]
     one = means_over_seeds(pathtracer, 0, SEEDS, *common, "--light-samples", 1)[:, 1]
     four = means_over_seeds(pathtracer, 100, SEEDS, *common, "--light-samples", 4)[:, 1]
@@ -66,7 +66,7 @@ def test_more_light_samples_leave_the_mean(pathtracer, scene):
 @pytest.mark.parametrize("sampler", ["white", "sobol", "blue"])
 def test_the_first_light_shares_no_number(pathtracer, references, scene, sampler):
     """With two light samples the first light has numbers of its own, whatever one light sample shares with lens or time:
-    64 samples per pixel against white noise, which errs by less than a tenth of a percent. Welch's t-tests over 16 seeds,
+    64 samples per pixel against white noise, which errs by less than a tenth of a percent. Welch's t-tests over 12 seeds,
     false-alarm rate one in ten thousand for each scene and sampler."""
     common = ["--scene", scene, "--spp", 64, "--light-samples"]
     if (scene, 2) not in references:
