@@ -12,7 +12,7 @@ PARTS = {
     "masks": ("masks", "neural", "points"),
     "renders": ("renders", "models", "summary", "denoise", "picture", "adaptive"),
     "others": ("mitsuba", "pbrt", "cycles", "web", "correctness"),
-    "pages": ("demo", "convergence"),
+    "pages": ("convergence",),
 }
 
 

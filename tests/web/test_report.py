@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from report.pages import demo
+from report.base.contact_sheet import preview
+from report.pages import convergence
 
 ERRORS = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
 
@@ -13,14 +14,16 @@ def folder(tmp_path_factory):
     """The page with noise for pictures, whole and as it is before the reference."""
     folder, rng = tmp_path_factory.mktemp("report"), np.random.default_rng(4)
     reference = np.full((256, 256, 3), 0.5, np.float32)
+    options = convergence.parse_options(["cornell", "--demo", "--out", str(folder)])
     pictures = {(s, n): (reference + rng.normal(0, e / n, (256, 256, 1))).astype(np.float32)
-                for s, e in ERRORS.items() for n in demo.COUNTS}
-    images = {key: demo.preview(picture) for key, picture in pictures.items()}
-    runs = {(s, seed): [{"spp": n, "seconds": 0.1 * n, **{str(sigma): e / n * (1 + seed / 100) for sigma in demo.SIGMAS}}
-                        for n in demo.counts_of(seed)] for s, e in ERRORS.items() for seed in range(demo.SEEDS)}
-    demo.write_early_report(folder, images, "the rest")
+                for s, e in ERRORS.items() for n in options.counts}
+    images = {key: preview(picture) for key, picture in pictures.items()}
+    rows = [row for s, e in ERRORS.items() for row in convergence.over_seeds(s, [
+        [{"spp": n, "seconds": 0.1 * n, **{name: e / n * (1 + seed / 100) for name in convergence.ERRORS[:-1]}} for n in options.counts]
+        for seed in range(options.seeds)])]
+    convergence.write_page(options, images)
     (folder / "report.html").rename(folder / "early.html")
-    demo.write_report(folder, demo.measure(runs), pictures, images, reference, 0.0, ("a note",))
+    convergence.write_page(options, images, rows, pictures, reference, 0.0, ("a note",))
     return folder
 
 
@@ -83,7 +86,7 @@ def test_on_a_phone_galleries_are_stacked_and_tables_say_that_they_scroll(browse
     assert browser.value("document.documentElement.scrollWidth") == 390
     # Every picture of the galleries lies whole in the window, under the name of its sampler.
     boxes = browser.value("[...document.querySelectorAll('.pictures img')].map(e => e.getBoundingClientRect()).map(b => [b.left, b.right])")
-    assert len(boxes) == 9 * len(demo.GALLERY_COUNTS) and all(0 <= left < right <= 390 for left, right in boxes)
+    assert len(boxes) == 12 * len(convergence.DEMO["galleries"]) and all(0 <= left < right <= 390 for left, right in boxes)
     names = browser.value("[...document.querySelectorAll('.pictures td')].map(e => getComputedStyle(e, '::before').content)")
     assert set(names) == {'"white"', '"sobol"', '"blue"'}
     # A table that is wider than the window says so, fades where it is cut off, and keeps the names of its rows.

@@ -57,6 +57,13 @@ def names_of(what, known):
     return parse
 
 
+def split_more(arguments):
+    """(arguments before --, those after it, which go to the path tracer)."""
+    arguments = list(arguments)
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    return arguments[:end], tuple(arguments[end + 1:])
+
+
 # ---- Options
 
 def add_out(parser):

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..pages.convergence import REFERENCE_PARTS
+from ..renders.renderer import REFERENCE_PARTS
 from .image_error import LUMINANCE
 from .ratios import Ratio, geometric_mean, ratio
 

@@ -148,10 +148,10 @@ def pictures(cells, row_names, column_names):
     return f"<figure>{sideways(whole)}</figure>"
 
 
-def svg(figure, fit=True):
-    """A Matplotlib figure as SVG. fit: crop to the drawing, which takes as long as drawing it."""
+def svg(figure):
+    """A Matplotlib figure as SVG."""
     data = io.StringIO()
-    figure.savefig(data, format="svg", bbox_inches="tight" if fit else None, transparent=True)
+    figure.savefig(data, format="svg", transparent=True)
     return data.getvalue()
 
 

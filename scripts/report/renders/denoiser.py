@@ -15,7 +15,7 @@ import OpenEXR
 
 from ..base.command import package
 from ..measure.flip import mean_flip
-from ..measure.image_error import _difference, displayed_rmse, trimmed_relative_rmse
+from ..measure.image_error import displayed_rmse, relative_error, relative_rmse, trimmed_relative_rmse
 from .judge import Run
 from .renderer import progressive
 
@@ -93,15 +93,6 @@ def denoised(denoise, way, picture, rays):
 
 
 # ---- Measures
-
-def relative_error(image, reference):
-    """Difference divided by the reference plus a tenth of its mean, as in the path tracer's relative_rmse."""
-    return _difference(image, reference) / (np.asarray(reference, np.float64) + 0.1 * np.mean(reference, dtype=np.float64))
-
-
-def relative_rmse(image, reference):
-    return float(np.sqrt(np.mean(relative_error(image, reference) ** 2)))
-
 
 def errors(image, reference, exposure):
     """{measure: error} for all MEASURES."""

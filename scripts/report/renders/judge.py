@@ -26,12 +26,11 @@ from ..base.files import read_exr, read_first_half, sha256_of, write_rows, writt
 from ..base.progress import Progress, duration
 from ..measure.flip import mean_flip
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
-from ..pages.convergence import make_reference, scene_label
-from .renderer import RenderError, Request, cache_folder, progressive, run_pathtracer
+from .renderer import (REFERENCE_SEED, RenderError, Request, cache_folder, files_beside, make_reference, progressive, run_pathtracer,
+                       scene_label)
 from .variants import VARIANTS
 from .views import View
 
-REFERENCE_SEED = 1_000_003
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
 FLIP_SEEDS, FLIP_COUNTS = 2, (1, 4, 16, 64)
 SHOWN_COUNTS = (1, 4, 16, 64)  # whose pictures and spectra are kept
@@ -109,15 +108,6 @@ class Store:
     def save(self, key, rows, arrays):
         with written_beside(self._path(key)) as beside:
             np.savez(beside, rows=json.dumps(rows), **arrays)
-
-
-def files_beside(scene):
-    """Names, sizes and times of a scene's file and of every file in its folder, which the scene may refer to."""
-    folder = Path(scene).parent
-    if not Path(scene).is_file():
-        return []
-    stats = ((path.relative_to(folder).as_posix(), path.stat()) for path in sorted(folder.rglob("*")) if path.is_file())
-    return [[name, stat.st_size, stat.st_mtime_ns] for name, stat in stats]
 
 
 class Builds:

@@ -11,6 +11,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import tempfile
@@ -20,6 +21,11 @@ import numpy as np
 
 from ..base.command import CommandError
 from ..base.files import read_exr, sha256_of, write_exr, write_text
+from ..measure.image_error import LUMINANCE, SIGMAS, rmse
+
+# Shares no sample with the pictures, whatever their seed.
+REFERENCE_SEED = 1_000_003
+REFERENCE_PARTS = 32
 
 
 class RenderError(CommandError):
@@ -188,8 +194,6 @@ class Renderer:
         return path
 
     def _merge(self, parts, path):
-        from ..measure.image_error import LUMINANCE, SIGMAS, rmse
-
         pictures, attributes = zip(*(read_exr(part) for part in parts))
         half = len(pictures) // 2
         first, second = (np.mean(group, axis=0, dtype=np.float64)
@@ -204,3 +208,33 @@ class Renderer:
             **{name: attributes[0][name] for name in kept if name in attributes[0]}, **own_error,
             "spp": sum(a["spp"] for a in attributes),
             "seconds": float(sum(a["seconds"] for a in attributes))}, {"firstHalf": first})
+
+
+# ---- References in the cache
+
+def scene_label(scene):
+    """A name for files and headings: that of a built-in scene, or the file's."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", Path(scene).stem) or "scene"
+
+
+def reference_name(request):
+    """File name of the cached reference; a hash of the path distinguishes scene files of the same name."""
+    scene = request.scene
+    where = f"-{hashlib.sha256(str(Path(scene).resolve()).encode()).hexdigest()[:8]}" if Path(scene).exists() else ""
+    more = f"-{hashlib.sha256(repr(request.more).encode()).hexdigest()[:8]}" if request.more else ""
+    return (f"{scene_label(scene)}{where}{more}-{request.width}x{request.height}-{request.sampler}"
+            f"-{request.spp}.exr")
+
+
+def make_reference(program, request, folder, report=lambda fraction: None):
+    """The path of the reference for the scene, size and options of this request, in a cache folder."""
+    return Renderer(program, folder).reference(request, reference_name(request), REFERENCE_PARTS, report)
+
+
+def files_beside(scene):
+    """Names, sizes and times of a scene's file and of every file in its folder, which the scene may refer to."""
+    folder = Path(scene).parent
+    if not Path(scene).is_file():
+        return []
+    stats = ((path.relative_to(folder).as_posix(), path.stat()) for path in sorted(folder.rglob("*")) if path.is_file())
+    return [[name, stat.st_size, stat.st_mtime_ns] for name, stat in stats]

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A slider that compares two pictures, for a page that opens from disk: plain HTML and a little JavaScript.
+"""A slider that compares two pictures and steps through sample counts, for a page that opens from disk: plain HTML and JavaScript.
 
 The divider is a native range control below the picture (arrow keys, Home, End); it can also be dragged in the picture
 with a mouse, a pen or a finger. Pictures are enlarged by whole numbers of screen pixels. The blur simulates distance:
-Gaussians of 1.0 and 2.1 picture pixels on linear light with mirrored edges, as in the tables of errors.
+Gaussians of 1.0 and 2.1 picture pixels on linear light with mirrored edges, as in the tables of errors. Beside it are the
+error of each sampler at the count shown, and a plot of the errors in which that count is marked and others can be chosen.
 """
 
 import base64
@@ -14,11 +15,14 @@ import json
 import math
 import statistics
 
+from ..base.palette import style
 from ..measure.gains import REFERENCE_MARGIN
 from ..measure.ratios import ratio
+from . import curves, page
 
 # With fewer seeds, intervals are too wide to be useful.
 SEEDS_FOR_RATIO = 3
+ERROR = "rmse_2.1"  # what is shown beside the pictures
 
 
 def data_uri(image, lossless=False):
@@ -96,6 +100,20 @@ STYLE = """
 .compare input[type=range] { width: 100%; height: 2rem; margin: .3rem 0 0; accent-color: var(--accent, #0050b0); }
 .compare output { display: block; margin-top: 1.1rem; font-variant-numeric: tabular-nums; }
 @media (max-width: 860px) { .compare { grid-template-columns: minmax(0, 1fr); } .compare output { margin-top: .8rem; } }
+.steps .stepping { display: grid; grid-template-columns: 2.75rem minmax(0, 1fr) 2.75rem; gap: .6rem; align-items: center; }
+.compare .steps button { grid-column: auto; font: inherit; font-size: 1.25rem; line-height: 1; height: 2.75rem; padding: 0; cursor: pointer; border-radius: 7px;
+  border: 1px solid var(--line); background: var(--paper); color: var(--ink); }
+.steps button:disabled { opacity: .45; cursor: default; }
+.steps button:focus-visible, .steps input:focus-visible { outline: 2px solid var(--accent); outline-offset: 2px; }
+.steps .stepping input { width: 100%; height: 2.75rem; margin: 0; accent-color: var(--accent); }
+.steps .count { margin: .7rem 0 .3rem; font-weight: 600; }
+.found { margin-top: 1rem; }
+.found .errors { width: 100%; margin: .8rem 0; }
+.found .errors caption { text-align: left; font-size: .82rem; color: var(--soft); }
+.found .errors :is(th, td) { text-align: left; padding: .15em .4em .15em 0; border: 0; }
+.found .errors td { font-size: 1.15rem; font-weight: 600; }
+.found .chart { margin: 0; padding: .4rem; cursor: crosshair; }
+.found .now { stroke: #777; stroke-width: 1.2; stroke-dasharray: 3 2; }
 """
 
 SCRIPT = """
@@ -219,19 +237,102 @@ SCRIPT = """
   window.addEventListener("resize", show);
   show();
 })();
+document.addEventListener("DOMContentLoaded", function () {
+  "use strict";
+  var root = document.getElementById("steps"), data = JSON.parse(document.getElementById("steps-data").textContent);
+  var select = document.querySelector("#compare [data-part=spp]"), slider = root.querySelector("input");
+  var less = root.querySelector("[data-step='-1']"), more = root.querySelector("[data-step='1']");
+  var plot = document.querySelector(".found .chart svg"), line = document.querySelector(".found .now");
+  select.parentNode.style.display = "none";
+  function to(index, said) {
+    var i = Math.max(0, Math.min(data.counts.length - 1, index)), count = data.counts[i];
+    slider.value = i;
+    less.disabled = i === 0;
+    more.disabled = i === data.counts.length - 1;
+    root.querySelector(".count").textContent = data.names[i];
+    slider.setAttribute("aria-valuetext", data.names[i]);
+    document.querySelectorAll(".found [data-error]").forEach(function (cell) { cell.textContent = data.errors[cell.dataset.error][i]; });
+    if (line) {
+      line.setAttribute("x1", data.places[i]);
+      line.setAttribute("x2", data.places[i]);
+    }
+    if (said || select.value === String(count)) return;
+    select.value = String(count);
+    select.dispatchEvent(new Event("change"));
+  }
+  function nearest(event) {
+    var box = plot.getBoundingClientRect(), x = (event.clientX - box.left) / box.width * plot.viewBox.baseVal.width, best = 0;
+    data.places.forEach(function (place, i) { if (Math.abs(place - x) < Math.abs(data.places[best] - x)) best = i; });
+    to(best);
+  }
+  slider.addEventListener("input", function () { to(Number(slider.value)); });
+  less.addEventListener("click", function () { to(Number(slider.value) - 1); });
+  more.addEventListener("click", function () { to(Number(slider.value) + 1); });
+  if (plot) {
+    plot.addEventListener("pointerdown", nearest);
+    plot.addEventListener("pointermove", function (event) { if (event.buttons) nearest(event); });
+  }
+  to(data.counts.indexOf(Number(select.value)), true);
+});
 """
 
 
-def widget(scene, size, reference, counts, own_error=0.0, left="white", right="blue", spp=4, blur="0", below="", beside=""):
+def plot(rows, samplers):
+    """(SVG of the blurred error against samples with a line to mark a count, {count: its place along the picture})."""
+    figure = curves.error_curve(rows, samplers, "spp", ERROR, "Error after a blur of 2.1 pixels")
+    axis = figure.axes[0]
+    wide, high = (72 * inches for inches in figure.get_size_inches())
+    box = axis.get_position()
+    places = {row["spp"]: float(72 * axis.transData.transform((row["spp"], 1))[0] / figure.dpi) for row in rows}
+    text = page.svg(figure)
+    line = f'<line class="now" y1="{high * (1 - box.y1):.1f}" y2="{high * (1 - box.y0):.1f}"/></svg>'
+    assert f'viewBox="0 0 {wide:g} {high:g}"' in text  # the places are in these units
+    return line.join(text.rsplit("</svg>", 1)), places
+
+
+def stepper(counts, samplers, rows):
+    """HTML under the pictures and under the controls; without rows, errors are still unknown."""
+    data = {"counts": list(counts), "names": [page.samples(count) for count in counts], "errors": {}, "places": []}
+    shown = ""
+    if rows:
+        found = {(row["sampler"], row["spp"]): row[ERROR] for row in rows}
+        by_count = [evenly([found[sampler, count] for sampler in samplers]) for count in counts]
+        data["errors"] = {sampler: [texts[i] for texts in by_count] for i, sampler in enumerate(samplers)}
+        drawn, places = plot(rows, samplers)
+        data["places"] = [round(places[count], 2) for count in counts]
+        heads = "".join(f'<th scope=col><span class=dot style="background:{style(s, samplers)["color"]}"></span>{html.escape(s)}</th>'
+                        for s in samplers)
+        cells = "".join(f'<td data-error="{html.escape(s)}"></td>' for s in samplers)
+        shown = ("<div class=found><table class=errors><caption>Error after a blur of 2.1 pixels, over all seeds</caption>"
+                 f"<thead><tr>{heads}</tr></thead><tbody><tr>{cells}</tr></tbody></table>{page.chart(drawn)}</div>")
+    stepping = ("<div class=steps id=steps><p class=count aria-live=polite></p><div class=stepping>"
+                '<button type=button data-step="-1" aria-label="one sample less">&#8722;</button>'
+                f'<input type=range min=0 max={len(counts) - 1} step=1 aria-label="samples per pixel">'
+                '<button type=button data-step="1" aria-label="one sample more">+</button></div></div>' + as_json("steps-data", data))
+    return stepping, shown
+
+
+def as_json(name, data):
+    # "</" would end the script element.
+    text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
+    return f'<script type="application/json" id={name}>{text}</script>'
+
+
+def widget(scene, reference, pictures, samplers, rows=(), own_error=0.0, spp=4, blur="0"):
     """The controls, the pictures and the script.
 
-    scene: its name; size: (width, height); reference: a URI, and own_error its error; counts: {spp: {sampler: (URI, errors)}}, where
-    errors are RMSEs after a blur of 2.1 pixels, one for each seed, or a single number. While there is no reference yet, its URI is ""
-    and errors are empty lists. left, right, spp, blur: the initial selection. below: HTML under the pictures; beside: HTML under the
-    controls.
+    scene: its name. reference: an 8-bit image with its own error, or None while there is none; pictures: {(sampler, spp): 8-bit
+    image}; rows: dicts with sampler, spp, ERROR and "each": {ERROR: [of each seed]}, none while errors are unknown. spp, blur:
+    the initial selection, with the first sampler on the left and the last on the right.
     """
-    data = {"start": {"left": left, "right": right, "spp": str(spp), "blur": blur}, "scene": scene, "size": list(size),
-            "reference": reference, "counts": {str(count): _cell(samplers, own_error) for count, samplers in counts.items()}}
+    counts = list(dict.fromkeys(count for _, count in pictures))
+    errors = {(row["sampler"], row["spp"]): row["each"][ERROR] for row in rows}
+    uris = {key: data_uri(image, len(pictures) < 16) for key, image in pictures.items()}
+    data = {"start": {"left": samplers[0], "right": samplers[-1], "spp": str(spp), "blur": blur}, "scene": scene,
+            "size": next(iter(pictures.values())).size, "reference": data_uri(reference, True) if reference else "",
+            "counts": {str(count): {"samplers": {s: {"picture": uris[s, count]} for s in samplers},
+                                    "notes": notes({s: errors[s, count] for s in samplers}, own_error) if rows else {}} for count in counts}}
+    below, beside = stepper(counts, samplers, rows)
 
     def select(part, label, options=()):
         inside = "".join(f'<option value="{value}">{html.escape(text)}</option>' for value, text in options)
@@ -239,8 +340,6 @@ def widget(scene, size, reference, counts, own_error=0.0, left="white", right="b
 
     zooms = [("0", "to fit")] + [(str(n), f"{n} times") for n in (1, 2, 3, 4, 6, 8)]
     blurs = [("0", "none"), ("1", "1.0 px: close"), ("2.1", "2.1 px: far")]
-    # "</" would end the script element.
-    text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
     return (f'<style>{STYLE}</style><div class="compare card" id=compare><div class=view>'
             '<div class=stage data-part=stage><canvas data-part=left-image role=img></canvas><div class=clip data-part=clip>'
             '<canvas data-part=right-image role=img></canvas></div><div class=divider data-part=line></div>'
@@ -251,18 +350,13 @@ def widget(scene, size, reference, counts, own_error=0.0, left="white", right="b
             f'{select("left", "Left")}{select("right", "Right")}'
             f'{select("blur", "Blur", blurs)}{select("zoom", "Enlarged", zooms)}'
             '<button type=button data-part=swap title="exchange left and right">&#8644; swap</button></div>'
-            f'<output data-part=note aria-live=polite></output>{beside}</div></div>'
-            f'<script type="application/json" id=compare-data>{text}</script><script>{SCRIPT}</script>')
+            f'<output data-part=note aria-live=polite></output>{beside}</div></div>{as_json("compare-data", data)}<script>{SCRIPT}</script>')
 
 
-def _cell(samplers, own_error):
-    """The pictures of one scene and sample count, and the comparison of each pair."""
-    errors = {name: list(found) if isinstance(found, (list, tuple)) else [found] for name, (_, found) in samplers.items()}
-    if not all(errors.values()):
-        return {"samplers": {name: {"picture": uri} for name, (uri, _) in samplers.items()}, "notes": {}}
-    notes = {f"{one}|{other}": verdict(one, other, errors, own_error) for one, other in itertools.combinations(errors, 2)}
+def notes(errors, own_error):
+    """The line for each pair of names."""
+    said = {f"{one}|{other}": verdict(one, other, errors, own_error) for one, other in itertools.combinations(errors, 2)}
     for name in errors:
-        notes[f"{name}|reference"] = f"Error of {name} after a blur of 2.1 pixels: {evenly([rms(errors[name])])[0]}."
-        notes[f"{name}|{name}"] = "The same picture on both sides."
-    notes["reference|reference"] = notes[next(iter(errors)) + "|" + next(iter(errors))]
-    return {"samplers": {name: {"picture": uri} for name, (uri, _) in samplers.items()}, "notes": notes}
+        said[f"{name}|reference"] = f"Error of {name} after a blur of 2.1 pixels: {evenly([rms(errors[name])])[0]}."
+        said[f"{name}|{name}"] = "The same picture on both sides."
+    return {**said, "reference|reference": "The same picture on both sides."}
