@@ -4,7 +4,8 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstring>
+#include <limits>
+#include <map>
 #include <thread>
 
 #include "error.h"
@@ -26,16 +27,6 @@ constexpr double MIN_GIB = 0.25, MAX_GIB = 1e6;
 constexpr double MAX_COORDINATE = 1e15;
 constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
 
-const char *const WITH_VALUE[] = {"--scene",        "--sampler",       "--spp",
-                                  "--declare",      "--mask",          "--seed",
-                                  "--first-sample", "--size",          "--crop",
-                                  "--max-depth",    "--threads",       "--reference",
-                                  "--exposure",     "--env",           "--light-samples",
-                                  "--time",         "--write-partial", "--camera",
-                                  "--eye",          "--target",        "--fov",
-                                  "--convergence",  "--resume",        "--noise",
-                                  "--min-spp",      "--max-memory",    "-o"};
-
 // Parses the whole text as a number in [low, high].
 template <typename Number>
 bool parse_number(const std::string &text, Number low, Number high, Number &value) {
@@ -44,17 +35,9 @@ bool parse_number(const std::string &text, Number low, Number high, Number &valu
     return error == std::errc() && stop == end && value >= low && value <= high;
 }
 
-template <typename Number>
-Number number(const std::string &option, const std::string &text, Number low, Number high) {
-    Number value{};
-    if (!parse_number(text, low, high, value))
-        throw Error(option + " takes a whole number from " + std::to_string(low) + " to " +
-                    std::to_string(high) + ", not '" + text + "'");
-    return value;
-}
-
 // Splits "12x34" or "1,2,3,4" into exactly `count` numbers.
-bool parse_list(const std::string &text, char separator, int low, int high, int *values,
+template <typename Number>
+bool parse_list(const std::string &text, char separator, Number low, Number high, Number *values,
                 int count) {
     size_t begin = 0;
     for (int i = 0; i < count; ++i) {
@@ -66,82 +49,115 @@ bool parse_list(const std::string &text, char separator, int low, int high, int 
     return true;
 }
 
-void parse_size(Options &options, const std::string &text) {
-    int extents[2];
-    if (!parse_list(text, 'x', 1, MAX_EXTENT, extents, 2))
-        throw Error("--size takes WIDTHxHEIGHT, each from 1 to " + std::to_string(MAX_EXTENT) +
-                    ", not '" + text + "'");
-    options.width = extents[0];
-    options.height = extents[1];
-}
+// What was given as an option: its name and its value.
+struct Given {
+    const std::string &name, &text;
 
-void parse_crop(Options &options, const std::string &text) {
-    int v[4];
-    if (!parse_list(text, ',', 0, MAX_EXTENT, v, 4) || v[0] >= v[2] || v[1] >= v[3])
-        throw Error("--crop takes x0,y0,x1,y1 with x0 < x1 and y0 < y1, not '" + text + "'");
-    options.crop = Crop{v[0], v[1], v[2], v[3]};
-}
-
-Point3d parse_point(const std::string &option, const std::string &text) {
-    double v[3];
-    size_t begin = 0;
-    bool right = true;
-    for (int i = 0; i < 3 && right; ++i) {
-        const size_t end = i < 2 ? text.find(',', begin) : text.size();
-        right = end != std::string::npos && parse_number(text.substr(begin, end - begin),
-                                                         -MAX_COORDINATE, MAX_COORDINATE, v[i]);
-        begin = end + 1;
+    [[noreturn]] void refuse(const std::string &takes) const {
+        throw Error(name + " takes " + takes + ", not '" + text + "'");
     }
-    if (!right)
-        throw Error(option + " takes a point x,y,z with coordinates of at most 1e15, not '" + text +
-                    "'");
-    return {v[0], v[1], v[2]};
-}
+    template <typename Number>
+    Number number(Number low, Number high, const std::string &takes) const {
+        Number value{};
+        if (!parse_number(text, low, high, value)) refuse(takes);
+        return value;
+    }
+    template <typename Number>
+    Number whole(Number low, Number high) const {
+        return number(low, high,
+                      "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    }
+    double seconds() const {
+        return number(std::numeric_limits<double>::min(), MAX_SECONDS,
+                      "seconds, more than 0 and at most 10000000");
+    }
+    Point3d point() const {
+        double v[3];
+        if (!parse_list(text, ',', -MAX_COORDINATE, MAX_COORDINATE, v, 3))
+            refuse("a point x,y,z with coordinates of at most 1e15");
+        return {v[0], v[1], v[2]};
+    }
+};
 
-double parse_fov(const std::string &text) {
-    double value = 0;
-    if (!parse_number(text, MIN_FOV, 180 - MIN_FOV, value))
-        throw Error("--fov takes the vertical angle of view in degrees, more than 0 and less than "
-                    "180, not '" +
-                    text + "'");
-    return value;
-}
+const std::map<std::string, bool Options::*> FLAGS = {
+    {"--quiet", &Options::quiet},
+    {"--single-scatter", &Options::single_scatter},
+    {"--photometric", &Options::photometric},
+    {"--allow-outside", &Options::allow_outside},
+    {"--allow-changed", &Options::allow_changed},
+    {"--list", &Options::list},
+    {"--list-cameras", &Options::list_cameras},
+    {"--list-inputs", &Options::list_inputs},
+    {"--help", &Options::help},
+    {"-h", &Options::help},
+};
 
-void parse_exposure(Options &options, const std::string &text) {
-    options.auto_exposure = text == "auto";
-    options.exposure.reset();
-    if (options.auto_exposure) return;
-    float stops = 0;
-    if (!parse_number(text, -MAX_STOPS, MAX_STOPS, stops))
-        throw Error("--exposure takes stops from -64 to 64, or auto, not '" + text + "'");
-    options.exposure = stops;
-}
-
-float parse_noise(const std::string &text) {
-    float level = 0;
-    if (!parse_number(text, 0.0f, 1.0f, level))
-        throw Error("--noise takes a relative error from 0 to 1, such as 0.05; 0 is off; not '" +
-                    text + "'");
-    return level;
-}
-
-double parse_seconds(const std::string &option, const std::string &text) {
-    double value = 0;
-    const char *end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end || !(value > 0 && value <= MAX_SECONDS))
-        throw Error(option + " takes seconds, more than 0 and at most 10000000, not '" + text +
-                    "'");
-    return value;
-}
-
-double parse_gib(const std::string &text) {
-    double value = 0;
-    if (!parse_number(text, MIN_GIB, MAX_GIB, value) && !(parse_number(text, 0.0, 0.0, value)))
-        throw Error("--max-memory takes GiB, from 0.25 to 1000000, or 0 for no bound, not '" +
-                    text + "'");
-    return value;
-}
+const std::map<std::string, void (*)(Options &, const Given &)> WITH_VALUE = {
+    {"--scene", [](Options &o, const Given &v) { o.scene = v.text; }},
+    {"--camera", [](Options &o, const Given &v) { o.camera.number = v.whole(0u, UINT32_MAX); }},
+    {"--eye", [](Options &o, const Given &v) { o.camera.eye = v.point(); }},
+    {"--target", [](Options &o, const Given &v) { o.camera.target = v.point(); }},
+    {"--fov",
+     [](Options &o, const Given &v) {
+         o.camera.fov =
+             v.number(MIN_FOV, 180 - MIN_FOV,
+                      "the vertical angle of view in degrees, more than 0 and less than 180");
+     }},
+    {"--sampler", [](Options &o, const Given &v) { o.sampler.name = v.text; }},
+    {"--spp", [](Options &o, const Given &v) { o.spp = v.whole(1u, MAX_SPP); }},
+    {"--noise",
+     [](Options &o, const Given &v) {
+         o.noise =
+             v.number(0.0f, 1.0f, "a relative error from 0, which is off, to 1, such as 0.05");
+     }},
+    {"--min-spp", [](Options &o, const Given &v) { o.min_spp = v.whole(MIN_SPP, MAX_SPP); }},
+    {"--declare",
+     [](Options &o, const Given &v) { o.sampler.declared_spp = v.whole(0u, UINT32_MAX); }},
+    {"--mask", [](Options &o, const Given &v) { o.sampler.mask = v.text; }},
+    {"--seed",
+     [](Options &o, const Given &v) { o.sampler.seed = v.whole<uint64_t>(0, UINT64_MAX); }},
+    {"--first-sample",
+     [](Options &o, const Given &v) { o.first_sample = v.whole(0u, UINT32_MAX); }},
+    {"--size",
+     [](Options &o, const Given &v) {
+         int extents[2];
+         if (!parse_list(v.text, 'x', 1, MAX_EXTENT, extents, 2))
+             v.refuse("WIDTHxHEIGHT, each from 1 to " + std::to_string(MAX_EXTENT));
+         o.width = extents[0];
+         o.height = extents[1];
+     }},
+    {"--crop",
+     [](Options &o, const Given &v) {
+         int c[4];
+         if (!parse_list(v.text, ',', 0, MAX_EXTENT, c, 4) || c[0] >= c[2] || c[1] >= c[3])
+             v.refuse("x0,y0,x1,y1 with x0 < x1 and y0 < y1");
+         o.crop = Crop{c[0], c[1], c[2], c[3]};
+     }},
+    {"--max-depth", [](Options &o, const Given &v) { o.max_depth = v.whole(0u, MAX_DEPTH); }},
+    {"--light-samples",
+     [](Options &o, const Given &v) { o.light_samples = v.whole(1u, MAX_LIGHT_SAMPLES); }},
+    {"--env", [](Options &o, const Given &v) { o.environment = v.text; }},
+    {"--threads", [](Options &o, const Given &v) { o.threads = v.whole(1u, MAX_THREADS); }},
+    {"--max-memory",
+     [](Options &o, const Given &v) {
+         o.max_memory = v.number(0.0, MAX_GIB, "GiB, from 0.25 to 1000000, or 0 for no bound");
+         if (*o.max_memory > 0 && *o.max_memory < MIN_GIB)
+             v.refuse("GiB, from 0.25 to 1000000, or 0 for no bound");
+     }},
+    {"--resume", [](Options &o, const Given &v) { o.resume = v.text; }},
+    {"--time", [](Options &o, const Given &v) { o.time_limit = v.seconds(); }},
+    {"--write-partial", [](Options &o, const Given &v) { o.write_interval = v.seconds(); }},
+    {"--reference", [](Options &o, const Given &v) { o.reference = v.text; }},
+    {"--convergence", [](Options &o, const Given &v) { o.convergence = v.text; }},
+    {"--exposure",
+     [](Options &o, const Given &v) {
+         o.auto_exposure = v.text == "auto";
+         o.exposure.reset();
+         if (!o.auto_exposure)
+             o.exposure = v.number(-MAX_STOPS, MAX_STOPS, "stops from -64 to 64, or auto");
+     }},
+    {"-o", [](Options &o, const Given &v) { o.output = v.text; }},
+};
 
 // Of adaptive sampling.
 void check_noise(const Options &o) {
@@ -259,70 +275,23 @@ Options parse_options(int argc, const char *const *argv) {
     options.threads = std::max(1u, std::thread::hardware_concurrency());
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
-        const auto is = [&](const char *other) { return name == other; };
-        if (is("--merge")) {
+        if (name == "--merge") {
             while (i + 1 < argc && argv[i + 1][0] != '-') options.merge.emplace_back(argv[++i]);
             if (options.merge.empty())
                 throw Error("--merge needs the pictures to merge; see --help");
-        } else if (is("--quiet")) {
-            options.quiet = true;
-        } else if (is("--single-scatter")) {
-            options.single_scatter = true;
-        } else if (is("--photometric")) {
-            options.photometric = true;
-        } else if (is("--allow-outside")) {
-            options.allow_outside = true;
-        } else if (is("--list")) {
-            options.list = true;
-        } else if (is("--list-cameras")) {
-            options.list_cameras = true;
-        } else if (is("--list-inputs")) {
-            options.list_inputs = true;
-        } else if (is("--allow-changed")) {
-            options.allow_changed = true;
-        } else if (is("--help") || is("-h")) {
-            options.help = true;
+        } else if (const auto flag = FLAGS.find(name); flag != FLAGS.end()) {
+            options.*flag->second = true;
         } else {
-            bool known = false;
-            for (const char *option : WITH_VALUE) known = known || is(option);
-            if (!known) throw Error("there is no option '" + name + "'; see --help");
+            const auto option = WITH_VALUE.find(name);
+            if (option == WITH_VALUE.end())
+                throw Error("there is no option '" + name + "'; see --help");
             if (i + 1 == argc) throw Error(name + " needs a value; see --help");
             const std::string value = argv[++i];
             if (value.compare(0, 2, "--") == 0 || value == "-o" || value == "-h")
                 throw Error(name + " needs a value, not the option '" + value +
                             "'; write a file of that name as './" + value + "'");
-
             options.given.insert(name);
-            if (is("--resume")) options.resume = value;
-            if (is("--scene")) options.scene = value;
-            if (is("--camera")) options.camera.number = number(name, value, 0u, UINT32_MAX);
-            if (is("--eye")) options.camera.eye = parse_point(name, value);
-            if (is("--target")) options.camera.target = parse_point(name, value);
-            if (is("--fov")) options.camera.fov = parse_fov(value);
-            if (is("--sampler")) options.sampler.name = value;
-            if (is("--spp")) {
-                options.spp = number(name, value, 1u, MAX_SPP);
-            }
-            if (is("--noise")) options.noise = parse_noise(value);
-            if (is("--min-spp")) options.min_spp = number(name, value, MIN_SPP, MAX_SPP);
-            if (is("--declare")) options.sampler.declared_spp = number(name, value, 0u, UINT32_MAX);
-            if (is("--mask")) options.sampler.mask = value;
-            if (is("--seed")) options.sampler.seed = number<uint64_t>(name, value, 0, UINT64_MAX);
-            if (is("--first-sample")) options.first_sample = number(name, value, 0u, UINT32_MAX);
-            if (is("--size")) parse_size(options, value);
-            if (is("--crop")) parse_crop(options, value);
-            if (is("--max-depth")) options.max_depth = number(name, value, 0u, MAX_DEPTH);
-            if (is("--light-samples"))
-                options.light_samples = number(name, value, 1u, MAX_LIGHT_SAMPLES);
-            if (is("--env")) options.environment = value;
-            if (is("--threads")) options.threads = number(name, value, 1u, MAX_THREADS);
-            if (is("--max-memory")) options.max_memory = parse_gib(value);
-            if (is("--time")) options.time_limit = parse_seconds(name, value);
-            if (is("--write-partial")) options.write_interval = parse_seconds(name, value);
-            if (is("--reference")) options.reference = value;
-            if (is("--convergence")) options.convergence = value;
-            if (is("--exposure")) parse_exposure(options, value);
-            if (is("-o")) options.output = value;
+            option->second(options, {name, value});
         }
     }
     if (options.noise > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
