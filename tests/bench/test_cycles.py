@@ -31,17 +31,6 @@ def checkout(tmp_path):
     return folder
 
 
-def test_scenes_are_zoomed_and_include_what_is_beside_them(checkout):
-    text = cycles_scenes.text("monkey", checkout, cycles.integrator("blue", 4, 7))
-    assert f'fov="{2 * math.atan(math.tan(math.pi / 8) / cycles_scenes.ZOOM):.6f}"' in text and 'fov="0.5"' not in text
-    assert 'src="examples/objects/suzanne.xml"' in text and text.count("<cycles>") == text.count("</cycles>") == 1
-    assert 'sampling_pattern="blue" seed="7" aa_samples="4" use_adaptive_sampling="false"' in text
-    assert 'use_adaptive_sampling="true" adaptive_threshold="0.1"' in cycles_scenes.text(
-        "lens", checkout, cycles.integrator("blue", 4, 7, 0.1))
-    with pytest.raises(RenderError, match="scene_caustics.xml"):
-        cycles_scenes.text("caustics", checkout, {})
-
-
 def test_a_copy_is_patched_and_what_is_the_same_stays(checkout, tmp_path, monkeypatch):
     patch = tmp_path / "a.patch"
     patch.write_text("--- a/src/kernel/sample/pattern.h\n+++ b/src/kernel/sample/pattern.h\n@@ -1 +1,2 @@\n first\n+second\n")
@@ -94,26 +83,6 @@ def test_the_report_says_what_was_measured():
     assert text.count("1.50 (1.50 to 1.50)") == 2 * 9 + 3 * len(cycles_report.ADAPTIVE) + 2
     assert "| Tabulated Sobol | 1.50 (1.50) |" in report().summary()
     assert max(map(len, text.split("## Other")[0].replace("|", "\n").splitlines())) < 800
-
-
-def test_only_the_whole_comparison_changes_the_report():
-    options = cycles.parse_options(["--cycles", "/some/where", "--quick", "--jobs", "2"])
-    assert options.command == "scripts/bench cycles --cycles DIR --quick"
-    assert (options.seeds, options.spp, options.whole, str(options.out)) == (2, 16, False, "out/cycles")
-    options = cycles.parse_options(["--cycles=/some/where"])
-    assert options.command == "scripts/bench cycles --cycles=DIR" and options.whole and str(options.out) == "docs/report"
-    for part in (["--scenes", "lens"], ["--spp", "16"], ["--seeds", "2"], ["--reference-spp", "64"]):
-        assert str(cycles.parse_options(["--cycles", "x", *part]).out) == "out/cycles", part
-    with pytest.raises(SystemExit):
-        cycles.parse_options(["--cycles", "x", "--scenes", "room"])
-
-
-def test_cycles_that_fails_is_an_error_with_its_last_line(tmp_path, checkout):
-    program = tmp_path / "program"
-    program.write_text("#!/bin/sh\necho no such pattern\nexit 3\n")
-    program.chmod(0o755)
-    with pytest.raises(RenderError, match="Cycles failed on lens: no such pattern"):
-        cycles.render(program, checkout, "lens", cycles.integrator("blue", 1, 1), tmp_path / "out.exr")
 
 
 def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):

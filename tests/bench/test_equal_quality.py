@@ -42,13 +42,6 @@ def test_what_is_not_reached_is_no_figure():
     assert {row[0]: row[3] for row in rows}["blue"] == "16.00 (16.00 to 16.00)"
 
 
-def test_rows_are_those_of_a_headline(tmp_path):
-    gains.write_rows(tmp_path / "a.csv", equal_quality.rows(made_up(), COST, COUNTS))
-    found = gains.read_rows(tmp_path / "a.csv")
-    assert found[f"seconds:{equal_quality.MEASURE}", 16, "sobol", "white"].value == pytest.approx(2)
-    assert len(found) == 3 + 2
-
-
 def test_costs_are_measured_once(pathtracer, tmp_path, monkeypatch):
     monkeypatch.setattr(equal_quality, "ROUNDS", 1)
     monkeypatch.setattr(equal_quality, "COST_SPP", 8)

@@ -64,26 +64,3 @@ def test_a_loss_of_the_stated_size_is_found():
     assert 160 <= sum(cell in worse_cells(found, picture_tests.FALSE_ALARMS)[0] for found in after) < TRIALS
     # Where blue is better by as much, nothing is worse.
     assert sum(bool(worse_cells(found, picture_tests.FALSE_ALARMS)[0]) for found in losses(planted=1 / (1 + smallest))) <= 9
-
-
-def test_all_scenes_together_find_less():
-    found = biases()[0]
-    scene, whole = (picture_tests.smallest_bias(found[name, "blue"], len(found)) for name in ("lens", picture_tests.ALL))
-    assert whole < 0.85 * scene
-
-
-def test_two_seeds_find_next_to_nothing_and_say_so():
-    cells, few = MadeUp(1), VIEWS[:1]
-    pairs = types.SimpleNamespace(get=lambda *at: cells.get(*at)[:2])
-    found = picture_tests.against_sobol(pairs, few, COUNTS, MEASURES)
-    assert all(picture_tests.smallest_loss(cell, 200) == float("inf") for cell in found.values())
-    assert picture_tests.smallest_bias(picture_tests.bias_of(pairs, REFERENCES, few, "blue", 16), 200) > 0.1
-
-
-def test_what_has_no_light_or_one_seed_is_no_evidence():
-    dark = {view: types.SimpleNamespace(picture=np.zeros((8, 8, 3)), mean_error=0.0) for view in VIEWS}
-    cells = types.SimpleNamespace(get=lambda *_: [0.0, 0.0])
-    assert picture_tests.biases(cells, dark, LABELS, 16) == {}
-    assert picture_tests.against_sobol(cells, VIEWS, COUNTS, MEASURES) == {}
-    one = types.SimpleNamespace(get=lambda *_: [1.0])
-    assert picture_tests.bias_of(one, REFERENCES, VIEWS, "blue", 16) is None

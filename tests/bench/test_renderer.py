@@ -6,10 +6,10 @@ import subprocess
 
 import numpy as np
 import pytest
-from report.base.files import read_exr, write_exr, written_beside
+from report.base.files import read_exr, written_beside
 from report.measure.image_error import SIGMAS, rmse
 from report.renders import renderer
-from report.renders.renderer import Renderer, RenderError, Request
+from report.renders.renderer import Renderer, Request
 
 SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
 
@@ -96,21 +96,6 @@ def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_
     assert len(runs) == old_runs + new_runs
 
 
-def test_reference_is_rendered_again_when_the_path_tracer_draws_another(pathtracer, tmp_path, runs):
-    program = tmp_path / "pathtracer"
-    for depth, runs_so_far in ((8, 5), (1, 10)):  # a probe and four parts each
-        program.write_text(f"#!/bin/sh\nexec '{pathtracer}' --max-depth {depth} \"$@\"\n")
-        program.chmod(0o755)
-        Renderer(program, tmp_path / "out").reference(SMALL, "reference.exr", 4)
-        assert len(runs) == runs_so_far
-
-
-def test_failure_is_the_path_tracers_own_line(pathtracer, tmp_path):
-    with pytest.raises(RenderError, match="no-such-scene"):
-        Renderer(pathtracer, tmp_path).render(Request("sobol", 1, scene="no-such-scene"), "a.exr")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_same_error_as_the_path_tracer(pathtracer, tmp_path):
     renderer = Renderer(pathtracer, tmp_path)
     reference = renderer.render(Request("sobol", 32, seed=9, width=40, height=24), "reference.exr")
@@ -143,11 +128,3 @@ def test_temporary_files_cannot_be_guessed_and_reach_the_disk_before_the_rename(
             beside.write_text("new")
     assert names[0] != names[1] and steps == ["fsync", "replace"] * 2
     assert path.read_text() == "new" and list(tmp_path.iterdir()) == [path]
-
-
-def test_exr_keeps_what_is_written(tmp_path):
-    rgb = np.random.default_rng(0).random((3, 5, 3), np.float32) * 100
-    write_exr(tmp_path / "a.exr", rgb, {"note": "text", "spp": 12, "seconds": 1.5})
-    read, attributes = read_exr(tmp_path / "a.exr")
-    np.testing.assert_array_equal(read, rgb)
-    assert (attributes["note"], attributes["spp"], attributes["seconds"]) == ("text", 12, 1.5)

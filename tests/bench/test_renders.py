@@ -2,9 +2,7 @@
 """scripts/bench renders: a tiny complete run, interrupted and resumed, and its parts on synthetic data."""
 
 import csv
-import os
 import re
-import time
 import types
 from pathlib import Path
 
@@ -17,15 +15,14 @@ pytest.importorskip("flip_evaluator")
 from report.base.files import read_exr
 from report.measure import gains
 from report.measure.image_error import MEASURES, displayed_rmse
-from report.pages import comparison, convergence
-from report.renders import embree_scene, judge, renders, renders_plots, renders_report, speed, variants, views
+from report.renders import judge, renderer, renders, renders_plots, renders_report, views
 from report.renders.renderer import run_pathtracer
 
 
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(convergence, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
+    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
 
 
 def arguments(pathtracer, out, *more):
@@ -125,16 +122,6 @@ def render(pathtracer, folder, request):
     return read_exr(folder / "one.exr")[0]
 
 
-def test_seeds_and_counts_of_the_plan():
-    view = views.chosen("core", ("cornell",), (10, 10))[0]
-    tasks = judge.plan((view,), ("white", "zorder", "mask, neural"), {1: 6, 2: 6, 4: 1})
-    counts = {(t.label, t.seed): t.counts for t in tasks}
-    assert [counts["white", seed] for seed in range(6)] == [counts["zorder", seed] for seed in range(6)] == [(1, 2, 4), *[(1, 2)] * 5]
-    assert counts["mask, neural", 0] == (1, 2, 4) and ("mask, neural", variants.SIDE_SEEDS) not in counts
-    assert judge.seeds_up_to(6) == dict.fromkeys((1, 2, 3, 4, 6), judge.SEEDS) and judge.SEEDS >= 12
-    assert [t.cost for t in tasks if t.seed == 0] == [400, 700, 400]
-
-
 def made_up(blue, seeds=8):
     """A report on four crops of one scene: white has an error of 1, sobol 1/2, and blue the given one, with 1 % noise."""
     rng, chosen = np.random.default_rng(11), views.crops("core", ("cornell",), (64, 64), (16, 16))
@@ -174,60 +161,6 @@ def test_losses_and_biases_are_said():
     assert f"Of {len(report.losses)} tests for a loss to `sobol` {certain} found one, 2 of them in single pixels, without a blur; of {len(report.biases)} for a bias 1 did." in report.short()
 
 
-def test_plots_that_lie_elsewhere_are_not_shown():
-    report = made_up(0.25)
-    assert report.text().count("![") >= 2
-    report.options.plots = "elsewhere"
-    assert "![" not in report.text()
-
-
-def test_times_are_said_with_those_after_the_denoiser(tmp_path):
-    """blue has a quarter of white's error at every count, made up without convergence: one sample does for white's 16."""
-    report = made_up(0.25)
-    report.costs = {("cornell", "white"): 1.0, ("cornell", "sobol"): 2.0, ("cornell", "blue"): 1.0}
-    report.times = {"machine": "a machine", "big": (8, 8), "shares": {"blue": 0.1}, "threads": [(2.0, 1.0)], "embree": None}
-    report.options.out = tmp_path
-    assert "| blue | 1 | 1 | 16.00 (16.00 to 16.00) |\n" in report.text() and "| sobol | 2 | 2 | 8.00 (8.00 to 8.00) |\n" in report.text()
-    gains.write_rows(tmp_path / "denoise.csv", [gains.row_of(gains.Gain(5.0, 4.0, 6.0), "seconds:plain:displayed_2.1", 16, "blue", "white")])
-    assert "| blue | 1 | 1 | 16.00 (16.00 to 16.00) | 5.00 (4.00 to 6.00) |\n" in report.text() and "| after denoising, at 16 |" in report.text()
-    assert {row["gain"] for row in report.headline_rows() if row["measure"] == "seconds:displayed_2.1"} == {"8.000000", "16.000000"}
-
-
-def test_one_seed_is_no_evidence():
-    report = made_up(0.6, seeds=1)
-    assert "more than one seed" in report.worse_text() and "more than one seed" in report.bias_text()
-    assert "tests for a loss" not in report.short()
-
-
-@pytest.mark.parametrize("words, said", [(["--scenes", "cornell,attic"], "unknown scene 'attic'"),
-                                         (["--samplers", "red"], "unknown sampler 'red'"),
-                                         (["--reference-spp", "100"], "a multiple of 32"),
-                                         (["--views", "none"], "invalid choice"),
-                                         (["--seeds", "0"], "a positive integer"),
-                                         (["--size", "100x100"], "crops of 96x72 pixels do not fit")])
-def test_bad_options(words, said, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        renders.main(words)
-    assert stopped.value.code == 2 and said in capsys.readouterr().err
-
-
-def test_sets_of_views_have_folders_of_their_own():
-    def places(*words):
-        options = renders.parse_options(words)
-        return [path.as_posix() for path in (options.out, options.plots, options.pages)]
-
-    assert places() == ["docs/report", "docs/report", "out/renders"]
-    assert places("--views", "held-out") == ["docs/report/held-out", "out/renders/held-out", "out/renders/held-out"]
-    assert places("--views", "held-out", "--out", "a", "--pages", "b") == ["a", "b", "b"]
-    assert places("--quick") == ["out/renders/quick"] * 3
-    assert places("--quick", "--views", "tuning") == ["out/renders/quick/tuning"] * 3
-
-
-def test_missing_program(tmp_path):
-    with pytest.raises(SystemExit, match="scripts/setup"):
-        renders.main(arguments(tmp_path / "none", tmp_path / "out"))
-
-
 def test_results_that_are_not_whole_are_measured_again(tmp_path):
     store = judge.Store(tmp_path)
     store.save({"a": 1}, [{"spp": 1}], {"1": np.ones(3)})
@@ -237,68 +170,3 @@ def test_results_that_are_not_whole_are_measured_again(tmp_path):
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:-40])
     assert store.load({"a": 1}) is None
-
-
-def test_what_nothing_asks_for_goes(tmp_path):
-    store = judge.Store(tmp_path)
-    for key in (1, 2):
-        store.save(key, [], {})
-    for path in tmp_path.iterdir():
-        os.utime(path, (0, time.time() - 86400 * (judge.KEPT_DAYS + 1)))
-    assert store.load(2) is not None
-    store = judge.Store(tmp_path)
-    assert store.load(1) is None and store.load(2) is not None
-
-
-def test_everything_but_blue_is_prepared(pathtracer, tmp_path, monkeypatch, capsys):
-    made, real = [], judge.measure
-    monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1].label), real(*a))[1])
-    few = "--spp", "1", "--seeds", "1", "--no-flip"
-    renders.main(arguments(pathtracer, tmp_path / "out", *few, "--prepare"))
-    assert sorted(made) == ["sobol"] * 4 + ["white"] * 4 + ["zorder"] * 4 and not (tmp_path / "out").exists()
-    assert "12 runs are in the cache; 4 of blue are left" in capsys.readouterr().out
-    made.clear()
-    monkeypatch.setattr(renders_plots, "draw_all", lambda *_: None)
-    renders.main(arguments(pathtracer, tmp_path / "out", *few))
-    assert made == ["blue"] * 4
-
-
-def test_times_of_a_small_run(pathtracer, tmp_path):
-    shares = speed.sampling_shares(pathtracer, {"blue": judge.VARIANTS["blue"]}, (16, 16), tmp_path)
-    assert 0 < shares["blue"] < 1
-
-
-def test_embree_is_known_by_what_it_says(tmp_path):
-    other = tmp_path / "pathtracer"
-    other.write_text("#!/bin/sh\necho another program\n")
-    other.chmod(0o755)
-    assert speed.find_embree(str(other)) is None and speed.find_embree(str(tmp_path / "none")) is None
-
-
-def test_embree_that_fails_is_a_row_and_not_an_end(pathtracer, tmp_path):
-    broken = tmp_path / "embree"
-    broken.write_text("#!/bin/sh\necho no such device >&2\nexit 3\n")
-    broken.chmod(0o755)
-    assert speed.embree_pairs(pathtracer, broken, (16, 16), 1, tmp_path, lambda what: None) == {"failed": "no such device"}
-
-
-def test_the_box_for_embree_is_closed_but_for_its_front():
-    """All walls and the floor, the ceiling without the lamp, and two blocks."""
-    quads = embree_scene.quads()
-    assert len(quads) == 8 + 2 * 5
-    below = np.array([corners for _, corners in quads[:4]], float)
-    area = sum(np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in below)
-    x0, x1, z0, z1 = embree_scene.LAMP
-    assert area == pytest.approx(556 * embree_scene.BACK - (x1 - x0) * (z1 - z0))
-    text = embree_scene.cornell_xml()
-    assert text.count("<TriangleMesh>") == 3 and text.count("<PointLight>") == 1
-
-
-def test_slider_has_its_controls_and_asks_no_network():
-    image = Image.new("RGB", (4, 3), (10, 200, 30))
-    uri = comparison.data_uri(image)
-    text = comparison.widget("a</script>", (4, 3), uri, {1: {"white": (uri, 0.5)}})
-    for control in ("spp", "left", "right", "zoom", "blur", "swap", "divider", "stage", "note"):
-        assert f"data-part={control}" in text
-    assert text.count("<script") == text.count("</script>") == 2
-    assert "http" not in text and "src=" not in text and "pointerdown" in text and "aria-label" in text

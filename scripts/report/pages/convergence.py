@@ -23,10 +23,30 @@ from ..base.files import read_exr, read_rows, sha256_of, write_exr, write_image,
 from ..base.palette import style
 from ..base.progress import Progress
 from ..measure.flip import mean_flip
-from ..measure.image_error import (LUMINANCE, SIGMAS, blurred, error_image, fireflies, luminance_error, radial_spectrum, relative_rmse, rmse,
-                                   spectrum_image)
-from ..renders.renderer import (REFERENCE_PARTS, REFERENCE_SEED, Renderer, Request, cache_folder, files_beside, make_reference, progressive,
-                                run_pathtracer, scene_label)
+from ..measure.image_error import (
+    LUMINANCE,
+    SIGMAS,
+    blurred,
+    error_image,
+    fireflies,
+    luminance_error,
+    radial_spectrum,
+    relative_rmse,
+    rmse,
+    spectrum_image,
+)
+from ..renders.renderer import (
+    REFERENCE_PARTS,
+    REFERENCE_SEED,
+    Renderer,
+    Request,
+    cache_folder,
+    files_beside,
+    make_reference,
+    progressive,
+    run_pathtracer,
+    scene_label,
+)
 from . import curves, page, slider
 
 ERRORS = ("rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")

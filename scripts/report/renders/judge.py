@@ -26,8 +26,17 @@ from ..base.files import read_exr, read_first_half, sha256_of, write_rows, writt
 from ..base.progress import Progress, duration
 from ..measure.flip import mean_flip
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
-from .renderer import (REFERENCE_SEED, RenderError, Request, cache_folder, files_beside, make_reference, progressive, run_pathtracer,
-                       scene_label)
+from .renderer import (
+    REFERENCE_SEED,
+    RenderError,
+    Request,
+    cache_folder,
+    files_beside,
+    make_reference,
+    progressive,
+    run_pathtracer,
+    scene_label,
+)
 from .variants import VARIANTS
 from .views import View
 
