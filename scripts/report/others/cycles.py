@@ -17,26 +17,21 @@ import numpy as np
 
 from ..base.command import positive, run_or_say_why
 from ..base.files import read_exr
-from ..base.progress import Progress
-from ..measure.image_error import LUMINANCE
-from ..renders.judge import Cells, Run, Store
-from ..renders.renderer import RenderError, cache_folder
+from ..renders.judge import Cells
+from ..renders.renderer import RenderError
 from .cycles_build import TAG, build
-from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, FIELDS, PREVIEW, PREVIEW_SPP, Report
+from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, PREVIEW, PREVIEW_SPP, Report
 from .cycles_scenes import SCENES, SIZE, View, text
-from .other_renderer import command_shown, processor_seconds, reference_of_halves, references_of, write_picture, write_report
-from .pbrt import MEASURES, errors, rows_of
+from .other_renderer import REFERENCE_SEED, OtherRun, add_options, finish_options, processor_seconds, write_picture, write_report
 
 # Values of Cycles' `sampling_pattern`: its default, its two kinds of blue noise, and that of examples/cycles.
 SAMPLERS = ("tabulated_sobol", "blue_noise_first", "blue_noise_pure", "blue")
-COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 SEEDS = 4
 # What the page begins with.
 PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
 PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (48, 24, 96, 96)
 REFERENCE_SPP = 2048
-# A pattern that hashes pixel, dimension and seed: with seeds of its own, its errors are independent of all others'.
-REFERENCE_SAMPLER, REFERENCE_SEED = "sobol_burley", 1_000_003
+REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
 PIXELS = SIZE[0] * SIZE[1]
 
 
@@ -94,43 +89,34 @@ class Builds:
         return sum(samples.values()) / 4e5 / (os.cpu_count() or 1)
 
 
-class CyclesRun(Run):
+class CyclesRun(OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
     def __init__(self, program, checkout, jobs):
-        self.program, self.checkout, self.jobs = program, checkout, jobs
-        self.store = Store(cache_folder() / "cycles" / "results")
-        self.builds = Builds(program)
+        super().__init__(program, "cycles", jobs)
+        self.checkout, self.builds = checkout, Builds(program)
 
     def key(self, task, reference):
         return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed, task.threshold)), "size": SIZE,
                 "counts": task.counts, "build": self.builds.sha256}
 
-    def measure(self, task, reference):
-        rows = []
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            out = Path(folder) / "out.exr"
-            for spp in task.counts:
-                settings = integrator(task.sampler, task.told or spp, task.seed, task.threshold)
-                seconds = render(self.program, self.checkout, task.view.scene, settings, out, spp)
-                picture = read_exr(out)[0]
-                row = {"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)), **errors(picture, reference.picture)}
-                if task.threshold:
-                    out.unlink()
-                    render(self.program, self.checkout, task.view.scene, settings, out, spp, counts=True)
-                    # Cycles gives the share of the greatest count.
-                    row["samples"] = float(np.mean(read_exr(out)[0][..., 0])) * spp
-                rows.append(row)
-        return rows, {}
+    def render(self, task, spp, seed, out, counts=False):
+        return render(self.program, self.checkout, task.view.scene, integrator(task.sampler, task.told or spp, seed, task.threshold), out, spp,
+                      counts)
 
-    def reference(self, view, spp):
-        """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
-        key = {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
+    def more(self, task, spp, out):
+        if not task.threshold:
+            return {}
+        out.unlink()
+        self.render(task, spp, task.seed, out, counts=True)
+        # Cycles gives the share of the greatest count.
+        return {"samples": float(np.mean(read_exr(out)[0][..., 0])) * spp}
 
-        def half(number, out):
-            return render(self.program, self.checkout, view.scene, integrator(REFERENCE_SAMPLER, spp // 2, REFERENCE_SEED + number), out)
+    def reference_key(self, view, spp):
+        return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
 
-        return reference_of_halves(self.store, key, spp, half, errors)
+    def reference_task(self, view, spp):
+        return Task(view, REFERENCE_SAMPLER, 0, ())
 
     def picture(self, path, reference):
         """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
@@ -141,9 +127,6 @@ class CyclesRun(Run):
                 render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
                 pictures[name] = read_exr(out)[0]
         write_picture(path, pictures, reference.picture, PICTURE_PART, 3)
-
-    def references(self, views, spp):
-        return references_of(views, lambda view: self.reference(view, spp), self.jobs, Progress(len(views), "references"))
 
 
 # ---- The command
@@ -157,34 +140,15 @@ It stays as it is: a copy of it is patched and built in ~/.cache/libbn/cycles, i
 that examples/cycles/README.md names. The whole comparison then takes about an hour on one core the first time. Builds, references
 and results are cached there, and a run that was interrupted resumes.""")
     parser.add_argument("--cycles", metavar="DIR", required=True, help="a checkout of Cycles, see below")
-    parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(SCENES)}")
-    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
-    parser.add_argument("--seeds", type=positive, default=SEEDS, metavar="N", help=f"pictures of each pattern (default {SEEDS})")
+    add_options(parser, "cycles", SCENES, SEEDS)
     parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
                         help=f"samples per pixel of references (default {REFERENCE_SPP})")
     parser.add_argument("--no-adaptive", action="store_true", help="leave out adaptive sampling")
-    parser.add_argument("--quick", action="store_true", help="a trial once Cycles is built: 2 seeds, to 16 samples, poorer references")
-    parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
-                        help="processes at a time, one thread each (default: one per core)")
-    parser.add_argument("--out", type=Path, help="folder for the report (default: docs/report for the whole comparison, which also updates "
-                        "the table in examples/cycles/README.md, else the folder of --pages)")
-    parser.add_argument("--pages", type=Path, default=Path("out/cycles"), metavar="FOLDER",
-                        help="folder for the CSV of all figures (default out/cycles)")
-    parser.add_argument("--guide", type=Path, default=Path("examples/cycles/README.md"), help=argparse.SUPPRESS)
     parser.add_argument("--pictures", type=Path, default=Path("docs"), help=argparse.SUPPRESS)
-    parser.add_argument("--program", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
-    # Only the whole comparison goes to docs/report.
-    options.whole = not options.quick and all(
-        getattr(options, name) == parser.get_default(name) for name in ("scenes", "spp", "seeds", "reference_spp", "no_adaptive"))
-    options.scenes = options.scenes.split(",") if options.scenes else list(SCENES)
-    for one in options.scenes:
-        if one not in SCENES:
-            parser.error(f"--scenes: {one!r} is none of {', '.join(SCENES)}")
+    finish_options(parser, options, "cycles", arguments, ("reference_spp", "no_adaptive"), {"scenes": SCENES})
     if options.quick:
-        options.seeds, options.spp, options.reference_spp = min(options.seeds, 2), min(options.spp, 16), 256
-    options.out = options.out or (Path("docs/report") if options.whole else options.pages)
-    options.command = command_shown("scripts/bench cycles", arguments, "--cycles")
+        options.reference_spp = 256
     return options
 
 
@@ -192,18 +156,16 @@ def run(arguments):
     options = parse_options(arguments)
     program = options.program or build(options.cycles, options.jobs)
     work = CyclesRun(program, options.cycles, options.jobs)
-    counts = tuple(n for n in COUNTS if n <= options.spp)
     views = [View(name) for name in options.scenes]
-    references = work.references(views, options.reference_spp)
+    references = work.references(views, dict.fromkeys(views, options.reference_spp))
     seeds = range(1, options.seeds + 1)
-    tasks = [Task(view, sampler, seed, counts) for view in views for sampler in SAMPLERS for seed in seeds]
-    tasks += [Task(view, sampler, seed, tuple(n for n in counts if n < PREVIEW_SPP), told=PREVIEW_SPP) for view in views
+    tasks = [Task(view, sampler, seed, options.counts) for view in views for sampler in SAMPLERS for seed in seeds]
+    tasks += [Task(view, sampler, seed, tuple(n for n in options.counts if n < PREVIEW_SPP), told=PREVIEW_SPP) for view in views
               for sampler in PREVIEW for seed in seeds]
     tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), threshold) for view in views for sampler in SAMPLERS for seed in seeds
               for threshold in ADAPTIVE if not options.no_adaptive]
     cells = Cells(work.results(references, tasks))
-    report = Report(options, cells, references, SAMPLERS, counts)
-    if write_report(options, "cycles", report, rows_of(cells, set(views)), FIELDS + MEASURES, references):
+    if write_report(options, "cycles", Report(options, cells, references, SAMPLERS), views):
         work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
 
 

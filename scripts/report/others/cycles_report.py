@@ -2,17 +2,14 @@
 """The text of cycles.md: how many times the error of `blue` Cycles' own patterns have, what adaptive sampling takes, and the time."""
 
 import math
-import statistics
 
 import numpy as np
 
+from ..base.tables import md_table
 from ..measure.gains import Gains, bootstrap
-from ..renders.renders_report import md_table
 from .cycles_scenes import SCENES, SIZE, ZOOM
-from .pbrt_report import name_of
+from .other_renderer import HEADLINE, OtherReport, name_of
 
-FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds")
-HEADLINE = ("displayed_2.1", "rmse_2.1")
 NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
 ADAPTIVE, ADAPTIVE_SPP = (0.05,), 128
 # Patterns that have to be told the number of samples, told so many, and stopped before.
@@ -37,40 +34,27 @@ difference of the two is a reference's own error. A scene counts where the error
 where a cell is empty, the reference is too noisy."""
 
 
-class Report:
-    """options: of cycles.parse_options(); references: {view: cycles.Reference}."""
+class Report(OtherReport):
+    """options: of cycles.parse_options()."""
 
-    def __init__(self, options, cells, references, samplers, counts):
-        self.options, self.cells, self.references = options, cells, references
-        self.samplers, self.counts = samplers, counts
-        self.own = tuple(name for name in samplers if name != "blue")
+    def __init__(self, options, cells, references, samplers):
+        super().__init__(options, cells, references, samplers, NAMES, "tabulated_sobol", SIZE[0] * SIZE[1])
         self.gains = Gains(cells, references, samplers)
 
     # ---- Errors
 
-    def table(self, measure, intervals=True):
-        rows = []
-        for than in self.own:
-            found = [self.gains.gain("blue", spp, measure, than) for spp in self.counts]
-            rows.append([NAMES[than], *((gain.text() if intervals else f"{gain.value:.2f}") if gain else "" for gain in found)])
-        return md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows)
+    def table(self, measure, **form):
+        return self.ratios(self.gains, "error over `blue`'s, at spp", [(than, NAMES[than]) for than in self.own], self.counts, measure, **form)
 
     def preview_table(self, measure):
-        counts = [spp for spp in self.counts if spp < PREVIEW_SPP]
-        rows = []
-        for than in PREVIEW:
-            found = [self.gains.gain("blue", spp, measure, f"{than} {PREVIEW_SPP}") for spp in counts]
-            rows.append([NAMES[than], *(gain.text() if gain else "" for gain in found)])
-        return md_table(["error over `blue`'s, at spp", *map(str, counts)], rows)
+        return self.ratios(self.gains, "error over `blue`'s, at spp", [(f"{than} {PREVIEW_SPP}", NAMES[than]) for than in PREVIEW],
+                           [spp for spp in self.counts if spp < PREVIEW_SPP], measure)
 
     def summary(self):
         """The table of examples/cycles/README.md: as displayed and in brackets raw."""
-        rows, own = [], [(than, NAMES[than]) for than in self.own]
-        for label, name in own + [(f"{than} {PREVIEW_SPP}", f"{NAMES[than]}, told {PREVIEW_SPP}") for than in PREVIEW]:
-            found = [[self.gains.gain("blue", spp, measure, label) for measure in HEADLINE] for spp in self.counts]
-            rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
-        return (f"Scenes: {len(self.gains.views)}; seeds: {self.options.seeds}.\n\n"
-                + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
+        told = [(f"{than} {PREVIEW_SPP}", f"{NAMES[than]}, told {PREVIEW_SPP}") for than in PREVIEW]
+        return (f"Scenes: {len(self.gains.views)}; seeds: {self.options.seeds}.\n\n" + self.ratios(
+            self.gains, "error over `blue`'s, at spp", [*((than, NAMES[than]) for than in self.own), *told], self.counts, HEADLINE))
 
     def scenes_table(self, measure, than):
         counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
@@ -96,7 +80,7 @@ class Report:
             for label in self.samplers:
                 samples = [np.mean(found) for found in (self.cells.get(view, f"{label} {threshold}", ADAPTIVE_SPP, "samples")
                                                         for view in self.gains.views) if found]
-                row = [str(threshold), NAMES.get(label, f"`{label}`"), f"{np.mean(samples):.1f}" if samples else ""]
+                row = [str(threshold), self.name(label), f"{np.mean(samples):.1f}" if samples else ""]
                 for name in ("samples", *HEADLINE):
                     found = self.mean_ratio(name, label, threshold) if label != "blue" else None
                     row.append("{:.2f} ({:.2f} to {:.2f})".format(*found) if found else "")
@@ -104,34 +88,12 @@ class Report:
         return md_table(["threshold", "pattern", "mean samples", "samples over `blue`'s",
                          *(f"error over `blue`'s, {name_of(measure)}" for measure in HEADLINE)], rows)
 
-    # ---- Time
-
-    def rate(self, view, label):
-        """Processor seconds per sample of all pixels, without what starting Cycles takes."""
-        first, last = self.counts[0], self.counts[-1]
-        seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
-        return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
-
-    def time(self, label):
-        """Processor time per sample over Tabulated Sobol's, the geometric mean over scenes."""
-        return math.exp(statistics.mean(math.log(self.rate(view, label) / self.rate(view, "tabulated_sobol")) for view in self.references))
-
-    def times_table(self):
-        rows = []
-        for label in self.samplers:
-            micro = [1e6 * self.rate(view, label) / (SIZE[0] * SIZE[1]) for view in self.references]
-            rows.append([NAMES.get(label, f"`{label}`"), f"{self.time(label):.2f}", f"{statistics.median(micro):.2f}"])
-        return md_table(["pattern", "processor time over Tabulated Sobol's", "median, µs per sample"], rows)
-
     # ---- References
 
     def references_table(self):
         rows = []
         for view, reference in self.references.items():
-            shares = []
-            for measure in HEADLINE:
-                least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure)))) for label in self.samplers)
-                shares.append(f"{reference.own[measure] / least:.2f}" if least else "")
+            shares = [f"{self.own_share(view, measure):.2f}" for measure in HEADLINE]
             rows.append([f"`{view.scene}`", str(reference.spp), *shares])
         return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
 
@@ -173,11 +135,12 @@ class Report:
                       "minimum. Cycles splits a pixel's samples into two halves by bits of the index and stops where they agree: if the halves of "
                       "a pattern are better spread, they agree sooner, though its error may not be less.", "", self.adaptive_table(), ""]
         parts += ["## Time", "", "Processor seconds of `--threads 1`, without what starting Cycles takes. On a machine with other work a few "
-                  "per cent mean nothing.", "", self.times_table(), ""]
+                  "per cent mean nothing.", "", self.times_table("pattern"), ""]
         parts += ["## Other blurs", ""]
         for kind in ("displayed", "rmse"):
             for sigma in ("1.0", "0.0"):
-                parts += [f"{name_of(f'{kind}_{sigma}').capitalize()}:", "", self.table(f"{kind}_{sigma}", intervals=False), ""]
+                parts += [f"{name_of(f'{kind}_{sigma}').capitalize()}:", "", self.table(
+                    f"{kind}_{sigma}", cell=lambda gain: f"{gain.value:.2f}"), ""]
         parts += ["## How it was measured", "", f"`{self.options.command}`, Cycles v4.2.0, {self.options.seeds} seeds.", "", METHOD, "",
                   f"Own errors are those of references over the smallest error of any pattern at {self.counts[-1]} samples.", "",
                   self.references_table()]

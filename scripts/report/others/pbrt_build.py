@@ -1,25 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds pbrt-v4 with the sampler of examples/pbrt, from a checkout that stays as it is.
-
-The build is in ~/.cache/libbn/pbrt ($XDG_CACHE_HOME): a copy of the checkout's files with the patch applied, and libbn,
-both built for the processor alone and without a window. A second build compiles only what has changed.
-"""
+"""pbrt-v4 with the sampler of examples/pbrt, built for the processor alone and without a window."""
 
 import dataclasses
-import filecmp
-import hashlib
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 
 from ..base.files import write_text
-from ..renders.renderer import RenderError, cache_folder
+from ..renders import renderer
+from . import other_build
+from .other_build import ROOT, git
 
-ROOT = Path(__file__).resolve().parents[3]
 OWN = ROOT / "examples" / "pbrt"
 PATCH = OWN / "pbrt-v4.patch"
 COMMIT = "5f7a606806a4ac7b939131ded9d7a30ebd02416e"
@@ -31,8 +22,6 @@ OPTIONS = ("-DCMAKE_BUILD_TYPE=Release", "-DBUILD_TESTING=OFF",
            # For submodules whose CMake files are older than CMake 3.5, and a copy without .git
            "-DCMAKE_POLICY_VERSION_MINIMUM=3.5", "-DCMAKE_DISABLE_FIND_PACKAGE_Git=ON",
            "-DCMAKE_CUDA_COMPILER=", f"-DCMAKE_MODULE_PATH={OWN / 'headless'}", "-DGLFW_BUILD_X11=OFF", "-DGLFW_BUILD_WAYLAND=OFF")
-BN_OPTIONS = ("-DCMAKE_BUILD_TYPE=Release", "-DBN_BUILD_SHARED=OFF", "-DBN_BUILD_TESTS=OFF", "-DBN_BUILD_PATHTRACER=OFF",
-              "-DBN_BUILD_PYTHON=OFF", "-DBN_NEURAL=OFF")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,25 +32,13 @@ class Built:
     remarks: tuple
 
 
-def git(checkout, *arguments):
-    try:
-        return subprocess.run(["git", "-C", checkout, *arguments], check=True, capture_output=True, text=True).stdout.strip()
-    except OSError as error:
-        raise RenderError(f"cannot run git ({error.strerror})") from None
-    except subprocess.CalledProcessError as error:
-        raise RenderError(f"{checkout}: {error.stderr.strip().splitlines()[-1]}") from None
-
-
 def check(checkout):
     """Raises RenderError unless `checkout` is pbrt-v4 at COMMIT, with submodules."""
-    if not (checkout / "src" / "pbrt" / "samplers.h").is_file():
-        raise RenderError(f"{checkout} is no checkout of pbrt-v4; run git clone --recursive https://github.com/mmp/pbrt-v4")
-    found = git(checkout, "rev-parse", "HEAD")
-    if found != COMMIT:
-        raise RenderError(f"{checkout} is at commit {found[:8]}; run git -C {checkout} checkout {COMMIT} && "
-                          f"git -C {checkout} submodule update --init --recursive")
+    update = f"git -C {checkout} submodule update --init --recursive"
+    other_build.check(checkout, "pbrt-v4", "src/pbrt/samplers.h", COMMIT, "git clone --recursive https://github.com/mmp/pbrt-v4",
+                      f"git -C {checkout} checkout {COMMIT} && {update}")
     if not (checkout / "src" / "ext" / "ptex" / "CMakeLists.txt").is_file():
-        raise RenderError(f"{checkout} lacks its submodules; run git -C {checkout} submodule update --init --recursive")
+        raise renderer.RenderError(f"{checkout} lacks its submodules; run {update}")
 
 
 def other_submodules(checkout):
@@ -80,6 +57,10 @@ def other_submodules(checkout):
 
 # ---- Stand-ins for large files
 
+def table_text(name, declaration, rows):
+    return (f"#include <pbrt/util/{name}.h>\nnamespace pbrt {{\nconst {declaration} = {{" + ",\n".join(rows) + "};\n}\n")
+
+
 def mask_text():
     """bluenoise.cpp: void-and-cluster masks of libbn."""
     import bluenoise
@@ -89,24 +70,18 @@ def mask_text():
         ranks = bluenoise.mask((MASK_SIZE, MASK_SIZE), seed=seed).astype(np.int64)
         values = (ranks * 65536 + 32768) // ranks.size
         rows.append("{" + ",\n".join("{" + ",".join(map(str, row)) + "}" for row in values) + "}")
-    return ("#include <pbrt/util/bluenoise.h>\nnamespace pbrt {\nconst uint16_t BlueNoiseTextures[NumBlueNoiseTextures]"
-            "[BlueNoiseResolution][BlueNoiseResolution] = {" + ",\n".join(rows) + "};\n}\n")
+    return table_text("bluenoise", "uint16_t BlueNoiseTextures[NumBlueNoiseTextures][BlueNoiseResolution][BlueNoiseResolution]", rows)
 
 
-def point_sets():
-    """SET_COUNT Owen-scrambled (0,2)-sequences in base 2, (SET_COUNT, SET_SIZE, 2), as integers of 32 bits."""
+def point_text():
+    """pmj02tables.cpp: Owen-scrambled (0,2)-sequences in base 2, as integers of 32 bits."""
     import bluenoise
 
     sampler = bluenoise.Sampler("sobol")
     sets = [sampler.sample(0, 0, np.arange(SET_SIZE), bluenoise.domain(k), dims=2) for k in range(SET_COUNT)]
-    return (np.array(sets, np.float64) * 2.0**32).astype(np.uint32)
-
-
-def point_text():
-    """pmj02tables.cpp"""
-    rows = ["{" + ",\n".join(f"{{{x}u,{y}u}}" for x, y in points.tolist()) + "}" for points in point_sets()]
-    return ("#include <pbrt/util/pmj02tables.h>\nnamespace pbrt {\nconst uint32_t pmj02bnSamples[nPMJ02bnSets]"
-            "[nPMJ02bnSamples][2] = {" + ",\n".join(rows) + "};\n}\n")
+    rows = ["{" + ",\n".join(f"{{{x}u,{y}u}}" for x, y in points.tolist()) + "}"
+            for points in (np.array(sets, np.float64) * 2.0**32).astype(np.uint32)]
+    return table_text("pmj02tables", "uint32_t pmj02bnSamples[nPMJ02bnSets][nPMJ02bnSamples][2]", rows)
 
 
 STAND_INS = {MASKS: (mask_text, "void-and-cluster masks of libbn"), POINTS: (point_text, "Owen-scrambled Sobol' points")}
@@ -118,94 +93,29 @@ def missing(checkout):
             if not (checkout / path).is_file() or (checkout / path).read_bytes()[:8] == b"version "]
 
 
-# ---- Building
-
-def put(path, text):
-    """Writes text unless it is there, so that only what has changed is compiled."""
-    if not path.is_file() or path.read_text(encoding="utf-8") != text:
-        write_text(path, text)
-
-
-def put_own(source):
-    for name in ("blue.h", "blue.cpp"):
-        put(source / "src" / "pbrt" / name, (OWN / name).read_text(encoding="utf-8"))
-
-
 def prepare(checkout, folder):
-    """Copies the checkout's files to folder/src and applies the patch; returns the large files replaced by stand-ins."""
+    """Copies and patches the checkout; returns the large files replaced by stand-ins."""
     lacking = missing(checkout)
-    stamp = hashlib.sha256("\n".join([str(STAND_IN_VERSION), COMMIT, git(checkout, "status", "--porcelain"), *lacking,
-                                      *other_submodules(checkout), PATCH.read_text(encoding="utf-8")]).encode()).hexdigest()
-    source, stamp_file = folder / "src", folder / "src.sha256"
-    if not stamp_file.is_file() or stamp_file.read_text() != stamp:
-        new = folder / "src.new"
-        shutil.rmtree(new, ignore_errors=True)
-        shutil.copytree(checkout, new, ignore=shutil.ignore_patterns(".git"), symlinks=True, copy_function=shutil.copy)
+
+    def stand_in(copy):
         for path in lacking:
-            write_text(new / path, STAND_INS[path][0]())
-        # git apply works outside repositories, and would take a repository further up for one.
-        done = subprocess.run(["git", "apply", PATCH], cwd=new, capture_output=True, text=True, check=False,
-                              env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.resolve())})
-        if done.returncode:
-            raise RenderError(f"{PATCH} does not apply: {done.stderr.strip()}")
-        put_own(new)
-        # What is the same keeps its time and is not compiled again.
-        for path in new.rglob("*"):
-            old = source / path.relative_to(new)
-            if path.is_file() and old.is_file() and filecmp.cmp(path, old, shallow=False):
-                shutil.copystat(old, path)
-        shutil.rmtree(source, ignore_errors=True)
-        new.rename(source)
-        stamp_file.write_text(stamp)
-    put_own(source)
+            write_text(copy / path, STAND_INS[path][0]())
+
+    other_build.prepare(checkout, folder, PATCH, [str(STAND_IN_VERSION), COMMIT, git(checkout, "status", "--porcelain"), *lacking,
+                                                  *other_submodules(checkout)],
+                        [(OWN / name, "src/pbrt") for name in ("blue.h", "blue.cpp")], change=stand_in)
     return lacking
 
 
-def run_logged(what, log, *command):
-    """Runs a build step; on a terminal shows its latest line. Raises RenderError with the end of the log."""
-    shown, lines = sys.stderr.isatty(), []
-    print(f"bench: {what}", file=sys.stderr, flush=True)
-    try:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True,
-                                   errors="replace")
-    except OSError as error:
-        raise RenderError(f"cannot run {command[0]} ({error.strerror}); run scripts/setup") from None
-    with process:
-        for line in process.stdout:
-            lines.append(line)
-            if shown:
-                print(f"\r{line.strip()[:100]}\033[K", end="", file=sys.stderr, flush=True)
-    if shown:
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
-    log.write_text("".join(lines))
-    if process.returncode:
-        raise RenderError(f"{what} failed; see {log}. It ends with:\n{''.join(lines[-20:])}")
-
-
 def build(checkout, jobs):
-    """Built: pbrt with the sampler `blue`. Takes a quarter of an hour the first time."""
+    """Built: pbrt with the sampler `blue`."""
     checkout = Path(checkout).resolve()
     check(checkout)
-    folder = cache_folder() / "pbrt"
+    folder = renderer.cache_folder() / "pbrt"
     folder.mkdir(parents=True, exist_ok=True)
-    lacking = prepare(checkout, folder)
-    libbn, prefix, pbrt = folder / "libbn", folder / "prefix", folder / "build"
-    # Configured again only if CMake's files changed, but with these options every time.
-    for what, source, target, options, targets in (
-            ("libbn", ROOT, libbn, (*BN_OPTIONS, f"-DCMAKE_INSTALL_PREFIX={prefix}"), ("--target", "install")),
-            ("pbrt-v4, about a quarter of an hour the first time", folder / "src", pbrt,
-             (*OPTIONS, f"-DCMAKE_PREFIX_PATH={prefix}"), ("--target", "pbrt_exe"))):
-        cache = target / "CMakeCache.txt"
-        # CMake refuses the cache of sources that have moved.
-        if cache.is_file() and f"CMAKE_HOME_DIRECTORY:INTERNAL={source}\n" not in cache.read_text(encoding="utf-8"):
-            shutil.rmtree(target)
-        new = not cache.is_file()
-        generator = ("-G", "Ninja") if new and shutil.which("ninja") else ()
-        run_logged(f"configuring {what.split(',')[0]}", folder / "log", "cmake", "-S", str(source), "-B", str(target), *generator,
-                   *options)
-        run_logged(f"building {what}", folder / "log", "cmake", "--build", str(target), "--parallel", str(jobs), *targets)
+    lacking, others = prepare(checkout, folder), other_submodules(checkout)
+    other_build.build(folder, jobs, "pbrt-v4", OPTIONS, "pbrt_exe")
     remarks = [f"`{Path(path).name}` is missing in the checkout; {STAND_INS[path][1]} take its place." for path in lacking]
-    others = other_submodules(checkout)
     if others:
         remarks.append(f"Submodules at other commits than pbrt's: {', '.join(others)}.")
-    return Built(pbrt / "pbrt", tuple(remarks))
+    return Built(folder / "build" / "pbrt", tuple(remarks))

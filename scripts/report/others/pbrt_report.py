@@ -2,7 +2,6 @@
 """The text of pbrt.md: how many times smaller the error of `blue` is than that of pbrt's samplers, and the time it takes."""
 
 import math
-import statistics
 
 import numpy as np
 
@@ -10,15 +9,13 @@ from ..base.tables import md_table
 from ..measure.gains import BEST_PEER, Gain, Gains, bootstrap, row_of
 from ..measure.image_error import SIGMAS
 from ..measure.ratios import seconds_to_error
+from .other_renderer import HEADLINE, KINDS, OtherReport, name_of
 from .pbrt_build import COMMIT
 from .pbrt_scenes import CROP, HEIGHT, HELD_OUT, SCENES, TUNING, WIDTH
 
-FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds")
-HEADLINE = ("displayed_2.1", "rmse_2.1")
 HEADLINE_THANS = ("independent", "sobol", "halton", "zsobol", BEST_PEER)
 HEADLINE_COUNTS = (1, 2, 3, 4, 6, 16, 64)
 SPREAD_COUNTS = (1, 4, 16, 64)
-KINDS = {"displayed": "as displayed", "rmse": "raw", "displayed_luminance": "as displayed, luminance", "luminance": "raw, luminance"}
 WANTED_SAMPLER, WANTED_SPP = "zsobol", 16
 
 TITLE = "# In pbrt-v4\n"
@@ -72,11 +69,6 @@ def answer(rows, rest):
     return " ".join(parts)
 
 
-def name_of(measure):
-    kind, _, sigma = measure.rpartition("_")
-    return KINDS[kind] + (f", after sigma {sigma}" if float(sigma) else ", unblurred")
-
-
 def than_name(than):
     return "best of pbrt's" if than == BEST_PEER else f"`{than}`"
 
@@ -88,14 +80,13 @@ These two crops prompted that; how to do it was chosen by the tuning crops."""
 SPECTRAL = "hair"
 
 
-class Report:
-    """options: of pbrt.parse_options(); references: {view: pbrt.Reference}; remarks: of pbrt_build.Built."""
+class Report(OtherReport):
+    """options: of pbrt.parse_options(); remarks: of pbrt_build.Built."""
 
-    def __init__(self, options, cells, references, remarks, counts):
-        self.options, self.cells, self.references = options, cells, references
-        self.remarks, self.counts = remarks, counts
-        self.samplers = tuple(options.samplers)
-        self.own = tuple(name for name in self.samplers if name != "blue")
+    def __init__(self, options, cells, references, remarks):
+        super().__init__(options, cells, references, options.samplers, {}, "independent", CROP[0] * CROP[1])
+        self.remarks = remarks
+        self.thans = [(than, than_name(than)) for than in (*self.own, BEST_PEER)]
         self.sets = {}
         for title, scenes in (("Held-out scenes", HELD_OUT), ("Tuning scenes", TUNING)):
             gains = self.gains_of(scenes)
@@ -127,13 +118,9 @@ class Report:
     def summary(self):
         """The table of examples/pbrt/README.md: over held-out scenes, as displayed and in brackets raw."""
         gains, counts = next(iter(self.sets.values())), [n for n in HEADLINE_COUNTS if n in self.counts]
-        rows = []
-        for than in (*self.own, BEST_PEER):
-            found = [[gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in counts]
-            rows.append([than_name(than), *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
         scenes = len({view.scene for view in gains.views})
         return (f"{next(iter(self.sets))}: {scenes}; crops: {len(gains.views)}; seeds: {self.options.seeds}.\n\n"
-                + md_table(["error over `blue`'s, at spp", *map(str, counts)], rows))
+                + self.ratios(gains, "error over `blue`'s, at spp", self.thans, counts, HEADLINE))
 
     def headline_rows(self, gains=None):
         """What `scripts/bench summary` reads: over held-out scenes, in the form of gains.write_rows()."""
@@ -141,13 +128,6 @@ class Report:
         found = [(gains.gain("blue", spp, measure, than), measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than)
                  for measure in HEADLINE for spp in self.counts for than in (*self.own, BEST_PEER)]
         return [row_of(*row) for row in found if row[0]]
-
-    def all_samplers(self, gains, measure):
-        rows = []
-        for than in (*self.own, BEST_PEER):
-            found = [gains.gain("blue", spp, measure, than) for spp in self.counts]
-            rows.append([than_name(than), *(f"{gain.value:.2f}" if gain else "" for gain in found)])
-        return md_table(["over `blue`", *map(str, self.counts)], rows)
 
     def scenes_table(self, gains, measure, than):
         """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
@@ -164,30 +144,16 @@ class Report:
 
     # ---- Time
 
-    def rate(self, view, label):
-        """Processor seconds per sample of all pixels, without what starting pbrt takes."""
-        first, last = self.counts[0], self.counts[-1]
-        seconds = [statistics.median(self.cells.get(view, label, spp, "seconds")) for spp in (first, last)]
-        return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
-
-    def rates_table(self):
-        rows = []
-        for label in self.samplers:
-            logs = [math.log(self.rate(view, label) / self.rate(view, "independent")) for view in self.references]
-            micro = [1e6 * self.rate(view, label) / (CROP[0] * CROP[1]) for view in self.references]
-            rows.append([f"`{label}`", f"{math.exp(statistics.mean(logs)):.2f}", f"{statistics.median(micro):.2f}"])
-        return md_table(["sampler", "processor time over `independent`'s", "median, µs per sample"], rows)
-
     def seconds(self, view, label, measure, wanted):
         rate = self.rate(view, label)
-        errors = [math.sqrt(np.mean(np.square(self.cells.get(view, label, spp, measure)))) for spp in self.counts]
+        errors = [self.rms(view, label, spp, measure) for spp in self.counts]
         return seconds_to_error([rate * spp for spp in self.counts], errors, wanted)
 
     def equal_error(self, gains, measure, label):
         """A Gain: how many times longer `label` takes than blue for the error of WANTED_SAMPLER at WANTED_SPP."""
         scenes, left_out = {}, 0
         for view in gains.views:
-            wanted = math.sqrt(np.mean(np.square(self.cells.get(view, WANTED_SAMPLER, WANTED_SPP, measure))))
+            wanted = self.rms(view, WANTED_SAMPLER, WANTED_SPP, measure)
             own, other = (self.seconds(view, name, measure, wanted) for name in ("blue", label))
             if math.isfinite(own) and math.isfinite(other) and gains.is_judged(view, WANTED_SAMPLER, WANTED_SPP, measure):
                 scenes.setdefault(view.scene, []).append(np.log([other / own]))
@@ -211,15 +177,10 @@ class Report:
         rows = []
         for scene in dict.fromkeys(view.scene for view in self.references):
             views = [view for view in self.references if view.scene == scene]
-            shares = {}
-            for measure in HEADLINE:
-                shares[measure] = max(
-                    self.references[view].own[measure] / min(
-                        math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure))))
-                        for label in self.samplers) for view in views)
+            shares = [max(self.own_share(view, measure) for view in views) for measure in HEADLINE]
             places = ", ".join(f"{view.x0}+{view.y0}" for view in views)
             rows.append([scene, SCENES[scene].what, places, str(self.references[views[0]].spp),
-                         *(f"{shares[measure]:.2f}" for measure in HEADLINE)])
+                         *(f"{share:.2f}" for share in shares)])
         return md_table(["scene", "", "crops at", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
 
     # ---- All
@@ -242,7 +203,7 @@ class Report:
                     if than in (*self.own, BEST_PEER):
                         parts += [f"{name_of(measure).capitalize()}:", "", self.scenes_table(gains, measure, than), ""]
         if "independent" in self.samplers:
-            parts += ["## Time", "", "Processor seconds of `--nthreads 1`, without what starting pbrt takes.", "", self.rates_table(), ""]
+            parts += ["## Time", "", "Processor seconds of `--nthreads 1`, without what starting pbrt takes.", "", self.times_table("sampler"), ""]
         if WANTED_SAMPLER in self.samplers and WANTED_SPP in self.counts:
             gains = next(iter(self.sets.values()))
             parts += [f"Time to the error that `{WANTED_SAMPLER}` has at {WANTED_SPP} samples, {next(iter(self.sets)).lower()}; crops "
@@ -253,7 +214,8 @@ class Report:
             for kind in KINDS:
                 for sigma in reversed(SIGMAS):
                     measure = f"{kind}_{sigma}"
-                    parts += [f"{name_of(measure).capitalize()}:", "", self.all_samplers(gains, measure), ""]
+                    parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(
+                        gains, "over `blue`", self.thans, self.counts, measure, lambda gain: f"{gain.value:.2f}"), ""]
         parts += ["## How it was measured", "", f"`{self.options.command}`, pbrt-v4 at commit `{COMMIT[:8]}`, "
                   f"{self.options.seeds} seeds.", *(f" {remark}" for remark in self.remarks), "", METHOD, "",
                   "Crops are named by their left and upper pixels. Own errors are those of references over the smallest error of any "

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The comparisons in pbrt-v4 and Cycles. With BN_PBRT=DIR or BN_CYCLES=DIR, checkouts of them, the samplers' pictures too: crops,
+threads, seeds and the wavefront integrator. That builds them, which takes a quarter of an hour each the first time."""
+
+import os
+import subprocess
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from report.base.files import read_exr, write_exr
+from report.others import (
+    cycles,
+    cycles_build,
+    cycles_report,
+    cycles_scenes,
+    other_renderer,
+    pbrt,
+    pbrt_build,
+    pbrt_report,
+    pbrt_scenes,
+)
+from report.renders.renderer import RenderError
+
+
+def test_crops_stay_where_they_are():
+    """They were placed before anything was rendered."""
+    assert [view.bounds[::2] for view in pbrt_scenes.crops("cornell", "final")] == [(619, 563), (850, 857), (28, 418)]
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A folder that looks like Cycles."""
+    folder = tmp_path / "cycles"
+    for name in ("src/kernel/sample", "src/app", "src/session", "lib/linux_x64", "examples"):
+        (folder / name).mkdir(parents=True)
+    (folder / "src/kernel/sample/pattern.h").write_text("first\n")
+    for path, before, _ in cycles_build.CHANGES:
+        (folder / path).write_text(f"before {before} after\n")
+    (folder / "examples/scene_monkey.xml").write_text('<cycles>\n<camera type="perspective" fov="0.5"/>\n</cycles>\n')
+    git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@b")
+    for command in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
+        subprocess.run([*git, *command], check=True)
+    return folder
+
+
+def test_a_copy_is_patched_and_what_is_the_same_stays(checkout, tmp_path, monkeypatch):
+    patch = tmp_path / "a.patch"
+    patch.write_text("--- a/src/kernel/sample/pattern.h\n+++ b/src/kernel/sample/pattern.h\n@@ -1 +1,2 @@\n first\n+second\n")
+    monkeypatch.setattr(cycles_build, "PATCH", patch)
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    cycles_build.prepare(checkout, folder)
+    copy = folder / "src"
+    assert (copy / "src/kernel/sample/pattern.h").read_text() == "first\nsecond\n"
+    for path, _, after in cycles_build.CHANGES:
+        assert (copy / path).read_text() == f"before {after} after\n"
+    assert (copy / "src/kernel/sample/blue.h").read_text() == (cycles_build.OWN / "blue.h").read_text()
+    assert not (copy / "lib").exists() and (checkout / "src/kernel/sample/pattern.h").read_text() == "first\n"
+    # Again with another patch: only what it changes is new.
+    times = {path: path.stat().st_mtime_ns for path in copy.rglob("*") if path.is_file()}
+    patch.write_text(patch.read_text().replace("second", "third"))
+    cycles_build.prepare(checkout, folder)
+    assert {path.name for path, old in times.items() if path.stat().st_mtime_ns != old} == {"pattern.h"}
+    with pytest.raises(RenderError, match=f"checkout {cycles_build.TAG}"):
+        cycles_build.check(checkout)
+    with pytest.raises(RenderError, match="is no checkout of pbrt-v4; run git clone --recursive"):
+        pbrt_build.check(tmp_path)
+    assert pbrt_build.missing(tmp_path) == [pbrt_build.MASKS, pbrt_build.POINTS]
+
+
+class Made:
+    """Cells made up: blue's error is half of the others', zsobol's does not fall, and a sample takes a microsecond."""
+
+    def get(self, view, label, spp, measure):
+        if measure == "seconds":
+            return [0.1 + spp * pbrt_scenes.CROP[0] * pbrt_scenes.CROP[1] * 1e-6 * (1 if label == "independent" else 2)] * 4
+        return [(0.5 if label == "blue" else 1.0) / np.sqrt(spp)] * 4
+
+
+def made_of(*scenes):
+    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, views="final", counts=other_renderer.COUNTS, command="scripts/bench pbrt --pbrt DIR")
+    views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "final")]
+    references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
+    return pbrt_report.Report(options, Made(), references, ("A remark.",))
+
+
+def test_ratios_are_over_blue():
+    made = made_of("cornell", "room")
+    gains = made.sets["Held-out scenes"]
+    assert {view.scene for view in gains.views} == {"room"}
+    gain = gains.gain("blue", 6, "rmse_2.1", "zsobol")
+    assert (gain.value, gain.low, gain.high) == pytest.approx((2, 2, 2))
+    text = made.text()
+    assert text.index("## Held-out scenes") < text.index("## Tuning scenes") and "A remark." in text
+    assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary()
+    assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text and "without `hair`" not in text
+    assert "without `hair`" in made_of("hair", "room").text()
+    # Time to an error: blue needs a quarter of the samples; independent's take half the time.
+    assert made.equal_error(gains, "rmse_2.1", "halton").value == pytest.approx(4)
+    assert made.equal_error(gains, "rmse_2.1", "independent").value == pytest.approx(2)
+    assert "| `independent` | 1.00 | 1.00 |" in made.times_table("") and "| `blue` | 2.00 | 2.00 |" in made.times_table("")
+
+
+def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
+    """A program whose pictures are noise that depends on the scene file alone."""
+    for number in range(10):
+        noise = np.random.default_rng(number).random((cycles_scenes.SIZE[1], cycles_scenes.SIZE[0], 3))
+        write_exr(tmp_path / f"{number}.exr", noise.astype(np.float32), {})
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\nfor last; do :; done\nwhile [ $1 != --output ]; do shift; done\n"
+                       f"sum=$(cksum < $last)\ncp {tmp_path}/$((${{sum%% *}} % 10)).exr $2\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "docs/report").mkdir(parents=True)
+    guide = tmp_path / "guide.md"
+    guide.write_text("<!-- table: scripts/bench cycles -->\n<!-- end of the table -->\n")
+    monkeypatch.chdir(tmp_path)
+    cycles.run(["--cycles", str(checkout), "--program", str(program), "--scenes", "monkey", "--spp", "4", "--seeds", "2", "--jobs", "2",
+                "--out", "docs/report", "--guide", str(guide)])
+    text = (tmp_path / "docs/report/cycles.md").read_text()
+    assert "## Stopped early" in text and "## Adaptive sampling" in text and "`monkey`: Cycles'" in text
+    assert "| Tabulated Sobol |" in guide.read_text() and (tmp_path / "out/cycles/cycles.csv").is_file()
+    assert (tmp_path / "docs/cycles.jpg").is_file()
+
+
+# ---- With pbrt
+
+@pytest.fixture(scope="module")
+def pbrt_program():
+    if not os.environ.get("BN_PBRT"):
+        pytest.skip("BN_PBRT is not set to a checkout of pbrt-v4")
+    return pbrt_build.build(ROOT / os.environ["BN_PBRT"], os.cpu_count() or 1).program
+
+
+@pytest.fixture(scope="module")
+def picture(pbrt_program, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pictures")
+
+    def picture(scene="motion", bounds=(600, 640, 400, 430), spp=4, seed=1, threads=1, sampler="blue", more=(), edit=lambda text: text):
+        path = pbrt_scenes.write_files(folder, pbrt_scenes.SCENES[scene], sampler, pbrt.SAMPLERS[sampler])
+        path.write_text(edit(path.read_text()))
+        out = folder / "out.exr"
+        subprocess.run([pbrt_program, "--quiet", "--nthreads", str(threads), "--spp", str(spp), "--seed", str(seed), *more,
+                        "--pixelbounds", ",".join(map(str, bounds)), "--outfile", out, path], check=True)
+        return read_exr(out)[0]
+
+    return picture
+
+
+def test_the_patch_applies_to_the_checkout(pbrt_program):
+    subprocess.run(["git", "-C", os.environ["BN_PBRT"], "apply", "--check", pbrt_build.PATCH], check=True)
+
+
+def test_crops_threads_and_seeds(picture):
+    whole = picture()
+    assert np.array_equal(picture(bounds=(611, 625, 407, 420)), whole[7:20, 11:25])
+    assert np.array_equal(picture(threads=3), whole)
+    assert not np.array_equal(picture(seed=2), whole)
+    # The first samples of a longer run are those of a shorter one: more samples of the same sequence differ less.
+    assert not np.array_equal(picture(spp=5), whole)
+
+
+def test_the_wavefront_integrator_renders_the_same(picture):
+    """Up to the first surface's light and direction the two ask for the same; their arithmetic differs in the last digits."""
+    def once(text):
+        return text.replace('"integer maxdepth" [ 5 ]', '"integer maxdepth" [ 1 ]').replace('"integer maxdepth" 5', '"integer maxdepth" 1')
+
+    ours, theirs = picture(edit=once), picture(edit=once, more=["--wavefront"])
+    assert np.mean(np.abs(ours - theirs) > 1e-3 * (1 + ours)) < 0.01
+    other = picture(edit=once, seed=2)
+    assert np.mean(np.abs(ours - other) > 1e-3 * (1 + ours)) > 0.5
+
+
+@pytest.mark.parametrize("scene", ["skin", "fog", "room"])
+def test_both_integrators_agree_with_another_sampler(picture, scene):
+    """The means of a patch; at 64 samples they differ by a few per cent."""
+    wanted = picture(scene, spp=64, sampler="independent").mean()
+    for more in ((), ("--wavefront",)):
+        assert picture(scene, spp=64, more=more).mean() == pytest.approx(wanted, rel=0.05)
+
+
+# ---- With Cycles
+
+@pytest.fixture(scope="session")
+def cycles_program():
+    if not os.environ.get("BN_CYCLES"):
+        pytest.skip("BN_CYCLES is not set to a checkout of Cycles")
+    return cycles_build.build(os.environ["BN_CYCLES"], os.cpu_count() or 1)
+
+
+def cycles_picture(program, folder, settings, spp):
+    out = folder / "out.exr"
+    cycles.render(program, os.environ["BN_CYCLES"], "penumbra", settings, out, spp)
+    return read_exr(out)[0]
+
+
+def test_pictures_differ_by_their_seeds_alone(cycles_program, tmp_path):
+    first, again, other = (cycles_picture(cycles_program, tmp_path, cycles.integrator("blue", 2, seed), 2) for seed in (1, 1, 2))
+    assert np.array_equal(first, again) and np.mean(first != other) > 0.5 and abs(first.mean() / other.mean() - 1) < 0.02
+
+
+@pytest.mark.parametrize("sampler", cycles.SAMPLERS)
+def test_what_patterns_are_told(cycles_program, tmp_path, sampler):
+    """Blue noise of Cycles depends on it, as the table of pictures that stop early needs; `blue` does not."""
+    told_four, told_more = (cycles_picture(cycles_program, tmp_path, cycles.integrator(sampler, told, 1), 4) for told in (4, 64))
+    assert np.array_equal(told_four, told_more) == (sampler not in cycles_report.PREVIEW)
