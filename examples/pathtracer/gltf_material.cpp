@@ -28,18 +28,10 @@ Vec3 colour(const std::vector<double> &factor, double high) {
     return {within(factor[0], 0, high), within(factor[1], 0, high), within(factor[2], 0, high)};
 }
 
-// Material extensions that are not supported.
-const std::pair<const char *, const char *> UNKNOWN_PARTS[] = {
-    {"KHR_materials_clearcoat", "clearcoat"},
-    {"KHR_materials_sheen", "sheen"},
-    {"KHR_materials_volume", "absorption in volumes"},
-    {"KHR_materials_iridescence", "iridescence"},
-    {"KHR_materials_anisotropy", "anisotropy"},
-    {"KHR_materials_dispersion", "dispersion"},
-    {"KHR_materials_diffuse_transmission", "diffuse transmission"},
-    {"KHR_materials_unlit", "that materials are unlit"},
-    {"KHR_materials_pbrSpecularGlossiness", "specular-glossiness materials"},
-};
+bool is_supported(const std::string &extension) {
+    return extension == "KHR_materials_ior" || extension == "KHR_materials_transmission" ||
+           extension == "KHR_materials_specular" || extension == "KHR_materials_emissive_strength";
+}
 
 // Image formats that are not decoded. A texture may offer a PNG or JPEG as a fallback.
 const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_webp", "WebP"},
@@ -263,8 +255,9 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
     for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
         if (member(source.extensions, "KHR_materials_specular", name))
             draft_.ignored.insert("colours and textures of coats");
-    for (const auto &[extension, name] : UNKNOWN_PARTS)
-        if (source.extensions.count(extension) > 0) draft_.ignored.insert(name);
+    for (const auto &[extension, value] : source.extensions)
+        if (!is_supported(extension))
+            draft_.ignored.insert("the extension " + printable(extension));
 
     Material m = factors_of(source);
     const bool transmits = transmits_light(source, m.metallic);

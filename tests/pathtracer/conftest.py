@@ -8,9 +8,7 @@ import pytest
 from pathtracer_driver import PathTracer
 from scene_files import write_environment
 
-DEFAULT_BINARY = (
-    pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
-)
+DEFAULT_BINARY = pathlib.Path(__file__).resolve().parents[2] / "build/examples/pathtracer/pathtracer"
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ from scipy import stats
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
 
+
 class PathTracer:
     def __init__(self, binary, folder):
         self.binary = str(binary)
@@ -22,12 +23,7 @@ class PathTracer:
     def run(self, *arguments, timeout=60, **options):
         """Runs the program; returns the CompletedProcess with its output as text."""
         return subprocess.run(
-            [self.binary, *map(str, arguments)],
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-            cwd=self.folder,
-            **options,
+            [self.binary, *map(str, arguments)], capture_output=True, text=True, timeout=timeout, cwd=self.folder, **options
         )
 
     def success(self, *arguments, **options):

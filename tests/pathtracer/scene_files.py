@@ -48,13 +48,7 @@ class Gltf:
         view = self.view(values.tobytes())
         return self.add(
             "accessors",
-            **{
-                "bufferView": view,
-                "componentType": COMPONENT_TYPES[str(values.dtype)],
-                "count": len(values),
-                "type": kind,
-                **properties,
-            },
+            **{"bufferView": view, "componentType": COMPONENT_TYPES[str(values.dtype)], "count": len(values), "type": kind, **properties},
         )
 
     def material(self, colour=(0.5, 0.5, 0.5), **properties):
@@ -102,9 +96,7 @@ class Gltf:
 
     def texture(self, pixels, kind="PNG", **sampler):
         """A texture of an array of 8-bit pixels, in a buffer view."""
-        picture = self.add(
-            "images", bufferView=self.view(encoded(pixels, kind)), mimeType=f"image/{kind.lower()}"
-        )
+        picture = self.add("images", bufferView=self.view(encoded(pixels, kind)), mimeType=f"image/{kind.lower()}")
         return self.add("textures", source=picture, sampler=self.add("samplers", **sampler))
 
     def document(self, **buffer):
@@ -156,9 +148,7 @@ def ceiling(x0, x1, z0, z1):
 
 def block(height, corners):
     at = lambda corner, y: [corner[0], y, corner[1]]
-    sides = [
-        [at(p, 0), at(q, 0), at(q, height), at(p, height)] for p, q in zip(corners, corners[1:] + corners[:1])
-    ]
+    sides = [[at(p, 0), at(q, 0), at(q, height), at(p, height)] for p, q in zip(corners, corners[1:] + corners[:1])]
     return [[at(corner, height) for corner in corners], *sides]
 
 
@@ -177,11 +167,7 @@ CORNELL = {  # name: (colour, emission, quadrilaterals)
             *block(330, [[423, 247], [265, 296], [314, 456], [472, 406]]),
         ],
     ),
-    "red": (
-        (0.63, 0.065, 0.05),
-        None,
-        [[[552.8, 0, 0], [549.6, 0, BACK], [556, TOP, BACK], [556, TOP, 0]]],
-    ),
+    "red": ((0.63, 0.065, 0.05), None, [[[552.8, 0, 0], [549.6, 0, BACK], [556, TOP, BACK], [556, TOP, 0]]]),
     "green": ((0.14, 0.45, 0.091), None, [[[0, 0, BACK], [0, 0, 0], [0, TOP, 0], [0, TOP, BACK]]]),
     "lamp": ((0.78, 0.78, 0.78), (17, 12, 4), [ceiling(213, 343, 227, 332)]),
 }

@@ -33,9 +33,7 @@ def test_eye_target_and_angle(pathtracer):
     common = ["--scene", path, *SMALL, "--max-depth", 0]
     # Looking straight down, -z is up in the picture; from 1e6 up, nothing of the place may be lost.
     for height, fov in ((1, 90), (2, 2 * np.degrees(np.arctan(0.5)))):
-        layers = read_layers(
-            pathtracer.render(*common, "--eye", f"0,{height},0", "--target", "0,0,0", "--fov", fov)
-        )
+        layers = read_layers(pathtracer.render(*common, "--eye", f"0,{height},0", "--target", "0,0,0", "--fov", fov))
         assert (layers["A"] == 1).all()
         np.testing.assert_allclose(layers["depth.Z"], height, rtol=1e-5)
     half = read_layers(pathtracer.render(*common, "--eye", "0,2,0", "--target", "0,0,0", "--fov", 90))["A"]
@@ -72,9 +70,7 @@ def test_the_place_of_a_file_is_its_own(pathtracer):
     place = lambda p: ",".join(repr(float(v)) for v in p)
     eye, target = np.array([200, 300, -700]), np.array([300, 200, 100])
     images = [
-        pathtracer.image(
-            "--scene", path, *SMALL, "--max-depth", 1, "--eye", place(eye + by), "--target", place(target + by)
-        )
+        pathtracer.image("--scene", path, *SMALL, "--max-depth", 1, "--eye", place(eye + by), "--target", place(target + by))
         for path, by in ((near, np.zeros(3)), (far, shift))
     ]
     # Vertices may round differently; those of a file hold seven digits before its node moves them.

@@ -100,9 +100,7 @@ def test_direct_light_is_analytic(pathtracer, wall):
     mask = mask[crop[1] : crop[3], crop[0] : crop[2]]
     common = ["--size", f"{size}x{size}", "--crop", ",".join(map(str, crop)), "--spp", 32]
     common += ["--max-depth", 1, "--sampler", "sobol"]
-    images = np.array(
-        [pathtracer.image(*common, "--seed", seed)[mask] for seed in range(SEEDS)], dtype=np.float64
-    )
+    images = np.array([pathtracer.image(*common, "--seed", seed)[mask] for seed in range(SEEDS)], dtype=np.float64)
     means = images.mean(axis=1)
     p_values = stats.ttest_1samp(means, expected.mean(axis=0)).pvalue
     assert np.nanmin(p_values) * np.size(p_values) > 0.001
@@ -114,10 +112,7 @@ def test_direct_light_is_analytic(pathtracer, wall):
 
 def test_depth_adds_light(pathtracer):
     """Each further bounce adds what the bounces before it leave; roulette does not end the sum."""
-    means = [
-        pathtracer.image("--size", "48x48", "--spp", 64, "--max-depth", depth).mean()
-        for depth in (0, 1, 2, 4, 8, 32)
-    ]
+    means = [pathtracer.image("--size", "48x48", "--spp", 64, "--max-depth", depth).mean() for depth in (0, 1, 2, 4, 8, 32)]
     assert all(a < b for a, b in zip(means, means[1:]))
     assert means[-1] < 1.02 * means[-2]
 

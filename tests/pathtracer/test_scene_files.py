@@ -8,19 +8,7 @@ fixed; the false-alarm rate of the statistical tests, had seeds been drawn anew,
 import numpy as np
 import pytest
 from pathtracer_driver import assert_equal_means, part_means
-from scene_files import (
-    DOWN,
-    QUAD,
-    SIX,
-    SMALL,
-    Gltf,
-    ball,
-    cornell,
-    cornell_obj,
-    floor,
-    over_floor,
-    picture,
-)
+from scene_files import DOWN, QUAD, SIX, SMALL, Gltf, ball, cornell, cornell_obj, floor, over_floor, picture
 
 # ---- The same scene said in other ways
 
@@ -97,6 +85,7 @@ def test_nodes_and_matrices(pathtracer):
 def test_mirrors_keep_fronts_in_front(pathtracer):
     """A light that shines from its front only still faces down after two mirrors, and after one that is made up for by
     the order of its corners."""
+
     def lamp(corners, **node):
         g = floor()
         g.quads([corners], g.material((0, 0, 0), emissiveFactor=[2, 2, 2]), **node)
@@ -112,11 +101,10 @@ def test_mirrors_keep_fronts_in_front(pathtracer):
         assert mirrored.mean() == pytest.approx(lit.mean(), rel=0.02), scale
 
 
-@pytest.mark.parametrize(
-    "way", ["uint8", "uint32", "none", "strip", "fan", "sparse", "strided", "quantised", "normalized"]
-)
+@pytest.mark.parametrize("way", ["uint8", "uint32", "none", "strip", "fan", "sparse", "strided", "quantised", "normalized"])
 def test_ways_to_store_a_mesh(pathtracer, way):
     """A square in every way a glTF can hold it: albedo on the floor, nothing beside it, in each the same."""
+
     def scene(way):
         g = Gltf()
         material = g.material((0.25, 0.5, 0.75), doubleSided=True)
@@ -153,9 +141,7 @@ def test_ways_to_store_a_mesh(pathtracer, way):
             padded = np.zeros((4, 4), np.int16)
             padded[:, :3] = 32767 * QUAD
             view = g.view(padded.tobytes(), byteStride=8)
-            positions = g.add(
-                "accessors", bufferView=view, componentType=5122, count=4, type="VEC3", normalized=True
-            )
+            positions = g.add("accessors", bufferView=view, componentType=5122, count=4, type="VEC3", normalized=True)
         g.node(mesh=g.mesh(positions, indices, material, mode))
         g.light("directional", 2, rotation=DOWN)
         return over_floor(g, 4, 0.9)

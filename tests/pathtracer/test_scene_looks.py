@@ -102,9 +102,7 @@ def test_emission_by_a_texture(pathtracer):
         panel = np.float32([[-1, 0, 1], [-1, 0, -1], [1, 0, -1], [1, 0, 1]]) * 0.5 + np.float32([0, 0.8, 0])
         if textured:
             texture = g.texture(colours, magFilter=9728)
-            material = g.material(
-                (0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": texture}, extensions=strength
-            )
+            material = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": texture}, extensions=strength)
             coordinates = np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])
             g.node(mesh=g.mesh(panel, SIX, material, TEXCOORD_0=coordinates))
         else:
@@ -319,12 +317,7 @@ def test_pictures_of_other_kinds(pathtracer, even_sky):
 
 @pytest.mark.parametrize(
     "library, picture_name",
-    [
-        (r"a.mtl", r".\tex\one.png"),
-        (r".\lib\a.mtl", r"tex\one.png"),
-        (r"  a.mtl", r'"C:\Users\me\one.png"'),
-        (r"a\ b.mtl", r"tex/one.png"),
-    ],
+    [(r"a.mtl", r".\tex\one.png"), (r".\lib\a.mtl", r"tex\one.png"), (r"  a.mtl", r'"C:\Users\me\one.png"'), (r"a\ b.mtl", r"tex/one.png")],
 )
 def test_an_obj_of_windows(pathtracer, even_sky, library, picture_name):
     """Backslashes, quotes and disks in names; a space that a backslash keeps."""
