@@ -83,7 +83,7 @@ def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path
     """A path tracer with another seed for blue simulates one with another table."""
     program, made, real = tmp_path / "pathtracer", [], judge.measure
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
-    view = views.chosen("core", ("lens",), (16, 17))[0]
+    view = views.crops("core", ("lens",), (64, 48), (16, 17))[0]
     tasks = judge.plan((view,), ("white", "sobol", "zorder", "blue"), {1: 1, 4: 1})
     for other in ("", "--seed 77"):
         program.write_text(f"""#!/bin/sh
@@ -97,7 +97,7 @@ case "$*" in *"--sampler blue"*) exec '{pathtracer}' "$@" {other} ;; *) exec '{p
 
 
 def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
-    view = views.chosen("core", ("cornell",), (16, 17))[0]
+    view = views.crops("core", ("cornell",), (64, 48), (16, 17))[0]
     reference = judge.render_reference(pathtracer, view, 64)
     for label, declared in (("blue", 0), ("zorder", 4)):
         task = judge.Task(view, label, 1, (2, 4))
@@ -110,7 +110,7 @@ def test_figures_are_those_of_single_renders(pathtracer, tmp_path):
 
 def test_a_reference_knows_its_own_error(pathtracer):
     """The estimate of a reference's own error is right within a factor of 1.5: 64 samples of sobol against 2048."""
-    view = views.chosen("core", ("penumbra",), (31, 32))[0]
+    view = views.crops("core", ("penumbra",), (96, 80), (31, 32))[0]
     coarse, fine = (judge.render_reference(pathtracer, view, spp) for spp in (64, 2048))
     assert fine.own["rmse"] < coarse.own["rmse"] / 3
     error = float(np.sqrt(np.mean((coarse.picture - fine.picture) ** 2)))

@@ -154,7 +154,7 @@ class Report:
         parts = [
             "# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
             self.short(), "", "![sobol / blue after the denoiser](denoise.png)", "",
-            f"{len(self.references)} {'crops' if next(iter(self.references)).crop else 'whole pictures'} of {len(self.scenes)} built-in "
+            f"{len(self.references)} crops of {len(self.scenes)} built-in "
             f"scenes (the set *{options.views}*, {SETS[options.views]}), {seeds} of each, against references with "
             f"{options.reference_spp} samples per pixel. Crops are denoised by themselves. Ratios say how many times smaller the error "
             "is: geometric means over scenes, pictures, crops and seeds, with the 95 % interval of a bootstrap over all four. "

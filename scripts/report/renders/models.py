@@ -9,27 +9,23 @@ tracer's sky, and displayed at the exposure that the path tracer picks for the p
 
 import argparse
 import dataclasses
-import itertools
-import statistics
 import sys
 import tempfile
+import types
 from pathlib import Path
-
-import numpy as np
 
 from ..base import peers
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import parse_size, run_or_say_why
+from ..base.command import parse_size, run_or_say_why, split_more
 from ..base.files import read_exr, write_text
-from ..base.plots import finish, plt, save
-from ..base.tables import md_table
 from ..measure import gains
-from ..measure.gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains
+from ..measure.gains import HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE
 from ..measure.image_error import measure_name
 from . import variants, views
-from .judge import COUNTS, REFERENCE_SEED, SEEDS, SHOWN_COUNTS, Cells, Run, plan, prepare, render_references
-from .renderer import RenderError, Request, run_pathtracer
-from .renders_report import gain_table, samplers_tables
+from .judge import COUNTS, SEEDS, Cells, Run, plan, prepare, render_references
+from .renderer import REFERENCE_SEED, RenderError, Request, run_pathtracer
+from .renders_plots import plot_gains
+from .renders_report import Report, gain_table, samplers_tables
 from .views import View
 
 ENDINGS = (".gltf", ".glb", ".obj")
@@ -92,39 +88,8 @@ def run_models(options, paths, seeds):
     return results, references, failures
 
 
-def by_model(found):
-    """{path: its crops}."""
-    return {path: tuple(own) for path, own in itertools.groupby(found.views, key=lambda view: view.scene)}
-
-
-def cell_text(found, views, measure, spp):
-    """For example "1.83 / 1.20 / 1.01 / 0.98": against white, sobol, zorder and OpenQMC, over these crops or all."""
-    own = [found.gain("blue", spp, measure, than, views) for than in found.thans()]
-    return " / ".join(f"{gain.value:.2f}" if gain else "-" for gain in own)
-
-
-def models_table(found, names, measure):
-    """One row per model, then the means."""
-    rows = [[names[path], *(cell_text(found, views, measure, spp) for spp in SHOWN_COUNTS)] for path, views in by_model(found).items()]
-    means = [f"**{cell_text(found, None, measure, spp)}**" for spp in SHOWN_COUNTS]
-    return md_table(["model", *(f"{spp} spp" for spp in SHOWN_COUNTS)], [*rows, ["**geometric mean**", *means]])
-
-
-def references_table(found, names):
-    rows = []
-    for path, shown in by_model(found).items():
-        shares = []
-        for measure in HEADLINE_MEASURES:
-            own = statistics.mean(found.references[view].own[measure] for view in shown)
-            errors = statistics.mean(error for view in shown for error in found.cells.get(view, "blue", COUNTS[-1], measure))
-            shares += [f"{own:.2g}", f"{100 * own / errors:.0f} %" if errors > 0 else ""]
-        rows.append([names[path], *shares])
-    return md_table(["model", "reference error as displayed", f"of blue's at {COUNTS[-1]} spp",
-                     "reference RMSE", f"of blue's at {COUNTS[-1]} spp"], rows)
-
-
-def report_text(options, found, names, failures):
-    count = len(by_model(found))
+def report_text(options, report, failures):
+    found, count = report.gains, len(report.scenes)
     parts = ["# Third-party models", "", f"Printed by `{options.command}`.", "",
              f"{count} model{'s' if count != 1 else ''}"
              + f", each in four crops of {options.crop[0]}x{options.crop[1]} pixels out of a picture of "
@@ -142,44 +107,17 @@ def report_text(options, found, names, failures):
     if found.peers:
         parts += [f"OpenQMC's commit is {peers.commit(options.openqmc)}.", ""]
     for measure in HEADLINE_MEASURES:
-        if "blue" in found.labels:
-            parts += [f"### blue, {measure_name(measure)}", "", gain_table(found, COUNTS, found.thans(), measure), ""]
-    parts += ["![Error reduction on each model](models.png)", "",
+        parts += [f"### blue, {measure_name(measure)}", "", gain_table(found, COUNTS, found.thans(), measure), ""]
+    parts += ["![Error reduction over white noise](models.png)", "",
               "## Every sampler", "", "White noise's error divided by each sampler's.", ""]
     parts += samplers_tables(found, COUNTS, (*HEADLINE_MEASURES, "displayed", "rmse", "trimmed_2.1", "flip"))
-    thans = " / ".join("OpenQMC" if than == BEST_PEER else than for than in found.thans())
-    parts += ["## Every model", "", f"How many times smaller blue's error is than that of {thans}; - where the reference is too noisy to tell.", ""]
+    parts += ["## Every model", "", "The geometric mean over a model's crops, followed by the smallest and the largest.", ""]
     for measure in HEADLINE_MEASURES:
-        parts += [f"### {measure_name(measure)}", "", models_table(found, names, measure), ""]
-    parts += ["## The error of the references", "", references_table(found, names), ""]
-    parts += ["## Failures", ""]
-    parts += [f"- {name}: {line}" for name, line in failures.items()] or ["None."]
+        for than in found.thans():
+            parts += [f"### {than} / blue, {measure_name(measure)}", "", report.spread_table(than, measure), ""]
+    parts += ["## The error of the references", "", report.references_table(), "", "## Failures", "",
+              *([f"- {name}: {line}" for name, line in failures.items()] or ["None."])]
     return "\n".join([*parts, ""])
-
-
-def plot(found, path):
-    """One dot per model, with the mean and its interval beside them."""
-    thans = found.thans()
-    figure, axes = plt.subplots(1, len(thans), figsize=(4 * len(thans), 4.2), squeeze=False)
-    for axis, than in zip(axes[0], thans):
-        for measure, colour, shift in zip(HEADLINE_MEASURES, ("#0050b0", "#d55e00"), (0.9, 1.11)):
-            for spp in SHOWN_COUNTS:
-                own = [found.gain("blue", spp, measure, than, views) for views in by_model(found).values()]
-                values = sorted(gain.value for gain in own if gain)
-                # Spread horizontally, so that equal values do not hide each other.
-                places = spp * shift * 1.06 ** np.linspace(-1, 1, len(values)) if values else []
-                axis.plot(places, values, ".", color=colour, markersize=4, alpha=.5)
-                gain = found.gain("blue", spp, measure, than)
-                if gain:
-                    axis.errorbar([spp * shift * 1.12 ** (1 if shift > 1 else -1)], [gain.value], [[gain.value - gain.low],
-                                  [gain.high - gain.value]], fmt="o", color=colour, markersize=6, capsize=3,
-                                  label=measure_name(measure) if spp == SHOWN_COUNTS[0] else None)
-        axis.axhline(1, color="0.3", linewidth=.8)
-        finish(axis, f"{'best of OpenQMC' if than == BEST_PEER else than} / blue", "samples per pixel")
-        axis.set_xticks(SHOWN_COUNTS)
-    axes[0][0].set_ylabel("error reduction (times)")
-    axes[0][0].legend(fontsize="small")
-    save(figure, path)
 
 
 def parse_options(arguments):
@@ -193,10 +131,7 @@ def parse_options(arguments):
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     variants.add_option(parser, SAMPLERS)
     add_common_options(parser, REFERENCE_SPP, "out/models")
-    arguments, more = list(arguments), ()
-    if "--" in arguments:
-        more = tuple(arguments[arguments.index("--") + 1:])
-        arguments = arguments[:arguments.index("--")]
+    arguments, more = split_more(arguments)
     options = parser.parse_args(arguments)
     options.more = more
     finish_options(parser, options, "models", arguments)
@@ -228,11 +163,12 @@ def run(arguments):
         lines = "; ".join(f"{name}: {line}" for name, line in failures.items())
         raise OSError(f"no model could be rendered: {lines}")
     cells = Cells(results)
-    found = Gains(cells, references, options.labels)
-    plot(found, options.out / "models.png")
+    shown = types.SimpleNamespace(labels=options.labels, seeds=dict.fromkeys(COUNTS, options.seeds))
+    report = Report(shown, cells, references, [], None, names={str(path): name for path, name in names.items()})
+    plot_gains(report.gains, COUNTS, options.out / "models.png")
     cells.write_csv(options.pages / "models.csv")
-    gains.write_rows(options.out / "models_headline.csv", found.rows(COUNTS, HEADLINE_MEASURES))
-    text = report_text(options, found, {str(path): name for path, name in names.items()}, failures)
+    gains.write_rows(options.out / "models_headline.csv", report.gains.rows(COUNTS, HEADLINE_MEASURES))
+    text = report_text(options, report, failures)
     write_text(options.out / "models.md", text)
     print(text)
     print(f"Written: {options.out}/models.md, models.png and models_headline.csv; {options.pages}/models.csv.")

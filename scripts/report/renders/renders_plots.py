@@ -2,7 +2,6 @@
 """The plots and the contact sheet of `scripts/bench renders`."""
 
 import numpy as np
-from PIL import Image
 
 from ..base.contact_sheet import grey, preview, sheet
 from ..base.files import write_image
@@ -68,10 +67,8 @@ def plot_views(report, path):
     save(figure, path)
 
 
-def shown(report, scene, label, spp):
-    view = report.first_view(scene)
-    picture = report.references[view].picture if label is None else report.cells.pictures[view, label, spp]
-    return preview(picture, EXPOSURES.get(scene, 0.0))
+def shown(image):
+    return image.resize((2 * image.width, 2 * image.height), 0)
 
 
 def picture_sheet(report):
@@ -85,21 +82,6 @@ def picture_sheet(report):
         errors = {label: blurred(luminance_error(report.cells.pictures[view, label, spp], reference), 1.0)
                   for label in labels}
         scale = max(float(np.quantile(np.abs(errors["white"]), 0.95)), 1e-12)
-        rows.append([[fitted(shown(report, scene, label, spp), box_of(report)),
-                      fitted(grey(error_image(errors[label], scale)), box_of(report))] for label in labels])
+        rows.append([[shown(preview(report.cells.pictures[view, label, spp], EXPOSURES.get(scene, 0.0))),
+                      shown(grey(error_image(errors[label], scale)))] for label in labels])
     return sheet(rows, report.scenes, labels, f"{spp} samples per pixel, and the error after sigma 1.0 (grey is zero)")
-
-
-def box_of(report):
-    """Width and height of a picture in a contact sheet: twice a crop's, or a square for whole pictures of many sizes."""
-    width, height = report.views[0].size
-    return (2 * width, 2 * height) if report.views[0].crop else (176, 176)
-
-
-def fitted(image, box):
-    """The picture centred in a box, scaled by a whole number and cropped, never resampled."""
-    factor = max(1, min(box[0] // image.width, box[1] // image.height))
-    image = image.resize((image.width * factor, image.height * factor), 0)
-    whole = Image.new("RGB", box, "white")
-    whole.paste(image, ((box[0] - image.width) // 2, (box[1] - image.height) // 2))
-    return whole

@@ -58,9 +58,10 @@ def samplers_tables(gains, counts, measures):
 
 class Report:
     """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}; times: of
-    speed.measure_all(), with costs of equal_quality.costs(), or None for both."""
+    speed.measure_all(), with costs of equal_quality.costs(), or None for both; names: {scene: what tables call it}."""
 
-    def __init__(self, options, cells, references, furnaces, times, costs=None):
+    def __init__(self, options, cells, references, furnaces, times, costs=None, names=None):
+        self.names = names or {}
         self.options, self.cells, self.references = options, cells, references
         self.furnaces, self.times, self.costs = furnaces, times, costs
         self.views, self.labels, self.counts = tuple(references), options.labels, tuple(options.seeds)
@@ -97,7 +98,7 @@ class Report:
                 found = list(self.spread(scene, "blue", spp, measure, than).values())
                 cells.append(f"{math.exp(statistics.mean(map(math.log, found))):.2f} ({min(found):.2f} to {max(found):.2f})"
                              if found else "")
-            rows.append([scene, *cells])
+            rows.append([self.names.get(scene, scene), *cells])
         return md_table([f"{than} / blue", *map(str, counts)], rows)
 
     # ---- The answer
@@ -255,8 +256,7 @@ class Report:
             for measure in HEADLINE_MEASURES:
                 errors = self.cells.get(view, "blue", last, measure)
                 shares.append(f"{100 * own[measure] / statistics.mean(errors):.0f} %" if errors and min(errors) > 0 else "")
-            place = "+".join(map(str, view.crop[:2])) if view.crop else f"{view.width}x{view.height}"
-            rows.append([view.label, place, *(f"{own[measure]:.5f}" for measure in HEADLINE_MEASURES),
+            rows.append([view.label, "+".join(map(str, view.crop[:2])), *(f"{own[measure]:.5f}" for measure in HEADLINE_MEASURES),
                          *shares])
         names = [measure_name(measure) for measure in HEADLINE_MEASURES]
         return md_table(["view", "crop", *names, *(f"share of blue's at {last} spp, {name}" for name in names)], rows)
@@ -287,11 +287,8 @@ class Report:
         options = self.options
         sizes = " and ".join(f"{width}x{height}" for width, height in sorted({(view.width, view.height) for view in self.views}))
         title = "# Rendered scenes" + ("" if options.views == "core" else f": {options.views} views")
-        if self.views[0].crop:
-            what = (f"in {len(self.views)} crops of {'x'.join(map(str, self.views[0].size))} pixels, out of pictures of {sizes} pixels: one in "
-                    "each quarter, placed by a hash before anything was rendered")
-        else:
-            what = f"in {len(self.views)} small whole pictures of {sizes} pixels"
+        what = (f"in {len(self.views)} crops of {'x'.join(map(str, self.views[0].size))} pixels, out of pictures of {sizes} pixels: one in "
+                "each quarter, placed by a hash before anything was rendered")
         seeds = max(options.seeds.values())
         parts = [title, "", f"Printed by `{options.command}`.", "",
                  self.short(), "", *self.plot("Error reduction over white noise", "renders_gain.png"),

@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The views used to compare samplers: crops of large pictures, and small whole pictures for a quick check.
+"""The views used to compare samplers: crops of large pictures.
 
 A small picture mostly shows silhouettes, and a pixel of it sees what many pixels of a real one see. So samplers are judged
 on crops of pictures of 1280x960 pixels or more: one crop in each quarter, placed by a hash of the picture's name, before
-anything is rendered. Each set (core, tuning, held-out) has a picture of every scene, with a camera and crops of its own.
-
-The small whole pictures have eight sizes without a common factor, within a view and across the views of a scene: the gain
-along an edge depends on how the edge is aligned with the pixel grid. All cameras are rotated, moved and zoomed a little,
-so that no edge stays in place.
+anything is rendered. Each set (core, tuning, held-out) has a picture of every scene, with a camera and crops of its own: the
+scene's, rotated, moved and zoomed.
 """
 
 import dataclasses
@@ -34,16 +31,11 @@ CAMERAS = {
 # Exposure of a scene's displayed picture, in stops.
 EXPOSURES = {"cornell": 1.0, "interior": 1.0}
 
-# Of large pictures. The box of cornell is square.
+# The box of cornell is square.
 LARGE_SIZE, LARGE_SIZES = (1280, 960), {"cornell": (1280, 1280)}
-CROP = (96, 72)
-CAMERA_SCALE, FIRST_CAMERA = 2.0, 1000  # how far cameras move, as a multiple of the small pictures'; none is shared with them
-
-# Of small pictures: pairwise coprime, and one larger picture of each scene.
-SIZES = (121, 125, 127, 128, 131, 137, 139, 149, 151, 157, 163, 167, 169, 173)
-LARGE = ((397, 269), (389, 271), (383, 277), (379, 281), (373, 283), (367, 293), (359, 307), (353, 311))
-NAMES = "abcdefgh"
-TURN, SHIFT, ZOOM = 3.0, 0.02, 0.06  # degrees, share of the distance to the target, share of the angle of view
+CROP, QUICK_CROP = (96, 72), (48, 36)
+FIRST_CAMERA = 1000
+TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # at most: degrees, share of the distance to the target, share of the angle of view
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,15 +83,6 @@ class View:
         return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options, **more)
 
 
-def _matching(round_number):
-    """Pairs of SIZES as in one round of a round-robin tournament: no pair occurs in two rounds."""
-    count = len(SIZES) - 1
-    ring = [(round_number + i) % count for i in range(count)]
-    pairs = [(ring[0], count), *((ring[i], ring[count - i]) for i in range(1, len(SIZES) // 2))]
-    # Alternate portrait and landscape.
-    return [(SIZES[a], SIZES[b]) if (SIZES[a] > SIZES[b]) == (i % 2 == 0) else (SIZES[b], SIZES[a]) for i, (a, b) in enumerate(pairs)]
-
-
 def _spread(index, count):
     """A low-discrepancy sequence in [-1, 1]: multiples of powers of the generalised golden ratio."""
     root = 2.0
@@ -108,10 +91,10 @@ def _spread(index, count):
     return [2 * ((0.5 + (index + 1) * root ** -(i + 1)) % 1) - 1 for i in range(count)]
 
 
-def _camera(scene, index, scale=1.0):
+def _camera(scene, index):
     """Options for the scene's camera, rotated, shifted and zoomed."""
     (eye, target, fov) = CAMERAS[scene]
-    yaw, pitch, side, up, zoom = (scale * part for part in _spread(index, 5))
+    yaw, pitch, side, up, zoom = _spread(index, 5)
     forward = [b - a for a, b in zip(eye, target)]
     distance = math.hypot(*forward)
     level = math.hypot(forward[0], forward[2])
@@ -126,13 +109,6 @@ def _camera(scene, index, scale=1.0):
         return ",".join(f"{value:.6g}" for value in point)
 
     return "--eye", text(eye), "--target", text(target), "--fov", f"{fov * (1 + ZOOM * zoom):.6g}"
-
-
-def _views_of(scene):
-    number = SCENES.index(scene)
-    sizes = [*_matching(2 * number), LARGE[number]]
-    return [View(scene, name, *size, _camera(scene, len(NAMES) * number + i), EXPOSURES.get(scene, 0.0))
-            for i, (name, size) in enumerate(zip(NAMES, sizes))]
 
 
 def crops_of(view, size=CROP, margin=0.0):
@@ -151,38 +127,26 @@ def crops_of(view, size=CROP, margin=0.0):
     return found
 
 
-ALL = tuple(view for scene in SCENES for view in _views_of(scene))
 SETS = {
     "core": "seen during development",
     "tuning": "to choose and tune on",
     "held-out": "never used to choose or tune",
 }
-# The small pictures of each set.
-SMALL = {"core": "ab", "tuning": "cde", "held-out": "fgh"}
-
-
-def chosen(name="core", scenes=SCENES, size=None):
-    """The small pictures of a set and of some scenes; size: (width, height) to use instead of their own."""
-    found = tuple(view for view in ALL if view.name in SMALL[name] and view.scene in scenes)
-    return tuple(dataclasses.replace(view, width=size[0], height=size[1]) for view in found) if size else found
-
 
 def crops(name="core", scenes=SCENES, size=None, crop=CROP):
     """The crops of a set's large pictures; size: (width, height) of the pictures, instead of their own."""
     found = []
     for scene in scenes:
         index = FIRST_CAMERA + len(SETS) * SCENES.index(scene) + list(SETS).index(name)
-        found += crops_of(View(scene, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), _camera(scene, index, CAMERA_SCALE),
+        found += crops_of(View(scene, name, *(size or LARGE_SIZES.get(scene, LARGE_SIZE)), _camera(scene, index),
                                EXPOSURES.get(scene, 0.0)), crop)
     return tuple(found)
 
 
 def of(parser, options):
     """The views that the options of add_options() ask for."""
-    if options.quick:
-        return chosen(options.views, options.scenes, options.size)
     try:
-        return crops(options.views, options.scenes, options.size, options.crop)
+        return crops(options.views, options.scenes, options.size, options.crop or (QUICK_CROP if options.quick else CROP))
     except ValueError as error:
         parser.error(str(error))
 
@@ -195,7 +159,7 @@ def add_options(parser):
                         help=f"scenes out of {', '.join(SCENES)} (default all)")
     parser.add_argument("--size", type=parse_size, metavar="WxH", help="one size for all pictures, for a trial (default "
                         f"{LARGE_SIZE[0]}x{LARGE_SIZE[1]} or more)")
-    parser.add_argument("--crop", type=parse_size, default=CROP, metavar="WxH",
+    parser.add_argument("--crop", type=parse_size, metavar="WxH",
                         help=f"size of the crops, four of each picture (default {CROP[0]}x{CROP[1]})")
-    parser.add_argument("--quick", action="store_true", help="small whole pictures instead of crops of large ones: a check of "
-                        "half an hour, whose figures go to out/ alone")
+    parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels and few seeds: a check "
+                        "whose figures go to out/ alone")
