@@ -36,7 +36,7 @@ _imported()
 
 _POINTS_SUFFIXES = (".csv", ".npy")
 _SPECTRUM_SUFFIXES = (".png", ".svg", ".pdf", ".csv", ".npy")
-_OPTIONS = ("sigma", "initial_fraction", "steps", "sweeps", "channels", "model", "runtime", "threads", "provider")
+_OPTIONS = ("sigma", "initial_fraction", "sweeps", "channels", "model", "runtime", "threads", "provider")
 _EXAMPLES = """\
 examples:
   bluenoise mask --size 128 -o mask.png          make a mask of 128x128
@@ -184,11 +184,10 @@ def _parser() -> argparse.ArgumentParser:
                          help="default void-and-cluster; auto chooses by size and channels")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
     command.add_argument("--sigma", type=float,
-                         help="void-and-cluster, relax (which then makes 64 steps), anneal: width of the Gaussian in texels")
+                         help="void-and-cluster, anneal: width of the Gaussian in texels")
     command.add_argument(
         "--initial-fraction", type=float, help="void-and-cluster: share of texels in the initial pattern (default 0.1)"
     )
-    command.add_argument("--steps", type=_integer, help="relax: number of steps (default: a learned schedule)")
     command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (default 1000)")
     command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file (default: a built-in network)")
     command.add_argument("--runtime", type=Path, metavar="FILE", help="neural: the ONNX Runtime library")

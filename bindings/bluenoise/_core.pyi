@@ -60,14 +60,7 @@ class VoidAndClusterOptions:
     seed: int
 
 class RelaxOptions:
-    sigma: float
-    start_step: float
-    end_step: float
-    start_softness: float
-    end_softness: float
-    steps: int
     threads: int
-    start_from_ranks: int
     seed: int
 
 class AnnealOptions:

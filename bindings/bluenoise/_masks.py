@@ -47,14 +47,7 @@ def mask(
     method: Literal["relax"],
     seed: Seed = 0,
     out: Optional[Ranks] = None,
-    sigma: Optional[float] = None,
-    start_step: Optional[float] = None,
-    end_step: Optional[float] = None,
-    start_softness: Optional[float] = None,
-    end_softness: Optional[float] = None,
-    steps: Optional[int] = None,
     threads: int = 0,
-    start_from_ranks: Optional[npt.ArrayLike] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks: ...
 @overload
@@ -121,11 +114,6 @@ def mask(
     channels: Optional[int] = None,
     sigma: Optional[float] = None,
     initial_fraction: Optional[float] = None,
-    steps: Optional[int] = None,
-    start_step: Optional[float] = None,
-    end_step: Optional[float] = None,
-    start_softness: Optional[float] = None,
-    end_softness: Optional[float] = None,
     sweeps: Optional[int] = None,
     far_sigma: Optional[float] = None,
     far_weight: Optional[float] = None,
@@ -173,12 +161,7 @@ def mask(
         ``"void-and-cluster"``: ``sigma`` (1.5), the standard deviation of the Gaussian in texels, 0.25 to 16;
         ``initial_fraction`` (0.1), the share of texels in the initial pattern, above 0 and up to 0.5.
 
-        ``"relax"``: ``threads`` (0: one per processor), which does not affect the result. A learned schedule of a few
-        steps is used unless one of the following options is given: ``steps`` (64); ``sigma`` (0.92), the viewing blur in
-        texels whose error is minimised, 0.25 to 2.5; ``start_step`` (4, at most 8) and ``end_step`` (0.05), how far
-        values move, in value ranges; ``start_softness`` (0.45, at most 0.49) and ``end_softness`` (0.008), the difference
-        of values at which a pair reaches full force; ``start_from_ranks``, a mask to start from instead of noise, for
-        which a start_step of 0.1 and a start_softness of 0.02 work well.
+        ``"relax"``: ``threads`` (0: one per processor), which does not affect the result.
 
         ``"anneal"``: ``sigma`` (1) and ``far_sigma`` (1.5 or sigma), the blurs in texels whose dithering errors are
         minimised, 0.25 <= sigma <= far_sigma <= 4; ``far_weight`` (1), the weight of the second squared error; ``sweeps``
@@ -272,34 +255,12 @@ def _relax(
     seed: Seed,
     out: Optional[Ranks],
     *,
-    sigma: Optional[float] = None,
-    start_step: Optional[float] = None,
-    end_step: Optional[float] = None,
-    start_softness: Optional[float] = None,
-    end_softness: Optional[float] = None,
-    steps: Optional[int] = None,
     threads: int = 0,
-    start_from_ranks: Optional[npt.ArrayLike] = None,
     progress: Optional[Progress] = None,
 ) -> Ranks:
     _check_flat(shape, "relax")
     ranks = _result(shape, out, "relax")
-    _start_from(ranks, start_from_ranks)
     options = _core.RelaxOptions()
-    described = (steps, sigma, start_step, end_step, start_softness, end_softness, start_from_ranks)
-    if any(option is not None for option in described):
-        options.steps = 64 if steps is None else arguments.integer("steps", steps, 1, arguments.UINT32[1])
-    options.start_from_ranks = start_from_ranks is not None
-    if sigma is not None:
-        options.sigma = arguments.real("sigma", sigma, 0.25, 2.5)
-    if start_step is not None:
-        options.start_step = arguments.real("start_step", start_step, 0, 8, low_included=False)
-    if start_softness is not None:
-        options.start_softness = arguments.real("start_softness", start_softness, 0, 0.49, low_included=False)
-    end = options.end_step if end_step is None else end_step
-    options.end_step = arguments.real("end_step", end, 0, options.start_step, low_included=False)
-    end = options.end_softness if end_softness is None else end_softness
-    options.end_softness = arguments.real("end_softness", end, 0, options.start_softness, low_included=False)
     options.threads = arguments.integer("threads", threads, 0, arguments.UINT32[1])
     options.seed = arguments.seed(seed)
     _core.relax(ranks.reshape((1,) * (3 - len(shape)) + shape), options, arguments.callback("progress", progress))

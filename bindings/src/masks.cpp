@@ -132,14 +132,7 @@ void bind_masks(py::module_ &module) {
         .def_readwrite("seed", &bn_void_and_cluster_options::seed);
     py::class_<bn_relax_options>(module, "RelaxOptions")
         .def(py::init(&bn_relax_options_default))
-        .def_readwrite("sigma", &bn_relax_options::sigma)
-        .def_readwrite("start_step", &bn_relax_options::start_step)
-        .def_readwrite("end_step", &bn_relax_options::end_step)
-        .def_readwrite("start_softness", &bn_relax_options::start_softness)
-        .def_readwrite("end_softness", &bn_relax_options::end_softness)
-        .def_readwrite("steps", &bn_relax_options::steps)
         .def_readwrite("threads", &bn_relax_options::threads)
-        .def_readwrite("start_from_ranks", &bn_relax_options::start_from_ranks)
         .def_readwrite("seed", &bn_relax_options::seed);
     py::class_<bn_anneal_options>(module, "AnnealOptions")
         .def(py::init(&bn_anneal_options_default))

@@ -12,18 +12,16 @@ static uint32_t ranks[MOST];
 static float values[MOST], outputs[MOST];
 
 /* The functions that take a mask, or make one. Each gets ranks, 2-D extents and a count. */
-enum { VOID_AND_CLUSTER, RELAX, ANNEAL, RELAX_FROM, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
-enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = RELAX_FROM };
+enum { VOID_AND_CLUSTER, RELAX, ANNEAL, ANNEAL_FROM, ERROR, SPECTRUM, DITHER, SAMPLER };
+enum { FUNCTIONS = SAMPLER + 1, FIRST_THAT_READS = ANNEAL_FROM };
 
 static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t height, size_t count) {
-    bn_relax_options relax = bn_relax_options_default();
     bn_anneal_options anneal = bn_anneal_options_default();
     bn_dither_options dither = bn_dither_options_default();
     bn_sampler_options options = bn_sampler_options_default();
     bn_sampler sampler;
     double error;
-    relax.steps = anneal.sweeps = 1;
-    relax.start_from_ranks = function == RELAX_FROM;
+    anneal.sweeps = 1;
     anneal.start_from_ranks = function == ANNEAL_FROM;
     dither.mask_ranks = options.mask_ranks = mask;
     dither.mask_width = options.mask_width = width;
@@ -33,8 +31,7 @@ static bn_result call(int function, uint32_t *mask, uint32_t width, uint32_t hei
     case VOID_AND_CLUSTER:
         return bn_void_and_cluster(NULL, width, height, 1, mask, count);
     case RELAX:
-    case RELAX_FROM:
-        return bn_relax(&relax, width, height, mask, count);
+        return bn_relax(NULL, width, height, mask, count);
     case ANNEAL:
     case ANNEAL_FROM:
         return bn_anneal(&anneal, width, height, 1, mask, count);
@@ -117,13 +114,6 @@ static void test_numbers(void) {
             bn_void_and_cluster_options o = bn_void_and_cluster_options_default();
             *(which == 0 ? &o.sigma : &o.initial_fraction) = v;
             CHECK(bn_void_and_cluster(&o, 8, 8, 1, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
-        }
-        for (int which = 0; which < 5; ++which) {
-            bn_relax_options o = bn_relax_options_default();
-            double *const numbers[] = {&o.sigma, &o.start_step, &o.end_step, &o.start_softness,
-                                       &o.end_softness};
-            *numbers[which] = v;
-            CHECK(bn_relax(&o, 8, 8, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
         }
         for (int which = 0; which < 6; ++which) {
             bn_anneal_options o = bn_anneal_options_default();

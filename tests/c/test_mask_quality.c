@@ -2,7 +2,7 @@
  * The masks of every method against the limits of quality/masks.csv.
  *
  * A row is a method, extents, its sigma, how many seeds (0, 1, ...) are averaged, a measure and its
- * upper limit; relaxation with sigma 0 is its learned schedule. The generators give the same bits everywhere, so there are no false alarms.
+ * upper limit. The generators give the same bits everywhere, so there are no false alarms.
  * Measures:
  *
  *     e_S          bn_mask_error() at sigma S
@@ -29,10 +29,6 @@ static bn_result make(const row *r, uint64_t seed, uint32_t *ranks, size_t count
     }
     if (strcmp(r->method, "relax") == 0) {
         bn_relax_options options = bn_relax_options_default();
-        if (r->sigma > 0) {
-            options.sigma = r->sigma;
-            options.steps = 64;
-        }
         options.seed = seed;
         return bn_relax(&options, r->width, r->height, ranks, count);
     }

@@ -124,19 +124,33 @@ static void doubled_often(writer *w) {
     doubled(w, 30, "Concat");
 }
 
-static void outer_product(writer *w) {
-    static const int64_t column[] = {1000, 1}, row[] = {1, 1000000};
-    const char *const both[] = {"column", "row"};
-    put_tensor(w->graph, 5, "column", column, 2, 4000);
-    put_tensor(w->graph, 5, "row", row, 2, 0);
-    put_node(w, "MatMul", both, 2, "last", NULL);
-}
-
 static void broadcast(writer *w) {
     static const int64_t deep[] = {5000, 1, 1};
     const char *const both[] = {"noise", "deep"};
     put_tensor(w->graph, 5, "deep", deep, 3, 0);
     put_node(w, "Add", both, 2, "last", NULL);
+}
+
+/* Images in a batch would multiply the channels. */
+static void batch(writer *w) {
+    static const int64_t many[] = {50, 1, 1, 1};
+    const char *const both[] = {"noise", "many"};
+    put_tensor(w->graph, 5, "many", many, 4, 200);
+    put_node(w, "Add", both, 2, "last", NULL);
+}
+
+static void concatenated_batch(writer *w) {
+    const char *const both[] = {"noise", "noise"};
+    message attributes = {{0}, 0};
+    put_integer(&attributes, "axis", 0);
+    put_node(w, "Concat", both, 2, "last", &attributes);
+}
+
+static void spread(writer *w) {
+    message attributes = {{0}, 0};
+    const char *const noise[] = {"noise"};
+    put_integer(&attributes, "blocksize", 100);
+    put_node(w, "DepthToSpace", noise, 1, "last", &attributes);
 }
 
 static void convolved(writer *w, int64_t channels, const int64_t pads[4]) {
@@ -241,7 +255,6 @@ static void usual_operators(writer *w) {
     put_tensor(w->graph, 5, "one", one, 1, 4);
     put_node(w, "Clip", clip, 3, "clipped", NULL);
     put_node(w, "Mul", add, 2, "scaled", NULL);
-    put_unary(w, "Reshape", "scaled", "flat");
     put_unary(w, "GlobalAveragePool", "scaled", "means");
     const char *const gate[] = {"scaled", "means"};
     put_node(w, "Mul", gate, 2, "last", NULL);
@@ -256,7 +269,9 @@ int main(void) {
         {weights_without_data, BN_ERROR_UNSUPPORTED},
         {constant_without_data, BN_ERROR_UNSUPPORTED},
         {doubled_often, BN_ERROR_UNSUPPORTED},
-        {outer_product, BN_ERROR_UNSUPPORTED},
+        {batch, BN_ERROR_UNSUPPORTED},
+        {concatenated_batch, BN_ERROR_UNSUPPORTED},
+        {spread, BN_ERROR_UNSUPPORTED},
         {broadcast, BN_ERROR_UNSUPPORTED},
         {many_channels, BN_ERROR_UNSUPPORTED},
         {padded, BN_ERROR_UNSUPPORTED},

@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Ranks from values, on any number of threads, and values from ranks. */
+ * Ranks from values, and values from ranks. */
 #include "check.h"
 #include "masks.h"
-#ifdef BN_TEST_INTERNALS
-#include "base/threads.h"
-#include "masks/ranks.h"
-#endif
 #include <math.h>
 
 static void test_against_counting(void) {
@@ -62,8 +58,6 @@ typedef enum distribution {
     DENORMAL,
     INFINITIES,
     EVERY_FLOAT,
-    CLUSTER,
-    CROWDED_CLUSTER,
     DISTRIBUTIONS
 } distribution;
 
@@ -93,10 +87,6 @@ static float value_of(distribution d, size_t i, uint32_t *state) {
         return -(float)i;
     case OUTLIER:
         return i == 1 ? 1e30f : uniform;
-    case CLUSTER: /* in one cell of the histogram, whose ends are far away */
-        return i == 0 ? -1e30f : i == 1 ? 1e30f : 1 + uniform * 0x1p-7f;
-    case CROWDED_CLUSTER: /* half of them in a bucket or two, of more keys than one pass sorts */
-        return sign ? (uniform - 0.5f) * 1e30f : 1 + uniform * 0x1p-10f;
     case INFINITIES:
         return random % 100 < 5 ? (sign ? INFINITY : -INFINITY) : uniform;
     case DENORMAL:
@@ -120,32 +110,21 @@ static void test_distributions(void) {
             for (size_t i = 0; i < count; ++i) values[i] = value_of((distribution)d, i, &state);
             CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
             CHECK(are_ranks(values, count, ranks));
-#ifdef BN_TEST_INTERNALS
-            static const uint32_t threads[] = {2, 3, 7};
-            static uint32_t others[most];
-            for (size_t t = 0; t < sizeof threads / sizeof *threads; ++t) {
-                CHECK(bn_ranks_on_threads(values, count, threads[t], others) == BN_SUCCESS);
-                CHECK(memcmp(others, ranks, count * sizeof *ranks) == 0);
-            }
-#endif
         }
     }
     free(values);
     free(ranks);
 }
 
-/* A NaN at either end of an input large enough for several threads. */
+/* A NaN at either end. */
 static void test_large_bad_input(void) {
-    enum { count = 200000 };
+    enum { count = 20000 };
     static float values[count];
     static uint32_t ranks[count];
     for (size_t at = 0; at < count; at += count - 1) {
         size_t touched = 0;
         values[at] = at == 0 ? NAN : -NAN;
         CHECK(bn_ranks_from_values(values, count, ranks) == BN_ERROR_BAD_DATA);
-#ifdef BN_TEST_INTERNALS
-        CHECK(bn_ranks_on_threads(values, count, 3, ranks) == BN_ERROR_BAD_DATA);
-#endif
         for (size_t i = 0; i < count; ++i) touched += ranks[i] != 0;
         CHECK(touched == 0);
         values[at] = 0;
@@ -163,48 +142,6 @@ static void test_bad_input(void) {
     CHECK(bn_ranks_from_values(values, 0, ranks) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(ranks[0] == 7 && ranks[1] == 7 && ranks[2] == 7);
 }
-
-#ifdef BN_TEST_INTERNALS
-enum { ROUNDS = 200, TEAM = 7, PIECES = 1000 };
-
-typedef struct shared_work {
-    uint32_t written[TEAM], wrong[TEAM], taken[TEAM][PIECES], taken_count[TEAM], size;
-} shared_work;
-
-/* Each member reads in every round what all others wrote in it, and takes pieces until there are
- * none. */
-static void member(void *user, bn_team *team, uint32_t index, uint32_t size) {
-    shared_work *w = user;
-    if (index == 0) w->size = size;
-    for (uint32_t round = 1; round <= ROUNDS; ++round) {
-        w->written[index] = round;
-        bn_team_wait(team);
-        for (uint32_t i = 0; i < size; ++i) w->wrong[index] += w->written[i] != round;
-        bn_team_wait(team);
-    }
-    for (uint32_t piece; (piece = bn_team_next(team)) != UINT32_MAX;) {
-        if (piece + 1 >= PIECES) bn_team_stop(team);
-        if (piece < PIECES) w->taken[index][w->taken_count[index]++] = piece;
-    }
-}
-
-static void test_team(void) {
-    CHECK(bn_thread_count() >= 1 && bn_thread_count() <= 64);
-    for (uint32_t threads = 1; threads <= TEAM; threads += 3) {
-        static shared_work w;
-        static uint32_t times[PIECES];
-        memset(&w, 0, sizeof w);
-        memset(times, 0, sizeof times);
-        bn_team_run(threads, member, &w);
-        CHECK(w.size == threads);
-        for (uint32_t i = 0; i < threads; ++i) {
-            CHECK(w.wrong[i] == 0);
-            for (uint32_t k = 0; k < w.taken_count[i]; ++k) ++times[w.taken[i][k]];
-        }
-        for (uint32_t piece = 0; piece < PIECES; ++piece) CHECK(times[piece] == 1);
-    }
-}
-#endif
 
 static void test_to_float(void) {
     CHECK(bn_rank_to_float(0, 1) == 0.5f);
@@ -232,8 +169,5 @@ int main(void) {
     test_bad_input();
     test_large_bad_input();
     test_to_float();
-#ifdef BN_TEST_INTERNALS
-    test_team();
-#endif
     return check_result();
 }

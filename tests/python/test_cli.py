@@ -50,12 +50,12 @@ def test_mask_builtin(tmp_path):
     np.testing.assert_array_equal(np.load(out), bluenoise.mask((64, 64), method="builtin"))
 
 
-@pytest.mark.parametrize(("method", "option"), [("relax", "steps"), ("anneal", "sweeps")])
-def test_mask_by_other_methods(method, option, tmp_path):
+@pytest.mark.parametrize(("method", "options"), [("relax", {"threads": 2}), ("anneal", {"sweeps": 9, "sigma": 1.1})])
+def test_mask_by_other_methods(method, options, tmp_path):
     out = tmp_path / "mask.npy"
-    arguments = ["--size", "16x16", "--method", method, f"--{option}", "9", "--sigma", "1.1"]
+    arguments = ["--size", "16x16", "--method", method, *(f"--{name}={value}" for name, value in options.items())]
     assert main(["mask", *arguments, "-o", str(out)]) == 0
-    expected = bluenoise.mask((16, 16), method=method, sigma=1.1, **{option: 9})
+    expected = bluenoise.mask((16, 16), method=method, **options)
     np.testing.assert_array_equal(np.load(out), expected)
 
 
@@ -159,7 +159,7 @@ def test_spectrum_as_a_plot(tmp_path):
         (["mask", "--size", "99999x99999", "-o", "mask.png"], ["99999"]),
         (["mask", "--size", "8x8", "--sigma", "-1", "-o", "mask.png"], ["sigma", "-1"]),
         (["mask", "--size", "8x8", "--seed", "-1", "-o", "mask.png"], ["seed", "-1"]),
-        (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["--sigma needs", "relax", "white"]),
+        (["mask", "--size", "8x8", "--method", "white", "--sigma", "1", "-o", "m.png"], ["--sigma needs", "anneal", "white"]),
         (["mask", "--size", "8", "--initial-fraction", "1", "--method", "relax", "-o", "m.png"], ["--initial-fraction needs"]),
         (["mask", "--size", "9x9", "--method", "builtin", "-o", "m.png"], ["(9, 9)"]),
         (["mask", "--size", "8x8x8", "-o", "mask.exr"], [".npy"]),

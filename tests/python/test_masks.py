@@ -72,28 +72,6 @@ def test_relax_is_blue_with_any_number_of_threads():
     assert (mask((128, 128), method="relax", seed=2) != ranks).any()
 
 
-def test_relax_takes_64_steps_when_they_are_described():
-    steps = mask((32, 32), method="relax", steps=64)
-    assert (mask((32, 32), method="relax", sigma=0.92) == steps).all()
-    assert (mask((32, 32), method="relax", end_softness=0.008) == steps).all()
-    assert (mask((32, 32), method="relax") != steps).any()
-
-
-def test_relax_finishes_a_mask():
-    start = mask((64, 64), method="relax", seed=1, steps=12)
-    options = {"method": "relax", "start_step": 0.1, "start_softness": 0.02}
-    better = mask((64, 64), start_from_ranks=start.tolist(), **options)
-    assert is_permutation(better)
-    assert bluenoise.measure(better)["e_1"] < bluenoise.measure(start)["e_1"]
-
-
-def test_the_ends_of_the_options_of_relax_work():
-    for options in ({"sigma": 0.25}, {"sigma": 2.5}, {"start_step": 8, "end_step": 8}, {"steps": 1}):
-        assert is_permutation(mask((12, 10), method="relax", **options))
-    softness = {"start_softness": 0.49, "end_softness": 0.49}
-    assert is_permutation(mask((12, 10), method="relax", **softness))
-
-
 def test_anneal_is_better_than_void_and_cluster():
     options = {"method": "anneal", "far_weight": 0}
     annealed = bluenoise.measure(mask((64, 64), seed=5, sigma=1.0, **options))
@@ -179,19 +157,12 @@ def test_auto_is_the_method_that_the_docs_recommend():
         ((8, 8), {"seed": 2**64}, ValueError, ["seed", str(2**64)]),
         ((8, 8), {"seed": 0.5}, TypeError, ["seed", "0.5"]),
         ((4, 4, 4), {"method": "relax"}, ValueError, ["shape", "(4, 4, 4)"]),
-        ((8, 8), {"method": "relax", "sigma": 0.2}, ValueError, ["sigma", "0.2"]),
-        ((8, 8), {"method": "relax", "sigma": 2.6}, ValueError, ["sigma", "2.6"]),
-        ((8, 8), {"method": "relax", "start_step": 9}, ValueError, ["start_step", "9"]),
-        ((8, 8), {"method": "relax", "end_step": 0}, ValueError, ["end_step", "0"]),
-        ((8, 8), {"method": "relax", "end_step": 5}, ValueError, ["end_step", "5"]),
-        ((8, 8), {"method": "relax", "start_softness": 0.5}, ValueError, ["start_softness", "0.5"]),
-        ((8, 8), {"method": "relax", "end_softness": 0.46}, ValueError, ["end_softness", "0.46"]),
-        ((8, 8), {"method": "relax", "steps": 0}, ValueError, ["steps", "0"]),
         ((8, 8), {"method": "relax", "threads": -1}, ValueError, ["threads", "-1"]),
         ((8, 8), {"method": "relax", "threads": 2.0}, TypeError, ["threads", "2.0"]),
-        ((8, 8), {"method": "relax", "start_from_ranks": [[0]]}, ValueError, ["start_from_ranks", "(1, 1)"]),
-        ((8, 8), {"method": "relax", "start_from_ranks": np.zeros((8, 8), int)}, ValueError, ["start_from_ranks", "64 times"]),
         ((8, 8), {"method": "relax", "sweeps": 4}, TypeError, ["sweeps", "relax"]),
+        ((8, 8), {"method": "relax", "sigma": 1}, TypeError, ["sigma", "relax"]),
+        ((8, 8), {"method": "anneal", "start_from_ranks": [[0]]}, ValueError, ["start_from_ranks", "(1, 1)"]),
+        ((8, 8), {"method": "anneal", "start_from_ranks": np.zeros((8, 8), int)}, ValueError, ["start_from_ranks", "64 times"]),
         ((4, 4, 4), {"method": "anneal"}, ValueError, ["shape", "(4, 4, 4)"]),
         ((8, 8), {"method": "anneal", "sigma": 0.2}, ValueError, ["sigma", "0.2"]),
         ((8, 8), {"method": "anneal", "sigma": 4.1}, ValueError, ["sigma", "4.1"]),
@@ -312,11 +283,10 @@ def test_memory_is_that_of_the_machine():
     assert 2**26 < _arguments.memory()
 
 
-@pytest.mark.parametrize("method", ["relax", "anneal"])
-def test_a_start_of_another_shape_is_refused_before_it_is_read(method, monkeypatch):
+def test_a_start_of_another_shape_is_refused_before_it_is_read(monkeypatch):
     monkeypatch.setattr(_arguments, "integers", None)
     with pytest.raises(ValueError, match=r"start_from_ranks .*\(16, 16\)"):
-        mask((8, 8), method=method, start_from_ranks=np.zeros((16, 16), int))
+        mask((8, 8), method="anneal", start_from_ranks=np.zeros((16, 16), int))
 
 
 @pytest.fixture
@@ -338,7 +308,6 @@ def changing(monkeypatch):
     [
         lambda ranks: bluenoise.Sampler("mask", mask=ranks).sample(3, 4, 0),
         lambda ranks: bluenoise.dither(np.full((16, 16), 0.3), mask=ranks),
-        lambda ranks: mask((16, 16), method="relax", start_from_ranks=ranks, start_step=0.1, start_softness=0.02),
         lambda ranks: mask((16, 16), method="anneal", sweeps=2, start_from_ranks=ranks),
         lambda ranks: bluenoise.points(20, method="mask", mask=ranks),
         lambda ranks: bluenoise.measure(ranks)["e_1"],

@@ -20,7 +20,7 @@ import bluenoise
 from typing_extensions import assert_type
 
 bluenoise.mask((8, 8), sigma=1.9, initial_fraction=0.2, seed=None)
-bluenoise.mask((8,), method="relax", steps=3, threads=1, seed=np.random.default_rng())
+bluenoise.mask((8,), method="relax", threads=1, seed=np.random.default_rng())
 bluenoise.mask((8, 8), method="anneal", channels=3, sweeps=1)
 assert_type(bluenoise.points(8, method="mask", jitter=False), npt.NDArray[np.float64])
 bluenoise.points(8, candidates=2)
@@ -45,8 +45,8 @@ kind: bluenoise.SamplerKind = bluenoise.Sampler("zorder", seed=None).kind
 '''
 
 WRONG = '''
-bluenoise.mask((8, 8), steps=3)
-bluenoise.mask((8, 8), method="relax", sweeps=3)
+bluenoise.mask((8, 8), sweeps=3)
+bluenoise.mask((8, 8), method="relax", sigma=1.0)
 bluenoise.mask((8, 8), method="white", sigma=1.0)
 bluenoise.mask((8, 8), method="paint")
 bluenoise.points(8, method="poisson-disk", jitter=False)

@@ -38,13 +38,8 @@ int main(void) {
                       bn_anneal(&anneal, e[0], e[1], channels, ranks, channels * count), ranks,
                       channels * count);
             }
-            bn_relax_options relax = bn_relax_options_default();
-            relax.steps = 20;
-            print("relax", e[0], e[1], 1, relax.sigma, bn_relax(&relax, e[0], e[1], ranks, count),
-                  ranks, count);
-            relax.steps = 0;
-            print("relax, learned", e[0], e[1], 1, 0, bn_relax(&relax, e[0], e[1], ranks, count),
-                  ranks, count);
+            print("relax", e[0], e[1], 1, 0, bn_relax(NULL, e[0], e[1], ranks, count), ranks,
+                  count);
         }
         free(ranks);
     }

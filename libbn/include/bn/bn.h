@@ -373,46 +373,25 @@ BN_API bn_result bn_void_and_cluster(const bn_void_and_cluster_options *options,
 
 typedef struct bn_relax_options {
     size_t struct_size; /* sizeof(bn_relax_options) */
-    /* The viewing blur whose error is reduced, in texels, from 0.25 to 2.5. Default 0.92. This and
-     * the next four options are for a given number of steps. */
-    double sigma;
-    /* How far a step moves values, as a multiple of the range of values: from start_step, at most
-     * 8, to end_step, geometrically. Defaults 4 and 0.05. To refine an existing mask, start from
-     * about 0.1. */
-    double start_step, end_step;
-    /* The difference of values from which a pair repels with full force, as a share of the range of
-     * values: from start_softness, at most 0.49, to end_softness, geometrically. Defaults 0.45 and
-     * 0.008. To refine an existing mask, start from about 0.02. */
-    double start_softness, end_softness;
-    /* 0 (default): a learned schedule, which takes a fraction of the time of 64 steps and reaches a
-     * lower error. The options above then have no effect. Otherwise the number of steps that they
-     * describe, for another blur or to refine a mask; 64 is a good number. */
-    uint32_t steps;
     /* 0 (default): one per processor. The result does not depend on it. */
     uint32_t threads;
-    /* 0 (default): start from white noise. 1: start from the contents of ranks. That needs a number
-     * of steps: the learned schedule forgets where it started. */
-    int32_t start_from_ranks;
     uint64_t seed;        /* default 0 */
     bn_progress progress; /* default NULL; called before each step */
     void *progress_user;
 } bn_relax_options;
 
 static inline bn_relax_options bn_relax_options_default(void) {
-    bn_relax_options options = {
-        sizeof(bn_relax_options), 0.92, 4, 0.05, 0.45, 0.008, 0, 0, 0, 0, NULL, NULL};
+    bn_relax_options options = {sizeof(bn_relax_options), 0, 0, NULL, NULL};
     return options;
 }
 
 /* Makes a 2-D mask by parallel relaxation: the fastest way to a large mask, a little behind
- * void-and-cluster in quality. Every step moves all texels at once: the learned schedule by a
- * weighted sum of clipped differences to their neighbours, without ranking them before the end; a
- * given number of steps along the gradient of the dithering error, ranking them after each. The
- * result does not depend on the number of threads.
+ * void-and-cluster in quality. White noise takes 20 learned steps, which move all texels at once by
+ * a weighted sum of clipped differences to their neighbours; what comes out is ranked. The result
+ * does not depend on the number of threads. To refine a mask or for another blur, bn_anneal().
  *
- * Errors: INVALID_ARGUMENT (ranks is NULL, a zero extent, an option out of range, start_from_ranks
- * without steps), SIZE_MISMATCH, BAD_DATA (the ranks to start from are not a
- * permutation), OUT_OF_MEMORY, CANCELLED, UNSUPPORTED. */
+ * Errors: INVALID_ARGUMENT (ranks is NULL, a zero extent), SIZE_MISMATCH, OUT_OF_MEMORY, CANCELLED,
+ * UNSUPPORTED. */
 BN_API bn_result bn_relax(const bn_relax_options *options, uint32_t width, uint32_t height,
                           uint32_t *ranks, size_t count);
 
@@ -467,9 +446,9 @@ BN_API bn_result bn_anneal(const bn_anneal_options *options, uint32_t width, uin
                            uint32_t channels, uint32_t *ranks, size_t count);
 
 /* Ranks values: ranks[i] is the number of values less than values[i], plus the number of equal ones
- * that come before it. Takes linear time, and 5 to 15 bytes of scratch memory per value besides some
- * tens of kilobytes. Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a NaN),
- * OUT_OF_MEMORY (also for more than 2^32 - 1 values). */
+ * that come before it. Takes linear time, and 16 bytes of scratch memory per value besides some tens
+ * of kilobytes. Errors: INVALID_ARGUMENT (a NULL, a zero count), BAD_DATA (a NaN), OUT_OF_MEMORY
+ * (also for more than 2^32 - 1 values). */
 BN_API bn_result bn_ranks_from_values(const float *values, size_t count, uint32_t *ranks);
 
 /* The value of a rank: (rank + 0.5) / count in double, rounded down to float, at most 1 - 2^-24. A

@@ -122,9 +122,10 @@ static inline bn_neural_options bn_neural_options_default(void) {
  * Model format. An ONNX file of at most 64 MiB with one input, `noise`, and one output, both
  * float32. The input has shape (1, 1, h + 2r, w + 2r) and is uniform in [0, 1). The output has
  * shape (1, C, h, w), with 1 to 16 channels. The graph pads nothing. Its operators are those of the
- * ONNX standard whose results can be bounded from the extents of their inputs: convolution,
- * pooling, arithmetic, activations, normalisation, slicing, concatenation and the like. For an
- * input of 256 + 2r texels each way, it holds at most 2^26 elements at a time, weights included.
+ * ONNX standard that keep images images: convolution, forward and transposed, and pooling, both
+ * without padding, arithmetic, comparisons, activations, normalisation, slicing, concatenation and
+ * depth to space; libbn/src/neural/onnx_memory.c has the list. For an input of 256 + 2r texels each
+ * way, it holds at most 2^26 elements at a time, weights included.
  * Its metadata hold:
  *
  *   bn.version           1

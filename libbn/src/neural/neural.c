@@ -15,7 +15,6 @@
 #include "base/options.h"
 #include "base/threads.h"
 #include "masks/eliminate.h"
-#include "masks/ranks.h"
 #include "neural/files.h"
 #include "neural/onnx_memory.h"
 #include "neural/onnx_model.h"
@@ -478,7 +477,7 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
     }
     for (uint32_t c = 0; c < channels && result == BN_SUCCESS; ++c) {
         uint32_t *to = made + c * texels;
-        result = bn_ranks_on_threads(values + c * texels, texels, n->threads, to);
+        result = bn_ranks_from_values(values + c * texels, texels, to);
         if (result == BN_SUCCESS) result = order_ends(n, width, height, seed, to);
     }
     if (result == BN_SUCCESS) memcpy(ranks, made, count * sizeof *ranks);

@@ -26,7 +26,7 @@ ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
 LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64),
           (127, 128))
 COLOURS = {"white": "0.6", "void-and-cluster, sigma 1.5": "tab:blue", "void-and-cluster, sigma 1.9": "tab:cyan",
-           "relax, 64": "yellowgreen", "relax, 128": "yellowgreen", "relax": "tab:green", "anneal": "tab:orange",
+           "relax": "tab:green", "anneal": "tab:orange",
            "builtin": "tab:red", "textbook, sigma 1.5": "black"}
 PEER_SIZE = 128  # width and height of peers' masks, and of those in the plot of error against time
 PEER_COLOURS = ("tab:purple", "tab:brown", "tab:pink", "tab:olive")
@@ -237,8 +237,7 @@ def report_text(rows, groups, anisotropies, command):
              "![Time against error and size](masks_times.png)", "",
              "Times are medians of wall-clock time and of CPU time (summed over threads, and more",
              "reliable on a busy machine); time per texel is CPU time. Errors are means of `bn_mask_error` over seeds; lower",
-             "is better. One thread unless stated otherwise; `white` is white noise, `relax` without a number of steps its",
-             "learned schedule.", ""]
+             "is better. One thread unless stated otherwise; `white` is white noise.", ""]
     for size in sorted({int(row["width"]) for row in rows if row["depth"] in ("1", 1)}):
         chosen = [row for row in rows if int(row["width"]) == size and row["depth"] in ("1", 1)]
         parts += [f"## {size}x{size}", "", table(chosen), ""]

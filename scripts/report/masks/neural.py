@@ -48,11 +48,10 @@ def cost(file):
 
 
 # Additions and multiplications of the inner loops, per texel. Void-and-cluster adds a disc of radius 5 for each texel it
-# sets; a step of relaxation multiplies and adds 60 pairs; a trial of annealing sums two windows of 15 x 15 before and
-# after, with about 2 operations each.
+# sets; relaxation multiplies and adds pairs; a trial of annealing sums two windows of 15 x 15 before and after, with about
+# 2 operations each.
 VOID_AND_CLUSTER_FLOP = 81
-RELAX_FLOP = 2 * 60
-RELAX_PAIRS = 364  # of all steps of the learned schedule
+RELAX_PAIRS = 924  # of all steps: BN_RELAX_LEARNED_PAIRS
 ANNEAL_FLOP = 2 * 2 * 225
 
 
@@ -85,7 +84,6 @@ def methods(most):
     """All methods; those that take long have no sizes above `most`."""
     made = [Method(name, "", network(DATA / file, 2 if name == "vector network" else 1), cost(file)[0]) for name, file in NETWORKS.items()]
     made.append(Method("relax", "", relax(), 2 * RELAX_PAIRS))
-    made += [Method("relax", f"{steps} steps", relax(steps=steps), RELAX_FLOP * steps) for steps in (16, 64, 128)]
     made.append(Method("void-and-cluster", "", mask(), VOID_AND_CLUSTER_FLOP, many_threads=False))
     for sweeps, largest in ((100, 256), (1000, 128)):
         made.append(Method("anneal", f"{sweeps} sweeps", mask(method="anneal", sweeps=sweeps), ANNEAL_FLOP * sweeps,
