@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the mask generators, time against error: `scripts/bench masks` writes docs/report/masks.*
 
-Runs the program bench_masks, and generators of other libraries if given, and writes their results as CSV, the tables in
+Times every generator, and those of other libraries if given, and writes their results as CSV, the tables in
 masks.md and plots of time against error, time against size, and spectra.
 """
 
@@ -10,6 +10,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +21,9 @@ from ..base.command import add_out
 from ..base.files import read_rows, write_rows, write_text
 from ..base.plots import plt, save
 from ..base.tables import md_table
-from ..samplers.samplers import run_bench
 
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
+FIELDS = ("method", "options", "width", "height", "depth", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
 LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64),
           (127, 128))
 COLOURS = {"white": "0.6", "void-and-cluster, sigma 1.5": "tab:blue", "void-and-cluster, sigma 1.9": "tab:cyan",
@@ -30,6 +31,47 @@ COLOURS = {"white": "0.6", "void-and-cluster, sigma 1.5": "tab:blue", "void-and-
            "builtin": "tab:red", "textbook, sigma 1.5": "black"}
 PEER_SIZE = 128  # width and height of peers' masks, and of those in the plot of error against time
 PEER_COLOURS = ("tab:purple", "tab:brown", "tab:pink", "tab:olive")
+
+
+def row_of(method, options, shape, threads, times, masks=()):
+    """times: (wall-clock, CPU) seconds of each run. Errors are means over the masks."""
+    depth, height, width = (1, *shape)[-3:]
+    errors = [f"{statistics.mean(bluenoise._core.mask_error(ranks, float(key[2:])) for ranks in masks):.5f}" if masks else "" for key in ERRORS]
+    medians = (f"{statistics.median(column):.6f}" for column in zip(*times))
+    return dict(zip(FIELDS, (method, options, width, height, depth, threads, len(times), *medians, *errors)))
+
+
+def measure(quick):
+    """The rows of all methods. The first run of each is not counted: it meets cold memory."""
+    rows = []
+
+    def job(method, options, shape, repeats, threads=1, **given):
+        times, masks = [], []
+        if method == "relax":
+            given["threads"] = threads
+        for seed in (0, *range(repeats)):
+            wall, cpu = time.perf_counter(), time.process_time()
+            masks.append(bluenoise.mask(shape, method=method, **({} if method == "builtin" else {"seed": seed, **given})))
+            times.append((time.perf_counter() - wall, time.process_time() - cpu))
+        # Errors of large masks take longer than the masks, and hardly differ between seeds.
+        kept = masks[1:2] if shape[-1] >= 512 else masks[1:]
+        rows.append(row_of(method, options, shape, threads, times[1:], kept if len(shape) == 2 else ()))
+        print(f"bench: {label(rows[-1])}, {'x'.join(map(str, shape))}", file=sys.stderr)
+
+    for size in (64, 128, 256) if quick else (64, 128, 256, 512, 1024):
+        shape, repeats = (size, size), {64: 20, 128: 20, 256: 9, 512: 5}.get(size, 3)
+        job("white", "", shape, repeats)
+        for sigma in (1.5, 1.9):
+            job("void-and-cluster", f"sigma {sigma}", shape, repeats, sigma=sigma)
+        for threads in (1, 2):
+            job("relax", "", shape, repeats, threads)
+        for sweeps in () if size > 128 else (100,) if quick else (100, 1000, 10000):
+            job("anneal", f"{sweeps} sweeps", shape, 1 if sweeps > 100 else 3, sweeps=sweeps)
+    for size in (16, 32, 64, 128, 256):
+        job("builtin", "", (size, size), 1)
+    if not quick:
+        job("void-and-cluster", "sigma 1.5", (64, 64, 64), 3, sigma=1.5)
+    return rows
 
 
 def run_peer(name, command, size, repeats):
@@ -44,12 +86,7 @@ def run_peer(name, command, size, repeats):
             if result.returncode != 0:
                 sys.exit(f"bench: the peer {name} ({command}) failed with status {result.returncode}")
             seconds.append([float(word) for word in result.stdout.split()[-2:]])
-        ranks = np.fromfile(path, "<u4").reshape(size, size)
-    figures = bluenoise.measure(ranks)
-    return {"method": name, "options": "", "width": size, "height": size, "depth": 1, "threads": 1,
-            "repeats": repeats, "seconds": f"{statistics.median(wall for wall, _ in seconds):.6f}",
-            "cpu_seconds": f"{statistics.median(cpu for _, cpu in seconds):.6f}",
-            **{key: f"{figures[key]:.5f}" for key in ERRORS}}
+        return row_of(name, "", (size, size), 1, seconds, [np.fromfile(path, "<u4").reshape(size, size)])
 
 
 def textbook(size, sigma, seed):
@@ -257,7 +294,6 @@ def report_text(rows, groups, anisotropies, command):
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench masks", description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default="build/tests/bench/bench_masks", help=argparse.SUPPRESS)
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
@@ -266,10 +302,7 @@ def main():
     add_out(parser)
     options = parser.parse_args()
 
-    if options.again:
-        rows = read_rows(options.out / "masks.csv")
-    else:
-        rows = run_bench(options.program, ["--quick"] if options.quick else [])
+    rows = read_rows(options.out / "masks.csv") if options.again else measure(options.quick)
     methods = ("white", "builtin", "void-and-cluster", "relax", "anneal")
     peers = list(dict.fromkeys(row["method"] for row in rows if row["method"] not in methods))
     for peer in options.peer:
@@ -278,7 +311,7 @@ def main():
             parser.error(f"--peer must be NAME=COMMAND, not {peer}")
         peers.append(name)
         rows.append(run_peer(name, command, PEER_SIZE, 1 if options.quick else 3))
-    write_rows(options.out / "masks.csv", list(rows[0]), rows)
+    write_rows(options.out / "masks.csv", FIELDS, rows)
     plot_times(rows, peers, PEER_SIZE, options.out / "masks_times.png")
     groups = generated_masks(64, options.quick)
     plot_spectra(groups, options.out / "masks_spectra.png")
