@@ -194,23 +194,6 @@ def cornell(scale=1.0, shift=(0.0, 0.0, 0.0), camera=True):
     return g
 
 
-def cornell_obj(folder):
-    """The box as an OBJ with its materials, its open side towards +z; returns its path. It has no camera."""
-    text, materials, count = "mtllib box.mtl\n", "", 0
-    for name, (colour, emission, quads) in CORNELL.items():
-        materials += f"newmtl {name}\nillum 1\nKd {' '.join(map(str, colour))}\n"
-        if emission:
-            materials += f"Ke {' '.join(map(str, emission))}\n"
-        text += f"usemtl {name}\n"
-        for quad in quads:
-            text += "".join(f"v {x} {y} {-z}\n" for x, y, z in reversed(quad))
-            text += f"f {count + 1} {count + 2} {count + 3} {count + 4}\n"
-            count += 4
-    (folder / "box.mtl").write_text(materials)
-    (folder / "box.obj").write_text(text)
-    return folder / "box.obj"
-
-
 SMALL = ["--size", "24x24", "--threads", 1]
 SIX = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 

@@ -247,33 +247,6 @@ void test_area_lights() {
     }
 }
 
-// From its back a light of both sides is as large as from its front, mirrored, and twice as strong.
-void test_both_sides() {
-    Scene scene;
-    add_triangle_light(scene, add_diffuse(scene, {0, 0, 0}), {1, 1, 1}, {-1, 2, -0.5f},
-                       {0.8f, 2, -0.7f}, {0.9f, 2, 0.9f});
-    Light light = scene.lights[0];
-    const float one_side = light_power(light, 1);
-    light.both_sides = true;
-    CHECK(std::abs(light_power(light, 1) - 2 * one_side) < 1e-6f, "%g", light_power(light, 1));
-    Random random{21};
-    for (int i = 0; i < 1000; ++i) {
-        const Vec2 u = {random(), random()};
-        const LightSample below = light_sample(light, {0.1f, 0.5f, 0.2f}, u);
-        const LightSample above = light_sample(light, {0.1f, 3.5f, 0.2f}, u);
-        CHECK(below.pdf > 0 && std::abs(above.pdf / below.pdf - 1) < 1e-5f, "%g and %g", above.pdf,
-              below.pdf);
-        CHECK(std::abs(light_pdf(light, length(above.point - Vec3{0.1f, 3.5f, 0.2f}),
-                                 -dot(light.normal, above.direction)) /
-                           above.pdf -
-                       1) < 1e-4f,
-              "%g", above.pdf);
-        const Vec3 there =
-            light.corner + above.place.x * light.edge_u + above.place.y * light.edge_v;
-        CHECK(length(there - above.point) < 1e-5f, "off by %g", length(there - above.point));
-    }
-}
-
 // Lights without extent: what they send where, and that all of it is what their power says.
 void test_lights_without_extent() {
     Light light{};
@@ -343,7 +316,6 @@ int main() {
     test_one_bright_texel();
     test_bad_environments();
     test_area_lights();
-    test_both_sides();
     test_lights_without_extent();
     test_lights_by_power();
     return 0;

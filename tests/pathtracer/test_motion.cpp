@@ -127,21 +127,6 @@ void test_a_path_has_one_time() {
     CHECK(sum > 0, "the lower plate is dark by itself");
 }
 
-// A scene in which nothing moves is the same whether it says so or not.
-void test_no_motion() {
-    for (const bool still : {false, true}) {
-        Scene scene;
-        scene.camera = camera_look_at({0, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.2f);
-        scene.environment = even_environment();
-        add_sphere(scene, add_diffuse(scene, {0.5f, 0.5f, 0.5f}), {0, 0, 0}, 0.5f);
-        if (still) add_motion(scene, 0, [](Vec3 p) { return p; });
-        scene_finish(scene);
-        const std::vector<double> row = row_of(scene, 256, 8, "sobol");
-        CHECK(std::abs(row[PIXELS / 2] - 0.5) < 0.03 && std::abs(row[0] - 1) < 1e-5, "%g, %g",
-              row[PIXELS / 2], row[0]);
-    }
-}
-
 } // namespace
 
 int main() {
@@ -153,6 +138,5 @@ int main() {
     }
     test_shadow_of_a_moving_square();
     test_a_path_has_one_time();
-    test_no_motion();
     return 0;
 }

@@ -128,19 +128,22 @@ def test_a_picture_of_another_program_is_no_part(pathtracer):
     pathtracer.failure("--merge", path, "-o", "out.exr", said=["other.exr", "this program"])
 
 
-def test_convergence(pathtracer):
-    """Each row is what a run of so many samples would have."""
-    common = ["--size", "40x30", "--seed", 2]
-    reference = pathtracer.render(*common, "--spp", 96, "--seed", 1)
+@pytest.mark.parametrize("crop", [(0, 0, 40, 30), (5, 3, 31, 27)])
+def test_the_error_against_a_reference(pathtracer, crop):
+    """Each row of --convergence is what a run of so many samples would have, and the last is what is printed."""
+    common = ["--size", "40x30", "--seed", 2, "--crop", ",".join(map(str, crop))]
+    reference = pathtracer.render("--size", "40x30", "--spp", 96, "--seed", 1)
     path = pathtracer.folder / "rows.csv"
-    pathtracer.success(*common, "--spp", 11, "--reference", reference, "--convergence", path, "-o", "out.exr")
+    arguments = ["--spp", 11, "--quiet", "--reference", reference, "--convergence", path, "-o", "out.exr"]
+    words = pathtracer.success(*common, *arguments).stdout.split()
+    assert words[0] == "rmse" and words[2:4] == ["sigma", "1.0"] and words[5:7] == ["sigma", "2.1"]
     with open(path, newline="") as file:
         rows = [{name: float(v) for name, v in row.items()} for row in csv.DictReader(file)]
     assert list(rows[0]) == ["spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1"]
     assert [row["spp"] for row in rows] == [1, 2, 3, 4, 6, 8, 11]
     seconds = [row["seconds"] for row in rows]
     assert seconds == sorted(seconds) and seconds[0] > 0
-    wanted = read_exr(reference)[0].astype(np.float64)
+    wanted = read_exr(reference)[0][crop[1]:crop[3], crop[0]:crop[2]].astype(np.float64)
     for row in (rows[0], rows[4], rows[6]):
         error = pathtracer.image(*common, "--spp", int(row["spp"])) - wanted
         for name, sigma in [("rmse", 0), ("rmse_1.0", 1.0), ("rmse_2.1", 2.1)]:
@@ -148,6 +151,9 @@ def test_convergence(pathtracer):
             assert row[name] == pytest.approx(np.sqrt(np.mean(blurred**2)), rel=1e-6)
         relative = error / (wanted + 0.1 * wanted.mean())
         assert row["relative_rmse"] == pytest.approx(np.sqrt(np.mean(relative**2)), rel=1e-6)
+    # Seven digits of an RMSE are six decimals here.
+    printed = [float(words[i]) for i in (1, 4, 7)]
+    np.testing.assert_allclose(printed, [rows[-1][name] for name in ("rmse", "rmse_1.0", "rmse_2.1")], atol=1e-6)
 
 
 def test_passes_do_not_change_a_bit(pathtracer):

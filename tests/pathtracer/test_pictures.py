@@ -132,27 +132,6 @@ def test_preview(pathtracer, exposure):
     assert 0.2 < np.mean(difference > 0) < 0.8
 
 
-@pytest.mark.parametrize("crop", [None, (5, 3, 41, 30)])
-def test_error_against_a_reference(pathtracer, crop):
-    reference = pathtracer.render("--size", "48x36", "--spp", 64, "--seed", 1)
-    arguments = ["--size", "48x36", "--spp", 2, "--quiet", "--reference", reference, "-o", "out.exr"]
-    if crop:
-        arguments += ["--crop", ",".join(map(str, crop))]
-    words = pathtracer.success(*arguments).stdout.split()
-    assert words[0] == "rmse" and words[2:4] == ["sigma", "1.0"] and words[5:7] == ["sigma", "2.1"]
-    printed = [float(words[i]) for i in (1, 4, 7)]
-
-    x0, y0, x1, y1 = crop or (0, 0, 48, 36)
-    image = read_exr(pathtracer.folder / "out.exr")[0].astype(np.float64)
-    error = image - read_exr(reference)[0][y0:y1, x0:x1]
-    expected = [
-        np.sqrt(np.mean(np.square(gaussian_filter(error, (s, s, 0)) if s else error)))
-        for s in (0, 1.0, 2.1)
-    ]
-    # Seven digits of an RMSE are six decimals here.
-    np.testing.assert_allclose(printed, expected, atol=1e-6)
-
-
 def test_the_neural_mask_is_another_one(pathtracer, monkeypatch):
     package = importlib.util.find_spec("onnxruntime")
     if package is None:

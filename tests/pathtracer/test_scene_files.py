@@ -8,7 +8,7 @@ fixed; the false-alarm rate of the statistical tests, had seeds been drawn anew,
 import numpy as np
 import pytest
 from pathtracer_driver import assert_equal_means, part_means
-from scene_files import DOWN, QUAD, SIX, SMALL, Gltf, ball, cornell, cornell_obj, floor, over_floor, picture
+from scene_files import DOWN, QUAD, SIX, SMALL, Gltf, ball, cornell, floor, over_floor, picture
 
 # ---- The same scene said in other ways
 
@@ -26,24 +26,6 @@ def test_the_cornell_box_from_a_file_is_the_one_built_in(pathtracer):
     # The test has teeth: a bias of a tenth in the means of the whole would be seen.
     deviation = np.hypot(read[:, 1].std(ddof=1), built[:, 1].std(ddof=1)) / 4
     assert 6 * deviation < 0.1 * built[:, 1].mean()
-
-
-def test_the_cornell_box_as_obj(pathtracer):
-    """Without a camera both are framed in the same way; seen from the open side, as an OBJ says nothing of sides, they are
-    alike. Welch's t-tests over 16 seeds each; false-alarm rate one in ten thousand."""
-    gltf = cornell(scale=(1, 1, -1), camera=False).save(pathtracer.folder / "framed.gltf")
-    paths = gltf, cornell_obj(pathtracer.folder)
-    framed = [pathtracer.run("--scene", path, "--list-cameras").stdout.replace(",", " ").split() for path in paths]
-    numbers = [[float(word) for word in words if word[-1].isdigit()] for words in framed]
-    assert len(numbers[0]) == 7
-    np.testing.assert_allclose(numbers[0], numbers[1], rtol=1e-6)
-    means = []
-    view = ["--eye", "278,273,800", "--target", "278,273,0", "--fov", 40]
-    for number, path in enumerate(paths):
-        arguments = ["--scene", path, *SMALL, "--spp", 16, "--sampler", "sobol", *view]
-        means.append([part_means(pathtracer.image(*arguments, "--seed", 50 * number + i)) for i in range(16)])
-    assert_equal_means(*means, 1e-4)
-    assert np.mean(means) > 0.02
 
 
 @pytest.mark.parametrize("scale, shift_in_sizes", [(1e-4, 0), (1e4, 0), (1, 1000), (1e-4, 1000), (1e4, 1000)])

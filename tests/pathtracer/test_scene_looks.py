@@ -356,6 +356,8 @@ def test_obj_materials(pathtracer, even_sky):
     np.testing.assert_allclose(holed[17, 7], 1, atol=0.05)
     material.write_text("newmtl a\nKd 0 0 0\nillum 7\nNi 1.5\nTf 1 1 1\n")
     np.testing.assert_allclose(pathtracer.image(*arguments, "--max-depth", 50), 1, rtol=1e-3)
+    material.write_text("newmtl a\nKd 0 0 0\nKe 3 2 0.5\n")
+    np.testing.assert_allclose(pathtracer.image(*arguments)[12, 12], [3, 2, 0.5], rtol=1e-3)
 
 
 def write_polygon(path, corners):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import SAMPLERS, SCENES
 from PIL import Image
-from scene_files import DOWN, FOUR, ball, cornell_obj, textured_floor, write_environment
+from scene_files import DOWN, FOUR, ball, textured_floor, write_environment
 
 TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
@@ -44,8 +44,9 @@ def test_gltf(pathtracer, name):
 
 
 def test_obj(pathtracer):
-    path = cornell_obj(pathtracer.folder)
-    (pathtracer.folder / "box.mtl").write_text((pathtracer.folder / "box.mtl").read_text() + "map_Kd four.png\n")
+    path = pathtracer.folder / "a.obj"
+    path.write_text("mtllib a.mtl\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv 0 0 0\nvt 0 0\nf 1/1 2/1 3/1 4/1\nusemtl b\nf 1 2 4\n")
+    (pathtracer.folder / "a.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\nnewmtl b\nKe 2 2 2\nKd 0 0 0\n")
     Image.fromarray(FOUR).save(pathtracer.folder / "four.png")
     pathtracer.render(*TINY, "--scene", path)
 
