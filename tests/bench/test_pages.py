@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("flip_evaluator")
 
+from report.__main__ import main as bench
 from report.base.files import read_exr, write_exr
 from report.measure.image_error import rmse
 from report.pages import convergence, slider
@@ -23,7 +24,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def run(pathtracer, folder, *arguments):
-    convergence.main([*map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1",
+    bench(["convergence", *map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1",
                       "--threads", "1", "--out", str(folder), "--pathtracer", str(pathtracer)])
 
 
@@ -84,7 +85,7 @@ def test_bad_arguments_are_one_line(pathtracer, tmp_path, monkeypatch, capsys, a
     write_exr(tmp_path / "ref.exr", np.ones((8, 9, 3), np.float32), {})
     (tmp_path / "text.exr").write_text("no picture")
     with pytest.raises(SystemExit) as stopped:
-        convergence.main([arguments[0], "--out", "out", "--pathtracer", str(pathtracer), *arguments[1:]])
+        bench(["convergence", arguments[0], "--out", "out", "--pathtracer", str(pathtracer), *arguments[1:]])
     message = str(stopped.value.code) if isinstance(stopped.value.code, str) else capsys.readouterr().err
     assert stopped.value.code != 0 and said in message and "Traceback" not in message
     assert "\n" not in message.split("usage:")[0].strip() and not (tmp_path / "out/report.html").exists()

@@ -58,7 +58,7 @@ def test_blue_is_best_where_the_guide_says(result):
 def test_the_table_takes_its_place(tmp_path, capsys):
     guide = tmp_path / "guide.md"
     guide.write_text(f"before\n{begin(realtime.COMMAND)}old\n<!-- end of the table -->\nafter\n")
-    realtime.main(["--seeds", "1", "--integrands", "1", "--guide", str(guide)])
+    realtime.run(["--seeds", "1", "--integrands", "1", "--guide", str(guide)])
     text = guide.read_text()
     assert text.startswith("before\n") and text.endswith("\nafter\n") and "old" not in text
     assert capsys.readouterr().out.strip() in text and "| `white` | 1.00 | 1.00 | 1.00 | 1.00 |" in text

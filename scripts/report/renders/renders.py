@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import positive, run_or_say_why
+from ..base.command import positive
 from ..base.files import write_text
 from ..base.progress import duration
 from ..measure import equal_quality, gains
@@ -96,11 +96,3 @@ def run(arguments):
     seconds = sum(reference.seconds for reference in references.values())
     print(f"Written: {options.out}/renders.md and renders_headline.csv; plots in {options.plots}; renders.csv and a contact sheet "
           f"in {options.pages}. References took {duration(seconds)} once.")
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

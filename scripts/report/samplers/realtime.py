@@ -11,7 +11,7 @@ import numpy as np
 
 import bluenoise
 
-from ..base.command import positive, run_or_say_why
+from ..base.command import positive
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import rmse
 from .paths import half_planes, inside
@@ -87,14 +87,10 @@ def table(result):
                     [[name, *(f"{row[column] / white[column]:.2f}" for column in COLUMNS)] for name, row in result.items()])
 
 
-def main(arguments):
+def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
     parser.add_argument("--integrands", type=positive, default=8, metavar="N", help="half-planes (default 8)")
     add_options(parser, "docs/porting.md")
     options = parser.parse_args(arguments)
     write_or_print(options, COMMAND, table(measure(options.seeds, options.integrands)))
-
-
-if __name__ == "__main__":
-    run_or_say_why(main)
