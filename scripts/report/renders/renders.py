@@ -54,7 +54,6 @@ def parse_options(arguments):
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     parser.add_argument("--no-times", action="store_true", help="skip the timings, which need an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
-    parser.add_argument("--embree", metavar="PROGRAM", help="the path tracer of embree-tools (default: search PATH)")
     parser.set_defaults(out=None, pages=None)
     options = parser.parse_args(arguments)
     # Other sets of views have reports of their own, whose plots are not kept with the text.
