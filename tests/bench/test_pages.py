@@ -101,13 +101,3 @@ def test_headlines_say_only_what_seeds_and_reference_allow():
     assert found([1.0, 1.1, 0.9], [1.0, 1.0, 1.0])[0][0] == "even"
     assert found([2.0], [1.0]) == found([2.0, 2.1, 1.9], [1.0, 1.0, 1.0], 0.9) == []
     assert slider.evenly([0.09996, 1.0]) == ["0.100", "1.000"] and slider.evenly([0.0123456, 0.2]) == ["0.0123", "0.2000"]
-
-
-def test_part_worth_showing_is_where_noise_and_things_are():
-    rng = np.random.default_rng(2)
-    reference = np.full((40, 60, 3), 0.5)
-    reference[20:30, 40:50] = 0.8
-    noise = 0.01 * rng.standard_normal(reference.shape)
-    noise[18:32, 38:52] *= 10
-    left, top, width, height = convergence.part_worth_showing(reference, reference + noise)
-    assert (width, height) == (10, 10) and 35 <= left <= 50 and 15 <= top <= 30
