@@ -3,12 +3,13 @@
 "use strict";
 
 const NAMES = {white: "white", sobol: "Sobol\u2019", blue: "blue"};
+const MODES = {sum: "sum", average: "average", camera: "camera moves"};
 const MOST = 1024; // samples after which "no limit" rests, too
 const FIRST_LIMIT = 3; // here, between powers of two, the samplers differ most
 const COLUMNS = 400; // about as many pixels to a row; each is a whole number of the screen's
 
 const element = id => document.getElementById(id);
-const settings = {left: "white", right: "blue", limit: FIRST_LIMIT};
+const settings = {left: "white", right: "blue", mode: "sum", limit: FIRST_LIMIT};
 // catchingUp: the picture of fewer samples than were shown is made from the first sample, and shown when it is there.
 let tracer = null, enlarged = 1, paused = false, catchingUp = false, restarts = 0, asked = false;
 
@@ -19,12 +20,20 @@ function fill(name, choices) {
     Object.assign(input, {type: "radio", name, value, checked: settings[name] === value});
     input.addEventListener("change", () => {
       settings[name] = value;
+      if (name === "mode") changeMode();
       request();
     });
     shown.textContent = text;
     label.append(input, shown);
     element(name).append(label);
   }
+}
+
+/* Sums have a number of samples, and errors; averages go on until they are paused. */
+function changeMode() {
+  paused = catchingUp = false;
+  document.documentElement.classList.toggle("endless", settings.mode !== "sum");
+  if (tracer) tracer.restart(tracer.run, settings.mode);
 }
 
 /* Shows this many samples per pixel. More than that cannot be taken back, so those are made again. */
@@ -54,7 +63,7 @@ function request() {
 function frame() {
   asked = false;
   if (!tracer) return;
-  const limit = settings.limit, sigma = Number(element("distance").value), split = Number(element("split").value);
+  const limit = settings.mode === "sum" ? settings.limit : Infinity, sigma = Number(element("distance").value), split = Number(element("split").value);
   if (tracer.count < limit && (!paused || tracer.count === 0)) tracer.sample();
   catchingUp = catchingUp && tracer.count < limit;
   if (!catchingUp) tracer.show(settings.left, settings.right, Math.round(split / 100 * tracer.width) * enlarged, sigma, enlarged);
@@ -64,7 +73,7 @@ function frame() {
   element("left-name").textContent = NAMES[settings.left];
   element("right-name").textContent = NAMES[settings.right];
   element("blur").textContent = sigma ? `${sigma.toFixed(1)} px blur` : "no blur";
-  const count = `${tracer.count} ${tracer.count === 1 ? "sample" : "samples"} per pixel`;
+  const count = limit === Infinity ? `frame ${tracer.count}` : `${tracer.count} ${tracer.count === 1 ? "sample" : "samples"} per pixel`;
   element("status").textContent = `${tracer.width} \u00d7 ${tracer.height} pixels, ${count}`;
   element("pause").textContent = paused ? "Resume" : "Pause";
   element("pause").disabled = !paused && tracer.count >= limit;
@@ -74,10 +83,10 @@ function frame() {
   element("endless").checked = limit > STEPS;
   element("less").disabled = limit <= 1;
   element("more").disabled = limit >= STEPS;
-  // The errors wait for the picture, unless that has no end.
-  if (tracer.count >= Math.min(limit, STEPS) || paused) errors.step();
+  // The errors wait for the picture, unless that has no end; averages have none.
+  if (limit < Infinity && tracer.count >= Math.min(limit, STEPS) || paused) errors.step();
   errors.show(limit > STEPS ? tracer.count : limit);
-  if (tracer.count < limit && !paused || !errors.done) request();
+  if (tracer.count < limit && !paused || limit < Infinity && !errors.done) request();
 }
 
 /* Fits the picture into its place. */
@@ -111,12 +120,13 @@ function start() {
     element("stage").hidden = element("controls").hidden = true;
     return;
   }
-  tracer.restart(restarts);
+  tracer.restart(restarts, settings.mode);
   fit();
 }
 
 fill("left", NAMES);
 fill("right", NAMES);
+fill("mode", MODES);
 if (window.self !== window.top) {
   document.documentElement.classList.add("embedded");
   const tell = () => window.parent.postMessage({height: document.documentElement.offsetHeight}, "*");

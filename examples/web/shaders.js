@@ -21,8 +21,9 @@ ${BN_DRAW_GLSL}
 ${BN_PATH_GLSL}
 `;
 
-/* One sample of each pixel, added to the sums so far. The sums are the bits of floats in a texture of integers, which
- * every device with WebGL 2 can draw into.
+/* One sample of each pixel, added to the sums so far, or to a moving average that follows surfaces when the camera moves. Both are
+ * the bits of floats in a texture of integers, which every device with WebGL 2 can draw into. An average has the distance of the
+ * surface and the number of its samples beside it.
  *
  * A room, through whose front wall the camera looks, with a lamp on the ceiling, a block, a matte ball and a mirror ball. Each ray of a path has
  * one domain, bn_path_ray_domain(): (0,1) of it say where the ray goes, (2,3) which point on the lamp is tried where it ends. */
@@ -30,10 +31,11 @@ const sampleFragment = kind => `${DRAWS}
 uniform usampler2D sums;
 uniform uvec2 size;
 uniform uint index, run;
+uniform float weight; // of the newest sample in a moving average, when that has settled; 0: a sum
+uniform vec3 camera, camera_before;
 out uvec4 sum;
 
 const vec3 ROOM = vec3(1.5, 2.0, 1.3); // from the middle to the side walls, height, from the middle to the front and back
-const vec3 CAMERA = vec3(0.0, 1.0, 4.6);
 const vec3 LAMP_COLOUR = vec3(13.0, 11.5, 9.4);
 const vec2 LAMP_AT = vec2(0.0, 0.05), LAMP_SIZE = vec2(0.4, 0.32); // x and z, from the middle to the edges
 const vec4 BALL = vec4(0.62, 0.42, 0.1, 0.42), MIRROR = vec4(-0.4, 0.3, 0.7, 0.3);
@@ -134,14 +136,43 @@ vec3 scattered(vec3 normal, vec2 u) {
   return on_disc.x * side + on_disc.y * cross(normal, side) + up * normal;
 }
 
-vec3 light_along(bn_path path) {
+// Where the camera sees a point, in pixels; through the front wall, which fills the picture wherever the camera is.
+vec2 on_screen(vec3 from, vec3 point) {
+  vec3 at = from + (point - from) * ((ROOM.z - from.z) / (point.z - from.z));
+  return 0.5 * (vec2(at.x / ROOM.x, 2.0 * at.y / ROOM.y - 1.0) + 1.0) * vec2(size);
+}
+
+// The average before at the same surface: of those of the four pixels around that show it. How many samples it has: 0 if none do.
+vec3 history(vec2 at, float distance, out float count) {
+  ivec2 low = ivec2(floor(at - 0.5)), last = ivec2(size) - 1;
+  vec2 part = at - 0.5 - vec2(low);
+  vec3 light = vec3(0.0);
+  float share = 0.0;
+  count = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 step = ivec2(i & 1, i >> 1), there = low + step;
+    uvec4 texel = texelFetch(sums, clamp(there, ivec2(0), last), 0);
+    vec2 kept = unpackHalf2x16(texel.a), near = mix(1.0 - part, part, vec2(step));
+    bool same = clamp(there, ivec2(0), last) == there && abs(kept.x - distance) < 0.03 * distance;
+    float by = same ? near.x * near.y : 0.0;
+    light += by * uintBitsToFloat(texel.rgb);
+    count += by * kept.y;
+    share += by;
+  }
+  count = share > 0.05 ? count / share : 0.0;
+  return light / max(share, 1e-6);
+}
+
+vec3 light_along(bn_path path, out vec3 first, out vec2 place) {
   vec4 u = bn_draw_${kind}(SEED, path.x, path.y, path.index, bn_path_ray_domain(path, 0u));
   vec2 on_film = (2.0 * (vec2(path.x, path.y) + u.xy) - vec2(size)) / vec2(size);
-  vec3 from = CAMERA, to = normalize(vec3(on_film * vec2(ROOM.x, 0.5 * ROOM.y), ROOM.z - CAMERA.z));
+  vec3 from = camera, to = normalize(vec3(on_film.x * ROOM.x, 0.5 * (on_film.y + 1.0) * ROOM.y, ROOM.z) - camera);
+  place = u.xy;
   vec3 light = vec3(0.0), weight = vec3(1.0);
   bool sees_lamp = true; // from the camera, also in the mirror; caustics are left out, whose fireflies would hide the rest
   for (uint ray = 1u; ray <= 4u; ++ray) {
     surface s = hit(from, to);
+    if (ray == 1u) first = from + to * s.distance;
     if (s.kind == LAMP) {
       if (sees_lamp) light += weight * LAMP_COLOUR;
       break;
@@ -161,9 +192,19 @@ vec3 light_along(bn_path path) {
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
-  vec3 before = index == 0u ? vec3(0.0) : uintBitsToFloat(texelFetch(sums, at, 0).rgb);
   bn_path path = bn_path_start(uint(at.x), uint(at.y), index, run);
-  sum = uvec4(floatBitsToUint(before + light_along(path)), 0u);
+  vec3 first;
+  vec2 place;
+  vec3 light = light_along(path, first, place);
+  float count = 0.0;
+  if (weight == 0.0) {
+    if (index > 0u) light += uintBitsToFloat(texelFetch(sums, at, 0).rgb);
+  } else if (index > 0u) {
+    vec2 was = vec2(at) + 0.5 + on_screen(camera_before, first) - on_screen(camera, first);
+    vec3 before = history(was, distance(camera_before, first), count);
+    light = mix(before, light, max(weight, 1.0 / (count + 1.0)));
+  }
+  sum = uvec4(floatBitsToUint(light), packHalf2x16(vec2(distance(camera, first), min(count + 1.0, 1000.0))));
 }
 `;
 

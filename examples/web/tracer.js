@@ -4,6 +4,12 @@
 
 const KINDS = ["white", "sobol", "blue"];
 const EXPOSURE = 1.0;
+const WEIGHT = 0.1; // of the newest sample in a moving average
+
+/* Where the camera is in a frame: at rest, or on its way around a figure of eight. */
+function cameraAt(mode, frame) {
+  return mode === "camera" ? [0.5 * Math.sin(frame / 45), 1 + 0.2 * Math.sin(frame / 22.5), 4.6] : [0, 1, 4.6];
+}
 
 function compile(gl, fragment) {
   const program = gl.createProgram();
@@ -73,6 +79,7 @@ function makeTracer(canvas) {
   const float = value => place => gl.uniform1f(place, value);
   const int = value => place => gl.uniform1i(place, value);
   const uint = value => place => gl.uniform1ui(place, value);
+  const point = value => place => gl.uniform3fv(place, value);
 
   const remove = images => {
     for (const {texture, framebuffer} of images) {
@@ -81,9 +88,10 @@ function makeTracer(canvas) {
     }
   };
   /* The next sample of each pixel; sums has the image so far, then one to draw into, and comes back in this order. */
-  const add = (program, sums, index, run) => {
+  const add = (program, sums, index, run, mode = "sum") => {
     draw(gl, program, sums[1], tracer.width, tracer.height, {
-      bn_words: words, sums: sums[0], index: uint(index), run: uint(run),
+      bn_words: words, sums: sums[0], index: uint(index), run: uint(run), weight: float(mode === "sum" ? 0 : WEIGHT),
+      camera: point(cameraAt(mode, index)), camera_before: point(cameraAt(mode, index - 1)),
       size: place => gl.uniform2ui(place, tracer.width, tracer.height),
     });
     sums.reverse();
@@ -96,7 +104,7 @@ function makeTracer(canvas) {
   };
 
   const tracer = {
-    gl, width: 0, height: 0, count: 0, run: 0,
+    gl, width: 0, height: 0, count: 0, run: 0, mode: "sum",
 
     resize(width, height) {
       const pair = before => {
@@ -108,20 +116,21 @@ function makeTracer(canvas) {
       Object.assign(tracer, {width, height, count: 0});
     },
 
-    /* From no samples; another run has other random numbers. */
-    restart(run) {
-      Object.assign(tracer, {run, count: 0});
+    /* From no samples; another run has other random numbers. Mode: the "sum" of all frames, a moving "average", or one with a moving
+     * "camera". In all of them the index goes on from frame to frame. */
+    restart(run, mode = tracer.mode) {
+      Object.assign(tracer, {run, mode, count: 0});
     },
 
     /* One more sample of each pixel with each sampler. */
     sample() {
-      for (const {program, sums} of Object.values(samplers)) add(program, sums, tracer.count, tracer.run);
+      for (const {program, sums} of Object.values(samplers)) add(program, sums, tracer.count, tracer.run, tracer.mode);
       ++tracer.count;
     },
 
     /* The picture of one sampler left of a column of the canvas and that of another right of it. */
     show(left, right, split, sigma, enlarged) {
-      const scale = EXPOSURE / Math.max(tracer.count, 1);
+      const scale = EXPOSURE / (tracer.mode === "sum" ? Math.max(tracer.count, 1) : 1);
       [left, right].forEach((kind, i) => draw(gl, blurRows, rows[i], tracer.width, tracer.height,
         {sums: samplers[kind].sums[0], scale: float(scale), sigma: float(sigma)}));
       draw(gl, show, null, tracer.width * enlarged, tracer.height * enlarged,

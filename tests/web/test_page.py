@@ -225,6 +225,48 @@ def test_the_errors_of_all_counts_are_measured_and_plotted(small):
     assert small.value("Number(document.querySelector('#plot .now').getAttribute('x1'))") == pytest.approx(at)
 
 
+def frames_of(browser, mode, count, kind):
+    """The picture of a sampler after so many frames, (height, width, 3)."""
+    browser.value(f"(tracer.restart(7, '{mode}'), Array.from({{length: {count}}}, () => tracer.sample()).length)")
+    width, height = browser.value("[tracer.width, tracer.height]")
+    return np.array(browser.value(f"Array.from(tracer.read('{kind}'))")).reshape(height, width, 4)[..., :3]
+
+
+def test_a_moving_average_is_the_mean_of_few_frames_and_then_forgets(small):
+    one, two = (frames_of(small, "sum", count, "blue") for count in (1, 2))
+    assert np.allclose(frames_of(small, "average", 1, "blue"), one, rtol=1e-6)
+    # Also the surface of a pixel may change with the place in it; where it does not, two frames count alike.
+    same = np.isclose(frames_of(small, "average", 2, "blue"), two / 2, rtol=1e-3, atol=1e-4).all(-1)
+    assert same.mean() > 0.85
+    white, blue = (np.clip(frames_of(small, "average", 60, kind), 0, 1) for kind in ("white", "blue"))
+    reference = np.clip(frames_of(small, "sum", 256, "blue") / 256, 0, 1)
+    errors = [gaussian_filter(picture - reference, (1, 1, 0)).std() for picture in (white, blue)]
+    assert errors[1] < 0.9 * errors[0] and errors[0] < 0.05, errors
+
+
+def test_history_follows_a_moving_camera(small):
+    """After 60 frames the picture is that of the place where the camera is, with far less noise than one frame has."""
+    moved = frames_of(small, "camera", 60, "blue")
+    small.value("(window.way = cameraAt, cameraAt = mode => way('camera', 59), 0)")
+    alone, reference = (frames_of(small, "sum", count, "blue") / count for count in (1, 256))
+    small.value("(cameraAt = way, 0)")
+    # The median, as edges and what the mirror shows lag.
+    moved, alone = (np.median(np.abs(gaussian_filter(np.clip(picture, 0, 1) - np.clip(reference, 0, 1), (1, 1, 0))))
+                    for picture in (moved, alone))
+    assert moved < 0.3 * alone, (moved, alone)
+
+
+def test_modes_are_chosen_on_the_page(small):
+    small.value("document.querySelector('#mode input[value=camera]').click()")
+    small.wait("tracer.mode === 'camera' && tracer.count > 3 && element('status').textContent.includes(', frame ')")
+    assert small.value("getComputedStyle(element('stepping')).display") == "none"
+    small.value("element('pause').click()")
+    small.wait("(frame(), element('pause').textContent) === 'Resume'")
+    small.value("document.querySelector('#mode input[value=sum]').click()")
+    small.wait("(limitTo(1), frame(), tracer.count) === 1 && tracer.mode === 'sum'")
+    assert small.value("getComputedStyle(element('stepping')).display") != "none"
+
+
 def test_the_page_survives_the_loss_of_its_device(small):
     small.value("(gl => { window.device = gl.getExtension('WEBGL_lose_context'); device.loseContext(); })(tracer.gl)")
     small.wait("tracer === null")
