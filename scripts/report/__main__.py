@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs one part: python -m report [--check] PART [options]. Each is a module with a function run(arguments).
+"""Runs one part: python -m report [--check] PART [options].
 
 With --check it ends after parsing the options, with status 2 and a message if they are wrong."""
 
 import argparse
-import importlib
+import runpy
 import sys
 
-from .base.command import run_or_say_why
-
 PARTS = {
-    "samplers": ("samplers", "paths", "realtime"),
+    "samplers": ("samplers", "paths"),
+    "realtime": ("realtime", "moving"),
     "masks": ("masks", "neural", "points"),
     "renders": ("renders", "models", "summary", "denoise", "picture", "adaptive"),
     "others": ("mitsuba", "pbrt", "cycles", "web", "correctness"),
@@ -18,16 +17,20 @@ PARTS = {
 }
 
 
-def main(arguments):
-    if arguments[0] == "--check":
+def main():
+    if sys.argv[1] == "--check":
+        del sys.argv[1]
         parse_args = argparse.ArgumentParser.parse_args
-        argparse.ArgumentParser.parse_args = lambda *given: (parse_args(*given), sys.exit(0))
-        arguments = arguments[1:]
-    part, *options = arguments
+
+        def parse_and_end(*arguments):
+            parse_args(*arguments)
+            sys.exit(0)
+
+        argparse.ArgumentParser.parse_args = parse_and_end
+    part = sys.argv.pop(1)
     folder = next(folder for folder, parts in PARTS.items() if part in parts)
-    module = importlib.import_module(f"report.{folder}.{part}")
-    run_or_say_why(module.run, options, "convergence" if part == "convergence" else "bench")
+    runpy.run_module(f"report.{folder}.{part}", run_name="__main__")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
