@@ -77,8 +77,8 @@ class Path:
     index
         The samples of these pixels, integers from 0 to 2**32 - 1.
     frame
-        Frames that are averaged or compared have numbers of their own, integers from 0 to 2**32 - 1. A single picture is
-        frame 0.
+        Frames that must be independent have numbers of their own, integers from 0 to 2**32 - 1. Where frames are averaged,
+        the index goes on instead, and the frame stays 0.
 
     Raises
     ------

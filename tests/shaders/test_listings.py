@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples of docs/shaders.md compile as they stand there."""
+"""The examples of docs/shaders.md and docs/realtime.md compile as they stand there."""
 
 import os
 import re
@@ -9,7 +9,7 @@ from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, need_module, need_vulka
 from test_device_code import compile_with_nvrtc
 from test_shaders import with_texts
 
-GUIDE = (ROOT / "docs" / "shaders.md").read_text(encoding="utf-8")
+GUIDE = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("shaders.md", "realtime.md"))
 
 
 def listing(name):
@@ -23,17 +23,26 @@ def test_upload(tmp_path):
         "-o", tmp_path / "upload.o")
 
 
-@pytest.mark.parametrize("name", ["example.comp", "path.comp"])
-def test_glsl(tmp_path, name):
+def test_cpp(tmp_path):
+    (tmp_path / "a.cpp").write_text(listing("realtime.cpp"))
+    run(os.environ.get("CXX", "c++"), "-std=c++17", "-Wall", "-Wextra", "-Werror", "-I", INCLUDE, "-c", tmp_path / "a.cpp", "-o",
+        tmp_path / "a.o")
+
+
+@pytest.mark.parametrize("name, define", [("example.comp", ""), ("path.comp", ""), ("realtime.comp", ""),
+                                          ("realtime.comp", "#define TABLE_IS_A_TEXTURE\n")])
+def test_glsl(tmp_path, name, define):
     need(GLSLANG, "glslangValidator")
-    (tmp_path / "a.comp").write_text(with_texts(listing(name)))
+    (tmp_path / "a.comp").write_text(with_texts(listing(name)).replace("#version 430\n", f"#version 430\n{define}"))
     run(GLSLANG, tmp_path / "a.comp")
     run(GLSLANG, "-V", "-o", tmp_path / "a.spv", tmp_path / "a.comp")
 
 
-def test_hlsl(tmp_path):
+@pytest.mark.parametrize("name, define", [("example.hlsl", ""), ("realtime.hlsl", ""),
+                                          ("realtime.hlsl", "#define TABLE_IS_A_TEXTURE\n")])
+def test_hlsl(tmp_path, name, define):
     need(GLSLANG, "glslangValidator")
-    (tmp_path / "a.hlsl").write_text(listing("example.hlsl"))
+    (tmp_path / "a.hlsl").write_text(define + listing(name))
     run(GLSLANG, "-D", "-V", "-S", "comp", "-e", "main", f"-I{INCLUDE / 'bn'}", "-o", tmp_path / "a.spv", tmp_path / "a.hlsl")
 
 

@@ -121,7 +121,7 @@ typedef int32_t (*bn_progress)(void *user, double fraction);
  * domains are independent, except within a family (see below). Derive domains along the call tree,
  * so that adding a decision in one place does not change the samples in another:
  *
- *     uint32_t frame    = bn_domain_child(BN_DOMAIN_ROOT, frame_number);
+ *     uint32_t frame    = bn_domain_child(BN_DOMAIN_ROOT, picture); // not of frames that are averaged
  *     uint32_t camera   = bn_domain_child(frame, 0);      // position in the pixel, first light
  *     uint32_t ray      = bn_domain_child(frame, bounce); // 1, 2, ...: direction, next light
  *     uint32_t roulette = bn_domain_child(ray, 0);
