@@ -247,8 +247,7 @@ struct Written {
 Written render(Picture &p, const Outputs &outputs) {
     const Options &o = p.options;
     const GeometryPointer geometry = geometry_build(p.scene);
-    const Integrator integrator =
-        integrator_create(p.scene, *geometry, p.sampler.get(), o.max_depth);
+    const Integrator integrator{&p.scene, geometry.get(), p.sampler.get(), o.max_depth};
     const FrameSettings settings = {
         {o.first_sample, o.threads, noise_settings(o)}, p.spp, o.time_limit, o.write_interval};
     const auto attributes = [&](const Film &own) {

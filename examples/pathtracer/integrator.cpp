@@ -7,6 +7,7 @@
 // pixel only: splatting would correlate neighbours and spoil the blue noise.
 #include "integrator.h"
 
+#include <array>
 #include <limits>
 #include <optional>
 
@@ -26,7 +27,7 @@ float power_heuristic(float pdf, float other_pdf) {
 // Turns one point of the unit square into a light and a point on it. Each light owns a strip of the
 // square, which is stretched back to a square, so points well distributed over the square are well
 // distributed over the lights and over each light.
-const Light &choose_light(const Scene &scene, Vec2 &u) {
+inline const Light &choose_light(const Scene &scene, Vec2 &u) {
     if (scene.lights.size() == 1) return scene.lights[0];
     const Choice choice = distribution_choose(scene.light_limits.data(), scene.lights.size(), u.x);
     u.x = choice.rest;
@@ -35,11 +36,9 @@ const Light &choose_light(const Scene &scene, Vec2 &u) {
 
 // The state of a path traced from the camera.
 struct Path {
-    PixelSample sample;
     PathCounters *counters;
-    // Drawn from the ray's domain: pair (0,1) chose the ray, pair (2,3) chooses a light where the
-    // ray ends.
-    Draw u;
+    // The first pair chose the ray, the second chooses a light where the ray ends.
+    std::array<float, 4> u;
     Ray ray;
     Vec3 throughput = {1, 1, 1};
     Vec3 radiance = {0, 0, 0};
@@ -51,23 +50,44 @@ struct Path {
     bool ends = false;          // where it arrives: only lights are still added
 };
 
-Draw counted_draw(const PixelSample &sample, uint32_t domain, int dimensions,
-                  PathCounters &counters) {
-    ++(dimensions == 2 ? counters.draws_2d : counters.draws_4d);
-    return draw(sample, domain, dimensions);
+bool has_lens(const Scene &scene) {
+    return scene.camera.lens_radius > 0;
 }
 
-Path camera_path(const Integrator &integrator, const PixelSample &sample, PathCounters &counters) {
-    const Integrator::RayDomains &domains = integrator.rays[0];
-    const Draw u = counted_draw(sample, domains.ray, domains.dimensions, counters);
-    const Vec2 pixel = {static_cast<float>(sample.x) + u.u[0],
-                        static_cast<float>(sample.y) + u.u[1]};
-    Path path{sample, &counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
+// Whether the first light is not ray 0's: a lens has taken its pair, or it is split.
+bool first_light_apart(const Scene &scene) {
+    return has_lens(scene) || scene.light_samples > 1;
+}
+
+// The numbers of a ray. The second pair is drawn only if it serves a light or the lens.
+template <typename RayNumbers>
+inline std::array<float, 4> draw(const Integrator &integrator, uint32_t ray,
+                                 const RayNumbers &numbers, PathCounters &counters) {
+    const Scene &scene = *integrator.scene;
+    const bool light = !scene.lights.empty() && ray < integrator.max_depth;
+    if (ray > 0 ? light : has_lens(scene) || (light && !first_light_apart(scene))) {
+        ++counters.draws_4d;
+        return numbers.draw();
+    }
+    ++counters.draws_2d;
+    const auto [u, v] = numbers.draw_where();
+    return {u, v, 0, 0};
+}
+
+template <typename PathNumbers, typename RayNumbers>
+Path camera_path(const Integrator &integrator, int x, int y, const PathNumbers &path_numbers,
+                 const RayNumbers &numbers, PathCounters &counters) {
+    const std::array<float, 4> u = draw(integrator, 0, numbers, counters);
+    const Vec2 pixel = {static_cast<float>(x) + u[0], static_cast<float>(y) + u[1]};
+    Path path{&counters, u, camera_ray(integrator.scene->camera, pixel, pair23(u))};
     // One time for the whole path. It multiplies with the position in the pixel, so it could take the
     // second pair of ray 0, as a lens does, and where nothing else varies that is better by far
     // (docs/paths.md). Then the first light loses the pair, though: in crops of `motion` after a
-    // blur, bn_path_time() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
-    if (integrator.moves) path.ray.time = counted_draw(sample, integrator.camera, 4, counters).u[2];
+    // blur, time() was better at 9 of 12 counts from 1 to 64, by a hundredth on average.
+    if (!integrator.scene->motions.empty()) {
+        ++counters.draws_2d;
+        path.ray.time = path_numbers.time()[0];
+    }
     return path;
 }
 
@@ -84,7 +104,7 @@ void add_found_light(Path &path, float other_pdf, Vec3 emitted) {
     path.radiance += power_heuristic(path.scatter_pdf, other_pdf) * (path.throughput * emitted);
 }
 
-void add_environment(const Scene &scene, Path &path) {
+inline void add_environment(const Scene &scene, Path &path) {
     if (!scene.environment) return;
     const Environment &environment = *scene.environment;
     const Vec3 direction = path.ray.direction;
@@ -95,7 +115,7 @@ void add_environment(const Scene &scene, Path &path) {
     add_found_light(path, pdf, environment_radiance(environment, direction));
 }
 
-void add_emission(const Scene &scene, Path &path, const Hit &hit) {
+inline void add_emission(const Scene &scene, Path &path, const Hit &hit) {
     const int32_t number = scene.surfaces[hit.triangle].light;
     if (number < 0) return;
     const Light &light = scene.lights[static_cast<size_t>(number)];
@@ -129,7 +149,7 @@ struct Vertex {
     }
 };
 
-Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
+inline Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
     Vertex v;
     const Vec3 to_origin = -ray.direction;
     v.front = dot(hit.normal, to_origin) > 0;
@@ -146,8 +166,8 @@ Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
 }
 
 // The material at a hit, stored in `textured` if it has maps.
-const Material &material_of_hit(const Scene &scene, const Hit &hit,
-                                std::optional<Material> &textured) {
+inline const Material &material_of_hit(const Scene &scene, const Hit &hit,
+                                       std::optional<Material> &textured) {
     const Material &base = scene.materials[scene.surfaces[hit.triangle].material];
     if (base.maps < 0) return base;
     textured = material_at(scene, base, {hit.triangle, hit.u, hit.v});
@@ -155,16 +175,16 @@ const Material &material_of_hit(const Scene &scene, const Hit &hit,
 }
 
 // How far the path's ray flies through the medium until it meets a particle before `end`, or
-// infinity. Loop 0 of a ray; loop k + 1 is for light sample k where it ends.
-float free_flight(const Integrator &integrator, const Path &path, uint32_t bounce, float end) {
-    const uint32_t ray = integrator.rays[bounce].ray;
-    LoopNumbers numbers = loop_start(path.sample, loop_domain(*integrator.sampler, ray, 0));
+// infinity.
+template <typename RayNumbers>
+float free_flight(const Medium &medium, const Path &path, const RayNumbers &numbers, float end) {
+    bn::Rng walk = numbers.rng(0);
     ++path.counters->draws_4d;
-    return medium_free_flight(*integrator.scene->medium, path.ray, end, numbers);
+    return medium_free_flight(medium, path.ray, end, walk);
 }
 
 // A particle is a vertex whose normal points back along the ray: its material needs no other.
-Vertex vertex_in_medium(const Ray &ray, float distance) {
+inline Vertex vertex_in_medium(const Ray &ray, float distance) {
     Vertex v{};
     v.point = ray.origin + distance * ray.direction;
     v.distance = distance;
@@ -178,16 +198,17 @@ Vertex vertex_in_medium(const Ray &ray, float distance) {
 // ---- Next event estimation
 
 // The sampled point, moved off the light to the side that emits towards the surface.
-Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
+inline Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     if (!(light.area > 0)) return sample.point;
     const bool leaves_front = dot(light.normal, sample.direction) < 0;
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the contribution of one of `count` light samples, chosen by u. `loop` is the domain of a
-// walk to it.
+// Adds the contribution of light sample k of `count`, chosen by u.
+template <typename RayNumbers>
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
-                      const Material &material, Vec2 u, uint32_t count, uint32_t loop) {
+                      const Material &material, const RayNumbers &numbers, Vec2 u, uint32_t count,
+                      uint32_t k) {
     const Scene &scene = *integrator.scene;
     const Light &light = choose_light(scene, u);
     const LightSample sample = light_sample(light, v.point, u);
@@ -201,9 +222,9 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     if (occluded(*integrator.geometry, shadow.origin, end, shadow.time)) return;
     float passed = 1;
     if (scene.medium) {
-        LoopNumbers numbers = loop_start(path.sample, loop);
+        bn::Rng walk = numbers.rng(k + 1);
         ++path.counters->draws_4d;
-        passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), numbers);
+        passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), walk);
     }
     const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
     const float weight = light_has_extent(light)
@@ -216,39 +237,41 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
 }
 
 // Adds a vertex's light samples. Returns how many.
+template <typename PathNumbers, typename RayNumbers>
 uint32_t add_light_samples(const Integrator &integrator, Path &path, const Vertex &v,
-                           const Material &material, uint32_t bounce) {
+                           const Material &material, uint32_t bounce,
+                           const PathNumbers &path_numbers, const RayNumbers &numbers) {
     const Scene &scene = *integrator.scene;
     if (material_is_smooth(material) || scene.lights.empty()) return 0;
     const uint32_t count = bounce == 0 ? scene.light_samples : 1;
     for (uint32_t k = 0; k < count; ++k) {
         Vec2 u = pair23(path.u);
-        if (bounce == 0 && integrator.first_light_apart) {
+        if (bounce == 0 && first_light_apart(scene)) {
             ++path.counters->draws_2d;
-            u = pair01(draw_split(path.sample, integrator.camera, count, k));
+            const auto [s, t] = path_numbers.first_light(count, k);
+            u = {s, t};
         }
-        const uint32_t loop = loop_domain(*integrator.sampler, integrator.rays[bounce].ray, k + 1);
-        add_light_sample(integrator, path, v, material, u, count, loop);
+        add_light_sample(integrator, path, v, material, numbers, u, count, k);
     }
     return count;
 }
 
 // ---- The next ray
 
-// Continues the path in a direction sampled from the material. Returns false if the path ends, by
-// roulette or otherwise.
+// Continues the path in a direction sampled from the material, with the numbers of the new ray.
+// Returns false if the path ends, by roulette or otherwise.
+template <typename RayNumbers>
 bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Material &material,
-             uint32_t bounce) {
-    const Integrator::RayDomains &domains = integrator.rays[bounce + 1];
+             uint32_t bounce, RayNumbers &numbers) {
     const bool roulette = bounce >= FIRST_ROULETTE_BOUNCE;
-    Draw choices{};
+    float lobe = 0, fate = 0;
     if (roulette || material_reads_lobe(material)) {
         ++path.counters->draws_2d;
-        choices = draw_choices(path.sample, domains.choices);
+        lobe = numbers.next_1d();
+        fate = numbers.next_1d();
     }
-    path.u = counted_draw(path.sample, domains.ray, domains.dimensions, *path.counters);
-    const MaterialSample sample =
-        material_sample(material, v.front, v.wo, pair01(path.u), choices.u[0]);
+    path.u = draw(integrator, bounce + 1, numbers, *path.counters);
+    const MaterialSample sample = material_sample(material, v.front, v.wo, pair01(path.u), lobe);
     if (!(sample.pdf > 0)) return false;
     const Vec3 direction = to_world(v.frame, sample.wi);
     if (!v.same_side(sample.wi, direction)) return false;
@@ -257,7 +280,7 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         // The probability is the share of light the bounce keeps, so survivors keep their
         // throughput.
         const float survival = std::min(max_component(sample.weight), 1.0f);
-        if (choices.u[1] >= survival) return false;
+        if (fate >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;
     }
     path.ray = {v.start(sample.wi), direction, path.ray.time};
@@ -266,33 +289,13 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
     return true;
 }
 
-} // namespace
-
-Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
-                             uint32_t max_depth) {
-    const bool lens = scene.camera.lens_radius > 0;
-    Integrator result{&scene,
-                      &geometry,
-                      sampler,
-                      max_depth,
-                      {},
-                      camera_domain(*sampler),
-                      lens || scene.light_samples > 1,
-                      !scene.motions.empty()};
-    for (uint32_t ray = 0; ray <= max_depth; ++ray) {
-        const bool with_light = !scene.lights.empty() && ray < max_depth;
-        const bool both = ray > 0 ? with_light : lens || (with_light && !result.first_light_apart);
-        const uint32_t domain = ray_domain(*sampler, ray);
-        result.rays.push_back({domain, choices_domain(*sampler, domain), both ? 4 : 2});
-    }
-    return result;
-}
-
-PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
-                      PathCounters &counters) {
+template <typename PathNumbers>
+PathSample trace(const Integrator &integrator, int x, int y, const PathNumbers &path_numbers,
+                 PathCounters &counters) {
     const Scene &scene = *integrator.scene;
     const Camera &camera = scene.camera;
-    Path path = camera_path(integrator, {integrator.sampler, x, y, index}, counters);
+    auto numbers = path_numbers.ray(0);
+    Path path = camera_path(integrator, x, y, path_numbers, numbers, counters);
     PathSample result{};
     for (uint32_t bounce = 0;; ++bounce) {
         Hit hit;
@@ -300,7 +303,7 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
         const bool met = intersect(*integrator.geometry, path.ray, path.seen_by_camera, hit);
         const float infinite = std::numeric_limits<float>::infinity();
         const float flight =
-            scene.medium ? free_flight(integrator, path, bounce, met ? hit.distance : infinite)
+            scene.medium ? free_flight(*scene.medium, path, numbers, met ? hit.distance : infinite)
                          : infinite;
         const bool in_medium = flight < infinite;
         std::optional<Material> textured;
@@ -331,11 +334,22 @@ PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index
             break;
         }
         if (!(vertex.wo.z > 0)) break;
-        const uint32_t count = add_light_samples(integrator, path, vertex, *material, bounce);
-        if (!scatter(integrator, path, vertex, *material, bounce)) break;
+        const uint32_t count =
+            add_light_samples(integrator, path, vertex, *material, bounce, path_numbers, numbers);
+        numbers = path_numbers.ray(bounce + 1);
+        if (!scatter(integrator, path, vertex, *material, bounce, numbers)) break;
         path.ends = in_medium && scene.single_scatter;
         path.light_samples = static_cast<float>(count); // 0 after a mirror
     }
     result.radiance = path.radiance;
     return result;
+}
+
+} // namespace
+
+PathSample trace_path(const Integrator &integrator, int x, int y, uint32_t index,
+                      PathCounters &counters) {
+    return with_path(*integrator.sampler, x, y, index, [&](const auto &path_numbers) {
+        return trace(integrator, x, y, path_numbers, counters);
+    });
 }

@@ -9,25 +9,13 @@
 #include "sampler.h"
 #include "scene.h"
 
-// Everything a path reads while it is traced. Ray domains do not depend on the path, so they are
-// derived once.
+// Everything a path reads while it is traced.
 struct Integrator {
     const Scene *scene;
     const Geometry *geometry;
     const Sampler *sampler;
     uint32_t max_depth; // bounces, off surfaces and in a medium; 0 shows lights only
-    struct RayDomains {
-        uint32_t ray, choices;
-        int dimensions; // drawn from `ray`: 4 if it also serves the light or the lens
-    };
-    std::vector<RayDomains> rays; // the camera's, and one for each of max_depth bounces
-    uint32_t camera;        // domain of what only the camera's ray draws: (0,1) light, (2) time
-    bool first_light_apart; // drawn from `camera`, as the camera ray's pair is taken
-    bool moves;             // paths have a time, drawn from `camera`
 };
-
-Integrator integrator_create(const Scene &scene, const Geometry &geometry, const Sampler *sampler,
-                             uint32_t max_depth);
 
 // Statistics of the paths traced.
 struct PathCounters {

@@ -89,18 +89,18 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
 // Meetings are apart by exponentially distributed amounts of rate times length, which go on from
 // block to block: a number decides one meeting, however many blocks lie before it.
 struct Meetings {
-    LoopNumbers *numbers;
+    bn::Rng *numbers;
     float left = -1; // until the next meeting; below 0: not drawn yet
 
     // Calls meet(distance) at each meeting from `from` to `to`, until it returns false.
     template <typename Meet>
     bool operator()(float from, float to, float rate, Meet meet) {
         if (!(rate > 0)) return true;
-        if (left < 0) left = -std::log(1 - loop_next(*numbers));
+        if (left < 0) left = -std::log(1 - numbers->next_1d());
         while (left < rate * (to - from)) {
             from += left / rate;
             if (!meet(from)) return false;
-            left = -std::log(1 - loop_next(*numbers));
+            left = -std::log(1 - numbers->next_1d());
         }
         left -= rate * (to - from);
         return true;
@@ -157,13 +157,13 @@ float medium_density(const Medium &m, Vec3 point) {
                mix(row(before[1], after[2]), row(after[1], after[2]), rest[1]), rest[2]);
 }
 
-float medium_free_flight(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
+float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers) {
     float found = INFINITE;
     Meetings meetings{&numbers};
     walk(medium, ray, end, [&](float from, float to, Medium::Range range) {
         return meetings(from, to, range.most, [&](float distance) {
             const float density = medium_density(medium, ray.origin + distance * ray.direction);
-            if (loop_next(numbers) * range.most >= density) return true;
+            if (numbers.next_1d() * range.most >= density) return true;
             found = distance;
             return false;
         });
@@ -171,7 +171,7 @@ float medium_free_flight(const Medium &medium, const Ray &ray, float end, LoopNu
     return found;
 }
 
-float medium_transmittance(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers) {
+float medium_transmittance(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers) {
     float passed = 1, even = 0;
     Meetings meetings{&numbers};
     walk(medium, ray, end, [&](float from, float to, Medium::Range range) {

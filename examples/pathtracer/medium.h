@@ -12,15 +12,16 @@
 // unbiased. The tighter the blocks, the fewer meetings are in vain, and the more the first numbers
 // of a walk decide: those are the good ones.
 //
-// How many numbers a walk takes is not known before: it draws from a loop (sampler.h).
+// How many numbers a walk takes is not known before: it draws from the generator of a loop.
 #pragma once
+
+#include <bn/bn.hpp>
 
 #include <functional>
 #include <vector>
 
 #include "camera.h"
 #include "material.h"
-#include "sampler.h"
 
 struct Medium {
     static constexpr int BLOCK = 4; // cells, each way
@@ -46,10 +47,10 @@ Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, flo
 float medium_density(const Medium &medium, Vec3 point);
 
 // How far a ray flies before it meets a particle, or infinity if it comes as far as `end` first.
-float medium_free_flight(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers);
+float medium_free_flight(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers);
 
 // An estimate of the share of light that passes along a ray as far as `end`.
-float medium_transmittance(const Medium &medium, const Ray &ray, float end, LoopNumbers &numbers);
+float medium_transmittance(const Medium &medium, const Ray &ray, float end, bn::Rng &numbers);
 
 // ---- The phase function of Henyey and Greenstein ("Diffuse Radiation in the Galaxy", 1941), for
 // materials of kind PHASE: `wi` in a frame whose +z points back along the ray.

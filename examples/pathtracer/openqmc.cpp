@@ -29,7 +29,8 @@ int frame_of(uint64_t seed) {
 template <typename Native>
 class OpenQmcSampler final : public PeerSampler {
   public:
-    explicit OpenQmcSampler(uint64_t seed) : frame_(frame_of(seed)), cache_(Native::cacheSize) {
+    explicit OpenQmcSampler(uint64_t seed)
+        : PeerSampler(seed), frame_(frame_of(seed)), cache_(Native::cacheSize) {
         Native::initialiseCache(cache_.data());
     }
 

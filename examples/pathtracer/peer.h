@@ -1,24 +1,106 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samplers of others, which the path tracer shows beside libbn's. A renderer needs nothing of this.
+// Samplers that are not libbn's behind the interface of bn::Path and bn::Ray, for comparison. A
+// renderer needs nothing of this.
 #pragma once
 
+#include <bn/bn.hpp>
+
+#include <array>
 #include <cstdint>
 #include <memory>
 
-// A sampler that is not in libbn, for comparison. Each half of a 4-D draw may be a decision with a
-// key of its own there: `key` for dimensions 0 and 1, `key + 1` for 2 and 3.
+// Draws by a key for each decision. Either half of a 4-D draw may be a decision by itself: the second
+// then has key + 1.
 class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
 
+    explicit PeerSampler(uint64_t seed) : generator(bn::Kind::white, seed) {}
     virtual ~PeerSampler() = default;
-    // Like draw() and draw_split() below; only the requested dimensions are written.
+    // The first `dimensions` numbers: 2 or 4.
     virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
                       float *u) const = 0;
+    // The first two numbers of part k of a sample that is split into `count` parts. The parts of all
+    // samples are one sequence, as with libbn's samplers, unless the peer has a way of its own.
     virtual void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count,
-                            uint32_t k, float *u) const = 0;
+                            uint32_t k, float *u) const {
+        draw(x, y, index * count + k, key, 2, u);
+    }
+
+    const bn::Sampler generator; // of loops, after their first four numbers
 };
 using PeerPointer = std::unique_ptr<const PeerSampler>;
+
+// One sample of one pixel.
+struct PeerPixel {
+    const PeerSampler *sampler;
+    int32_t x, y;
+    uint32_t index;
+
+    template <int N>
+    std::array<float, N> draw(uint32_t key) const {
+        std::array<float, N> u;
+        sampler->draw(x, y, index, key, N, u.data());
+        return u;
+    }
+};
+
+// One ray of a PeerPath, which must outlive it: the part of bn::Ray that the integrator uses.
+class PeerRay {
+  public:
+    // Keys of rays are multiples of four below 2^14.
+    PeerRay(const PeerPixel &pixel, uint32_t key) : pixel_(&pixel), key_(key) {}
+
+    std::array<float, 4> draw() const { return pixel_->draw<4>(key_); }
+    std::array<float, 2> draw_where() const { return pixel_->draw<2>(key_); }
+    float next_1d() {
+        const uint32_t k = drawn_1d_++;
+        if (k % 2 == 1) return next_1d_;
+        const auto [number, next] = pixel_->draw<2>(key_ + 2 + (k / 2 << 24));
+        next_1d_ = next;
+        return number;
+    }
+    bn::Rng rng(uint32_t k) const {
+        const uint32_t key = key_ + ((k + 1) << 14);
+        const std::array<float, 4> u = pixel_->draw<4>(key);
+        const bn_uint4 counter = bn_draw_white_counter(
+            bn_draw_seed(pixel_->sampler->generator.get()), static_cast<uint32_t>(pixel_->x),
+            static_cast<uint32_t>(pixel_->y), pixel_->index, key);
+        return bn::Rng({{u[0], u[1], u[2], u[3]}, counter, 0});
+    }
+
+  private:
+    const PeerPixel *pixel_;
+    uint32_t key_, drawn_1d_ = 0;
+    float next_1d_ = 0; // drawn with the one before it
+};
+
+// Like bn::Path: ray 0 leaves the camera, ray d the d-th surface.
+class PeerPath {
+  public:
+    // In place of ray 3, which moves up, as in bn_path.h.
+    static constexpr uint32_t CAMERA_KEY = 12;
+    static uint32_t ray_key(uint32_t ray) { return 4 * (ray < 3 ? ray : ray + 1); }
+
+    PeerPath(const PeerSampler &sampler, int32_t x, int32_t y, uint32_t index)
+        : pixel_{&sampler, x, y, index} {}
+
+    PeerRay ray(uint32_t number) const { return PeerRay(pixel_, ray_key(number)); }
+    std::array<float, 2> first_light(uint32_t count, uint32_t k) const {
+        if (count == 1) return pixel_.draw<2>(CAMERA_KEY);
+        std::array<float, 2> u;
+        pixel_.sampler->draw_split(pixel_.x, pixel_.y, pixel_.index, CAMERA_KEY, count, k,
+                                   u.data());
+        return u;
+    }
+    std::array<float, 2> time() const {
+        const std::array<float, 4> u = pixel_.draw<4>(CAMERA_KEY);
+        return {u[2], u[3]};
+    }
+
+  private:
+    PeerPixel pixel_;
+};
 
 // In sobol4d.cpp.
 PeerPointer sobol4d_create(uint64_t seed);

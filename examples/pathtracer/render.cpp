@@ -170,7 +170,7 @@ bool wants_samples(const RenderSettings &settings, uint32_t count, const Film &f
 double sampling_share(const Integrator &integrator, const RenderSettings &settings,
                       const Film &film, const RenderTotals &totals) {
     if (!(totals.seconds > 0)) return 0;
-    const auto seconds_per_draw = [&](int dimensions) {
+    const auto seconds_per_draw = [&](bool both) {
         constexpr int DRAWS = 1 << 15;
         const Crop &crop = film.crop;
         double fastest = 1;
@@ -179,20 +179,20 @@ double sampling_share(const Integrator &integrator, const RenderSettings &settin
             const Clock::time_point start = Clock::now();
             float sum = 0;
             for (int i = 0; i < DRAWS; ++i) {
-                // In the order paths draw: all domains of a sample, then the next sample or pixel.
-                const uint32_t domain =
-                    integrator.rays[static_cast<size_t>(i) % integrator.rays.size()].ray;
+                // In the order paths draw: all rays of a sample, then the next sample or pixel.
                 const int x = crop.x0 + i / 64 % width(crop), y = crop.y0 + i / 512 % height(crop);
                 const uint32_t index = settings.first_sample + static_cast<uint32_t>(i / 16 % 4);
-                const PixelSample sample = {integrator.sampler, x, y, index};
-                sum += draw(sample, domain, dimensions).u[0];
+                const uint32_t ray = static_cast<uint32_t>(i) % (integrator.max_depth + 1);
+                sum += with_path(*integrator.sampler, x, y, index, [&](const auto &path) {
+                    return both ? path.ray(ray).draw()[0] : path.ray(ray).draw_where()[0];
+                });
             }
             sink = sink + sum;
             fastest = std::min(fastest, seconds_since(start) / DRAWS);
         }
         return fastest;
     };
-    const double drawing = static_cast<double>(totals.counters.draws_2d) * seconds_per_draw(2) +
-                           static_cast<double>(totals.counters.draws_4d) * seconds_per_draw(4);
+    const double drawing = static_cast<double>(totals.counters.draws_2d) * seconds_per_draw(false) +
+                           static_cast<double>(totals.counters.draws_4d) * seconds_per_draw(true);
     return drawing / (totals.seconds * settings.threads);
 }

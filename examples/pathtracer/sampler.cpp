@@ -86,7 +86,7 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     }
 
     bn_sampler_options options = bn_sampler_options_default();
-    options.kind = chosen->peer ? BN_SAMPLER_WHITE : chosen->kind;
+    options.kind = chosen->kind;
     options.samples_per_pixel = settings.declared_spp;
     options.seed = settings.seed;
     std::vector<uint32_t> ranks;
@@ -103,11 +103,12 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
         }
     }
 
-    bn_sampler library;
-    const bn_result result = bn_sampler_init(&library, &options);
-    if (result != BN_SUCCESS)
+    try {
+        return std::make_unique<Sampler>(
+            Sampler{bn::Sampler(options), std::move(ranks),
+                    chosen->peer ? chosen->peer(settings.seed) : nullptr});
+    } catch (const bn::Error &error) {
         throw Error("the sampler '" + settings.name +
-                    "' cannot be made: " + bn_result_string(result));
-    return std::make_unique<Sampler>(
-        Sampler{library, std::move(ranks), chosen->peer ? chosen->peer(settings.seed) : nullptr});
+                    "' cannot be made: " + bn_result_string(error.result()));
+    }
 }

@@ -1,29 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the path tracer uses libbn. Read this first when putting the library into a renderer.
 //
-// Every decision of a path has a domain, in the layout of bn/bn_path.h:
+// The integrator draws from a bn::Path, whose layout and manual is bn/bn_path.h. Its decisions take
 //
-//     camera ray      (0,1) position in the pixel   (2,3) light where it ends, or lens
-//     scattered ray   (0,1) direction               (2,3) light where it ends
-//       choices       (0) lobe of rough glass       (1) roulette
-//     camera          (0,1) first light, if the lens has taken its place or it is split
-//                     (2) time, where things move
-//     loops           four numbers, and then a generator: free flight, transmittance
+//     ray 0            draw()     position in the pixel, and light where it ends or the lens
+//     ray d            draw()     direction off surface d, and light where it ends
+//                      next_1d()  lobe of rough glass, and then roulette
+//                      rng(0)     free flight through a medium
+//                      rng(k + 1) transmittance towards light sample k where the ray ends
+//     first_light()    in place of ray 0's, if the lens has taken that or it is split
+//     time()           of the whole path, where things move
 //
-// So one domain serves a ray: its direction, and the point on a light that is tried where it ends.
-// The two multiply in a path's contribution, and pairs (0,1) and (2,3) of one domain are stratified
-// together best. Every 2-D decision gets a whole pair, as the blue noise is in the pairs. Give a
-// new decision a domain of its own, and no other draw changes. A 2-D draw is the first half of the
-// 4-D draw, so the second half is drawn only where it is needed. Draws are pure functions of pixel,
-// index and domain: nothing is stored, and threads, tiles and crops cannot change a picture.
-// docs/paths.md and docs/sampling.md have the details.
-//
-// A renderer with libbn alone writes `bn::Path path(sampler, x, y, index)` and draws from that. Here
-// other libraries draw, too, so the domains are kept apart from the draws.
+// Nothing is stored between samples: threads, tiles and crops cannot change a picture. docs/paths.md
+// has the reasons, docs/sampling.md what the rest of the path tracer does for the noise.
 #pragma once
 
-#include <bn/bn_path.h>
+#include <bn/bn.hpp>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -33,10 +27,9 @@
 #include "peer.h"
 
 struct Sampler {
-    bn_sampler library; // of kind WHITE if a peer draws
-    std::vector<uint32_t>
-        mask_ranks;   // of `library`, which borrows them; empty for the built-in mask
-    PeerPointer peer; // null if `library` draws
+    bn::Sampler library;
+    std::vector<uint32_t> mask_ranks; // which `library` borrows; empty for the built-in mask
+    PeerPointer peer;                 // draws in place of `library`, unless it is null
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -63,88 +56,16 @@ struct SamplerSettings {
 // Throws Error that lists the known samplers or says what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-// The domains of a path, as passed to draws: libbn's, or the keys of a peer, four for each.
-//
-// Ray 0 leaves the camera; ray b leaves the b-th surface.
-inline uint32_t ray_domain(const Sampler &sampler, uint32_t ray) {
-    return sampler.peer ? 4 * (ray < BN_PATH_CAMERA_KEY ? ray : ray + 1)
-                        : bn_path_ray_domain(bn_path_start(0, 0, 0, 0), ray);
-}
-// Dimensions (0, 1) are for the first light where it is apart, (2) is for time.
-inline uint32_t camera_domain(const Sampler &sampler) {
-    return sampler.peer ? 4 * BN_PATH_CAMERA_KEY : bn_path_camera_domain(bn_path_start(0, 0, 0, 0));
-}
-// Two further numbers of a ray, from its domain.
-inline uint32_t choices_domain(const Sampler &sampler, uint32_t ray) {
-    return sampler.peer ? ray + 2 : bn_ray_1d_domain(ray, 0);
+// What visit(path) returns for sample `index` of a pixel. The path is a bn::Path or a PeerPath.
+template <typename Visit>
+auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
+    if (sampler.peer) return visit(PeerPath(*sampler.peer, x, y, index));
+    return visit(bn::Path(sampler.library, x, y, index));
 }
 
-// Loop k of a ray, from its domain. Peers' keys of rays lie below 2^14.
-inline uint32_t loop_domain(const Sampler &sampler, uint32_t ray, uint32_t k) {
-    return sampler.peer ? ray + ((k + 1) << 14) : bn_ray_split_domain(ray, k);
+inline Vec2 pair01(const std::array<float, 4> &u) {
+    return {u[0], u[1]};
 }
-
-// One sample of one pixel, with its sampler.
-struct PixelSample {
-    const Sampler *sampler;
-    int32_t x, y;
-    uint32_t index;
-};
-
-// Numbers in [0, 1); those not drawn are 0.
-struct Draw {
-    float u[4];
-};
-
-// The first `dimensions` numbers of a domain: 2 or 4.
-inline Draw draw(const PixelSample &s, uint32_t domain, int dimensions) {
-    Draw result{};
-    const bn_sampler *library = &s.sampler->library;
-    if (s.sampler->peer)
-        s.sampler->peer->draw(s.x, s.y, s.index, domain, dimensions, result.u);
-    else if (dimensions == 2)
-        bn_sample_2d(library, s.x, s.y, s.index, domain, result.u);
-    else
-        bn_sample_4d(library, s.x, s.y, s.index, domain, result.u);
-    return result;
-}
-
-// Two numbers that decide one thing each, in u[0] and u[1]: libbn's `blue` arranges them singly.
-inline Draw draw_choices(const PixelSample &s, uint32_t domain) {
-    if (s.sampler->peer) return draw(s, domain, 2);
-    Draw result{};
-    bn_sample_pair(&s.sampler->library, s.x, s.y, s.index, domain, 2, result.u);
-    return result;
-}
-
-// The first two dimensions of part k when this sample is split into `count` parts.
-inline Draw draw_split(const PixelSample &s, uint32_t domain, uint32_t count, uint32_t k) {
-    if (count == 1 || !s.sampler->peer)
-        return draw({s.sampler, s.x, s.y, s.index * count + k}, domain, 2);
-    Draw result{};
-    s.sampler->peer->draw_split(s.x, s.y, s.index, domain, count, k, result.u);
-    return result;
-}
-
-// The numbers of a loop without bound, such as a walk through a medium: four from the sampler, which
-// are stratified, and from then on libbn's generator. This is bn_ray_rng() for all samplers.
-using LoopNumbers = bn_rng;
-
-inline LoopNumbers loop_start(const PixelSample &s, uint32_t domain) {
-    const Draw first = draw(s, domain, 4);
-    return {{first.u[0], first.u[1], first.u[2], first.u[3]},
-            bn_draw_white_counter(bn_draw_seed(&s.sampler->library), static_cast<uint32_t>(s.x),
-                                  static_cast<uint32_t>(s.y), s.index, domain),
-            0};
-}
-
-inline float loop_next(LoopNumbers &numbers) {
-    return bn_rng_1d(&numbers);
-}
-
-inline Vec2 pair01(const Draw &d) {
-    return {d.u[0], d.u[1]};
-}
-inline Vec2 pair23(const Draw &d) {
-    return {d.u[2], d.u[3]};
+inline Vec2 pair23(const std::array<float, 4> &u) {
+    return {u[2], u[3]};
 }

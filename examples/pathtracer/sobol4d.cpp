@@ -10,19 +10,13 @@ namespace {
 
 class Sobol4d final : public PeerSampler {
   public:
-    explicit Sobol4d(uint64_t seed) : seed_(seed) {}
+    explicit Sobol4d(uint64_t seed) : PeerSampler(seed), seed_(seed) {}
 
     void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
               float *u) const override {
         float all[4];
         sobol4d_draw(seed_, x, y, index, key, all);
         std::copy_n(all, dimensions, u);
-    }
-
-    // The parts of all samples are one sequence, as with libbn's samplers.
-    void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count, uint32_t k,
-                    float *u) const override {
-        draw(x, y, index * count + k, key, 2, u);
     }
 
   private:

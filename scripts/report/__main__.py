@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs one part: python -m report [--check] PART [options].
+"""Runs one part: python -m report [--check] PART [options]. Each is a module with a function run(arguments).
 
 With --check it ends after parsing the options, with status 2 and a message if they are wrong."""
 
 import argparse
-import runpy
+import importlib
 import sys
+
+from .base.command import run_or_say_why
 
 PARTS = {
     "samplers": ("samplers", "paths"),
@@ -17,20 +19,16 @@ PARTS = {
 }
 
 
-def main():
-    if sys.argv[1] == "--check":
-        del sys.argv[1]
+def main(arguments):
+    if arguments[0] == "--check":
         parse_args = argparse.ArgumentParser.parse_args
-
-        def parse_and_end(*arguments):
-            parse_args(*arguments)
-            sys.exit(0)
-
-        argparse.ArgumentParser.parse_args = parse_and_end
-    part = sys.argv.pop(1)
+        argparse.ArgumentParser.parse_args = lambda *given: (parse_args(*given), sys.exit(0))
+        arguments = arguments[1:]
+    part, *options = arguments
     folder = next(folder for folder, parts in PARTS.items() if part in parts)
-    runpy.run_module(f"report.{folder}.{part}", run_name="__main__")
+    module = importlib.import_module(f"report.{folder}.{part}")
+    run_or_say_why(module.run, options, "convergence" if part == "convergence" else "bench")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -86,12 +86,3 @@ def test_views_without_noise_are_left_out():
         view, label, spp, measure)
     found = made_up.gains()
     assert empty not in found.views and found.gain("blue", 4, "rmse_2.1", "white").views == SIZES[1] - 1
-
-
-def test_rows_are_read_as_they_were_written(tmp_path):
-    found = MadeUp().gains()
-    rows = found.rows((1, 4), ("rmse_2.1",))
-    gains.write_rows(tmp_path / "a.csv", rows)
-    read = gains.read_rows(tmp_path / "a.csv")
-    assert len(read) == len(rows) == 2 * 3
-    assert read["rmse_2.1", 4, "blue", "sobol"].value == pytest.approx(2, abs=1e-4)

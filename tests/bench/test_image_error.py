@@ -6,11 +6,8 @@ import math
 import numpy as np
 import pytest
 from report.measure.image_error import (
-    MEASURES,
-    all_errors,
     blurred,
     displayed_rmse,
-    measure_name,
     own_errors,
     radial_spectrum,
     rmse,
@@ -95,17 +92,6 @@ def test_trimmed_errors_are_relative_and_know_no_firefly():
             trimmed_relative_rmse(image, reference, sigma), rel=0.02)
     firefly[8, 9] = 1e6
     assert trimmed_relative_rmse(firefly, reference) > 100
-
-
-def test_all_errors_are_those_of_the_single_measures():
-    reference = np.abs(noise((24, 20, 3)))
-    image = reference + 0.3 * noise((24, 20, 3), 2)
-    found = all_errors(image, reference, 0.5)
-    assert tuple(found) == MEASURES
-    assert found["rmse_2.1"] == rmse(image, reference, 2.1)
-    assert found["displayed_1.0"] == displayed_rmse(image, reference, 0.5, 1.0)
-    assert found["trimmed"] == trimmed_relative_rmse(image, reference)
-    assert measure_name("displayed_2.1") == "RMSE as displayed after sigma 2.1"
 
 
 def test_a_reference_tells_its_own_error_by_its_halves():

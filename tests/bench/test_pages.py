@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("flip_evaluator")
 
+from report.__main__ import main as bench
 from report.base.files import read_exr, write_exr
 from report.measure.image_error import rmse
 from report.pages import convergence, slider
@@ -23,7 +24,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def run(pathtracer, folder, *arguments):
-    convergence.main([*map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1",
+    bench(["convergence", *map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1",
                       "--threads", "1", "--out", str(folder), "--pathtracer", str(pathtracer)])
 
 
@@ -84,7 +85,7 @@ def test_bad_arguments_are_one_line(pathtracer, tmp_path, monkeypatch, capsys, a
     write_exr(tmp_path / "ref.exr", np.ones((8, 9, 3), np.float32), {})
     (tmp_path / "text.exr").write_text("no picture")
     with pytest.raises(SystemExit) as stopped:
-        convergence.main([arguments[0], "--out", "out", "--pathtracer", str(pathtracer), *arguments[1:]])
+        bench(["convergence", arguments[0], "--out", "out", "--pathtracer", str(pathtracer), *arguments[1:]])
     message = str(stopped.value.code) if isinstance(stopped.value.code, str) else capsys.readouterr().err
     assert stopped.value.code != 0 and said in message and "Traceback" not in message
     assert "\n" not in message.split("usage:")[0].strip() and not (tmp_path / "out/report.html").exists()
@@ -100,13 +101,3 @@ def test_headlines_say_only_what_seeds_and_reference_allow():
     assert found([1.0, 1.1, 0.9], [1.0, 1.0, 1.0])[0][0] == "even"
     assert found([2.0], [1.0]) == found([2.0, 2.1, 1.9], [1.0, 1.0, 1.0], 0.9) == []
     assert slider.evenly([0.09996, 1.0]) == ["0.100", "1.000"] and slider.evenly([0.0123456, 0.2]) == ["0.0123", "0.2000"]
-
-
-def test_part_worth_showing_is_where_noise_and_things_are():
-    rng = np.random.default_rng(2)
-    reference = np.full((40, 60, 3), 0.5)
-    reference[20:30, 40:50] = 0.8
-    noise = 0.01 * rng.standard_normal(reference.shape)
-    noise[18:32, 38:52] *= 10
-    left, top, width, height = convergence.part_worth_showing(reference, reference + noise)
-    assert (width, height) == (10, 10) and 35 <= left <= 50 and 15 <= top <= 30

@@ -211,7 +211,7 @@ def test_frames_average_to_the_reference_and_slices_are_read(tmp_path):
 def test_the_table_takes_its_place(tmp_path, capsys):
     guide, end = tmp_path / "guide.md", "<!-- end of the table -->\n"
     guide.write_text(f"before\n{begin(realtime.COMMAND)}stale\n{end}{begin(realtime.COMMAND + ': parts of the screen')}{end}after\n")
-    realtime.main(["--seeds", "1", "--integrands", "1", "--guide", str(guide), "--out", str(tmp_path)])
+    realtime.run(["--seeds", "1", "--integrands", "1", "--guide", str(guide), "--out", str(tmp_path)])
     text = guide.read_text()
     assert text.startswith("before\n") and text.endswith("after\n") and "stale" not in text
     assert "| `white` | 1.00 | 1.00 | 1.00 |" in text and "| checkerboard |" in text

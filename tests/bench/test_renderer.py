@@ -28,15 +28,6 @@ def runs(monkeypatch):
     return commands
 
 
-def test_rendered_once(pathtracer, tmp_path, runs):
-    for _ in range(2):
-        path = Renderer(pathtracer, tmp_path).render(SMALL, "a.exr")
-    assert len(runs) == 1
-    image, attributes = read_exr(path)
-    assert image.shape == (16, 24, 3)
-    assert (attributes["sampler"], attributes["spp"], attributes["seed"]) == ("sobol", 8, "5")
-
-
 @pytest.mark.parametrize("spoil", ["picture", "preview", "records", "program", "request"])
 def test_rendered_again_when_something_changed(pathtracer, tmp_path, runs, spoil):
     request = SMALL

@@ -12,10 +12,11 @@ from PIL import Image
 
 pytest.importorskip("flip_evaluator")
 
+from report.__main__ import main as bench
 from report.base.files import read_exr
 from report.measure import gains
 from report.measure.image_error import MEASURES, displayed_rmse
-from report.renders import judge, renderer, renders, renders_plots, renders_report, views
+from report.renders import judge, renderer, renders_plots, renders_report, views
 from report.renders.renderer import run_pathtracer
 
 
@@ -43,13 +44,13 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
 
     monkeypatch.setattr(judge, "measure", counted)
     with pytest.raises(SystemExit, match="run the command again"):
-        renders.main(arguments(pathtracer, out))
+        bench(["renders", *arguments(pathtracer, out)])
     assert not out.exists() and 0 < len(made) < 32
 
     # Four crops, four samplers, two seeds.
     first, made[:] = list(made), []
     monkeypatch.setattr(judge, "measure", lambda *a: (made.append(a[1]), real(*a))[1])
-    renders.main(arguments(pathtracer, out))
+    bench(["renders", *arguments(pathtracer, out)])
     assert not set(first) & set(made) and len(first) + len(made) == 32
     text = (out / "renders.md").read_text(encoding="utf-8")
     assert text.rstrip("\n") in capsys.readouterr().out
@@ -74,7 +75,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
     # Found again, all of it: only the text is compared.
     made.clear()
     monkeypatch.setattr(renders_plots, "draw_all", lambda *_: None)
-    renders.main(arguments(pathtracer, out))
+    bench(["renders", *arguments(pathtracer, out)])
     assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
     assert sorted(path.name for path in (tmp_path / "cache/libbn").iterdir()) == ["references", "renders"]
 

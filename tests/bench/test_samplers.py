@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report on samplers and its programs: OpenQMC's samplers are in all tables and plots, or in none."""
+"""The programs behind scripts/bench samplers."""
 
 import subprocess
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from report.base import peers
 from report.samplers import samplers
 
@@ -52,3 +53,12 @@ def test_samples_are_uniform_and_differ(programs, pathtracer):
 def test_wrong_arguments_get_the_usage(programs, arguments):
     done = subprocess.run([programs["bench_samplers"], *arguments], check=False, capture_output=True, text=True)
     assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("usage: bench_samplers")
+
+
+@pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs the folder"),
+                                             (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
+def test_bench_refuses_what_is_no_checkout(tmp_path, words, said):
+    done = subprocess.run([ROOT / "scripts" / "bench", "samplers", *words], cwd=tmp_path, check=False,
+                          capture_output=True, text=True)
+    assert done.returncode == 1 and done.stdout == ""
+    assert said in done.stderr and done.stderr.count("\n") == 1

@@ -21,6 +21,8 @@ constexpr int SIZE = 24;
 // every pixel; `drawn` counts the draws of each key.
 class KnownNumbers : public PeerSampler {
   public:
+    KnownNumbers() : PeerSampler(0) {}
+
     std::map<std::pair<uint32_t, int>, float> changed; // by key and dimension
     mutable std::map<uint32_t, int> drawn;
 
@@ -55,7 +57,6 @@ struct Known {
     Known() {
         auto made = std::make_unique<KnownNumbers>();
         numbers = made.get();
-        sampler.library = bn_sampler_make(BN_SAMPLER_BLUE, 0); // for generators of loops
         sampler.peer = std::move(made);
     }
 };
@@ -82,8 +83,8 @@ struct Change {
 
 Change change_by(const Scene &scene, const Geometry &geometry, bool of_camera, int dimension) {
     Known known;
-    const Integrator integrator = integrator_create(scene, geometry, &known.sampler, 1);
-    const uint32_t key = of_camera ? camera_domain(known.sampler) : ray_domain(known.sampler, 0);
+    const Integrator integrator{&scene, &geometry, &known.sampler, 1};
+    const uint32_t key = of_camera ? PeerPath::CAMERA_KEY : PeerPath::ray_key(0);
     Change most;
     PathCounters counters;
     for (int pixel = 0; pixel < 64; ++pixel) {
@@ -137,15 +138,15 @@ void test_no_domain_is_drawn_twice() {
         camera_fit(scene.camera, SIZE, SIZE);
         const GeometryPointer geometry = geometry_build(scene);
         Known known;
-        const Integrator integrator = integrator_create(scene, *geometry, &known.sampler, 20);
+        const Integrator integrator{&scene, geometry.get(), &known.sampler, 20};
         PathCounters counters;
         size_t most = 0;
         for (int i = 0; i < SIZE * SIZE; ++i) {
             known.numbers->drawn.clear();
             trace_path(integrator, i % SIZE, i / SIZE, 3, counters);
             for (const auto &[key, count] : known.numbers->drawn)
-                CHECK(count == 1 || (count == 2 && key == camera_domain(known.sampler) &&
-                                     !scene.motions.empty()),
+                CHECK(count == 1 ||
+                          (count == 2 && key == PeerPath::CAMERA_KEY && !scene.motions.empty()),
                       "%s: domain %u is drawn %d times", entry.name, key, count);
             most = std::max(most, known.numbers->drawn.size());
         }
@@ -187,14 +188,15 @@ void test_the_place_in_the_pixel() {
     const GeometryPointer geometry = geometry_build(scene);
     for (const SamplerEntry &entry : sampler_entries()) {
         const SamplerPointer sampler = sampler_named(entry.name, 7);
-        const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), 0);
+        const Integrator integrator{&scene, geometry.get(), sampler.get(), 0};
         PathCounters counters;
         for (int i = 0; i < 500; ++i) {
             const int x = i % SIZE, y = i / SIZE;
             const auto index = static_cast<uint32_t>(i % 5);
-            const Draw u = draw({sampler.get(), x, y, index}, ray_domain(*sampler, 0), 2);
-            const float along_x = (static_cast<float>(x) + u.u[0]) / SIZE * 2 - 1;
-            const float along_y = 1 - (static_cast<float>(y) + u.u[1]) / SIZE * 2;
+            const auto [u, v] = with_path(
+                *sampler, x, y, index, [](const auto &path) { return path.ray(0).draw_where(); });
+            const float along_x = (static_cast<float>(x) + u) / SIZE * 2 - 1;
+            const float along_y = 1 - (static_cast<float>(y) + v) / SIZE * 2;
             const float expected = 5 / (1 + 0.3f * (SLOPE_X * along_x + SLOPE_Y * along_y));
             const float depth = trace_path(integrator, x, y, index, counters).depth;
             CHECK(std::abs(depth - expected) < 1e-4f, "%s, pixel %d,%d: depth %g, should be %g",
@@ -281,7 +283,7 @@ void test_roulette_leaves_the_mean() {
         PathCounters counters;
         const Mean seen = mean_of(32, [&](int seed) {
             const SamplerPointer sampler = sampler_named(name, static_cast<uint64_t>(seed));
-            const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), 1000);
+            const Integrator integrator{&scene, geometry.get(), sampler.get(), 1000};
             double sum = 0;
             for (int i = 0; i < SAMPLES; ++i)
                 sum += static_cast<double>(trace_path(integrator, middle(i), middle(i / 8 % 8),

@@ -76,13 +76,16 @@ void test_walks_against_integrals(const char *sampler_name) {
             const double expected = std::exp(-optical_depth(medium, ray, static_cast<double>(end)));
             Mean passed, flown;
             for (uint32_t i = 0; i < 40000; ++i) {
-                const PixelSample sample = {sampler.get(), static_cast<int32_t>(i % 200),
-                                            static_cast<int32_t>(i / 200), 0};
-                LoopNumbers numbers = loop_start(sample, loop_domain(*sampler, 4, 0));
+                const auto walk = [&](uint32_t k) {
+                    return with_path(*sampler, static_cast<int32_t>(i % 200),
+                                     static_cast<int32_t>(i / 200), 0,
+                                     [k](const auto &path) { return path.ray(1).rng(k); });
+                };
+                bn::Rng numbers = walk(0);
                 const float share = medium_transmittance(medium, ray, end, numbers);
                 CHECK(share >= 0 && share <= 1, "a share of %g", static_cast<double>(share));
                 passed.add(static_cast<double>(share));
-                numbers = loop_start(sample, loop_domain(*sampler, 4, 1));
+                numbers = walk(1);
                 const float distance = medium_free_flight(medium, ray, end, numbers);
                 CHECK(distance >= 0 && (distance <= end || std::isinf(distance)), "flew %g of %g",
                       static_cast<double>(distance), static_cast<double>(end));
@@ -97,41 +100,41 @@ void test_walks_against_integrals(const char *sampler_name) {
 void test_even_medium() {
     const Medium medium =
         medium_create({0, 0, 0}, {10, 1, 1}, {16, 2, 2}, {1, 1, 1}, 0, [](Vec3) { return 0.5f; });
-    const SamplerPointer sampler = sampler_named("white");
+    const bn::Sampler sampler(bn::Kind::white);
     Mean passed[4];
     for (uint32_t i = 0; i < 100000; ++i) {
-        const PixelSample sample = {sampler.get(), 3, 5, i};
-        LoopNumbers numbers = loop_start(sample, 77);
+        bn::Rng numbers = bn::Path(sampler, 3, 5, i).ray(0).rng(0);
         const float distance =
             medium_free_flight(medium, {{-1, 0.5f, 0.5f}, {1, 0, 0}}, 1e9f, numbers);
         for (int k = 0; k < 4; ++k) passed[k].add(distance - 1 > static_cast<float>(2 * k + 1));
     }
-    LoopNumbers none = loop_start({sampler.get(), 3, 5, 7}, 78);
+    bn::Rng none = bn::Path(sampler, 3, 5, 7).ray(0).rng(1), fresh = none;
     const Ray along = {{-1, 0.5f, 0.5f}, {1, 0, 0}};
     for (const float end : {0.5f, 2.0f, 7.0f, 50.0f}) {
         const float depth = 0.5f * std::clamp(end - 1, 0.0f, 10.0f);
         const float share = medium_transmittance(medium, along, end, none);
-        CHECK(std::abs(share / std::exp(-depth) - 1) < 1e-5f && none.drawn == 0,
-              "%g passes as far as %g", static_cast<double>(share), static_cast<double>(end));
+        CHECK(std::abs(share / std::exp(-depth) - 1) < 1e-5f, "%g passes as far as %g",
+              static_cast<double>(share), static_cast<double>(end));
     }
+    CHECK(none.next_1d() == fresh.next_1d(), "an even medium draws numbers");
     for (int k = 0; k < 4; ++k) check_mean(passed[k], std::exp(-0.5 * (2 * k + 1)), "exponential");
 }
 
 // A ray that misses the box, or ends before it, meets nothing and draws nothing.
 void test_rays_that_miss() {
     const Medium medium = ramp_medium();
-    const SamplerPointer sampler = sampler_named("blue");
+    const bn::Sampler sampler;
     const Ray misses[] = {{{-2, 1.5f, 0}, {1, 0, 0}},
                           {{-2, 0, 0}, {-1, 0, 0}},
                           {{-2, 0, 0}, {0, 1, 0}},
                           {{5, 5, 5}, {0.6f, 0, 0.8f}}};
-    LoopNumbers numbers = loop_start({sampler.get(), 1, 2, 3}, 9);
+    bn::Rng numbers = bn::Path(sampler, 1, 2, 3).ray(0).rng(0), fresh = numbers;
     for (const Ray &ray : misses) {
         CHECK(std::isinf(medium_free_flight(medium, ray, 100, numbers)), "met something");
         CHECK(medium_transmittance(medium, ray, 100, numbers) == 1, "lost light");
     }
     CHECK(medium_transmittance(medium, RAYS[0], 0.9f, numbers) == 1, "too early");
-    CHECK(numbers.drawn == 0, "%u numbers drawn", numbers.drawn);
+    CHECK(numbers.next_1d() == fresh.next_1d(), "numbers were drawn");
 }
 
 // No density is outside the range of its block: that would be light from nothing.
@@ -234,7 +237,7 @@ Pixels pixels_of(Scene &scene, uint32_t spp, uint32_t max_depth, const char *nam
     camera_fit(scene.camera, PIXELS, PIXELS);
     const GeometryPointer geometry = geometry_build(scene);
     const SamplerPointer sampler = sampler_named(name);
-    const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), max_depth);
+    const Integrator integrator{&scene, geometry.get(), sampler.get(), max_depth};
     PathCounters counters;
     Pixels result;
     for (int i = 0; i < PIXELS * PIXELS; ++i)

@@ -20,7 +20,7 @@ std::vector<double> row_of(Scene &scene, uint32_t spp, uint32_t max_depth, const
     camera_fit(scene.camera, PIXELS, PIXELS);
     const GeometryPointer geometry = geometry_build(scene);
     const SamplerPointer sampler = sampler_named(name);
-    const Integrator integrator = integrator_create(scene, *geometry, sampler.get(), max_depth);
+    const Integrator integrator{&scene, geometry.get(), sampler.get(), max_depth};
     PathCounters counters;
     std::vector<double> row;
     for (int x = 0; x < PIXELS; ++x) {

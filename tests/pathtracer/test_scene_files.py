@@ -89,7 +89,7 @@ def test_ways_to_store_a_mesh(pathtracer, way):
 
     def scene(way):
         g = Gltf()
-        material = g.material((0.25, 0.5, 0.75), doubleSided=True)
+        material = g.material((0.25, 0.5, 0.75))  # the back is not seen
         positions, indices, mode = QUAD, SIX, None
         if way in ("uint8", "uint32"):
             indices = SIX.astype(way)

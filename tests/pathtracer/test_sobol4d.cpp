@@ -16,9 +16,10 @@ namespace {
 
 using Point = std::array<float, 4>;
 
-Point point(const Sampler &sampler, int x, int y, uint32_t index, uint32_t key) {
-    const Draw d = draw({&sampler, x, y, index}, 4 * key, 4);
-    return {d.u[0], d.u[1], d.u[2], d.u[3]};
+// Of ray `ray`.
+Point point(const Sampler &sampler, int x, int y, uint32_t index, uint32_t ray) {
+    return with_path(sampler, x, y, index,
+                     [ray](const auto &path) { return path.ray(ray).draw(); });
 }
 
 // ---- Directions
@@ -219,16 +220,14 @@ void test_dimensions_are_scrambled_apart() {
 
 void test_draws_of_two_dimensions_are_the_first_half() {
     const SamplerPointer sampler = sampler_named("sobol4d", 5);
-    const uint32_t domain = camera_domain(*sampler);
     for (uint32_t i = 0; i < 64; ++i) {
-        const PixelSample sample = {sampler.get(), -5, 9, i};
-        const Draw two = draw(sample, domain, 2), four = draw(sample, domain, 4);
-        CHECK(two.u[0] == four.u[0] && two.u[1] == four.u[1], "sample %u", i);
-        CHECK(two.u[2] == 0 && two.u[3] == 0, "sample %u has more than was drawn", i);
+        const PeerPath path(*sampler->peer, -5, 9, i);
+        const std::array<float, 2> two = path.ray(7).draw_where();
+        const Point four = path.ray(7).draw();
+        CHECK(two[0] == four[0] && two[1] == four[1], "sample %u", i);
         for (uint32_t k = 0; k < 3; ++k) {
-            const Draw part = draw_split(sample, domain, 3, k);
-            const Draw whole = draw({sampler.get(), -5, 9, 3 * i + k}, domain, 2);
-            CHECK(part.u[0] == whole.u[0] && part.u[1] == whole.u[1], "part %u of %u", k, i);
+            const PeerPath whole(*sampler->peer, -5, 9, 3 * i + k);
+            CHECK(path.first_light(3, k) == whole.first_light(1, 0), "part %u of %u", k, i);
         }
     }
 }

@@ -38,8 +38,7 @@ Picture picture(Scene &scene, const Settings &settings) {
     camera_fit(scene.camera, SIZE, SIZE);
     const SamplerPointer sampler = sampler_named(settings.sampler, settings.seed);
     const GeometryPointer geometry = geometry_build(scene);
-    const Integrator integrator =
-        integrator_create(scene, *geometry, sampler.get(), settings.max_depth);
+    const Integrator integrator{&scene, geometry.get(), sampler.get(), settings.max_depth};
     RenderTotals totals;
     Film film = film_create(SIZE, SIZE, {0, 0, SIZE, SIZE});
     render_until(integrator, {0, 1}, settings.spp, film, totals,

@@ -265,7 +265,25 @@ class Ray {
         return out;
     }
 
-    // Numbers for further decisions, new at every call.
+    // Number, pair and four k of the further ones, split k and loop k: what call k + 1 of next_1d() and
+    // its relatives gives. The same at every call. A loop and a split of the same k are one decision.
+    float draw_1d(uint32_t k) const noexcept { return bn_ray_1d_at(sampler_, &ray_, k); }
+    std::array<float, 2> draw_2d(uint32_t k) const noexcept {
+        std::array<float, 2> out{};
+        bn_ray_2d_at(sampler_, &ray_, k, out.data());
+        return out;
+    }
+    std::array<float, 4> draw_4d(uint32_t k) const noexcept {
+        std::array<float, 4> out{};
+        bn_ray_4d_at(sampler_, &ray_, k, out.data());
+        return out;
+    }
+    Split split(uint32_t k, uint32_t count) const noexcept {
+        return Split(sampler_, bn_ray_split_at(&ray_, k, count));
+    }
+    Rng rng(uint32_t k) const noexcept { return Rng(bn_ray_rng_at(sampler_, &ray_, k)); }
+
+    // The same with a counter: new at every call.
     float next_1d() noexcept { return bn_ray_1d(sampler_, &ray_); }
     std::array<float, 2> next_2d() noexcept {
         std::array<float, 2> out{};

@@ -50,9 +50,10 @@
  * walk) draws from bn_ray_rng(): four stratified numbers, and from then on a counter-based
  * generator.
  *
- * Who keeps the numbers of decisions elsewhere, or knows them when compiling, gives them himself:
- * bn_ray_1d_at(sampler, &ray, k) is the single number k of a ray, the one that the call k + 1 of
- * bn_ray_1d() hands out. Shaders do the same with the domains of bn_path.glsl.
+ * If you keep the numbers of decisions elsewhere, or know them when compiling, pass them yourself:
+ * bn_ray_1d_at(sampler, &ray, k) is number k of a ray, the one that call k + 1 of bn_ray_1d() hands
+ * out. So do bn_ray_2d_at(), bn_ray_4d_at(), bn_ray_rng_at() and bn_ray_split_at(), and shaders with
+ * the domains of bn_path.glsl.
  *
  * docs/paths.md has the decisions of a renderer one by one. All functions are pure, allocate nothing
  * and cannot fail. Rays and counts of decisions lie below 2^28, and index * count below 2^32. */
@@ -133,22 +134,25 @@ typedef struct bn_split {
     uint32_t domain, count; /* a count of 0: branches are numbered on from path.index */
 } bn_split;
 
-/* The next split of a ray, into `count` branches; 0 counts as 1. */
-BN_DEVICE_INLINE bn_split bn_ray_split(bn_ray *ray, uint32_t count) {
+/* Split k of a ray, into `count` branches; 0 counts as 1. */
+BN_DEVICE_INLINE bn_split bn_ray_split_at(const bn_ray *ray, uint32_t k, uint32_t count) {
     bn_split split;
     split.path = ray->path;
-    split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
+    split.domain = bn_ray_split_domain(ray->domain, k);
     split.count = count > 0 ? count : 1;
     return split;
+}
+
+/* The next split of a ray. */
+BN_DEVICE_INLINE bn_split bn_ray_split(bn_ray *ray, uint32_t count) {
+    return bn_ray_split_at(ray, ray->splits++, count);
 }
 
 /* The next split of a ray, into any number of branches. `first` is the number of branches that the
  * earlier samples of the pixel took here: 0 for its first sample. */
 BN_DEVICE_INLINE bn_split bn_ray_split_from(bn_ray *ray, uint32_t first) {
-    bn_split split;
-    split.path = ray->path;
+    bn_split split = bn_ray_split(ray, 1);
     split.path.index = first;
-    split.domain = bn_ray_split_domain(ray->domain, ray->splits++);
     split.count = 0;
     return split;
 }
@@ -255,15 +259,20 @@ typedef struct bn_rng {
     uint32_t drawn;
 } bn_rng;
 
-/* The numbers of the next loop of a ray. */
-static inline bn_rng bn_ray_rng(const bn_sampler *sampler, bn_ray *ray) {
-    const uint32_t loop = bn_ray_split_domain(ray->domain, ray->splits++);
+/* The numbers of loop k of a ray. Loops and splits share a sequence, so no split has the same k. */
+static inline bn_rng bn_ray_rng_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
+    const uint32_t loop = bn_ray_split_domain(ray->domain, k);
     bn_rng rng;
     bn_path_draw_4d(sampler, &ray->path, loop, rng.next);
     rng.counter = bn_draw_white_counter(bn_draw_seed(sampler), ray->path.x, ray->path.y,
                                         ray->path.index, loop);
     rng.drawn = 0;
     return rng;
+}
+
+/* Those of its next loop. */
+static inline bn_rng bn_ray_rng(const bn_sampler *sampler, bn_ray *ray) {
+    return bn_ray_rng_at(sampler, ray, ray->splits++);
 }
 
 /* The next number of a loop, in [0, 1). The first four are the sampler's. */

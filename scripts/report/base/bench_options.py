@@ -10,7 +10,7 @@ from . import peers
 from .command import add_out, add_pathtracer, positive
 
 # Options that say where to read and write, not what to measure.
-PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--embree")
+PLACES = ("--out", "--pages", "--pathtracer", "--jobs")
 
 
 def arguments_that_count(arguments):

@@ -292,7 +292,7 @@ def report_text(rows, groups, anisotropies, command):
     return "\n".join(parts) + "\n"
 
 
-def main():
+def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench masks", description=__doc__.splitlines()[0])
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
@@ -300,7 +300,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="sizes up to 256 only")
     parser.add_argument("--again", action="store_true", help="keep the times in masks.csv and redo everything else")
     add_out(parser)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
 
     rows = read_rows(options.out / "masks.csv") if options.again else measure(options.quick)
     methods = ("white", "builtin", "void-and-cluster", "relax", "anneal")
@@ -323,7 +323,3 @@ def main():
     text = report_text(rows, groups, anisotropies, command)
     write_text(options.out / "masks.md", text)
     print(text)
-
-
-if __name__ == "__main__":
-    main()

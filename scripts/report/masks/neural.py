@@ -341,7 +341,7 @@ def report_text(rows, sizes, quality, flatness, anisotropy, masks, levels, vecto
     return "\n".join(parts)
 
 
-def main():
+def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench neural", description=__doc__.splitlines()[0])
     parser.add_argument("--paper", type=Path, metavar="FILE",
                         help="results of other networks, as written by `python -m bn_trainer table` (default "
@@ -351,7 +351,7 @@ def main():
     neural_plane.add_option(parser)
     add_out(parser)
     parser.add_argument("--guide", type=Path, default=None, help=argparse.SUPPRESS)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     paper = options.paper or (ROOT / "docs/report/paper.csv")
     threads = os.cpu_count() or 1
     sizes = QUICK_SIZES if options.quick else SIZES
@@ -381,7 +381,3 @@ def main():
     if options.guide or not options.quick:
         update_table(options.guide or ROOT / "docs" / "masks.md", "scripts/bench neural", choice_table(rows, threads))
     print(text)
-
-
-if __name__ == "__main__":
-    main()

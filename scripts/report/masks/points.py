@@ -8,8 +8,6 @@ the mean of a function over the points, as in Singh et al., "Analysis of sample 
 
 import argparse
 import math
-import shlex
-import sys
 import textwrap
 
 import numpy as np
@@ -17,6 +15,7 @@ from scipy.special import erf
 
 import bluenoise
 
+from ..base.bench_options import arguments_that_count
 from ..base.command import add_out, positive
 from ..base.files import write_text
 from ..base.palette import plain_numbers
@@ -186,13 +185,13 @@ def report_text(results, spectra, sets, offset_count, counts, command):
     return "\n".join(lines)
 
 
-def main():
+def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench points", description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=positive, default=10, metavar="N", help="sets of each kind (default 10)")
     parser.add_argument("--offsets", type=positive, default=200, metavar="N", help="random offsets of each set (default 200)")
     parser.add_argument("--most", type=int, choices=COUNTS[2:], default=COUNTS[-1], help="largest number of points (default 1024)")
     add_out(parser)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     counts = [n for n in COUNTS if n <= options.most]
     principal = math.sqrt(SPECTRUM_COUNT)
     spectra = {}
@@ -202,11 +201,6 @@ def main():
         spectra[name] = frequency / principal, ring
     results = measure(options.sets, options.offsets, counts)
     plot(results, spectra, counts, options.out / "points.png")
-    words = [word for i, word in enumerate(sys.argv[1:]) if "--out" not in (word, sys.argv[i]) and not word.startswith("--out=")]
-    text = report_text(results, spectra, options.sets, options.offsets, counts, shlex.join(["scripts/bench", "points", *words]))
+    text = report_text(results, spectra, options.sets, options.offsets, counts, " ".join(["scripts/bench points", *arguments_that_count(arguments)]))
     write_text(options.out / "points.md", text)
     print(text)
-
-
-if __name__ == "__main__":
-    main()

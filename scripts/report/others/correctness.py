@@ -17,7 +17,7 @@ from PIL import Image
 from scipy import stats
 
 from ..base.bench_options import arguments_that_count
-from ..base.command import add_out, add_pathtracer, names_of, package, parse_size, positive, run_or_say_why
+from ..base.command import add_out, add_pathtracer, names_of, package, parse_size, positive
 from ..base.contact_sheet import preview, sheet
 from ..base.files import read_exr, write_image, write_text
 from ..base.progress import Progress
@@ -230,13 +230,5 @@ def run(arguments):
     image = sheet(rows, [scene.name for scene in scenes], ["ours", "Mitsuba", "difference"])
     write_image(options.out / "correctness.png", image.quantize(128, dither=0))
     print(text)
-    return all(comparison.agrees for _, comparison in results)
-
-
-def main(arguments=None):
-    if not run_or_say_why(run, arguments):
+    if not all(comparison.agrees for _, comparison in results):
         sys.exit("bench: the renderers differ; see the table")
-
-
-if __name__ == "__main__":
-    main()

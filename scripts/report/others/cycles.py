@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.command import positive, run_or_say_why
+from ..base.command import positive
 from ..base.files import read_exr
 from ..renders.judge import Cells
 from ..renders.renderer import RenderError
@@ -167,11 +167,3 @@ def run(arguments):
     cells = Cells(work.results(references, tasks))
     if write_report(options, "cycles", Report(options, cells, references, SAMPLERS), views):
         work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

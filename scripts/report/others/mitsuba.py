@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-from ..base.command import CommandError, package, positive, run_or_say_why
+from ..base.command import CommandError, package, positive
 from ..base.progress import Progress
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import displayed_rmse, rmse
@@ -203,7 +203,3 @@ def run(arguments):
     finally:
         progress.close()
     write_or_print(options, COMMAND, text)
-
-
-if __name__ == "__main__":
-    run_or_say_why(run)

@@ -16,7 +16,6 @@ import tempfile
 import threading
 from pathlib import Path
 
-from ..base.command import run_or_say_why
 from ..base.files import read_exr
 from ..measure import gains
 from ..renders.judge import Cells
@@ -203,11 +202,3 @@ def run(arguments):
     report = Report(options, cells, references, built.remarks if built else ())
     if write_report(options, "pbrt", report, views):
         gains.write_rows(options.out / "pbrt_headline.csv", report.headline_rows())
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.browser import Browser, chromium
-from ..base.command import CommandError, positive, run_or_say_why
+from ..base.command import CommandError, positive
 from ..base.progress import Progress
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import displayed_rmse, rmse
@@ -118,11 +118,3 @@ def run(arguments):
     if options.picture or not options.print:
         write_picture(Path(options.picture or PICTURE), shown, reference, PICTURE_PART, 3)
     write_or_print(options, COMMAND, table(errors))
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 from scipy import ndimage
 
-from ..base.command import CommandError, add_pathtracer, parse_size, positive, run_or_say_why, split_more
+from ..base.command import CommandError, add_pathtracer, parse_size, positive, split_more
 from ..base.contact_sheet import enlarged_part, grey, preview
 from ..base.files import read_exr, read_rows, sha256_of, write_exr, write_image, write_rows, write_text
 from ..base.palette import style
@@ -367,11 +367,3 @@ def run(arguments):
     for note in notes:
         print(note)
     print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each picture.")
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments, "convergence")
-
-
-if __name__ == "__main__":
-    main()

@@ -18,7 +18,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
-from ..base.command import CommandError, positive, run_or_say_why
+from ..base.command import CommandError, positive
 from ..base.progress import Progress
 from ..base.tables import add_options, md_table, write_or_print
 from ..base.whole_files import written_beside
@@ -267,7 +267,7 @@ def animation(scene, columns, path, size=(200, 150), shown=range(8, 3 * PHASE)):
 
 # ---- The command
 
-def main(arguments):
+def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES), help="default: all")
@@ -310,7 +310,3 @@ def main(arguments):
     write_or_print(options, f"{COMMAND}: parts of the screen", table(
         result, {"every pixel: white": names["white"], "every pixel: blue": names["blue"], **parts},
         [(sharp, NOISE), (clamped, NOISE), (sharp, MOVING), (clamped, MOVING), (sharp, FLICKER)], "drawn in a frame"))
-
-
-if __name__ == "__main__":
-    run_or_say_why(main)

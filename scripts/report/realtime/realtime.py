@@ -16,7 +16,7 @@ from scipy import fft, ndimage
 
 import bluenoise
 
-from ..base.command import add_out, positive, run_or_say_why
+from ..base.command import add_out, positive
 from ..base.files import write_text
 from ..base.palette import style
 from ..base.plots import plt, save
@@ -244,7 +244,7 @@ def draw_plot(result, ways, path):
 
 # ---- The command
 
-def main(arguments):
+def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
     parser.add_argument("--integrands", type=positive, default=12, metavar="N", help="integrands of each kind (default 12)")
@@ -267,7 +267,3 @@ def main(arguments):
         write_text(options.out / "realtime.md", page(result, ways, command))
     write_or_print(options, COMMAND, tables(result, ways))
     write_or_print(options, f"{COMMAND}: parts of the screen", parts_table(measure_parts(options.seeds, options.integrands)))
-
-
-if __name__ == "__main__":
-    run_or_say_why(main)

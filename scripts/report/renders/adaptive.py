@@ -15,7 +15,7 @@ import OpenEXR
 
 from ..base import peers
 from ..base.bench_options import arguments_that_count
-from ..base.command import add_out, add_pathtracer, run_or_say_why
+from ..base.command import add_out, add_pathtracer
 from ..base.files import read_exr, write_text
 from ..base.palette import plain_numbers, style
 from ..base.plots import plt, save
@@ -222,7 +222,3 @@ def run(arguments):
     plot(result, options.out / "adaptive.png")
     write_text(options.out / "adaptive.md", text)
     print(text)
-
-
-if __name__ == "__main__":
-    run_or_say_why(run)

@@ -11,7 +11,7 @@ import dataclasses
 from pathlib import Path
 
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import positive, run_or_say_why
+from ..base.command import positive
 from ..base.files import read_first_half, write_text
 from ..measure import equal_quality, gains
 from . import denoise_report, denoiser, speed, variants, views
@@ -68,11 +68,3 @@ def run(arguments):
     text = report.text()
     write_text(options.out / "denoise.md", text)
     print(text)
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

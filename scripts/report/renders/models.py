@@ -16,7 +16,7 @@ from pathlib import Path
 
 from ..base import peers
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import parse_size, run_or_say_why, split_more
+from ..base.command import parse_size, split_more
 from ..base.files import read_exr, write_text
 from ..measure import gains
 from ..measure.gains import HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE
@@ -172,11 +172,3 @@ def run(arguments):
     write_text(options.out / "models.md", text)
     print(text)
     print(f"Written: {options.out}/models.md, models.png and models_headline.csv; {options.pages}/models.csv.")
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

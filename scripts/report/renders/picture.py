@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ..base.command import add_pathtracer, run_or_say_why
+from ..base.command import add_pathtracer
 from ..base.contact_sheet import BACKGROUND, GAP, INK, enlarged_part, preview
 from ..base.files import read_exr
 from ..base.whole_files import written_beside
@@ -76,7 +76,3 @@ def run(arguments):
         compose(pictures, found).save(beside, quality=95, subsampling=0)
     print(f"{options.out / FILE}: {SPP} samples per pixel of {SCENE}; errors as displayed after a blur of {SIGMA} pixels, "
           f"over white noise's: {', '.join(f'{error:.2f}' for error in found)}")
-
-
-if __name__ == "__main__":
-    run_or_say_why(run)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import positive, run_or_say_why
+from ..base.command import positive
 from ..base.files import write_text
 from ..base.progress import duration
 from ..measure import equal_quality, gains
@@ -54,7 +54,6 @@ def parse_options(arguments):
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     parser.add_argument("--no-times", action="store_true", help="skip the timings, which need an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
-    parser.add_argument("--embree", metavar="PROGRAM", help="the path tracer of embree-tools (default: search PATH)")
     parser.set_defaults(out=None, pages=None)
     options = parser.parse_args(arguments)
     # Other sets of views have reports of their own, whose plots are not kept with the text.
@@ -96,11 +95,3 @@ def run(arguments):
     seconds = sum(reference.seconds for reference in references.values())
     print(f"Written: {options.out}/renders.md and renders_headline.csv; plots in {options.plots}; renders.csv and a contact sheet "
           f"in {options.pages}. References took {duration(seconds)} once.")
-
-
-def main(arguments=None):
-    run_or_say_why(run, arguments)
-
-
-if __name__ == "__main__":
-    main()

@@ -222,28 +222,7 @@ class Report:
         parts += [f"On {times['machine']}.", "", "### Time to reach an error", "", self.quality_text(), ""]
         parts += ["### Time spent sampling", "",
                   f"The share of `cornell`'s render time that is spent drawing samples, {TIMED_NOTE}.", "",
-                  md_table(["sampler", "share"], [[label, f"{100 * share:.1f} %"] for label, share in times["shares"].items()])
-                  if times["shares"] else "This path tracer does not report it.", "",
-                  "### Threads and rays", ""]
-        pairs = times["threads"]
-        big = f"{times['big'][0]}x{times['big'][1]}"
-        parts += [f"Speedup of two threads over one, `cornell`, {big} pixels, 16 samples per pixel, "
-                  f"{len(pairs)} interleaved pairs: median **{statistics.median(one / two for one, two in pairs):.2f}** ("
-                  + ", ".join(f"{one / two:.2f}" for one, two in pairs) + ").", ""]
-        embree = times["embree"]
-        if embree is None:
-            parts.append("Rays per second are not compared, because Embree's own path tracer was not found (Debian: "
-                         "`apt-get install embree-tools`).")
-        elif "failed" in embree:
-            parts.append(f"Embree's own path tracer failed to render the box: {embree['failed']}")
-        else:
-            ours, theirs = zip(*embree["pairs"])
-            relative = [a / b for a, b in embree["pairs"]]
-            parts.append(f"Rays per second of one thread on the Cornell box, {big} pixels, 8 samples per pixel, compared with the "
-                         f"path tracer of embree-tools (`{embree['program']}`; its box is lit by a point light under the lamp), "
-                         f"{len(ours)} interleaved pairs: median {statistics.median(ours):.2f} million, Embree's "
-                         f"{statistics.median(theirs):.2f} million, ratio **{statistics.median(relative):.2f}** ("
-                         + ", ".join(f"{r:.2f}" for r in relative) + ").")
+                  md_table(["sampler", "share"], [[label, f"{100 * share:.1f} %"] for label, share in times["shares"].items()])]
         return "\n".join(parts)
 
     # ---- Text

@@ -97,27 +97,20 @@ def read_parts(folder):
     return parts, missing
 
 
-def main(arguments=None):
+def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--report", type=Path, default=Path("docs/report"), metavar="FOLDER",
                         help="folder with the results of the commands (default docs/report)")
     parser.add_argument("--readme", type=Path, default=Path("README.md"), help=argparse.SUPPRESS)
     parser.add_argument("--print", action="store_true", help="print the table without changing files")
     options = parser.parse_args(arguments)
-    try:
-        parts, missing = read_parts(options.report)
-        text = table(parts)
-        if not options.print:
-            update_table(options.report / "README.md", COMMAND, text)
-            update_table(options.readme, COMMAND, short_table(parts))
-            if time_table(options.report):
-                update_table(options.report / "README.md", TIME_COMMAND, time_table(options.report))
-    except (TableError, OSError) as error:
-        sys.exit(f"bench: {error}")
+    parts, missing = read_parts(options.report)
+    text = table(parts)
+    if not options.print:
+        update_table(options.report / "README.md", COMMAND, text)
+        update_table(options.readme, COMMAND, short_table(parts))
+        if time_table(options.report):
+            update_table(options.report / "README.md", TIME_COMMAND, time_table(options.report))
     for line in missing:
         print(f"bench: {line}", file=sys.stderr)
     print(text)
-
-
-if __name__ == "__main__":
-    main()

@@ -14,7 +14,7 @@ import numpy as np
 
 import bluenoise
 
-from ..base.command import positive, run_or_say_why
+from ..base.command import positive
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import rmse
 from ..renders import views
@@ -465,7 +465,7 @@ def penumbra_table(seeds):
     return md_table(["light samples in `penumbra`: how they are drawn", *(f"{count} spp" for count in COUNTS)], rows)
 
 
-def main(arguments):
+def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each integrand (default 2)")
     parser.add_argument("--only", choices=[*EXPERIMENTS, PENUMBRA], help="one experiment")
@@ -474,7 +474,3 @@ def main(arguments):
     for name in [options.only] if options.only else (*EXPERIMENTS, PENUMBRA):
         text = penumbra_table(options.seeds) if name == PENUMBRA else table(name, options.seeds)
         write_or_print(options, f"{COMMAND}: {name}", text)
-
-
-if __name__ == "__main__":
-    run_or_say_why(main)

@@ -390,7 +390,7 @@ def read_or_say(path):
         sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
 
 
-def main():
+def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
     parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
@@ -402,7 +402,7 @@ def main():
     add_out(parser)
     parser.add_argument("--pages", type=Path, default=Path("out/samplers"), metavar="FOLDER",
                         help="folder for the CSV files (default out/samplers)")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
 
     files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"
     if options.every:
@@ -425,7 +425,3 @@ def main():
     write_text(options.out / "samplers.md", text)
     print(text)
     print(f"Written: {options.out}/samplers.md and its plots; {options.pages}/samplers.csv and samplers_draws.csv.")
-
-
-if __name__ == "__main__":
-    main()
