@@ -99,25 +99,8 @@ FORM(draw_inline_1d, u[0] = bn_sample_1d(sampler, x, y, index, INLINE_CHILD))
 FORM(draw_inline_2d, bn_sample_2d(sampler, x, y, index, INLINE_CHILD, u))
 FORM(draw_inline_second, bn_sample_pair(sampler, x, y, index, INLINE_CHILD, 1, u))
 
-/* The same from the first index on that the tables of BLUE do not hold. */
-static float draw_later(const bn_sampler *sampler, int32_t y0, float *block) {
-    enum { FIRST = 256, STEP = 240 };
-    float sum = 0.0f;
-    (void)block;
-    for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
-        for (int32_t x = 0; x < WIDTH; ++x) {
-            for (uint32_t i = 0; i < INDICES; ++i) {
-                for (uint32_t key = 0; key < DOMAINS; ++key) {
-                    float u[4];
-                    bn_sample_4d(sampler, x, y, FIRST + STEP * i,
-                                 bn_draw_domain_child(BN_DOMAIN_ROOT, key), u);
-                    sum += u[0] + u[1] + u[2] + u[3];
-                }
-            }
-        }
-    }
-    return sum;
-}
+/* From the first index on that the tables of BLUE do not hold. */
+FORM(draw_later, bn_sample_4d(sampler, x, y, 256 + 240 * index, INLINE_CHILD, u))
 
 /* The rays of a path, with two choices each. */
 static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
@@ -216,19 +199,7 @@ static float many_of(const bn_sampler *sampler, const struct wavefront *w, uint3
     return block[0] + block[dimensions * DRAWS - 1];
 }
 
-static float draw_many_1d(const bn_sampler *sampler, int32_t y0, float *block) {
-    (void)y0;
-    return many_of(sampler, &in_order, 1, block);
-}
-
-static float draw_many_2d(const bn_sampler *sampler, int32_t y0, float *block) {
-    (void)y0;
-    return many_of(sampler, &in_order, 2, block);
-}
-
-static float draw_many_second(const bn_sampler *sampler, int32_t y0, float *block) {
-    const struct wavefront *w = &in_order;
-    (void)y0;
+static float second_pairs(const bn_sampler *sampler, const struct wavefront *w, float *block) {
     if (bn_sample_many_pair(sampler, DRAWS, w->x, w->y, w->index, w->domain, 1, block, 2 * DRAWS) !=
         BN_SUCCESS) {
         exit(1);
@@ -236,25 +207,19 @@ static float draw_many_second(const bn_sampler *sampler, int32_t y0, float *bloc
     return block[0] + block[2 * DRAWS - 1];
 }
 
-static float draw_lanes(const bn_sampler *sampler, int32_t y0, float *block) {
-    (void)y0;
-    return lanes_of(sampler, &in_order, block);
-}
+#define WAVEFRONT(name, call)                                                                      \
+    static float name(const bn_sampler *sampler, int32_t y0, float *block) {                       \
+        (void)y0;                                                                                  \
+        return call;                                                                               \
+    }
 
-static float draw_lanes_shuffled(const bn_sampler *sampler, int32_t y0, float *block) {
-    (void)y0;
-    return lanes_of(sampler, &shuffled, block);
-}
-
-static float draw_many(const bn_sampler *sampler, int32_t y0, float *block) {
-    (void)y0;
-    return many_of(sampler, &in_order, 4, block);
-}
-
-static float draw_many_shuffled(const bn_sampler *sampler, int32_t y0, float *block) {
-    (void)y0;
-    return many_of(sampler, &shuffled, 4, block);
-}
+WAVEFRONT(draw_many_1d, many_of(sampler, &in_order, 1, block))
+WAVEFRONT(draw_many_2d, many_of(sampler, &in_order, 2, block))
+WAVEFRONT(draw_many_second, second_pairs(sampler, &in_order, block))
+WAVEFRONT(draw_lanes, lanes_of(sampler, &in_order, block))
+WAVEFRONT(draw_lanes_shuffled, lanes_of(sampler, &shuffled, block))
+WAVEFRONT(draw_many, many_of(sampler, &in_order, 4, block))
+WAVEFRONT(draw_many_shuffled, many_of(sampler, &shuffled, 4, block))
 
 typedef struct row {
     const char *sampler, *form_name;
