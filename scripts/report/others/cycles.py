@@ -79,26 +79,16 @@ class Task:
         return PIXELS * (sum(self.counts) + 40 * len(self.counts))  # starting Cycles takes as long as some samples
 
 
-class Builds:
-    """Identifies the build by its bytes."""
-
-    def __init__(self, program):
-        self.sha256 = hashlib.sha256(Path(program).read_bytes()).hexdigest()
-
-    def estimate(self, samples):
-        return sum(samples.values()) / 4e5 / (os.cpu_count() or 1)
-
-
 class CyclesRun(OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
     def __init__(self, program, checkout, jobs):
         super().__init__(program, "cycles", jobs)
-        self.checkout, self.builds = checkout, Builds(program)
+        self.checkout, self.build = checkout, hashlib.sha256(Path(program).read_bytes()).hexdigest()
 
     def key(self, task, reference):
         return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed, task.threshold)), "size": SIZE,
-                "counts": task.counts, "build": self.builds.sha256}
+                "counts": task.counts, "build": self.build}
 
     def render(self, task, spp, seed, out, counts=False):
         return render(self.program, self.checkout, task.view.scene, integrator(task.sampler, task.told or spp, seed, task.threshold), out, spp,

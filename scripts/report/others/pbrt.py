@@ -10,7 +10,6 @@ samples per pixel and several seeds, and measured against references. Pictures, 
 import argparse
 import dataclasses
 import hashlib
-import os
 import sys
 import tempfile
 import threading
@@ -108,10 +107,6 @@ class Builds:
                     render(self.program, self.files.path(name, label, SAMPLERS[label]), bounds, spp, 1, out)
                     digest.update(read_exr(out)[0].tobytes())
         return digest.hexdigest()
-
-    def estimate(self, samples):
-        # About 300,000 samples a second and core.
-        return sum(samples.values()) / 3e5 / (os.cpu_count() or 1)
 
 
 class PbrtRun(OtherRun):

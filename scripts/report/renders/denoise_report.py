@@ -27,17 +27,12 @@ class Report:
         self.counts, self.labels = options.counts, options.labels
         self.scenes = tuple(dict.fromkeys(view.scene for view in references))
         self.gains = Gains(cells, references, options.labels)
-        self._found = {}
 
     # ---- Gains
 
     def gain(self, way, spp, measure, than="sobol", scene=None, label="blue"):
         """A Gain over all scenes or one; None if nothing was measured."""
-        at = (way, spp, measure, than, scene, label)
-        if at not in self._found:
-            own = tuple(view for view in self.references if scene in (None, view.scene))
-            self._found[at] = self.gains.gain(label, spp, f"{way}:{measure}", than, own)
-        return self._found[at]
+        return self.gains.gain(label, spp, f"{way}:{measure}", than, tuple(view for view in self.references if scene in (None, view.scene)))
 
     def of_way(self, way, spp, measure, label="blue"):
         """How many times smaller the error is than with `plain`, for the same sampler."""

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
-from ..base.progress import Progress, duration
+from ..base.progress import Progress
 from ..measure.flip import mean_flip
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from .renderer import (
@@ -128,7 +128,6 @@ class Builds:
     def __init__(self, program, most_spp, store):
         self.program, self.most_spp, self.store = program, most_spp, store
         self._found = {}
-        self._rates = {}  # samples per second of each scene, to estimate times
         try:
             self._program_sha256 = sha256_of(program)
         except OSError as error:
@@ -145,12 +144,9 @@ class Builds:
                 found = self._probe(view, variant), {}
                 self.store.save(key, *found)
             self._found[at] = found[0]["pixels"]
-            if label == "sobol":
-                self._rates[view.scene] = found[0]["rate"]
         return self._found[at]
 
     def _probe(self, view, variant):
-        samples, seconds = 0, 0.0
         counts = [n for n in COUNTS if n <= self.most_spp]
         declared = counts if variant.declare else [0]
         requests = [Request(variant.sampler, spp, 1, view.scene, *size, declared=n, mask=variant.mask)
@@ -160,15 +156,8 @@ class Builds:
             path = Path(folder) / "probe.exr"
             for request in requests:
                 run_pathtracer(self.program, [*request.arguments(), "--quiet", "-o", path])
-                picture, attributes = read_exr(path)
-                digest.update(picture.tobytes())
-                samples += request.spp * request.width * request.height
-                seconds += float(attributes["seconds"])
-        return {"pixels": digest.hexdigest(), "rate": samples / max(seconds, 1e-3)}
-
-    def estimate(self, samples):
-        """Estimated seconds for {scene: samples} with all threads busy; too high if other programs ran meanwhile."""
-        return sum(count / self._rates[scene] for scene, count in samples.items() if scene in self._rates)
+                digest.update(read_exr(path)[0].tobytes())
+        return {"pixels": digest.hexdigest()}
 
 
 def seeds_up_to(most_spp, seeds=SEEDS):
@@ -287,11 +276,7 @@ class Run:
         total = sum(task.cost for task in tasks)
         done = sum(task.cost for task in results)
         if left:
-            samples = {}
-            for task in left:
-                samples[task.view.scene] = samples.get(task.view.scene, 0) + task.cost
-            print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} left to render in about "
-                  f"{duration(self.builds.estimate(samples))}, plus the time to measure", file=sys.stderr)
+            print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} left to render", file=sys.stderr)
         progress = Progress(max(total, 1), "samples")
         progress("pictures", done, found=True)
 
