@@ -13,17 +13,10 @@ from . import _arguments as arguments
 from . import _core
 from ._sampler import Sampler
 
-# As in bn_path.glsl.
-CAMERA_KEY, FRAMES_KEY = 3, 0x80000000
-_KEYED_KEY, _MORE_KEY = 0x80000000, 0x40000000
 _MOST = (0, 2**28 - 1)  # rays, and decisions of each kind
 
 _Floats = npt.NDArray[np.float32]
 _Words = npt.NDArray[np.uint32]
-
-
-def _child(domain: _Words, key: npt.ArrayLike) -> _Words:
-    return np.asarray(_core.domain_child(domain, np.asarray(key, np.uint32)), np.uint32)
 
 
 def _kept(name: str, value: npt.ArrayLike, dtype: npt.DTypeLike, low: int, high: int) -> npt.NDArray[Any]:
@@ -106,13 +99,12 @@ class Path:
         if not isinstance(sampler, Sampler):
             raise TypeError(f"sampler must be a Sampler, not {reprlib.repr(sampler)}")
         frames = arguments.integers("frame", frame, np.uint32, *arguments.UINT32)
-        root = np.zeros((), np.uint32)
         self._set(
             sampler,
             _kept("x", x, np.int32, *arguments.INT32),
             _kept("y", y, np.int32, *arguments.INT32),
             _kept("index", index, np.uint32, *arguments.UINT32),
-            np.where(frames == 0, root, _child(_child(root, FRAMES_KEY), frames)),
+            np.asarray(_core.frame_domain(frames), np.uint32),
             "x, y, index and frame",
         )
 
@@ -140,11 +132,11 @@ class Path:
         count = arguments.integer("count", count, 1, arguments.UINT32[1])
         points = arguments.integers("k", k, np.uint32, 0, count - 1)
         _together("the path and k", self.shape, points.shape)
-        return self._draw(_child(self._domain, CAMERA_KEY), _sequence(self._index, count, points), pair=0)
+        return self._draw(_core.path_camera_domain(self._domain), _sequence(self._index, count, points), pair=0)
 
     def time(self) -> _Floats:
         """(..., 2): the time of the path, and wavelength."""
-        return self._draw(_child(self._domain, CAMERA_KEY), self._index, pair=1)
+        return self._draw(_core.path_camera_domain(self._domain), self._index, pair=1)
 
     def _draw(self, domain: _Words, index: _Words, pair: Any = None) -> _Floats:
         return self._sampler.sample(self._x, self._y, index, domain, pair=pair)
@@ -164,7 +156,7 @@ class Ray(_OnceOnly):
     def __init__(self, path: Path, number: npt.ArrayLike) -> None:
         numbers = arguments.integers("number", number, np.uint32, *_MOST)
         self.shape = _together("the path and number", path.shape, numbers.shape)
-        self._start(path, _child(path._domain, numbers + (numbers >= CAMERA_KEY)))
+        self._start(path, _core.path_ray_domain(path._domain, numbers))
 
     def _start(self, path: Path, domain: _Words) -> None:
         self._path, self._domain = path, domain
@@ -189,20 +181,20 @@ class Ray(_OnceOnly):
         k = self._1d
         self._1d += 1
         if k & 1 == 0:
-            self._kept = self._draw(_child(self._domain, k & ~3), 2 + ((k & 3) >> 1))
+            self._kept = self._draw(_core.ray_1d_domain(self._domain, k), 2 + ((k & 3) >> 1))
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
         """(..., 2): the next pair. Two in a row are stratified together."""
         k = self._2d
         self._2d += 1
-        return self._draw(_child(self._domain, (k >> 1) * 4 + 1), k & 1)
+        return self._draw(_core.ray_2d_domain(self._domain, k), k & 1)
 
     def next_4d(self) -> _Floats:
         """(..., 4): two pairs whose effects multiply, or a number, the third, and a pair, the first two."""
         k = self._4d
         self._4d += 1
-        return self._draw(_child(self._domain, k * 4 + 2))
+        return self._draw(_core.ray_4d_domain(self._domain, k))
 
     def next_split(self, count: int) -> Split:
         """A split into ``count`` branches, each a path of its own. ``count``, from 0 to 2**32 - 1, where 0 counts as 1, is
@@ -228,7 +220,7 @@ class Ray(_OnceOnly):
         keys = arguments.integers("key", key, np.uint32, *arguments.UINT32)
         part = Ray.__new__(Ray)
         part.shape = _together("the ray and key", self.shape, keys.shape)
-        part._start(self._path, _child(_child(self._domain, _KEYED_KEY), keys))
+        part._start(self._path, _core.ray_keyed_domain(self._domain, keys))
         return part
 
     def _again(self) -> Ray:
@@ -241,7 +233,7 @@ class Ray(_OnceOnly):
     def _next_domain(self) -> _Words:
         k = self._splits
         self._splits += 1
-        return _child(self._domain, k * 4 + 3)
+        return np.asarray(_core.ray_split_domain(self._domain, k), np.uint32)
 
     def _draw(self, domain: _Words, pair: Any = None) -> _Floats:
         return self._path._draw(domain, self._path._index, pair)
@@ -261,7 +253,7 @@ class Split:
         self, ray: Ray, domain: _Words, count: int, length: Optional[int], first: Optional[_Words] = None
     ) -> None:
         self._count, self._length = count, length
-        self._path, self._domain, self._shape = ray._path, _child(domain, count), ray.shape
+        self._path, self._domain, self._shape = ray._path, domain, ray.shape
         self._index = ray._path._index if first is None else first
 
     def __len__(self) -> int:
@@ -276,13 +268,10 @@ class Split:
         ``first`` and ``k``, reaches 2**32."""
         branches = arguments.integers("k", k, np.uint32, *arguments.UINT32)
         _together("the ray and k", self._shape, branches.shape)
-        if self._count == 0:
-            return self._path._like(_sequence(self._index, 1, branches), self._domain)
-        count, domain = np.uint32(self._count), self._domain
-        if (branches >= count).any():
-            more = _child(_child(domain, _MORE_KEY), branches // count)
-            domain = np.where(branches >= count, more, domain)
-        return self._path._like(_sequence(self._index, self._count, branches % count), domain)
+        domain = np.asarray(_core.branch_domain(self._domain, self._count, branches), np.uint32)
+        if self._count > 0:
+            branches = branches % np.uint32(self._count)
+        return self._path._like(_sequence(self._index, max(self._count, 1), branches), domain)
 
     def __iter__(self) -> Iterator[Path]:
         return (self[k] for k in range(len(self)))
@@ -295,26 +284,21 @@ class Rng(_OnceOnly):
     """The numbers of a loop without bound, from ``Ray.next_rng``: four of the sampler's, then a generator's. It cannot be
     copied or pickled."""
 
-    __slots__ = ("_domain", "_drawn", "_four", "_path", "_white")
+    __slots__ = ("_domain", "_drawn", "_four", "_path")
 
     def __init__(self, ray: Ray, domain: _Words) -> None:
         self._path, self._domain = ray._path, domain
         self._four = ray._draw(domain)
-        self._white: Optional[Sampler] = None
         self._drawn = 0
 
     def next_1d(self) -> _Floats:
-        """(...): the next number, for all paths. From the fifth on they are those of a ``Sampler("white")``."""
-        k = self._drawn
+        """(...): the next number, for all paths."""
+        k, path = self._drawn, self._path
         self._drawn += 1
-        if k >= 4 and k % 4 == 0:
-            path = self._path
-            if self._white is None:
-                self._white = Sampler("white", seed=path._sampler.seed)
-            step = np.uint32(k // 4 * 0x9E3779B9 & 0xFFFFFFFF)
-            with np.errstate(over="ignore"):  # NumPy's scalars warn when they wrap around
-                self._four = self._white.sample(path._x, path._y, path._index, self._domain + step)
-        return self._four[..., k % 4]
+        if k < 4:
+            return self._four[..., k]
+        words = map(int, path._sampler.seed_words())
+        return np.asarray(_core.rng_float(*words, path._x, path._y, path._index, self._domain, k), np.float32)
 
     def __repr__(self) -> str:
         return f"Rng(shape={self._four.shape[:-1]}, drawn={self._drawn})"

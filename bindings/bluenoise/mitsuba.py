@@ -30,7 +30,8 @@ try:
 except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
-from ._path import CAMERA_KEY, FRAMES_KEY, Path, Ray
+from ._core import PATH_CAMERA_KEY, PATH_FRAMES_KEY
+from ._path import Path, Ray
 from ._sampler import Sampler, tables
 
 __all__ = ["attach"]
@@ -63,11 +64,11 @@ def _child(domain: Any, key: Any) -> Any:
 
 
 def _frame(frame: Any) -> Any:
-    return dr.select(frame == 0, mi.UInt32(0), _child(_child(mi.UInt32(0), mi.UInt32(FRAMES_KEY)), frame))
+    return dr.select(frame == 0, mi.UInt32(0), _child(_child(mi.UInt32(0), mi.UInt32(PATH_FRAMES_KEY)), frame))
 
 
 def _ray(root: Any, number: Any) -> Any:
-    return _child(root, dr.select(number >= CAMERA_KEY, number + 1, number))
+    return _child(root, dr.select(number >= PATH_CAMERA_KEY, number + 1, number))
 
 
 def _ray_1d(ray: Any, k: Any) -> Any:

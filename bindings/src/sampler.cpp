@@ -2,6 +2,8 @@
  * Samplers and domains. */
 #include "core.hpp"
 
+#include <bn/bn_path.h>
+
 #include <algorithm>
 #include <vector>
 
@@ -199,8 +201,31 @@ void bind_sampler(py::module_ &module) {
              py::arg("domain"), py::arg("out").noconvert())
         .def("seed_words", &Sampler::seed_words);
     module.def("tables", &tables);
-    /* Of numbers or arrays, which broadcast. */
+    /* These take numbers or arrays, which broadcast. */
     module.def("domain_child", py::vectorize(&bn_domain_child), py::arg("domain"), py::arg("key"));
+    module.def("frame_domain", py::vectorize(&bn_path_frame_domain));
+    module.def("path_ray_domain", py::vectorize([](uint32_t domain, uint32_t ray) {
+                   return bn_path_ray_domain({0, 0, 0, domain}, ray);
+               }));
+    module.def("path_camera_domain", py::vectorize([](uint32_t domain) {
+                   return bn_path_camera_domain({0, 0, 0, domain});
+               }));
+    module.def("ray_1d_domain", py::vectorize(&bn_ray_1d_domain));
+    module.def("ray_2d_domain", py::vectorize(&bn_ray_2d_domain));
+    module.def("ray_4d_domain", py::vectorize(&bn_ray_4d_domain));
+    module.def("ray_split_domain", py::vectorize(&bn_ray_split_domain));
+    module.def("ray_keyed_domain", py::vectorize(&bn_ray_keyed_domain));
+    module.def("branch_domain", py::vectorize([](uint32_t split, uint32_t count, uint32_t k) {
+                   return bn_path_branch({0, 0, 0, 0}, split, count, k).domain;
+               }));
+    module.def("rng_float", py::vectorize([](uint32_t seed0, uint32_t seed1, int32_t x, int32_t y,
+                                             uint32_t index, uint32_t domain, uint32_t k) {
+                   const bn_path path = {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index,
+                                         domain};
+                   return bn_draw_float(bn_path_rng_bits({seed0, seed1}, path, domain, k));
+               }));
+    module.attr("PATH_CAMERA_KEY") = BN_PATH_CAMERA_KEY;
+    module.attr("PATH_FRAMES_KEY") = BN_PATH_FRAMES_KEY;
 }
 
 } // namespace bluenoise
