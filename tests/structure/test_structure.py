@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sources keep to the rules of CONTRIBUTING.md: no circles, and nobody sees what is not theirs to see."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,21 @@ def test_no_python_module_imports_in_a_circle(name):
 def test_packages_do_not_import(name, others):
     for module, path in structure.modules_of(PACKAGES[name], name).items():
         assert {target.split(".")[0] for target in structure.imports(module, path)} & others == set(), path
+
+
+# A kind of sampler wherever code names it, by the example of one that nothing but its own file draws.
+KIND = re.compile(r'BN_SAMPLER_ZORDER|bn_draw_zorder|sampler/zorder\.c|\[[^]\n]*"zorder"[^]\n]*\]')
+
+
+def test_a_kind_of_sampler_has_the_places_that_contributing_names():
+    listed = re.search(r"^A kind of sampler is one file .*?counts them", (ROOT / "CONTRIBUTING.md").read_text(), re.M | re.S)
+    named = {name for name in re.findall(r"`([\w./-]+/[\w.-]+\.\w+)`", listed[0])}
+    files = [path for folder in ("libbn/include", "libbn/src", "bindings", "examples") for path in (ROOT / folder).rglob("*")
+             if path.suffix in (".c", ".h", ".hpp", ".cpp", ".py", ".rs") and not {"target", "tests", "vendor"} & set(path.parts)]
+    files += [ROOT / "libbn" / "CMakeLists.txt"]
+    found = {path.relative_to(ROOT).as_posix() for path in files
+             if path.name != "zorder.c" and KIND.search(structure.without_comments(path.read_text(encoding="utf-8")))}
+    assert found == named and len(named) == 10
 
 
 # ---- The checks themselves, on small trees that break each rule
