@@ -93,26 +93,35 @@ int wrong_paths(const bn::Sampler &sampler) {
             const auto [a, b] = ray.draw_where();
             const auto [c, d] = ray.draw_light();
             count += !equal({a, b, c, d}, u);
-            for (int i = 0; i < 3; ++i) {
-                count += ray.next_1d() != bn_ray_1d(own_sampler, &own_ray);
+            const bn::Ray by_counter = path.ray(number); // takes what the others count
+            for (uint32_t i = 0; i < 3; ++i) {
+                const float number_i = ray.next_1d();
+                count += number_i != bn_ray_1d(own_sampler, &own_ray);
+                count += number_i != by_counter.draw_1d(i);
                 const auto [e, f] = ray.next_2d();
+                count += by_counter.draw_2d(i) != std::array<float, 2>{e, f};
                 bn_ray_2d(own_sampler, &own_ray, u);
                 count += e != u[0] || f != u[1];
                 bn_ray_4d(own_sampler, &own_ray, u);
                 count += !equal(ray.next_4d(), u);
+                count += !equal(by_counter.draw_4d(i), u);
                 const bn::Split split = ray.next_split(3);
                 const bn_split own_split = bn_ray_split(&own_ray, 3);
                 const bn_path branch = bn_split_path(&own_split, 4);
                 count += split[4].state().domain != branch.domain;
+                count += by_counter.split(3 * i, 3)[4].state().domain != branch.domain;
                 const bn_split own_next = bn_ray_split_from(&own_ray, 5);
                 count += ray.next_split_from(5)[2].state().index != 7;
                 count += bn_split_path(&own_next, 0).index != 5;
                 const bn_ray part = bn_ray_keyed(&own_ray, 77);
                 bn_ray_draw(own_sampler, &part, u);
                 count += !equal(ray.keyed(77).draw(), u);
-                bn::Rng rng = ray.next_rng();
+                bn::Rng rng = ray.next_rng(), same = by_counter.rng(3 * i + 2);
                 bn_rng own_rng = bn_ray_rng(own_sampler, &own_ray);
-                for (int k = 0; k < 9; ++k) count += rng.next_1d() != bn_rng_1d(&own_rng);
+                for (int k = 0; k < 9; ++k) {
+                    const float own_number = bn_rng_1d(&own_rng);
+                    count += rng.next_1d() != own_number || same.next_1d() != own_number;
+                }
             }
         }
         const auto [s, t] = path.first_light(4, 3);
