@@ -61,6 +61,7 @@ const std::vector<SamplerEntry> &sampler_entries() {
             {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
              sobol4d_create},
         };
+        for (const SamplerEntry &entry : sobol_global_entries()) all.push_back(entry);
         for (const SamplerEntry &entry : openqmc_entries()) all.push_back(entry);
         return all;
     }();

@@ -43,6 +43,9 @@ struct SamplerEntry {
 // libbn's samplers, sobol4d, then OpenQMC's if the build includes it, in the order of --list.
 const std::vector<SamplerEntry> &sampler_entries();
 
+// In sobol_global.cpp; empty in a build without Boost.
+std::vector<SamplerEntry> sobol_global_entries();
+
 // In openqmc.cpp; empty in a build without OpenQMC.
 std::vector<SamplerEntry> openqmc_entries();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sampler sobol4d: Joe and Kuo's directions, nets in four dimensions, uniform, and independent
-// between pixels, domains and seeds.
+// between pixels, domains and seeds. And sobol-global, whose nets lie over the screen.
 //
 // Seeds are fixed; the rates stated are the chances of a false alarm had they been drawn anew.
 #include "sobol4d.h"
@@ -110,6 +110,45 @@ void test_blocks_are_nets() {
     // The test sees the difference: padded points are no such net.
     CHECK(worst_quality(*padded, 8, {0, 1, 2, 3}) > 3, "padded points pass as a net");
     CHECK(worst_quality(*padded, 8, {0, 1}) == 0, "padded points are no net in a pair");
+}
+
+// Position on the screen and time of all samples of an aligned block of 8 x 8 pixels, as one set.
+std::vector<Point> on_screen(const Sampler &sampler, int x0, int y0, uint32_t first,
+                             uint32_t count) {
+    std::vector<Point> points;
+    for (int pixel = 0; pixel < 64; ++pixel) {
+        for (uint32_t i = first; i < first + count; ++i) {
+            const int x = pixel % 8, y = pixel / 8;
+            points.push_back(with_path(sampler, x0 + x, y0 + y, i, [&](const auto &path) {
+                const auto place = path.ray(0).draw();
+                const auto time = path.time();
+                return Point{(static_cast<float>(x) + place[0]) / 8,
+                             (static_cast<float>(y) + place[1]) / 8, time[0], time[1]};
+            }));
+        }
+    }
+    return points;
+}
+
+void test_the_screen_is_a_net() {
+    const auto &entries = sampler_entries();
+    if (std::none_of(entries.begin(), entries.end(),
+                     [](const SamplerEntry &e) { return std::string("sobol-global") == e.name; }))
+        return; // built without Boost
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+        const SamplerPointer sampler = sampler_named("sobol-global", seed);
+        for (const auto &[x, y] : {std::pair{0, 0}, {-8, 640}, {5000, -16}}) {
+            const std::vector<Point> points = on_screen(*sampler, x, y, 4, 4);
+            CHECK(quality(points, 8, {0, 1}) == 0, "positions at %d,%d", x, y);
+            CHECK(quality(points, 8, {0, 1, 2}) <= 1, "positions and time at %d,%d", x, y);
+            CHECK(quality(points, 8, {0, 1, 2, 3}) <= 3, "all four at %d,%d", x, y);
+        }
+        std::vector<Point> own;
+        for (uint32_t i = 0; i < 256; ++i) own.push_back(point(*sampler, 7, 9, i, 0));
+        CHECK(quality(own, 8, {0, 1}) == 0, "a pixel's own positions");
+    }
+    const SamplerPointer padded = sampler_named("sobol", 1);
+    CHECK(quality(on_screen(*padded, 0, 0, 4, 4), 8, {0, 1, 2}) > 1, "padded points pass");
 }
 
 // ---- Uniform and independent
@@ -237,6 +276,7 @@ void test_draws_of_two_dimensions_are_the_first_half() {
 int main() {
     test_directions_follow_their_recurrences();
     test_blocks_are_nets();
+    test_the_screen_is_a_net();
     test_uniform_over_pixels();
     test_independent();
     test_dimensions_are_scrambled_apart();

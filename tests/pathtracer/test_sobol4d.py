@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler sobol4d in the path tracer: listed, right, the same in parts; what it does not take is refused."""
+"""The samplers sobol4d and sobol-global in the path tracer: listed, right, the same in parts; what it does not take is refused."""
 
 import pytest
 from pathtracer_driver import assert_equal_means, read_exr, read_layers
@@ -11,11 +11,12 @@ def test_it_is_listed_and_written_into_the_picture(pathtracer):
     assert read_exr(path)[1]["sampler"] == "sobol4d"
 
 
-@pytest.mark.parametrize("more", [(), ("--light-samples", 3), ("--scene", "lens")])
-def test_the_means_are_right(pathtracer, more):
+@pytest.mark.parametrize(("name", "more"), [("sobol4d", ()), ("sobol4d", ("--light-samples", 3)), ("sobol4d", ("--scene", "lens")),
+                                           ("sobol-global", ("--light-samples", 3)), ("sobol-global", ("--scene", "motion"))])
+def test_the_means_are_right(pathtracer, name, more):
     """Against sobol: Welch's t-test of the image mean over fixed seeds, false-alarm rate 0.1 % for each."""
     means = [[pathtracer.image("--size", "24x24", "--spp", 8, *more, "--sampler", sampler, "--seed", seed).mean(
-        dtype=float) for seed in range(12)] for sampler in ("sobol4d", "sobol")]
+        dtype=float) for seed in range(12)] for sampler in (name, "sobol")]
     assert_equal_means(*means, 0.001)
 
 

@@ -60,6 +60,8 @@ def finish_options(parser, options, command, arguments):
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
+    if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
+        parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
     if "mask, neural" in options.labels and not find_onnxruntime():
         parser.error("mask-neural needs ONNX Runtime: run pip install onnxruntime, or remove it from --samplers")
     options.command = f"scripts/bench {command}" + "".join(f" {word}" for word in arguments_that_count(arguments))

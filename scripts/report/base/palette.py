@@ -7,6 +7,7 @@ STYLES = {
     "white": ("#767676", "o"),
     "sobol": ("#d55e00", "s"),
     "sobol4d": ("#a03000", "P"),
+    "sobol-global": ("#e08214", "D"),
     "zorder": ("#009e73", "^"),
     "mask": ("#cc79a7", "v"),
     "mask, neural": ("#56b4e9", "D"),

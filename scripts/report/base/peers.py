@@ -17,14 +17,18 @@ import sys
 PEERS = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
 
 
-def listed(program):
-    """The PEERS that the path tracer lists with --list; none if it cannot be run."""
+def samplers(program):
+    """The samplers that the path tracer lists with --list; none if it cannot be run."""
     try:
         listing = subprocess.run([program, "--list"], check=False, capture_output=True, text=True).stdout
     except OSError:
         return ()
-    names = {line.split()[0] for line in listing.splitlines() if line.startswith("  ")}
-    return tuple(name for name in PEERS if name in names)
+    return {line.split()[0] for line in listing.splitlines() if line.startswith("  ")}
+
+
+def listed(program):
+    """Those of PEERS."""
+    return tuple(name for name in PEERS if name in samplers(program))
 
 
 def add_option(parser):

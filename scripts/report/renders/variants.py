@@ -27,11 +27,12 @@ VARIANTS = {
     # The mask provides the first sample; from 4 samples on this is nearly the same as sobol.
     "mask": Variant("mask", most_seeds=SIDE_SEEDS),
     "mask, neural": Variant("mask", mask="neural", most_seeds=SIDE_SEEDS),
+    "sobol-global": Variant("sobol-global"),  # in builds with Boost
     **{name: Variant(name) for name in PEERS},
     "blue": Variant("blue"),
 }
 ALWAYS = ("white", "sobol", "blue")  # headlines say how much less error blue has than the others
-DEFAULT = ("white", "sobol", "zorder", "mask", "blue")
+DEFAULT = ("white", "sobol", "sobol-global", "zorder", "mask", "blue")
 # Names on the command line contain no comma.
 OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS if name not in PEERS}
 

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab
+// and Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first
+// two dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points
+// hit each pixel once: sample i of a pixel is the one of round i. All its other numbers are further
+// dimensions of that point, in the order of a path: time, lens, first light, then six for each ray.
+//
+// The direction numbers are Joe and Kuo's ("Constructing Sobol Sequences with Better Two-Dimensional
+// Projections", 2008), from Boost.Random. Each dimension has an Owen scrambling of its own, the
+// position one for each pixel. Loops and rays past the last dimension take random numbers.
+#include "sampler.h"
+
+#if __has_include(<boost/random/sobol.hpp>)
+
+#include <boost/random/sobol.hpp>
+
+#include "sobol4d.h"
+
+namespace {
+
+constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's extent; digits
+constexpr uint32_t DIMENSIONS = 512, PIXELS = (1u << SCREEN) - 1;
+
+class SobolGlobal final : public PeerSampler {
+  public:
+    explicit SobolGlobal(uint64_t seed)
+        : PeerSampler(seed), seed_(seed), columns_(DIMENSIONS * BITS) {
+        boost::random::sobol_engine<uint64_t, BITS> engine(DIMENSIONS);
+        for (unsigned bit = 0; bit < BITS; ++bit) {
+            // Boost counts in Gray code: its number 2^k is the sum of columns k and k - 1.
+            engine.seed((uint64_t{1} << bit) - 1);
+            for (uint32_t d = 0; d < DIMENSIONS; ++d) {
+                uint64_t *column = &columns_[d * BITS + bit];
+                *column = engine() ^ (bit > 0 ? column[-1] : 0);
+            }
+        }
+        // Gauss and Jordan: which bits below 2 SCREEN move a point by one digit of the position.
+        uint32_t moves[2 * SCREEN];
+        for (unsigned bit = 0; bit < 2 * SCREEN; ++bit) {
+            moves[bit] = pixel_of(uint64_t{1} << bit);
+            inverse_[bit] = 1u << bit;
+        }
+        for (unsigned digit = 0; digit < 2 * SCREEN; ++digit) {
+            unsigned pivot = digit;
+            while (!(moves[pivot] >> digit & 1u)) ++pivot; // the position is a net, so there is one
+            std::swap(moves[pivot], moves[digit]);
+            std::swap(inverse_[pivot], inverse_[digit]);
+            for (unsigned other = 0; other < 2 * SCREEN; ++other) {
+                if (other == digit || !(moves[other] >> digit & 1u)) continue;
+                moves[other] ^= moves[digit];
+                inverse_[other] ^= inverse_[digit];
+            }
+        }
+    }
+
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        uint64_t point = uint64_t{index} << 2 * SCREEN;
+        const uint32_t pixel =
+            (static_cast<uint32_t>(x) & PIXELS) | (static_cast<uint32_t>(y) & PIXELS) << SCREEN;
+        const uint32_t missing = pixel ^ shift() ^ pixel_of(point);
+        for (unsigned digit = 0; digit < 2 * SCREEN; ++digit)
+            if (missing >> digit & 1u) point ^= inverse_[digit];
+        for (int half = 0; half < dimensions / 2; ++half) {
+            const uint32_t first = dimension_of(key + static_cast<uint32_t>(half));
+            if (first + 1 >= DIMENSIONS) {
+                bn_sample_2d(generator.get(), x, y, index, key + static_cast<uint32_t>(half),
+                             u + 2 * half);
+                continue;
+            }
+            for (uint32_t d = first; d < first + 2; ++d) {
+                uint64_t digits = digits_of(point, d), scrambling = sobol4d_mix(seed_ + 1) + d;
+                if (d < 2) { // the position: below the digits of the pixel
+                    digits <<= SCREEN;
+                    scrambling += uint64_t{d == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
+                }
+                const uint32_t scrambled = sobol4d_scramble(
+                    static_cast<uint32_t>(digits >> 32),
+                    static_cast<uint32_t>(sobol4d_mix(scrambling + 0x9e3779b97f4a7c15u)));
+                *(u + 2 * half + (d - first)) =
+                    static_cast<float>(scrambled >> 8) * (1.0f / 16777216.0f);
+            }
+        }
+    }
+
+  private:
+    // Of the two numbers with this key, in the layout of PeerPath.
+    static uint32_t dimension_of(uint32_t key) {
+        if (key >= 1u << 14) return DIMENSIONS; // loops
+        const uint32_t group = key / 4, two = key % 4;
+        if (group == 0) return two == 0 ? 0 : 4;                        // position; lens or light
+        if (group == PeerPath::CAMERA_KEY / 4) return two == 0 ? 6 : 2; // first light; time
+        const uint32_t ray = group < PeerPath::CAMERA_KEY / 4 ? group : group - 1;
+        return 8 + 6 * (ray - 1) + 2 * two;
+    }
+
+    uint64_t digits_of(uint64_t point, uint32_t dimension) const {
+        uint64_t digits = 0;
+        for (const uint64_t *column = &columns_[dimension * BITS]; point != 0;
+             point >>= 1, ++column)
+            if (point & 1u) digits ^= *column;
+        return digits;
+    }
+
+    // The pixel of a point: its column, and SCREEN bits higher its row.
+    uint32_t pixel_of(uint64_t point) const {
+        return static_cast<uint32_t>(digits_of(point, 0) >> (BITS - SCREEN)) |
+               static_cast<uint32_t>(digits_of(point, 1) >> (BITS - SCREEN)) << SCREEN;
+    }
+
+    // Another pixel takes the place of (0, 0) for each seed.
+    uint32_t shift() const {
+        return static_cast<uint32_t>(sobol4d_mix(seed_ + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
+    }
+
+    uint64_t seed_;
+    std::vector<uint64_t> columns_; // of each dimension
+    uint32_t inverse_[2 * SCREEN];
+};
+
+} // namespace
+
+std::vector<SamplerEntry> sobol_global_entries() {
+    return {{"sobol-global", "one Sobol' sequence over the screen, for comparison",
+             BN_SAMPLER_WHITE,
+             [](uint64_t seed) -> PeerPointer { return std::make_unique<SobolGlobal>(seed); }}};
+}
+
+#else
+
+std::vector<SamplerEntry> sobol_global_entries() {
+    return {};
+}
+
+#endif
