@@ -1,78 +1,152 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's picture: `scripts/bench picture` renders one scene, a third of it with each sampler, and enlarged parts
+"""The README's pictures: `scripts/bench picture` shows one part of a scene with each sampler, and errors at every count
 
-It writes docs/picture.jpg. Each third is cut out of a whole picture, and the error printed in it is that of the whole picture.
-Pictures are kept in out/picture, so that an interrupted run goes on.
+It writes docs/picture.png, a part of one picture with each sampler and its reference, pixel by pixel, above the same after a
+blur; docs/every.png, the error in crops of all scenes at every sample count; and docs/report/worst.png, the median and the
+worst of 500 pictures. Results are kept, so that an interrupted run goes on.
 """
 
 import argparse
 import dataclasses
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ..base.command import add_pathtracer
-from ..base.contact_sheet import BACKGROUND, GAP, INK, enlarged_part, preview
+from ..base import peers
+from ..base.command import add_pathtracer, positive
+from ..base.contact_sheet import BACKGROUND, GAP, INK, preview, sheet
 from ..base.files import read_exr
+from ..base.palette import style
+from ..base.plots import save
+from ..base.tables import md_table
 from ..base.whole_files import written_beside
-from ..measure.image_error import displayed_rmse
+from ..measure.image_error import blurred, displayed, displayed_rmse
+from . import variants, views
+from .judge import Cells, Run, Task, pictures_of, render_references
 from .renderer import Renderer, Request
 
-NAMES = {"white": "white noise", "sobol": "Sobol', padded", "blue": "blue"}
-SCENE, SIZE, SPP, SEED = "lens", (960, 640), 4, 0
-REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 256
+SCENE, SIZE, SPP, SEED = "penumbra", (960, 640), 6, 0
+REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 1024
 SIGMA = 2.1
-# Left and top of the parts that are enlarged, in pixels of the scene.
-PARTS, PART_SIZE, FACTOR = ((400, 40), (735, 505)), (104, 64), 3
-BAR = 34  # pixels, of labels
-FILE = "picture.jpg"
+PART = (380, 330, 164, 164)  # left, top, width, height in pixels of the scene
+BAR = 40  # pixels, of labels
+NAMES = {"sobol": "Sobol', padded", "zorder": "Z-order", "blue": "blue"}
+LABELS = {"sobol": "Sobol', padded", "sobol-global": "Sobol', global", "zorder": "Z-order, told each count", "blue": "blue"}
+COUNTS = (*range(1, 17), 20, 24, 28, 32)
+MEASURE = f"displayed_{SIGMA}"
+WORST_OF, WORST_SPP, WORST_FACTOR = 500, 4, 2  # seeds; samples per pixel; enlargement
 
 
-def thirds(pictures):
-    """One picture of the left third of the first, the middle third of the second and the right third of the last."""
-    width = pictures[0].shape[1]
-    edges = [width * i // len(pictures) for i in range(len(pictures) + 1)]
-    return np.concatenate([picture[:, a:b] for picture, a, b in zip(pictures, edges, edges[1:])], axis=1)
+def part_of(picture):
+    left, top, width, height = PART
+    return picture[top:top + height, left:left + width]
 
 
-def errors(pictures, reference):
-    """Errors as displayed after the blur, over that of the first."""
-    found = [displayed_rmse(picture, reference, sigma=SIGMA) for picture in pictures]
-    return [error / found[0] for error in found]
-
-
-def compose(pictures, relative):
-    """The figure: labels, the scene in thirds, and a row of enlarged parts for each place."""
-    scene = preview(thirds(pictures))
-    cell = scene.width // len(pictures)
-    height = PART_SIZE[1] * FACTOR
-    figure = Image.new("RGB", (scene.width, BAR + scene.height + len(PARTS) * (GAP + height)), BACKGROUND)
-    figure.paste(scene, (0, BAR))
-    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(18)
-    for i, (picture, error, name) in enumerate(zip(pictures, relative, NAMES.values())):
-        left = i * cell
-        draw.text((left + cell / 2, BAR / 2), f"{name}: error {error:.2f}", INK, font, anchor="mm")
-        if i:
-            draw.line((left, BAR, left, BAR + scene.height), BACKGROUND, 2)
-        for row, (x, y) in enumerate(PARTS):
-            part = enlarged_part(preview(picture), (x, y, *PART_SIZE), FACTOR)
-            figure.paste(part, (left + (cell - part.width) // 2, BAR + scene.height + GAP + row * (GAP + height)))
+def compose(pictures, relative, reference):
+    """The figure: a column for each picture and the reference; below, what a blur leaves of it."""
+    _, _, width, height = PART
+    columns = [*((f"{name}\n{error:.2f}", picture) for (name, picture), error in zip(pictures.items(), relative)),
+               ("reference\n0", reference)]
+    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + 2 * height + GAP), BACKGROUND)
+    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(14)
+    for i, (text, picture) in enumerate(columns):
+        left = i * (width + GAP)
+        draw.multiline_text((left + width / 2, BAR / 2), text, INK, font, anchor="mm", align="center", spacing=2)
+        figure.paste(preview(part_of(picture)), (left, BAR))
+        figure.paste(preview(part_of(blurred(displayed(picture), SIGMA))), (left, BAR + height + GAP))
     return figure
+
+
+def draw_picture(options, others):
+    """Writes picture.png and returns {sampler: its error over that of Sobol'}."""
+    renderer = Renderer(options.pathtracer, Path("out/picture"))
+    request = Request("sobol", SPP, SEED, SCENE, *SIZE)
+    reference, _ = read_exr(renderer.reference(dataclasses.replace(request, spp=REFERENCE_SPP, seed=REFERENCE_SEED), "reference.exr"))
+    pictures, errors = {}, {}
+    for name in (*NAMES, *others):
+        own = dataclasses.replace(request, sampler=name, declared=SPP if variants.VARIANTS[name].declare else 0)
+        pictures[name], _ = read_exr(renderer.render(own, f"{name}.exr"))
+        errors[name] = displayed_rmse(part_of(pictures[name]), part_of(reference), sigma=SIGMA)
+    shown = ["sobol", "zorder", *([min(others, key=errors.get)] if others else []), "blue"]
+    relative = {name: error / errors["sobol"] for name, error in errors.items()}
+    figure = compose({NAMES.get(name, name.removeprefix("openqmc-")): pictures[name] for name in shown},
+                     [relative[name] for name in shown], reference)
+    with written_beside(options.out / "picture.png") as beside:
+        figure.save(beside, format="PNG", optimize=True)
+    return relative
+
+
+def every_count(options, others):
+    """{sampler: [error over that of Sobol' at each of COUNTS]}: geometric means over crops and seeds."""
+    chosen = views.crops("core")[::4]
+    labels = ("sobol", "sobol-global", "zorder", *others, "blue")
+    references = render_references(options.pathtracer, chosen, REFERENCE_SPP)
+    tasks = [Task(view, label, seed, COUNTS) for view in chosen for label in labels for seed in range(options.seeds)]
+    cells = Cells(Run(options.pathtracer, "picture", max(COUNTS), options.jobs, flip=False).results(references, tasks))
+
+    def logs(label, spp):
+        return np.mean([np.log(cells.get(view, label, spp, MEASURE)) for view in chosen])
+
+    return {label: [float(np.exp(logs(label, spp) - logs("sobol", spp))) for spp in COUNTS] for label in labels}
+
+
+def draw_every(folder, found):
+    figure, axis = plt.subplots(figsize=(10, 3.6))
+    for label, values in found.items():
+        axis.plot(COUNTS, values, **{**style(label, found), "label": LABELS.get(label, label)})
+    axis.set(xscale="log", xlabel="samples per pixel", ylabel="error / padded Sobol'")
+    axis.set_xscale("log", base=2)
+    axis.set_xticks([1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 24, 32], minor=False)
+    axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.grid(True, alpha=.25)
+    axis.legend(ncols=3, fontsize=9)
+    save(figure, folder / "every.png")
+
+
+def draw_worst(options):
+    """Writes worst.png, the median and the worst picture of WORST_OF seeds, and returns {sampler: errors, ascending}."""
+    view = views.crops("core", (SCENE,))[0]
+    references = render_references(options.pathtracer, (view,), REFERENCE_SPP)
+    work = Run(options.pathtracer, "picture", WORST_SPP, options.jobs, flip=False)
+    found = {}
+    for label in ("sobol", "blue"):
+        tasks = [Task(view, label, seed, (WORST_SPP,)) for seed in range(WORST_OF)]
+        results = work.results(references, tasks)
+        found[label] = sorted(((results[task][0][0][MEASURE], task) for task in tasks), key=lambda pair: pair[0])
+    size = tuple(WORST_FACTOR * side for side in view.size)
+
+    def images(task):
+        picture = displayed(next(pictures_of(options.pathtracer, task))[1], view.exposure or 0.0)
+        return [preview(part).resize(size, Image.Resampling.NEAREST) for part in (picture, blurred(picture, SIGMA))]
+
+    places = {"median": WORST_OF // 2, "worst": -1}
+    figure = sheet([[images(pairs[at][1]) for at in places.values()] for pairs in found.values()], list(found), list(places))
+    with written_beside(options.out / "report" / "worst.png") as beside:
+        figure.save(beside, format="PNG", optimize=True)
+    return {label: [error for error, _ in pairs] for label, pairs in found.items()}
 
 
 def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench picture", description=__doc__.splitlines()[0])
     add_pathtracer(parser)
-    parser.add_argument("--out", type=Path, default=Path("docs"), metavar="FOLDER", help="where the picture goes (default docs)")
+    peers.add_option(parser)
+    parser.add_argument("--seeds", type=positive, default=4, metavar="N", help="seeds of each crop (default 4)")
+    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="pictures to render at a time (default 2)")
+    parser.add_argument("--out", type=Path, default=Path("docs"), metavar="FOLDER", help="where the pictures go (default docs)")
     options = parser.parse_args(arguments)
-    renderer = Renderer(options.pathtracer, Path("out/picture"))
-    request = Request("white", SPP, SEED, SCENE, *SIZE)
-    pictures = [read_exr(renderer.render(dataclasses.replace(request, sampler=name), f"{name}.exr"))[0] for name in NAMES]
-    reference, _ = read_exr(renderer.reference(Request("blue", REFERENCE_SPP, REFERENCE_SEED, SCENE, *SIZE), "reference.exr"))
-    found = errors(pictures, reference)
-    with written_beside(options.out / FILE) as beside:
-        # Half the size of a PNG. Without subsampling, what it changes is far below the noise.
-        compose(pictures, found).save(beside, quality=95, subsampling=0)
-    print(f"{options.out / FILE}: {SPP} samples per pixel of {SCENE}; errors as displayed after a blur of {SIGMA} pixels, "
-          f"over white noise's: {', '.join(f'{error:.2f}' for error in found)}")
+    others = peers.chosen(options.openqmc, options.pathtracer)
+    relative = draw_picture(options, others)
+    print(f"{options.out}/picture.png: {SPP} samples per pixel of {SCENE}; errors of the part as displayed after a blur of {SIGMA} pixels, over "
+          f"Sobol's: {', '.join(f'{name} {error:.2f}' for name, error in relative.items())}")
+    errors = draw_worst(options)
+    middle = errors["sobol"][WORST_OF // 2]
+    print(f"{options.out}/report/worst.png: {WORST_OF} seeds, {WORST_SPP} samples per pixel of a crop of {SCENE}; errors over the median of Sobol's, least, "
+          "median, worst: " + "; ".join(f"{label} {' '.join(f'{values[at] / middle:.2f}' for at in (0, WORST_OF // 2, -1))}"
+                                         for label, values in errors.items()))
+    found = every_count(options, others)
+    draw_every(options.out, found)
+    print(f"{options.out}/every.png: errors as displayed after the blur over padded Sobol's, geometric means over a crop of each of "
+          f"{len(views.SCENES)} scenes and {options.seeds} seeds:\n")
+    print(md_table(["sampler", *map(str, COUNTS)], [[label, *(f"{value:.2f}" for value in values)] for label, values in found.items()]))

@@ -13,7 +13,7 @@ from ..measure import equal_quality, gains, picture_tests
 from ..measure.gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains
 from ..measure.image_error import MEASURES, WHAT_FOR, measure_name
 from ..measure.ratios import worse_cells
-from .judge import FLIP_COUNTS, FLIP_SEEDS
+from .judge import FLIP_COUNTS, FLIP_SEEDS, SHOWN_COUNTS
 from .variants import SIDE_SEEDS
 from .views import SETS
 
@@ -21,6 +21,8 @@ LOSS_MEASURES = tuple(name for name in MEASURES if name.startswith("rmse"))
 ALL_MEASURES = (*MEASURES, "flip")
 TABLE_MEASURES = ("displayed_2.1", "displayed_1.0", "displayed", "rmse_2.1", "rmse_1.0", "rmse", "trimmed_2.1", "flip")
 SPREAD_COUNTS = (1, 4, 16, 64)
+# Rings of judge's spectra, 1/64 cycles per pixel wide.
+BANDS = {"below 1/32": slice(0, 2), "1/32 to 1/16": slice(2, 4), "1/16 to 1/8": slice(4, 8), "1/8 to 1/2": slice(8, 32)}
 MOST_LISTED = 20
 
 TIMED_NOTE = "as the path tracer reports it (attribute `samplingShare`), one thread, 64 samples per pixel, median of three"
@@ -191,6 +193,28 @@ class Report:
         return ("A closed glowing cube, whose pixels are all known, at 64 samples per pixel: relative error of the mean and of the "
                 "worst pixel.\n\n" + md_table(["sampler", "mean", "worst pixel"], rows))
 
+    def frequencies_text(self):
+        """Errors by frequency, down to the mean, over white noise's."""
+        def share(label, spp, amplitude):
+            found = [amplitude(view, label, spp) / amplitude(view, "white", spp) for view in self.gains.views]
+            return f"{math.exp(np.mean(np.log(found))):.2f}"
+
+        def deviation(view, label, spp):
+            return np.std(self.cells.get(view, label, spp, "mean"), ddof=1)
+
+        def band(places):
+            return lambda view, label, spp: math.sqrt(np.mean([spectrum[places] for spectrum in
+                                                               self.cells.get(view, label, spp, "spectrum")]))
+
+        counts = [spp for spp in SHOWN_COUNTS if spp in self.counts]
+        rows = []
+        for name, amplitude in {"mean of the crop": deviation, **{name: band(places) for name, places in BANDS.items()}}.items():
+            rows += [[name, label, *(share(label, spp, amplitude) for spp in counts)] for label in self.labels
+                     if label != "white" and self.cells.get(self.views[0], label, 1, "mean")]
+        return ("The amplitude of the error over that of white noise, geometric means over crops, by frequency in cycles per pixel. The first "
+                "rows are the standard deviation of a crop's mean over seeds: how much it flickers where every frame has a key of its own.\n\n"
+                + md_table(["frequency", "sampler", *map(str, counts)], rows))
+
     # ---- Times
 
     def denoised_times(self):
@@ -297,6 +321,8 @@ class Report:
         parts += [*self.plot("Every view", "renders_views.png"),
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
+        if max(options.seeds.values()) > 1:
+            parts += ["## Frequencies of the error", "", self.frequencies_text(), ""]
         parts += ["## Losses to sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.bias_text(), "", self.furnace_text(), "",
                   "## Times", "", self.times_text(), "",

@@ -15,8 +15,9 @@ from ..measure.gains import BEST_PEER, read_rows
 
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 3, 4, 6, 16, 64)
-MEASURES = {"displayed_2.1": "as displayed", "rmse_2.1": "raw"}
-OURS = {"white": "white", "sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
+MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "sigma 1.0", "displayed": "single pixels",
+            "rmse_2.1": "raw, sigma 2.1", "rmse_1.0": "sigma 1.0", "rmse": "single pixels"}
+OURS = {"white": "white", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
     ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", OURS),
