@@ -200,7 +200,7 @@ class Report:
             return f"{math.exp(np.mean(np.log(found))):.2f}"
 
         def deviation(view, label, spp):
-            return np.std(self.cells.get(view, label, spp, "mean"), ddof=1)
+            return np.std(self.cells.get(view, label, spp, "mean"))
 
         def band(places):
             return lambda view, label, spp: math.sqrt(np.mean([spectrum[places] for spectrum in
@@ -210,7 +210,7 @@ class Report:
         rows = []
         for name, amplitude in {"mean of the crop": deviation, **{name: band(places) for name, places in BANDS.items()}}.items():
             rows += [[name, label, *(share(label, spp, amplitude) for spp in counts)] for label in self.labels
-                     if label != "white" and self.cells.get(self.views[0], label, 1, "mean")]
+                     if label != "white"]
         return ("The amplitude of the error over that of white noise, geometric means over crops, by frequency in cycles per pixel. The first "
                 "rows are the standard deviation of a crop's mean over seeds: how much it flickers where every frame has a key of its own.\n\n"
                 + md_table(["frequency", "sampler", *map(str, counts)], rows))
@@ -321,7 +321,7 @@ class Report:
         parts += [*self.plot("Every view", "renders_views.png"),
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
-        if max(options.seeds.values()) > 1:
+        if self.gains.views and self.cells.get(self.gains.views[0], "white", 1, "spectrum"):
             parts += ["## Frequencies of the error", "", self.frequencies_text(), ""]
         parts += ["## Losses to sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.bias_text(), "", self.furnace_text(), "",
