@@ -200,7 +200,7 @@ class Report:
             return f"{math.exp(np.mean(np.log(found))):.2f}"
 
         def deviation(view, label, spp):
-            return np.std(self.cells.get(view, label, spp, "mean"))
+            return np.std(self.cells.get(view, label, spp, "mean"), ddof=1)
 
         def band(places):
             return lambda view, label, spp: math.sqrt(np.mean([spectrum[places] for spectrum in
@@ -321,7 +321,7 @@ class Report:
         parts += [*self.plot("Every view", "renders_views.png"),
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
-        if self.gains.views and self.cells.get(self.gains.views[0], "white", 1, "spectrum"):
+        if self.gains.views and seeds > 1 and self.cells.get(self.gains.views[0], "white", 1, "spectrum"):
             parts += ["## Frequencies of the error", "", self.frequencies_text(), ""]
         parts += ["## Losses to sobol", "", self.worse_text(), "",
                   "## Unbiased", "", self.bias_text(), "", self.furnace_text(), "",
