@@ -91,3 +91,20 @@ def test_draws_come_in_the_order_that_the_guide_gives(module):
                     np.testing.assert_array_equal(each, ray.next_1d())
                 np.testing.assert_array_equal(np.stack(sampler.next_2d(), -1), ray.draw_light())
             sampler.advance()
+
+
+def test_scalar_variants_draw_in_the_same_order(module):
+    module.words.variant = lambda: "scalar_rgb"
+    sampler, blue = module.make(), bluenoise.Sampler("blue", seed=SEED)
+    sampler._order = SimpleNamespace(pixel=lambda number: (0, number % 8, number // 8))
+    for pixel in (0, 13):
+        sampler.seed(pixel)
+        for index in range(2):
+            path = bluenoise.Path(blue, pixel % 8, pixel // 8, index)
+            for number in range(3):
+                ray = path.ray(number)
+                single = sampler.next_1d()
+                assert sampler.next_2d() == tuple(ray.draw_where().tolist())
+                assert single == ray.next_1d()
+                assert sampler.next_2d() == tuple(ray.draw_light().tolist())
+            sampler.advance()
