@@ -8,8 +8,9 @@ Functions raise ``ValueError``, ``TypeError``, ``MemoryError``, ``OSError`` and 
 the name and the value of the argument. All functions are thread-safe and release the GIL.
 """
 
-from ._interrupt import quiet_imports
+from ._interrupt import quiet_imports, refuse_subinterpreters
 
+refuse_subinterpreters()
 _imported = quiet_imports()
 
 from ._arguments import MaskMethod, NeuralProvider, PointsMethod, SamplerKind

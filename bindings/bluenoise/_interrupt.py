@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C during the imports of the command, of which NumPy's take longest."""
+"""What comes before the imports: Ctrl-C during those of the command, of which NumPy's take longest, and interpreters that cannot
+import the extension."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import sys
@@ -21,3 +23,15 @@ def quiet_imports() -> Callable[[], object]:
         return lambda: None
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def refuse_subinterpreters() -> None:
+    """Raises ``ImportError`` in one, where the extension would wait for itself for ever."""
+    for name in ("_interpreters", "_xxsubinterpreters"):  # from Python 3.13 on, and before
+        try:
+            interpreters = importlib.import_module(name)
+        except ImportError:
+            continue
+        if interpreters.get_current() != interpreters.get_main():
+            raise ImportError("bluenoise cannot be imported in a subinterpreter; use threads or processes")
+        return

@@ -68,6 +68,16 @@ def test_import_pulls_in_numpy_only():
     assert found.stdout.strip() == "[]"
 
 
+def test_subinterpreters_are_refused():
+    program = (
+        "try: import _interpreters as i\n"
+        "except ImportError: import _xxsubinterpreters as i\n"
+        "print(i.run_string(i.create(), 'import bluenoise') or '')"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
+    assert "cannot be imported in a subinterpreter" in found.stdout + found.stderr
+
+
 def test_mitsuba_says_what_it_needs():
     program = "import sys; sys.modules['drjit'] = None; import bluenoise.mitsuba"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
