@@ -109,14 +109,14 @@ Scene load_scene(const Options &options, InputRecord &record) {
     Scene scene = scene_build(options.scene, choices);
     if (!options.quiet)
         for (const std::string &note : scene.notes) say(note);
-    if (options.light_samples > 0) scene.light_samples = options.light_samples;
+    if (options.light_samples) scene.light_samples = *options.light_samples;
     camera_fit(scene.camera, options.width, options.height);
     return scene;
 }
 
 // The target samples per pixel. A time limit may end rendering sooner.
 uint32_t checked_spp(const Options &options, const Scene &scene, const Sampler &sampler) {
-    const uint64_t last_sample = (uint64_t{1} << 32) / scene.light_samples;
+    const uint64_t last_sample = (uint64_t{1} << 32) / std::max(scene.light_samples, 1u);
     uint32_t spp = options.spp;
     if (options.time_limit > 0)
         spp = static_cast<uint32_t>(std::min<uint64_t>(

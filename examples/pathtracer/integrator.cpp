@@ -64,7 +64,8 @@ template <typename RayNumbers>
 inline std::array<float, 4> draw(const Integrator &integrator, uint32_t ray,
                                  const RayNumbers &numbers, PathCounters &counters) {
     const Scene &scene = *integrator.scene;
-    const bool light = !scene.lights.empty() && ray < integrator.max_depth;
+    const bool light =
+        scene.light_samples > 0 && !scene.lights.empty() && ray < integrator.max_depth;
     if (ray > 0 ? light : has_lens(scene) || (light && !first_light_apart(scene))) {
         ++counters.draws_4d;
         return numbers.draw();
@@ -204,10 +205,10 @@ inline Vec3 shadow_ray_end(const Light &light, const LightSample &sample) {
     return offset_point(sample.point, leaves_front ? light.normal : -light.normal, 0);
 }
 
-// Adds the contribution of light sample k of `count`, chosen by u.
+// Adds the contribution of light sample k of `count`, chosen by u: a coin takes half a one.
 template <typename RayNumbers>
 void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
-                      const Material &material, const RayNumbers &numbers, Vec2 u, uint32_t count,
+                      const Material &material, const RayNumbers &numbers, Vec2 u, float count,
                       uint32_t k) {
     const Scene &scene = *integrator.scene;
     const Light &light = choose_light(scene, u);
@@ -226,7 +227,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
         ++path.counters->draws_4d;
         passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), walk);
     }
-    const float pdf = static_cast<float>(count) * light.probability * sample.pdf;
+    const float pdf = count * light.probability * sample.pdf;
     const float weight = light_has_extent(light)
                              ? power_heuristic(pdf, material_pdf(material, v.front, v.wo, wi))
                              : 1;
@@ -243,7 +244,7 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
                            const PathNumbers &path_numbers, const RayNumbers &numbers) {
     const Scene &scene = *integrator.scene;
     if (material_is_smooth(material) || scene.lights.empty()) return 0;
-    const uint32_t count = bounce == 0 ? scene.light_samples : 1;
+    const uint32_t count = bounce == 0 || scene.light_samples == 0 ? scene.light_samples : 1;
     for (uint32_t k = 0; k < count; ++k) {
         Vec2 u = pair23(path.u);
         if (bounce == 0 && first_light_apart(scene)) {
@@ -251,12 +252,48 @@ uint32_t add_light_samples(const Integrator &integrator, Path &path, const Verte
             const auto [s, t] = path_numbers.first_light(count, k);
             u = {s, t};
         }
-        add_light_sample(integrator, path, v, material, numbers, u, count, k);
+        add_light_sample(integrator, path, v, material, numbers, u, static_cast<float>(count), k);
     }
     return count;
 }
 
 // ---- The next ray
+
+// The choice of --lights coin: u.x tosses it and is stretched again.
+bool toss(Vec2 &u) {
+    const bool heads = u.x < 0.5f;
+    u.x = 2 * u.x - (heads ? 0.0f : 1.0f);
+    return heads;
+}
+
+// A direction from the material, or to the point `u` of the lights. Its density is the mean of both
+// techniques', so light that the ray hits counts in full. `kept` becomes the share of light that the
+// material alone would keep there.
+MaterialSample sample_either(const Scene &scene, const Vertex &v, const Material &material,
+                             bool to_light, Vec2 u, float lobe, float &kept) {
+    MaterialSample result{};
+    Vec3 direction;
+    if (to_light) {
+        const Light &light = choose_light(scene, u);
+        const LightSample sample = light_sample(light, v.point, u);
+        if (!(sample.pdf > 0)) return result;
+        direction = sample.direction;
+        result.wi = to_local(v.frame, direction);
+    } else {
+        result = material_sample(material, v.front, v.wo, u, lobe);
+        if (!(result.pdf > 0)) return result;
+        direction = to_world(v.frame, result.wi);
+    }
+    const float own_pdf = material_pdf(material, v.front, v.wo, result.wi);
+    const Vec3 scattered = material_eval(material, v.front, v.wo, result.wi);
+    result.pdf = 0.5f * own_pdf;
+    for (const Light &light : scene.lights)
+        result.pdf += 0.5f * light.probability * light_pdf_towards(light, v.point, direction);
+    if (!(result.pdf > 0) || !(max_component(scattered) > 0)) return MaterialSample{};
+    kept = max_component(scattered) / own_pdf;
+    result.weight = (1 / result.pdf) * scattered;
+    return result;
+}
 
 // Continues the path in a direction sampled from the material, with the numbers of the new ray.
 // Returns false if the path ends, by roulette or otherwise.
@@ -271,7 +308,22 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         fate = numbers.next_1d();
     }
     path.u = draw(integrator, bounce + 1, numbers, *path.counters);
-    const MaterialSample sample = material_sample(material, v.front, v.wo, pair01(path.u), lobe);
+    Vec2 u = pair01(path.u);
+    const Scene &scene = *integrator.scene;
+    MaterialSample sample;
+    float kept = 0;
+    if (scene.light_samples > 0 || scene.lights.empty() || material_is_smooth(material)) {
+        sample = material_sample(material, v.front, v.wo, u, lobe);
+        kept = max_component(sample.weight);
+    } else {
+        const bool to_light = toss(u);
+        if (Vec2 rest = u; to_light && !light_has_extent(choose_light(scene, rest))) {
+            // No ray can hit it, so the path ends with it.
+            add_light_sample(integrator, path, v, material, numbers, u, 0.5f, 0);
+            return false;
+        }
+        sample = sample_either(scene, v, material, to_light, u, lobe, kept);
+    }
     if (!(sample.pdf > 0)) return false;
     const Vec3 direction = to_world(v.frame, sample.wi);
     if (!v.same_side(sample.wi, direction)) return false;
@@ -279,7 +331,7 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
     if (roulette) {
         // The probability is the share of light the bounce keeps, so survivors keep their
         // throughput.
-        const float survival = std::min(max_component(sample.weight), 1.0f);
+        const float survival = std::min(kept, 1.0f);
         if (fate >= survival) return false;
         path.throughput = (1 / survival) * path.throughput;
     }

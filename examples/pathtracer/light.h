@@ -81,6 +81,24 @@ inline float light_pdf(const Light &light, float distance, float cosine) {
     return distance * distance / (std::abs(cosine) * light.area);
 }
 
+// The density with which light_sample chooses a direction, whatever hides the light. 0 for punctual
+// lights.
+inline float light_pdf_towards(const Light &light, Vec3 lit_point, Vec3 direction) {
+    if (light.kind == Light::ENVIRONMENT) return environment_pdf(*light.environment, direction);
+    const float cosine = -dot(light.normal, direction);
+    if (!light_has_extent(light) || !(light.both_sides ? cosine != 0 : cosine > 0)) return 0;
+    const float distance = dot(light.normal, lit_point - light.corner) / cosine;
+    if (!(distance > 0)) return 0;
+    const Vec3 place = lit_point + distance * direction - light.corner;
+    const float uu = dot(light.edge_u, light.edge_u), uv = dot(light.edge_u, light.edge_v);
+    const float vv = dot(light.edge_v, light.edge_v), determinant = uu * vv - uv * uv;
+    const float pu = dot(light.edge_u, place), pv = dot(light.edge_v, place);
+    const float u = (vv * pu - uv * pv) / determinant, v = (uu * pv - uv * pu) / determinant;
+    const bool hit =
+        u >= 0 && v >= 0 && (light.kind == Light::TRIANGLE ? u + v : std::max(u, v)) <= 1;
+    return hit ? light_pdf(light, distance, cosine) : 0;
+}
+
 // The weight for choosing this light: the power, as luminance, it sends into a scene of this
 // radius.
 inline float light_power(const Light &light, float scene_radius) {

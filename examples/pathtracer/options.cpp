@@ -136,6 +136,11 @@ const std::map<std::string, void (*)(Options &, const Given &)> WITH_VALUE = {
     {"--max-depth", [](Options &o, const Given &v) { o.max_depth = v.whole(0u, MAX_DEPTH); }},
     {"--light-samples",
      [](Options &o, const Given &v) { o.light_samples = v.whole(1u, MAX_LIGHT_SAMPLES); }},
+    {"--lights",
+     [](Options &o, const Given &v) {
+         if (v.text != "coin") v.refuse("coin");
+         o.light_samples = 0;
+     }},
     {"--env", [](Options &o, const Given &v) { o.environment = v.text; }},
     {"--threads", [](Options &o, const Given &v) { o.threads = v.whole(1u, MAX_THREADS); }},
     {"--max-memory",
@@ -202,10 +207,14 @@ void check_options(const Options &o) {
         return;
     }
     // Only a resumed picture can fail this; the command line is already range-checked.
-    if (o.max_depth > MAX_DEPTH || o.light_samples > MAX_LIGHT_SAMPLES)
+    const uint32_t light_samples = o.light_samples.value_or(1);
+    if (o.max_depth > MAX_DEPTH || light_samples > MAX_LIGHT_SAMPLES)
         throw Error(o.resume + " has impossible settings: --max-depth " +
                     std::to_string(o.max_depth) + ", --light-samples " +
-                    std::to_string(o.light_samples));
+                    std::to_string(light_samples));
+    if (o.given.count("--lights") > 0 && o.given.count("--light-samples") > 0)
+        throw Error(
+            "--lights coin takes one direction off each surface; leave out --light-samples");
     const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
     if (crop.x1 > o.width || crop.y1 > o.height)
         throw Error("--crop extends beyond the picture of " + std::to_string(o.width) + "x" +
@@ -247,6 +256,8 @@ picture that was stopped. When interrupted, it writes the picture so far.
   --crop x0,y0,x1,y1     render only the pixels x0 <= x < x1, y0 <= y < y1; (0,0) is the top left
   --max-depth N          bounces, off surfaces and in fog (default 8); 0 shows only light that is seen directly
   --light-samples N      light samples at the first surface of each path (default: set by the scene)
+  --lights coin          try no light apart from the path: one direction off each surface, from its material or
+                         towards a light, as a coin decides
   --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
   --photometric          the file's punctual lights are in candela and lux: divide them by 683
   --allow-outside        let a scene file, or the picture of --resume, name files outside its folder

@@ -22,7 +22,7 @@ struct Options {
     int width = 512, height = 512;
     std::optional<Crop> crop; // inside the picture
     uint32_t max_depth = 8;
-    uint32_t light_samples = 0; // at a path's first surface; 0: the scene's own number
+    std::optional<uint32_t> light_samples; // if given; see Scene
     bool single_scatter = false;
     bool photometric = false;
     bool allow_outside = false; // scenes and resumed pictures may name files outside their folder

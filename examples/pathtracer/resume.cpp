@@ -72,7 +72,9 @@ ExrHead resume_settings(Options &options) {
     unless_given("--seed", options.sampler.seed, a.seed);
     unless_given("--first-sample", options.first_sample, a.first_sample);
     unless_given("--max-depth", options.max_depth, a.max_depth);
-    unless_given("--light-samples", options.light_samples, a.light_samples);
+    if (options.given.count("--lights") == 0)
+        unless_given("--light-samples", options.light_samples,
+                     std::optional<uint32_t>(a.light_samples));
     unless_given("--noise", options.noise, a.noise.level);
     unless_given("--min-spp", options.min_spp, a.noise.min_spp);
     if (a.noise.level > 0 && options.noise > 0)

@@ -51,7 +51,9 @@ struct Scene {
     std::shared_ptr<const Environment> environment; // null: rays that escape see black
     std::shared_ptr<const Medium> medium;           // null: all of space is clear
     bool single_scatter = false;                    // the medium scatters a path once at most
-    uint32_t light_samples = 1;                     // at a path's first surface; one at all others
+    // At a path's first surface; one at all others. 0: none, but one direction off each surface,
+    // from its material or towards a light, as a coin decides.
+    uint32_t light_samples = 1;
 
     // Set by scene_finish.
     std::vector<float> light_limits; // for choosing lights, see distribution.h

@@ -53,6 +53,8 @@ BAD_ARGUMENTS = """
     --declare many                               | --declare
     --first-sample 4294967295 --spp 2            | --first-sample, 4294967295
     --light-samples 0                            | --light-samples, 256
+    --lights sun                                 | --lights takes coin, 'sun'
+    --lights coin --light-samples 2              | --lights coin, --light-samples
     --light-samples 2 --first-sample 3000000000  | --first-sample, 2 light samples
     --env absent.exr                             | absent.exr
     --exposure nan                               | --exposure, 'nan'

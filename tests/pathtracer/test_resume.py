@@ -65,6 +65,7 @@ def test_what_is_not_the_same_picture_is_refused(pathtracer):
         ("scene", ["--scene", "furnace"]),
         ("max depth", ["--max-depth", 3]),
         ("light samples", ["--light-samples", 2]),
+        ("light samples", ["--lights", "coin"]),
         ("declared", ["--declare", 4]),
         ("camera", ["--fov", 20]),
         ("--size", ["--size", "40x40"]),

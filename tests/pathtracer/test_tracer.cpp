@@ -305,7 +305,7 @@ void test_weights_of_light_samples() {
     const auto check = [](Scene scene, double expected, const char *what) {
         scene_finish(scene);
         CHECK(!scene.lights.empty(), "%s: no light to sample", what);
-        for (const uint32_t count : {1u, 2u, 8u}) {
+        for (const uint32_t count : {0u, 1u, 2u, 8u}) {
             scene.light_samples = count;
             const double mean = picture(scene, {32, 1, count, "sobol"}).mean;
             CHECK(std::abs(mean - expected) < 0.01 * expected,

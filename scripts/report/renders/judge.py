@@ -192,7 +192,8 @@ def reference_folder(view):
 
 def render_reference(program, view, spp, report=lambda share: None):
     """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
-    request = view.request("sobol", spp, REFERENCE_SEED, exposure="auto" if view.exposure is None else 0.0)
+    plain = dataclasses.replace(view, lights=())
+    request = plain.request("sobol", spp, REFERENCE_SEED, exposure="auto" if view.exposure is None else 0.0)
     return load_reference(make_reference(program, request, reference_folder(view), report), view)
 
 

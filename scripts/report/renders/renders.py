@@ -5,11 +5,16 @@ Renders crops of large pictures of every built-in scene with every sampler at 1 
 measures each against a reference, and measures the cost of a sample. Writes renders.md with its plots and
 renders_headline.csv to docs/report, and renders.csv and a contact sheet to out/renders. With `--views` other
 than core, both folders have a subfolder named after the set, and docs/report has the text and the CSV alone. With `--quick`
+<<<<<<< HEAD
 (small crops, 4 seeds) everything goes to out/renders/quick. References and results are cached in ~/.cache/libbn
+=======
+(small whole pictures, 4 seeds) everything goes to out/renders/quick, with `--lights coin` to a subfolder coin. References and results are cached in ~/.cache/libbn
+>>>>>>> 2a6bb60 (Path tracer: --lights coin, one direction off each surface as many small renderers take it)
 ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
 import argparse
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +56,7 @@ def parse_options(arguments):
     variants.add_option(parser)
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest sample count, at most 64 (default 64)")
     add_common_options(parser, REFERENCE_SPP, "out/renders")
+    parser.add_argument("--lights", choices=["coin"], help="one direction off each surface, by a coin, as many small renderers do")
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     parser.add_argument("--no-times", action="store_true", help="skip the timings, which need an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
@@ -59,11 +65,12 @@ def parse_options(arguments):
     # Other sets of views have reports of their own, whose plots are not kept with the text.
     core = options.views == "core"
     place = Path() if core else Path(options.views)
-    options.pages = options.pages or Path("out/renders") / ("quick" if options.quick else "") / place
-    options.out = options.out or (options.pages if options.quick else Path("docs/report") / place)
+    options.pages = options.pages or Path("out/renders") / ("quick" if options.quick else "") / place / (options.lights or "")
+    options.out = options.out or (options.pages if options.quick or options.lights else Path("docs/report") / place)
     options.plots = options.out if core else options.pages
     finish_options(parser, options, "renders", arguments)
-    options.chosen = views.of(parser, options)
+    lights = ("--lights", options.lights) if options.lights else ()
+    options.chosen = tuple(dataclasses.replace(view, lights=lights) for view in views.of(parser, options))
     options.seeds = seeds_up_to(options.spp, options.seeds or (QUICK_SEEDS if options.quick else SEEDS))
     return options
 
