@@ -65,7 +65,7 @@ def test_more_light_samples_leave_the_mean(pathtracer, scene):
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_coin_leaves_the_mean(pathtracer, references, scene):
     """One direction off each surface against a light sample beside a scattered ray: Welch's t-tests of the means of the
-    picture and its quarters over 16 seeds of 64 samples; false-alarm rate one in ten thousand for each scene."""
+    picture and its quarters over 12 seeds of 64 samples; false-alarm rate one in ten thousand for each scene."""
     if scene not in references:
         references[scene] = means_over_seeds(pathtracer, 5000, SEEDS, "--scene", scene, "--sampler", "sobol", "--spp", 64)
     expected = references[scene]
