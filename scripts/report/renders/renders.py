@@ -5,12 +5,8 @@ Renders crops of large pictures of every built-in scene with every sampler at 1 
 measures each against a reference, and measures the cost of a sample. Writes renders.md with its plots and
 renders_headline.csv to docs/report, and renders.csv and a contact sheet to out/renders. With `--views` other
 than core, both folders have a subfolder named after the set, and docs/report has the text and the CSV alone. With `--quick`
-<<<<<<< HEAD
-(small crops, 4 seeds) everything goes to out/renders/quick. References and results are cached in ~/.cache/libbn
-=======
-(small whole pictures, 4 seeds) everything goes to out/renders/quick, with `--lights coin` to a subfolder coin. References and results are cached in ~/.cache/libbn
->>>>>>> 2a6bb60 (Path tracer: --lights coin, one direction off each surface as many small renderers take it)
-($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
+(small crops, 4 seeds) everything goes to out/renders/quick, with `--lights coin` to a subfolder coin. References and results are
+cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
 import argparse
