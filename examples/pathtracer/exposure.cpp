@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Choosing the exposure of a preview.
-#include "exposure.h"
+#include "film.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "image.h"
@@ -64,3 +65,17 @@ double film_variance(const FilmPixel &pixel, int channel);
 // and the mean of the picture, having found light that their neighbours missed. One-pixel edges of
 // small bright objects may be counted too.
 uint64_t film_fireflies(const Film &film);
+
+// ---- exposure.cpp
+
+// The exposure in stops that maps the geometric mean of the picture's luminance to middle grey,
+// 0.18, rounded to a quarter of a stop. Only pixels that mostly show a surface count, or all pixels
+// if there are hardly any. The mean is over averages of 16x16 pixels: noise and black shadows
+// hardly change it, and previews of different samplers get the same exposure. 0 for a black
+// picture.
+float auto_exposure(const Film &film);
+
+// One line that warns about a picture without visible surfaces or light, or a preview that is black
+// or mostly clipped to white, and says what to do; otherwise empty. `extent` says where the scene
+// is.
+std::string film_warning(const Film &film, float exposure, const std::string &extent);

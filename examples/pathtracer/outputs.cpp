@@ -22,7 +22,7 @@
 #include <system_error>
 
 #include "error.h"
-#include "exposure.h"
+#include "film.h"
 #include "png_image.h"
 #include "scene_file.h"
 
