@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene and its paths, and how the picture is shown, in GLSL ES 3.00. After draws.js.
+// The scene and its paths, and how the picture is shown, in GLSL ES 3.00. After package/texts.js.
 "use strict";
+
+const {BN_DRAW_GLSL, BN_PATH_GLSL, WORDS} = LIBBN_TEXTS;
+const BN_SEED = [0x89025cc1, 0x910a2dec]; // what bn_sampler_seed() gives for seed 1
+const BN_TABLE_WORDS = (() => {
+  const bytes = Uint8Array.from(atob(WORDS), character => character.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  return Uint32Array.from({length: bytes.length / 4}, (_, i) => view.getUint32(4 * i, true));
+})();
 
 const VERSION = "#version 300 es\n";
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blue noise for path tracers in the browser: the texts of a WGSL and a GLSL module, and the table that they read. README.md
 // is the manual.
-import {BN_DRAW_GLSL, BN_DRAW_WGSL, BN_PATH_GLSL, BN_PATH_WGSL, RANDOM_GLSL, RANDOM_WGSL, WORDS} from "./texts.js";
+import "./texts.js";
+
+const {BN_DRAW_GLSL, BN_DRAW_WGSL, BN_PATH_GLSL, BN_PATH_WGSL, RANDOM_GLSL, RANDOM_WGSL, WORDS} = globalThis.LIBBN_TEXTS;
 
 const NO_EFFECT = 0xffffffff;
 const ROLES = ["pixel", "lens", "direction", "light", "environment", "choice"];

@@ -1,39 +1,64 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes texts.js, what index.js is made of: the shader texts of libbn and of this folder, and the words of a sampler's table.
+"""Writes texts.js, what index.js and the page in the folder above are made of: the shader texts of libbn and of this folder,
+and the words of a sampler's table.
 
 Needs the Python package: .venv/bin/python examples/web/package/make_texts.py. `--check` writes nothing, and fails if texts.js is
 not up to date.
 """
 
+import argparse
+import base64
+import json
+import os
+import re
 import sys
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))
-from make_draws import INCLUDE, main, quoted, quoted_words  # noqa: E402
+import bluenoise
 
+HERE = Path(__file__).resolve().parent
+INCLUDE = HERE.parents[2] / "libbn" / "include" / "bn"
+TEXTS = HERE / "texts.js"
+COLUMNS = 120
 NAMES = {f"{name}_{language}".upper(): folder / f"{name}.{language}" for language in ("glsl", "wgsl")
          for name, folder in (("bn_draw", INCLUDE), ("bn_path", INCLUDE), ("random", HERE))}
 
 
-def export(name, path):
-    return f'// {path.name}, Apache-2.0.\nexport const {name} = [\n{quoted(path)},\n  "",\n].join("\\n");\n'
+def quoted(path):
+    """A shader's lines as JavaScript strings, without its line about the licence, which is that of the file they go to."""
+    lines = re.sub(r"\A/\* SPDX-[^\n]*\n \* ", "/* ", path.read_text(encoding="utf-8")).split("\n")
+    return ",\n".join(f"    {json.dumps(line)}" for line in lines)
 
 
 def texts():
-    shaders = "\n".join(export(name, path) for name, path in NAMES.items())
+    shaders = "\n".join(f'  // {path.name}, Apache-2.0.\n  {name}: [\n{quoted(path)},\n  ].join("\\n"),' for name, path in NAMES.items())
+    words = base64.b64encode(bluenoise.tables().astype("<u4").tobytes()).decode()
+    rows = ",\n".join(f'    "{words[at:at + COLUMNS]}"' for at in range(0, len(words), COLUMNS))
     return f"""\
 // SPDX-License-Identifier: Apache-2.0 AND CC0-1.0
-// Made by make_texts.py.
-
+// Made by make_texts.py. Neither a module nor without effect, so that a page on disk, which cannot load modules, can load it.
+globalThis.LIBBN_TEXTS = {{
 {shaders}
-// What bn_tables() returns, little-endian, in base64, CC0-1.0.
-export const WORDS = [
-{quoted_words()},
-].join("");
+  // What bn_tables() returns, little-endian, in base64, CC0-1.0.
+  WORDS: [
+{rows},
+  ].join(""),
+}};
 """
 
 
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if texts.js is not up to date")
+    text = texts()
+    if not parser.parse_args().check:
+        beside = TEXTS.with_suffix(".new")
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, TEXTS)
+    elif not TEXTS.is_file() or TEXTS.read_text(encoding="utf-8") != text:
+        sys.exit("make_texts.py: texts.js is not up to date; run .venv/bin/python examples/web/package/make_texts.py")
+
+
 if __name__ == "__main__":
-    main(Path(__file__).resolve(), HERE / "texts.js", texts(), __doc__)
+    main()
