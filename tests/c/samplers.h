@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { KINDS = 5 }; /* of samplers: BN_SAMPLER_BLUE is 0 */
+
 static inline bn_sampler sampler_of(const bn_sampler_options *options) {
     bn_sampler sampler;
     bn_result result = bn_sampler_init(&sampler, options);

@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { KINDS = 5 };
-
 /* ---- SOBOL */
 
 /* The root mean square over pixels and domains of the error of a product of two dimensions, each

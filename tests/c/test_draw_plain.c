@@ -7,7 +7,7 @@
 #include <string.h>
 
 int main(void) {
-    for (int32_t kind = 0; kind < 5; ++kind) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
         const bn_sampler s = make_sampler(kind, 0, 6);
         uint32_t domain = BN_DOMAIN_ROOT;
         for (uint32_t i = 0; i < 20000; ++i) {

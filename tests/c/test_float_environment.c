@@ -10,7 +10,7 @@
 #define HAS_MXCSR 1
 #endif
 
-enum { SIDE = 40, TEXELS = SIDE * SIDE, KINDS = 5 };
+enum { SIDE = 40, TEXELS = SIDE * SIDE };
 
 static uint64_t mixed(uint64_t hash, const void *data, size_t size) {
     const unsigned char *bytes = data;

@@ -8,8 +8,6 @@
 #include <float.h>
 #include <math.h>
 
-enum { KINDS = 5 };
-
 /* The conversion drops the last 8 bits, so its 2^24 results at both ends of those are all cases of
  * 2^32: each is a multiple of 2^-24, larger than the one before, and below 1. */
 static void test_every_float(void) {

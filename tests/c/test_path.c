@@ -351,8 +351,7 @@ static void test_collisions(void) {
 int main(void) {
     test_collisions();
     CHECK(sizeof(bn_path) == 16);
-    for (int32_t kind = BN_SAMPLER_BLUE; kind <= BN_SAMPLER_MASK; ++kind)
-        no_two_decisions_share_a_number(kind);
+    for (int32_t kind = 0; kind < KINDS; ++kind) no_two_decisions_share_a_number(kind);
     nor_do_two_samples_or_frames();
     domains_do_not_collide();
     the_next_ray_does_not_care();

@@ -10,8 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KINDS = 5 };
-
 static uint32_t random_u32(void) {
     static uint32_t counter;
     return bn_hash32(bn_hash32(++counter) + 77u);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { THREADS = 4, KINDS = 5, SIZE = 24, SAMPLES = 320, MASK = 32 };
+enum { THREADS = 4, SIZE = 24, SAMPLES = 320, MASK = 32 };
 
 typedef struct job {
     const bn_sampler *samplers;

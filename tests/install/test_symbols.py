@@ -27,6 +27,11 @@ def test_shared_library_exports_what_the_headers_declare(shared_library):
     exported = symbols("-D", "--defined-only", shared_library.library)
     # Linkers of some systems add symbols of their own to every library.
     assert exported - {"_init", "_fini"} == declared()
+    # With the version that brought them; what was released stays.
+    listed = dict(line.split() for line in (ROOT / "tests/install/symbols.txt").read_text(encoding="utf-8").splitlines())
+    assert exported - {"_init", "_fini"} == set(listed)
+    version = ".".join(re.findall(r"^#define BN_VERSION_M(?:AJ|IN)OR (\d+)$", (ROOT / "libbn/include/bn/bn.h").read_text(), re.M))
+    assert all(list(map(int, since.split("."))) <= list(map(int, version.split("."))) for since in listed.values())
 
 
 def test_static_library_keeps_to_its_prefix(static_library):

@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KINDS = 5, SOBOL4D = KINDS, SOURCES };
+enum { SOBOL4D = KINDS, SOURCES };
 static const char *const names[SOURCES] = {"blue", "sobol", "white", "zorder", "mask", "sobol4d"};
 
 enum { DOMAINS = 16, COORDINATES = 4 * DOMAINS, DIGITS = 4, PARITIES = (1 << DIGITS) - 1 };

@@ -269,7 +269,7 @@ static bn_sampler make(const row *r) {
     static const char *const names[] = {"blue", "sobol", "white", "zorder", "mask"};
     bn_sampler_options options = bn_sampler_options_default();
     options.samples_per_pixel = r->declared;
-    for (int32_t kind = 0; kind < 5; ++kind) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
         if (strcmp(r->sampler, names[kind]) == 0) options.kind = kind;
     }
     return sampler_of(&options);

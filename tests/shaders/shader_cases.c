@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEEDS = 3, KINDS = 3, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
+enum { SEEDS = 3, SHADER_KINDS = 3, CDF = 64, RECORD = 16, RANDOM_CASES = 1 << 14 };
 
 static const uint64_t seeds[SEEDS] = {0, 1, UINT64_MAX};
 static const int32_t coordinates[] = {0, 5, -1, 127, 128, -129, INT32_MAX, INT32_MIN};
@@ -77,14 +77,14 @@ static void choose(const float *cdf, uint32_t *record, uint32_t *expected) {
 }
 
 static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expected) {
-    const bn_sampler sampler = bn_sampler_make((int32_t)(at % KINDS), seed);
+    const bn_sampler sampler = bn_sampler_make((int32_t)(at % SHADER_KINDS), seed);
     const uint32_t pair = random_u32() >> 30;
     bn_sampler_seed(&sampler, record + 10);
-    const uint32_t edge = at / KINDS;
+    const uint32_t edge = at / SHADER_KINDS;
     const int far = edge < EDGE_CASES;
     const int32_t x = far ? coordinates[edge % COORDINATES] : (int32_t)random_u32();
     const int32_t y = far ? coordinates[edge / COORDINATES % COORDINATES] : (int32_t)random_size();
-    record[0] = at % KINDS | pair << 2;
+    record[0] = at % SHADER_KINDS | pair << 2;
     record[1] = (uint32_t)x;
     record[2] = (uint32_t)y;
     record[3] = far ? indices[edge / COORDINATES / COORDINATES] : random_size();
@@ -96,7 +96,7 @@ static void draw(uint64_t seed, uint32_t at, uint32_t *record, uint32_t *expecte
     bn_sample_4d(&sampler, x, y, record[3], expected[0], u);
     for (int d = 0; d < 4; ++d) expected[5 + d] = bits_of(u[d]);
     bn_uint2 v = {expected[1 + 2 * (pair & 1u)], expected[2 + 2 * (pair & 1u)]};
-    if (at % KINDS == BN_SAMPLER_BLUE) {
+    if (at % SHADER_KINDS == BN_SAMPLER_BLUE) {
         v = bn_draw_blue_pair_bits(bn_tables(NULL, NULL), bn_draw_seed(&sampler), record[1],
                                    record[2], record[3], expected[0], pair);
     }
@@ -169,7 +169,7 @@ int main(int count, char **arguments) {
     }
     put(words_file, bn_tables(NULL, NULL), BN_WORD_COUNT);
     for (int seed = 0; seed < SEEDS; ++seed) {
-        for (uint32_t at = 0; at < KINDS * (EDGE_CASES + RANDOM_CASES); ++at) {
+        for (uint32_t at = 0; at < SHADER_KINDS * (EDGE_CASES + RANDOM_CASES); ++at) {
             uint32_t record[RECORD] = {0}, expected[RECORD] = {0};
             draw(seeds[seed], at, record, expected);
             choose(cdf, record, expected);
@@ -178,6 +178,6 @@ int main(int count, char **arguments) {
             put(results, expected, RECORD);
         }
     }
-    printf("%d cases for each of %d seeds\n", KINDS * (EDGE_CASES + RANDOM_CASES), SEEDS);
+    printf("%d cases for each of %d seeds\n", SHADER_KINDS * (EDGE_CASES + RANDOM_CASES), SEEDS);
     return fclose(words_file) | fclose(cases) | fclose(results) | fclose(cdf_file) ? 1 : 0;
 }

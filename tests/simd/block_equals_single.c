@@ -41,7 +41,7 @@ int main(void) {
                                       256, 1021, 65531, (1u << 20), (1u << 31) - 4};
     static const uint32_t counts[] = {1, 2, 3, 7, 8, 9, 17, 32, MOST};
     float *out = malloc(W * H * MOST * 4 * sizeof *out);
-    for (int32_t kind = 0; kind < 5; ++kind) {
+    for (int32_t kind = 0; kind < KINDS; ++kind) {
         for (uint64_t seed = 0; seed < 12; ++seed) {
             const bn_sampler s = make_sampler(kind, seed == 1 ? 1 : 0, seed);
             for (size_t f = 0; f <= sizeof firsts / sizeof *firsts; ++f) {

@@ -7,7 +7,7 @@
 #include <bn/bn_path.h>
 #include <string.h>
 
-enum { KINDS = 5, OFFSETS = 4, MOST = 67, GUARD = 64 };
+enum { OFFSETS = 4, MOST = 67, GUARD = 64 };
 
 static uint32_t noise(void) {
     static uint32_t state = 1;
