@@ -15,8 +15,8 @@
 enum { SIZE = 64, PIXELS = SIZE * SIZE, RADIUS = 7, COUNTS = 64, PARENTS = 2, MEMBERS = 4 };
 enum { INTEGRANDS = 12, RUNS = PARENTS * MEMBERS * INTEGRANDS };
 
-typedef enum kind { HALF_PLANES, DISCS, PAIRS, SIBLINGS, KINDS } kind;
-static const char *const names[KINDS] = {"half-planes", "discs", "products of pairs",
+typedef enum kind { HALF_PLANES, DISCS, PAIRS, SIBLINGS, SOURCES } kind;
+static const char *const names[SOURCES] = {"half-planes", "discs", "products of pairs",
                                          "products of members"};
 
 /* A half-plane, or the disc (x - a)^2 + (y - b)^2 < c. */
@@ -115,7 +115,7 @@ int main(int argc, char **argv) {
     const int print = argc > 1 && strcmp(argv[1], "--print") == 0;
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 41);
     int failed = 0;
-    for (int what = 0; what < KINDS; ++what) {
+    for (int what = 0; what < SOURCES; ++what) {
         double rmse[COUNTS], most = 0.0;
         int at = 0;
         measure(&sampler, (kind)what, rmse);

@@ -14,7 +14,7 @@ WALKS = tomllib.loads(Path(__file__).with_name("policy.toml").read_text(encoding
 DECLARED = {"sampler": ("libbn/include/bn/bn.h", r"^    BN_SAMPLER_(\w+) = \d"),
             "mask": ("libbn/include/bn/bn.h", r"^BN_API bn_result bn_(\w+)\(const bn_\1_options \*options, uint32_t width"),
             "scene": ("examples/pathtracer/scene_builder.h", r"^Scene scene_(\w+)\(\);"),
-            "bench": ("scripts/report/__main__.py", r'(?<=[( ])"(?!convergence)(\w+)"(?=[,)])')}
+            "bench": ("scripts/report/__main__.py", r'(?<=[( ])"(?!convergence)(\w+)"(?=[,)][^\n]*,$)')}
 
 
 def text_of(path):
