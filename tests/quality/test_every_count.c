@@ -17,7 +17,7 @@ enum { INTEGRANDS = 12, RUNS = PARENTS * MEMBERS * INTEGRANDS };
 
 typedef enum kind { HALF_PLANES, DISCS, PAIRS, SIBLINGS, SOURCES } kind;
 static const char *const names[SOURCES] = {"half-planes", "discs", "products of pairs",
-                                         "products of members"};
+                                           "products of members"};
 
 /* A half-plane, or the disc (x - a)^2 + (y - b)^2 < c. */
 typedef struct shape {

@@ -38,3 +38,14 @@ def test_everything_stands_in_every_place(walk):
 def test_the_list_names_every_place(walk):
     section = re.search(rf"^### Add a {walk}\b.*?(?=^##)", text_of("CONTRIBUTING.md"), re.M | re.S)[0]
     assert [place for place in WALKS[walk] if f"`{place}`" not in section] == []
+
+
+def test_code_names_a_kind_of_sampler_nowhere_else():
+    """By the example of one that nothing but its own file draws."""
+    kind = re.compile(r'BN_SAMPLER_ZORDER|bn_draw_zorder|sampler/zorder\.c|\[[^]\n]*"zorder"[^]\n]*\]')
+    files = [path for folder in ("libbn/include", "libbn/src", "bindings", "examples") for path in (ROOT / folder).rglob("*")
+             if path.suffix in (".c", ".h", ".hpp", ".cpp", ".py", ".rs") and not {"target", "vendor"} & set(path.parts)]
+    found = {path.relative_to(ROOT).as_posix() for path in [*files, ROOT / "libbn/CMakeLists.txt"]
+             if path.name != "zorder.c" and kind.search(re.sub(r"/\*.*?\*/|//[^\n]*", " ", text_of(path), flags=re.S))}
+    section = re.search(r"^### Add a sampler\b.*?(?=^##)", text_of("CONTRIBUTING.md"), re.M | re.S)[0]
+    assert [path for path in found if f"`{path}`" not in section] == []
