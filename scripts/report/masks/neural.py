@@ -173,43 +173,25 @@ def table(rows):
 
 
 def plot(rows, sizes, path):
-    """Error against time per texel, and time against size, of the methods of CHOICES; points and lines bear their names."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6), gridspec_kw={"width_ratios": (6, 5)})
+    """Error against time per texel, and time against size, of the methods of CHOICES."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6))
     size = 128 if 128 in sizes else sizes[0]
-    chosen = [row for row in rows if row["method"] in CHOICES and row["options"] == CHOICES[row["method"]][0]]
-    for row in chosen:
-        if int(row["width"]) == size and int(row["threads"]) == 1:
-            x, y = microseconds(row), float(row["e_1"])
-            left.plot(x, y, "o", color=COLOURS[row["method"]])
-            above = row["method"] != "void-and-cluster"  # the others near it are above it
-            left.annotate(label(row), (x, y), xytext=(0, 7 if above else -15), textcoords="offset points", ha="center", fontsize=9)
+    for method, (options, *_) in CHOICES.items():
+        own = [row for row in rows if (row["method"], row["options"]) == (method, options)]
+        best = {}
+        for row in own:
+            width, taken = int(row["width"]), 1e3 * float(row["seconds"])
+            best[width] = min(taken, best.get(width, taken))
+            if width == size and int(row["threads"]) == 1:
+                left.plot(microseconds(row), float(row["e_1"]), "o", color=COLOURS[method], label=label(row))
+        right.plot(list(best), list(best.values()), ".-", color=COLOURS[method])
     left.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (lower is better)",
              title=f"error against time, {size}x{size}, one thread")
-    left.margins(x=0.25, y=0.15)
-    ends = []
-    for method in CHOICES:
-        best = {}
-        for row in chosen:
-            if row["method"] == method:
-                width, taken = int(row["width"]), 1e3 * float(row["seconds"])
-                best[width] = min(taken, best.get(width, taken))
-        if best:
-            right.plot(list(best), list(best.values()), ".-", color=COLOURS[method])
-            ends.append((max(best), best[max(best)], method))
-    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds",
-              title="time of a mask, all cores")
-    right.set_xlim(right=4.5 * right.get_xlim()[1])
-    right.set_ylim(top=3 * right.get_ylim()[1])
-    # Names that would meet are moved apart.
-    lowest = 0.0
-    for x, y, method in sorted(ends, key=lambda end: end[1]):
-        at = right.transData.transform((x, y))[1]
-        lowest = max(at, lowest + 14)
-        right.annotate(method, (x, y), xytext=(6, (lowest - at) * 72 / figure.dpi - 3), textcoords="offset points", fontsize=9, color=COLOURS[method])
+    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds", title="time of a mask, all cores")
+    left.legend(fontsize=9)
     for axis in (left, right):
         axis.grid(True, which="both", alpha=0.25)
-    figure.tight_layout()
-    save(figure, path, laid_out=True)
+    save(figure, path)
 
 
 # ---- The choice of a method

@@ -90,9 +90,8 @@ def number(value):
 def lines_of(rows):
     extent = rows[0]["extent"]
     lines = ["## An endless plane", "", f"Windows of {extent}x{extent} side by side, into main memory, on all cores and on one:", "",
-             "| network | on | threads | nanoseconds per texel | gigatexels per second |", "| --- | --- |" + " ---: |" * 3]
-    lines += [f"| {row['network']} | {row['device']} | {row['threads']} | {number(1 / rate(row))} | {number(rate(row))} |"
-              for row in rows]
+             "| network | on | threads | nanoseconds per texel | gigatexels per second |", "| --- | --- |" + " ---: |" * 3,
+             *(f"| {row['network']} | {row['device']} | {row['threads']} | {number(1 / rate(row))} | {number(rate(row))} |" for row in rows)]
     if all(row["device"] == "processor" for row in rows):
         lines += ["", "No GPU was measured: none was available for this run."]
     return lines
