@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The kinds that others are measured against: how good SOBOL is, in absolute numbers, and that the
- * pixels of WHITE, the tiles of ZORDER and the digits of every kind have nothing in common that
- * they should not have. */
+ * tiles of ZORDER and the digits of every kind have nothing in common that they should not have. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -71,51 +70,6 @@ static void test_sobol_scrambling(void) {
     }
 }
 
-/* ---- WHITE */
-
-/* The number whose product with `odd` is 1, modulo 2^64 and so modulo 2^32 too. */
-static uint64_t inverse_of(uint64_t odd) {
-    uint64_t v = odd;
-    for (int i = 0; i < 6; ++i) v *= 2u - odd * v;
-    return v;
-}
-
-/* The number that bn_hash32() maps to `v`. */
-static uint32_t before_hash(uint32_t v) {
-    v = (v ^ (v >> 15) ^ (v >> 30)) * (uint32_t)inverse_of(0xd35a2d97u);
-    v = (v ^ (v >> 15) ^ (v >> 30)) * (uint32_t)inverse_of(0x21f0aaadu);
-    return v ^ (v >> 16);
-}
-
-/* A number is a hash of two, of which the first is the pixel's. If the second did not depend on the
- * pixel too, what was hashed would differ by the same bits in all samples of two pixels. Three
- * equal differences have a probability of 2^-64. */
-static int differ_alike(const bn_sampler *s, const bn_sampler *t, const int32_t p[2],
-                        const int32_t q[2], uint32_t d, uint32_t e) {
-    uint32_t difference[3], u[4], v[4];
-    for (uint32_t index = 0; index < 3; ++index) {
-        bn_sample_4d_u32(s, p[0], p[1], index, d, u);
-        bn_sample_4d_u32(t, q[0], q[1], index, e, v);
-        difference[index] = before_hash(u[0]) ^ before_hash(v[0]);
-    }
-    return difference[0] == difference[1] && difference[1] == difference[2];
-}
-
-static void test_white_pixels(void) {
-    const bn_sampler s = make_sampler(BN_SAMPLER_WHITE, 0, 1),
-                     t = make_sampler(BN_SAMPLER_WHITE, 0, 2);
-    for (uint32_t v = 0; v < 1000; ++v) CHECK(before_hash(bn_hash32(v * 77777u)) == v * 77777u);
-    for (int32_t i = 1; i <= 200; ++i) {
-        const int32_t p[2] = {7, -9}, row[2] = {7 + i, -9}, column[2] = {7, i - 9};
-        const int32_t across[2] = {7 + i, i - 9};
-        CHECK(!differ_alike(&s, &s, p, row, 3, 3));
-        CHECK(!differ_alike(&s, &s, p, column, 3, 3));
-        CHECK(!differ_alike(&s, &s, p, across, 3, 3));
-        CHECK(!differ_alike(&s, &s, p, p, 3, (uint32_t)i + 3));
-        CHECK(!differ_alike(&s, &t, row, row, 3, 3));
-    }
-}
-
 /* ---- All kinds */
 
 /* No kind repeats after a power of two of pixels, as tiles that are all alike would. */
@@ -166,6 +120,13 @@ static void test_digits(void) {
 }
 
 /* ---- Seeds */
+
+/* The number whose product with `odd` is 1, modulo 2^64. */
+static uint64_t inverse_of(uint64_t odd) {
+    uint64_t v = odd;
+    for (int i = 0; i < 6; ++i) v *= 2u - odd * v;
+    return v;
+}
 
 /* The seed whose hash is `key`: that of SplitMix64, undone. */
 static uint64_t seed_of(uint64_t key) {
@@ -277,7 +238,6 @@ int main(void) {
     test_zorder_goes_on_differently_in_each_pixel();
     test_sobol_error();
     test_sobol_scrambling();
-    test_white_pixels();
     test_no_period();
     test_digits();
     test_halves_of_seeds();

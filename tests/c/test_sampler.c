@@ -245,8 +245,8 @@ static void test_nets_of_squares(void) {
     }
 }
 
-/* Samples of distant indices never repeat: 2^16 samples spread over all indices have no more equal
- * 64-bit values of a pair than chance has (expected 1e-10). */
+/* Samples never repeat, neither those of distant indices nor those of a picture: 2^16 of them have no more
+ * equal 64-bit values of a pair than chance has (expected 1e-10). */
 static int compare_u64(const void *a, const void *b) {
     uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
@@ -257,15 +257,21 @@ static void test_no_repeats(void) {
     uint64_t *values = malloc(N * sizeof *values);
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         const bn_sampler s = make_sampler(kind, 0, 0);
-        for (uint32_t i = 0; i < N; ++i) {
-            uint32_t u[4];
-            bn_sample_4d_u32(&s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
-            values[i] = (uint64_t)u[0] << 32 | u[1];
+        for (int over_pixels = 0; over_pixels < 2; ++over_pixels) {
+            for (uint32_t i = 0; i < N; ++i) {
+                uint32_t u[4];
+                if (over_pixels) {
+                    bn_sample_4d_u32(&s, (int32_t)(i & 255u) - 99, (int32_t)(i >> 8), 0, 9, u);
+                } else {
+                    bn_sample_4d_u32(&s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
+                }
+                values[i] = (uint64_t)u[0] << 32 | u[1];
+            }
+            qsort(values, N, sizeof *values, compare_u64);
+            int repeats = 0;
+            for (int i = 1; i < N; ++i) repeats += values[i] == values[i - 1];
+            CHECK(repeats == 0);
         }
-        qsort(values, N, sizeof *values, compare_u64);
-        int repeats = 0;
-        for (int i = 1; i < N; ++i) repeats += values[i] == values[i - 1];
-        CHECK(repeats == 0);
     }
     free(values);
 }
