@@ -236,7 +236,8 @@ static void test_families(void) {
             const int number = found[where]++;
             const uint32_t domains[2] = {
                 bn_domain_child(bn_hash32(other), (uint32_t)number % 4u),
-                bn_domain_child(parent, (uint32_t)(number + (where == EQUAL ? 0 : number / 4)) % 4u)};
+                bn_domain_child(parent,
+                                (uint32_t)(number + (where == EQUAL ? 0 : number / 4)) % 4u)};
             product_errors(&sampler, domains, number, raw[where], blurred[where]);
         }
         first[view] = family;
