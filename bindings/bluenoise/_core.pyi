@@ -66,9 +66,6 @@ def rng_float(
     seed0: int, seed1: int, x: npt.ArrayLike, y: npt.ArrayLike, index: npt.ArrayLike, domain: npt.ArrayLike, k: int
 ) -> Any: ...
 
-PATH_CAMERA_KEY: int
-PATH_FRAMES_KEY: int
-
 class VoidAndClusterOptions:
     sigma: float
     initial_fraction: float

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from . import _arguments as arguments
 from . import _core, _files
 from ._arguments import Progress
+from ._glsl import TEXTS
 from ._masks import _BUILTIN_SIZES, mask
 from ._measure import measure
 from ._progress import report
@@ -31,7 +32,6 @@ CHANNELS = (1, 2, 4)
 SWEEPS = 1000
 TABLE_WIDTH = 64
 # Texts that are copied into a pack: installed beside this file, in the repository where they belong.
-_TEXTS = Path(__file__).parent / "pack"
 _SHADERS = ("bn_draw.glsl", "bn_path.glsl", "bn_draw.hlsl", "bn_path.hlsl")
 # Formats of Vulkan, as KTX2 numbers them, by channels and bits: R8_UNORM, R16_UNORM, R8G8_UNORM ...
 _VK_UNORM = {(1, 8): 9, (1, 16): 70, (2, 8): 16, (2, 16): 77, (4, 8): 37, (4, 16): 91}
@@ -41,9 +41,9 @@ _VK_R32_UINT = 98
 def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int, sweeps: int, version: str,
           progress: Optional[Progress] = None) -> dict[str, Any]:
     """Writes the pack and returns what its pack.json says. The folder is made, or is empty; after an error it is as before."""
-    missing = [name for name in (*_SHADERS, "CC0-1.0.txt", "Apache-2.0.txt") if not (_TEXTS / name).is_file()]
+    missing = [name for name in (*_SHADERS, "CC0-1.0.txt", "Apache-2.0.txt") if not (TEXTS / name).is_file()]
     if missing:
-        raise FileNotFoundError(f"{_TEXTS / missing[0]} is missing; install the package again")
+        raise FileNotFoundError(f"{TEXTS / missing[0]} is missing; install the package again")
     _files.pillow()  # for the contact sheet
     if "exr" in formats:
         _files.openexr()
@@ -70,7 +70,7 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
             done += cost
         _write_draws(beside / "draws", formats, seed, version)
         _contact_sheet(sheet, sizes).save(beside / "contact-sheet.png")
-        (beside / "LICENSE.txt").write_text(_LICENCE + (_TEXTS / "CC0-1.0.txt").read_text(encoding="utf-8"), encoding="utf-8")
+        (beside / "LICENSE.txt").write_text(_LICENCE + (TEXTS / "CC0-1.0.txt").read_text(encoding="utf-8"), encoding="utf-8")
         pack = {"version": version, "seed": seed, "sweeps": sweeps, "licence": "CC0-1.0, draws/*.glsl and *.hlsl Apache-2.0",
                 "table_words": tables().size, "masks": files}
         (beside / "README.md").write_text(_readme(pack, sizes, formats), encoding="utf-8")
@@ -228,8 +228,8 @@ def _write_draws(folder: Path, formats: Sequence[str], seed: int, version: str) 
         octets = rows.astype("<u4").view(np.uint8).reshape(*rows.shape, 4)
         (folder / "draws.png").write_bytes(_files._png(octets, description))
     for name in _SHADERS:
-        shutil.copyfile(_TEXTS / name, folder / name)
-    shutil.copyfile(_TEXTS / "Apache-2.0.txt", folder / "LICENSE.txt")
+        shutil.copyfile(TEXTS / name, folder / name)
+    shutil.copyfile(TEXTS / "Apache-2.0.txt", folder / "LICENSE.txt")
     (folder / "example.frag").write_text(_FRAGMENT % (first, second, seed), encoding="utf-8")
     (folder / "example.hlsl").write_text(_PIXEL % (first, second, seed), encoding="utf-8")
 

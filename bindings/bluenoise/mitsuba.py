@@ -22,6 +22,7 @@ from __future__ import annotations
 import copy
 import math
 import weakref
+from types import SimpleNamespace
 from typing import Any, Optional
 
 try:
@@ -30,7 +31,7 @@ try:
 except ImportError as error:
     raise ImportError(f"the sampler needs Mitsuba 3; run pip install 'libbn[mitsuba]' ({error})") from None
 
-from ._core import PATH_CAMERA_KEY, PATH_FRAMES_KEY
+from . import _glsl
 from ._path import Path, Ray
 from ._sampler import Sampler, tables
 
@@ -42,60 +43,21 @@ mi: Any = mitsuba
 
 _UNSEEDED = 0xFFFFFFFF  # Mitsuba's value for "keep the wavefront size"
 
-# Offsets into the tables, as in libbn/include/bn/bn_draw.glsl.
-_PIXELS, _BLOCKS, _PLACES, _POINTS, _LATER = 0, 4096, 6144, 6272, 10368
-
-
-# ---- The draw of kind BLUE on Dr.Jit arrays, step by step as in bn_draw.glsl
-
-
-def _hash32(v: Any) -> Any:
-    v = (v ^ (v >> 16)) * 0x21F0AAAD
-    v = (v ^ (v >> 15)) * 0xD35A2D97
-    return v ^ (v >> 15)
-
-
-def _child(domain: Any, key: Any) -> Any:
-    v = (domain + (key >> 2) * 0x121658BD + 0x9E3779B9) * 0x21F0AAAD
-    return ((v ^ (v >> 16)) >> 2) | (key << 30)
-
-
-# ---- Domains as in bn_path.glsl
-
-
-def _frame(frame: Any) -> Any:
-    return dr.select(frame == 0, mi.UInt32(0), _child(_child(mi.UInt32(0), mi.UInt32(PATH_FRAMES_KEY)), frame))
-
-
-def _ray(root: Any, number: Any) -> Any:
-    return _child(root, dr.select(number >= PATH_CAMERA_KEY, number + 1, number))
-
-
-def _ray_1d(ray: Any, k: Any) -> Any:
-    return _child(ray, k & 0xFFFFFFFC)
-
-
-# ---- What lanes draw
-
 
 class _Lanes:
     """All that identifies the sample of each lane, except the domain. Dr.Jit does not look into objects of this class, so
     recorded loops capture their contents instead of carrying them along."""
 
-    def __init__(self, words: Any, seed: Any, root: Any, x: Any, y: Any) -> None:
-        self.words, self.seed, self.root, self.x, self.y = words, seed, root, x, y
-        self.position = _hash32(x + y * 0x9E3779B1)
+    def __init__(self, words: Any, seed: Any, frame: Any, x: Any, y: Any) -> None:
+        # For the types of this variant.
+        self.text = _glsl.functions(mi.UInt32, dr.select, dr.brev)
+        self.words, self.seed, self.x, self.y = words, SimpleNamespace(x=seed[0], y=seed[1]), x, y
+        self.path = SimpleNamespace(domain=self.text.bn_path_frame_domain(frame))
 
     def at_index(self, index: Any, last: int) -> _Lanes:
         """The same lanes at other indices, the largest of which is `last`."""
         self = copy.copy(self)
-        self.reversed = dr.brev(index)
-        t = ((index & 255) >> 1) - 1
-        flip = mi.UInt32(2) << (t & 15)
-        for bit, shift in ((5, 5), (6, 11), (7, 2)):
-            flip |= ((index >> bit) & 1) << (((t + shift) & 15) + 1)
-        self.flip = dr.select((index & 255) < 2, mi.UInt32(0), flip)
-        self.later = max(0, -(-(last.bit_length() - 8) // 4))
+        self.index, self.rounds = index, max(0, -(-(last.bit_length() - 8) // 4))
         return self
 
     def word(self, at: Any) -> Any:
@@ -103,43 +65,8 @@ class _Lanes:
 
     def draw(self, domain: Any, pair: Any) -> tuple[Any, Any]:
         """A pair of a domain, 0 to 3."""
-        half, is_single = pair & 1, pair > 1
-        member = (domain >> 29) & 6
-        start = (domain << 2) ^ self.seed[0]
-        family = start * 0x21F0AAAD
-        family = (family ^ (family >> 16)) * 0xD35A2D97 + self.seed[1]
-        column = (self.x ^ (0 - (family >> 31))) + (start >> 26)
-        row = (self.y ^ (0 - ((family >> 19) & 1))) + (family >> 20)
-        copies = (column >> 6) + (row >> 6) * 0x9E3779B1 + family
-        copies = (copies ^ (copies >> 16)) * 0x21F0AAAD
-        shuffle = copies ^ (copies >> 15)
-        column, row = column & 63, row & 63
-        places = self.word(_PIXELS + row * 64 + column)
-        block = _BLOCKS + ((row & 60) << 5) + ((column & 60) << 1) + member + half
-        keys = shuffle * (member * 0x85EBCA6B + 0xD35A2D97)
-        keys ^= keys >> 16
-        low = (self.position ^ keys) * 0x21F0AAAD
-        low = dr.select(half == 0, low, low ^ keys)
-        keys = dr.select(half == 0, keys, (keys << 8) | (keys >> 24))
-        at = _PLACES + member * 16 + half
-        label = (places >> (member * 4)) & 15
-        high = self.word(at + dr.select(is_single, (places >> (half * 16 + 4)) & 15, label) * 2) & 0xFFFF
-        high |= self.word(at + dr.select(is_single, (places >> (half * 16 + 12)) & 15, label) * 2) & 0xFFFF0000
-        high ^= self.word(block) ^ keys
-        digits = self.reversed ^ (self.reversed * (shuffle << 1)) ^ ((shuffle * self.flip) & 0x80000000)
-        own = member * 2 + half * 2
-        point = _POINTS + (digits >> 24) * 16 + own
-        first = self.word(point) ^ ((high << 16) | (low & 0xFFFF))
-        second = self.word(point + 1) ^ ((high & 0xFFFF0000) | (low >> 16))
-        for four in range(self.later):
-            later = _LATER + 256 * four + ((digits >> (20 - 4 * four)) & 15) * 16 + own
-            first ^= self.word(later)
-            second ^= self.word(later + 1)
-        return self.to_float(first), self.to_float(second)
-
-    @staticmethod
-    def to_float(bits: Any) -> Any:
-        return mi.Float(bits >> 8) * 2.0**-24
+        bits = self.text.bn_draw_blue_pair_bits(self, self.seed, self.x, self.y, self.index, domain, pair)
+        return mi.Float(bits.x >> 8) * 2.0**-24, mi.Float(bits.y >> 8) * 2.0**-24
 
 
 class _Film:
@@ -246,7 +173,7 @@ def _vectorised(common: Any) -> Any:
             row = pixel // width
             words, own = mi.UInt32(tables()), self._sampler.seed_words()
             x, y = pixel - row * width + (x0 & 0xFFFFFFFF), row + (y0 & 0xFFFFFFFF)
-            self._lanes = _Lanes(words, (dr.opaque(mi.UInt32, int(own[0])), dr.opaque(mi.UInt32, int(own[1]))), _frame(key), x, y)
+            self._lanes = _Lanes(words, (dr.opaque(mi.UInt32, int(own[0])), dr.opaque(mi.UInt32, int(own[1]))), key, x, y)
             self._advances = -1
             self.advance()
 
@@ -277,7 +204,7 @@ def _vectorised(common: Any) -> Any:
         def next_2d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             half = self._pairs & 1
-            first, second = lanes.draw(_ray(lanes.root, self._pairs >> 1), half)
+            first, second = lanes.draw(lanes.text.bn_path_ray_domain(lanes.path, self._pairs >> 1), half)
             self._pairs += 1
             self._singles = dr.select(half == 0, self._singles, mi.UInt32(0))  # the next ray begins
             return mi.Point2f(first, second)
@@ -285,7 +212,8 @@ def _vectorised(common: Any) -> Any:
         def next_1d(self, active: Any = True) -> Any:
             lanes = self._seeded()
             k = self._singles
-            first, second = lanes.draw(_ray_1d(_ray(lanes.root, self._pairs >> 1), k), 2 + ((k >> 1) & 1))
+            ray = lanes.text.bn_path_ray_domain(lanes.path, self._pairs >> 1)
+            first, second = lanes.draw(lanes.text.bn_ray_1d_domain(ray, k), lanes.text.bn_ray_1d_pair(k))
             number = dr.select((k & 1) == 0, first, second)
             self._singles += 1
             return number

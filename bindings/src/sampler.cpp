@@ -224,8 +224,6 @@ void bind_sampler(py::module_ &module) {
                                          domain};
                    return bn_draw_float(bn_path_rng_bits({seed0, seed1}, path, domain, k));
                }));
-    module.attr("PATH_CAMERA_KEY") = BN_PATH_CAMERA_KEY;
-    module.attr("PATH_FRAMES_KEY") = BN_PATH_FRAMES_KEY;
 }
 
 } // namespace bluenoise

@@ -64,7 +64,7 @@ def test_every_pair_of_a_domain_has_the_bits_of_the_library(module):
     x, y = (random.integers(-5000, 5000, 4096).astype(np.int32) for _ in range(2))
     domain = random.integers(0, 2**32, 4096, dtype=np.uint32)
     sampler = bluenoise.Sampler("blue", seed=SEED)
-    lanes = module.lanes(bluenoise.tables(), [np.uint32(word) for word in sampler.seed_words()], None,
+    lanes = module.lanes(bluenoise.tables(), [np.uint32(word) for word in sampler.seed_words()], np.zeros(1, np.uint32),
                          x.astype(np.uint32), y.astype(np.uint32))
     with np.errstate(over="ignore"):
         for last in (1, 255, 256, 5000, 2**32 - 1):
