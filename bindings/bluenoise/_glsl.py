@@ -38,7 +38,8 @@ def functions(uint: Callable[[int], Any], select: Callable[[Any, Any, Any], Any]
 
 
 def _body(text: str) -> str:
-    lines, steps = [], []
+    lines: list[str] = []
+    steps: list[str] = []  # of the loops that are open
     for found in _STATEMENT.finditer(text):
         indent = "    " * (1 + len(steps))
         if found["start"]:

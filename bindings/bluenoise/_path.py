@@ -297,8 +297,8 @@ class Rng(_OnceOnly):
         self._drawn += 1
         if k < 4:
             return self._four[..., k]
-        words = map(int, path._sampler.seed_words())
-        return np.asarray(_core.rng_float(*words, path._x, path._y, path._index, self._domain, k), np.float32)
+        first, second = map(int, path._sampler.seed_words())
+        return np.asarray(_core.rng_float(first, second, path._x, path._y, path._index, self._domain, k), np.float32)
 
     def __repr__(self) -> str:
         return f"Rng(shape={self._four.shape[:-1]}, drawn={self._drawn})"
