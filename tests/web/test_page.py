@@ -224,7 +224,9 @@ def test_the_errors_of_all_counts_are_measured_and_plotted(small):
 
 def frames_of(browser, mode, count, kind):
     """The picture of a sampler after so many frames, (height, width, 3)."""
-    browser.value(f"(tracer.restart(7, '{mode}'), Array.from({{length: {count}}}, () => tracer.sample()).length)")
+    browser.value(f"tracer.restart(7, '{mode}')")
+    for done in range(0, count, 16):  # short calls: software draws
+        browser.value(f"(() => {{ for (let i = {done}; i < {min(done + 16, count)}; ++i) tracer.sample(); tracer.gl.finish(); }})()")
     width, height = browser.value("[tracer.width, tracer.height]")
     return np.array(browser.value(f"Array.from(tracer.read('{kind}'))")).reshape(height, width, 4)[..., :3]
 
@@ -236,7 +238,7 @@ def test_a_moving_average_is_the_mean_of_few_frames_and_then_forgets(small):
     same = np.isclose(frames_of(small, "average", 2, "blue"), two / 2, rtol=1e-3, atol=1e-4).all(-1)
     assert same.mean() > 0.85
     white, blue = (np.clip(frames_of(small, "average", 60, kind), 0, 1) for kind in ("white", "blue"))
-    reference = np.clip(frames_of(small, "sum", 256, "blue") / 256, 0, 1)
+    reference = np.clip(frames_of(small, "sum", 64, "blue") / 64, 0, 1)
     errors = [gaussian_filter(picture - reference, (1, 1, 0)).std() for picture in (white, blue)]
     assert errors[1] < 0.9 * errors[0] and errors[0] < 0.05, errors
 
@@ -245,7 +247,7 @@ def test_history_follows_a_moving_camera(small):
     """After 60 frames the picture is that of the place where the camera is, with far less noise than one frame has."""
     moved = frames_of(small, "camera", 60, "blue")
     small.value("(window.way = cameraAt, cameraAt = mode => way('camera', 59), 0)")
-    alone, reference = (frames_of(small, "sum", count, "blue") / count for count in (1, 256))
+    alone, reference = (frames_of(small, "sum", count, "blue") / count for count in (1, 64))
     small.value("(cameraAt = way, 0)")
     # The median, as edges and what the mirror shows lag.
     moved, alone = (np.median(np.abs(gaussian_filter(np.clip(picture, 0, 1) - np.clip(reference, 0, 1), (1, 1, 0))))

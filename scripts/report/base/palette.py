@@ -16,7 +16,7 @@ STYLES = {
     "openqmc-sobolbn": ("#8c564b", "*"),
     "openqmc-latticebn": ("#17becf", "h"),
 }
-MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"))
+MORE = (("#9467bd", "p"), ("#bcbd22", "<"), ("#d62728", ">"), ("#2ca02c", "d"), ("#000000", "x"))
 
 
 def style(name, names):

@@ -17,7 +17,7 @@ impl<'s> Path<'s> {
         Path::in_frame(sampler, x, y, index, 0)
     }
 
-    /// Frames that are averaged or compared have numbers of their own.
+    /// Frames that must be independent have numbers of their own; where frames are averaged, the index goes on instead.
     pub fn in_frame(sampler: &'s Sampler<'s>, x: i32, y: i32, index: u32, frame: u32) -> Path<'s> {
         // SAFETY: a pure function.
         Path { sampler, state: unsafe { sys::bn_rs_path_start(x, y, index, frame) } }
