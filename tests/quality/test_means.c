@@ -133,10 +133,10 @@ static void test_tiles(uint32_t count) {
 int main(int argc, char **argv) {
     print = argc > 1 && strcmp(argv[1], "--print") == 0;
     test_means(64, 1, 96);
-    test_means(256, 1, 48);
+    test_means(256, 1, 32);
     test_means(256, 16, 12);
     test_means(512, 4, 12);
-    test_means(1024, 1, 24);
+    test_means(1024, 1, 12);
     test_tiles(1);
     test_tiles(4);
     printf("%d limits exceeded\n", failed);
