@@ -36,10 +36,10 @@ static void test_vector_draws_are_used(void) {
 #endif
 
 int main(void) {
-    enum { W = 3, H = 2, MOST = 41 };
+    enum { W = 3, H = 2, MOST = 300 }; /* more than lanes are drawn at a time */
     static const uint32_t firsts[] = {0,   1,    5,     8,          228,           250,
                                       256, 1021, 65531, (1u << 20), (1u << 31) - 4};
-    static const uint32_t counts[] = {1, 2, 3, 7, 8, 9, 17, 32, MOST};
+    static const uint32_t counts[] = {1, 2, 3, 7, 8, 9, 17, 41, MOST};
     float *out = malloc(W * H * MOST * 4 * sizeof *out);
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         for (uint64_t seed = 0; seed < 12; ++seed) {
