@@ -2,9 +2,10 @@
  * libbn: blue noise for path tracers. This header is the manual of the library: samples whose error
  * is distributed as blue noise over the screen, dither masks, and measures of both.
  *
- * Other parts have headers of their own: bn_draw.h has the draws as inline functions, bn_choose.h
- * makes choices with a number of a draw and keeps the rest of it, neural.h makes masks with a neural
- * network, and bn.hpp has samplers and domains as C++17 classes.
+ * Other parts have headers of their own: bn_path.h has the decisions of a path by name, where a
+ * renderer starts, and bn.hpp the same for C++17. bn_draw.h has the draws as inline functions,
+ * bn_choose.h makes choices with a number of a draw and keeps the rest of it, and neural.h makes
+ * masks with a neural network.
  *
  *     bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, seed);
  *     float u[4];
@@ -33,8 +34,8 @@
  * Extents. A zero extent is BN_ERROR_INVALID_ARGUMENT. A mask of more than 2^31 - 1 texels is
  * BN_ERROR_OUT_OF_MEMORY, whatever memory there is.
  *
- * Threads. Any function may be called from any number of threads at once. Objects do not change
- * after they are created.
+ * Threads. Any function may be called from any number of threads at once. Draws do not change their
+ * sampler, nor masks the network that makes them.
  *
  * Reproducibility. The same seed gives the same bits on every machine, with every compiler and any
  * number of threads, whatever rounding mode, flush-to-zero or trap the program has set. The
@@ -278,9 +279,9 @@ BN_API bn_result bn_sample_block(const bn_sampler *sampler, int32_t x0, int32_t 
  * if it is 0, the arrays may be NULL. Each array needs the alignment of its elements, 4 bytes, and
  * no more than that; `out` must not overlap the others. Allocates nothing and takes no locks.
  *
- * With AVX2 or AVX-512, BLUE takes about half as long as single
- * draws, WHITE a third and SOBOL a quarter or less. Other kinds take as long as single draws, and so
- * do all kinds on other processors and in libraries compiled by MSVC or by GCC for Windows.
+ * With AVX2 or AVX-512, BLUE takes about half as long as single draws, WHITE a third and SOBOL a
+ * quarter or less. Other kinds take as long as single draws, and so do all kinds on other processors
+ * and in libraries compiled by MSVC or by GCC for Windows.
  *
  * Errors: INVALID_ARGUMENT (sampler is NULL, an array of lanes is NULL, dimensions is not 1 to 4),
  * SIZE_MISMATCH (out_count is not count * dimensions). */
