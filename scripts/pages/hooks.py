@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hooks of MkDocs (mkdocs.yml): the site has the folders of the repository, so that links work there and on code hosts alike.
 
-Pages of the navigation are files of the repository, or made here: NAME.h.md shows the header NAME.h, whose comments are the manual. A
-link to any other file or folder of the repository leads to a page that shows it, too.
+Pages of the navigation are files of the repository, or made here: NAME.h.md shows the header NAME.h, whose comments are the manual, and
+NAME.ipynb.md the cells of a notebook with what they printed and plotted. A link to any other file or folder of the repository leads to a
+page that shows it, too.
 """
 
+import json
 import logging
 import re
 import sys
@@ -43,11 +45,24 @@ def escaped(text):
     return re.sub(r"([\\`*_{}\[\]>#])", r"\\\1", text)
 
 
-def listing(path, level):
+def listing(path, level=1):
     """A file as a code block under its path."""
     text = text_of(path)
     fence = "`" * max(3, 1 + max(map(len, re.findall(r"`+", text)), default=0))
     return f"{'#' * level} {escaped(path)}\n\n{fence}{LANGUAGES.get(Path(path).suffix, 'text')}\n{text.rstrip()}\n{fence}\n"
+
+
+def notebook_page(path):
+    parts = []
+    for cell in json.loads((ROOT / path).read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
+        for output in cell.get("outputs", ()):
+            if "text" in output:
+                parts.append(f"```text\n{''.join(output['text']).rstrip()}\n```")
+            else:
+                parts.append(f"![](data:image/png;base64,{''.join(output['data']['image/png']).strip()})")
+    return "\n\n".join(parts) + "\n"
 
 
 def folder_page(path):
@@ -69,7 +84,8 @@ def on_files(files, config):
         if file.is_file():
             new, text = File.generated(config, path, abs_src_path=str(file), inclusion=inclusion), file.read_text(encoding="utf-8")
         elif path.endswith(".md") and (ROOT / path[:-3]).exists():
-            text = folder_page(path[:-3]) if (ROOT / path[:-3]).is_dir() else listing(path[:-3], 1)
+            show = folder_page if (ROOT / path[:-3]).is_dir() else notebook_page if path.endswith(".ipynb.md") else listing
+            text = show(path[:-3])
             new = File.generated(config, path, content=text, inclusion=inclusion)
         else:
             return  # MkDocs warns about the entry
