@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What a table of the sampler blue is worth on integrands it was not made for: the error of its 64
  * x 64 pixels as a ratio to that of independent Owen-scrambled Sobol' pixels, at 1, 2, 4 ... 256
- * samples, after a Gaussian blur of 2.1 pixels (steps: along the edge only) and without. Seconds.
+ * samples, after a Gaussian blur of 2.1 pixels (steps: along the edge only), of 1.0 and without.
+ * Seconds.
  */
 #include "bake_tile.h"
 #include <math.h>
@@ -15,7 +16,7 @@ enum { TESTS = 40, SOBOL = MEMBERS };
 typedef uint64_t plane_bits[PIXELS][4];
 
 typedef struct {
-    double blurred[LEVELS], raw[LEVELS];
+    double blurred[LEVELS], narrow[LEVELS], raw[LEVELS];
 } measure;
 
 typedef struct {
@@ -58,12 +59,14 @@ static void errors_of(judge *j, double mean) {
 
 /* Adds the roots of the mean squares; independent pixels are blurred by the known gain. */
 static void add(judge *j, measure *m, int axes, int independent) {
-    double gain = sqrt(bake_blur_gain(axes));
+    double gain = sqrt(bake_blur_gain(axes)), narrow = sqrt(bake_blur_gain(axes | BAKE_NARROW));
     for (int l = 0; l < LEVELS; ++l) {
         double raw = sqrt(bake_mean_square(j->error[l], PIXELS));
         bake_blur(j->error[l], j->image, SIDE, axes);
         m->raw[l] += raw;
         m->blurred[l] += independent ? gain * raw : sqrt(bake_mean_square(j->image, PIXELS));
+        bake_blur(j->error[l], j->image, SIDE, axes | BAKE_NARROW);
+        m->narrow[l] += independent ? narrow * raw : sqrt(bake_mean_square(j->image, PIXELS));
     }
 }
 
@@ -107,9 +110,11 @@ static void planes_and_products(judge *j) {
     for (int a = 0; a < MEMBERS; ++a) {
         for (int l = 0; l < LEVELS; ++l) {
             mean_product.blurred[l] += product[a].blurred[l] / MEMBERS;
+            mean_product.narrow[l] += product[a].narrow[l] / MEMBERS;
             mean_product.raw[l] += product[a].raw[l] / MEMBERS;
             for (int pair = 0; pair < 2; ++pair) {
                 mean_plane.blurred[l] += plane[a][pair].blurred[l] / (2 * MEMBERS);
+                mean_plane.narrow[l] += plane[a][pair].narrow[l] / (2 * MEMBERS);
                 mean_plane.raw[l] += plane[a][pair].raw[l] / (2 * MEMBERS);
             }
         }
@@ -124,6 +129,8 @@ static void planes_and_products(judge *j) {
         print_row(name, product[a].blurred, product[SOBOL].blurred);
     }
     print_row("products of pairs, mean", mean_product.blurred, product[SOBOL].blurred);
+    print_row("half-planes, sigma 1.0", mean_plane.narrow, plane[SOBOL][0].narrow);
+    print_row("products of pairs, sigma 1.0", mean_product.narrow, product[SOBOL].narrow);
     for (int a = 0; a < MEMBERS; ++a) {
         for (int pair = 0; pair < 2; ++pair) {
             snprintf(name, sizeof name, "member %d, pair %d, unblurred", a, pair);
@@ -181,7 +188,7 @@ static void products_of_members(judge *j, int a, int b, measure *m) {
 }
 
 static void members(judge *j) {
-    measure mean = {{0}, {0}}, each, sobol;
+    measure mean = {{0}, {0}, {0}}, each, sobol;
     products_of_members(j, SOBOL, SOBOL, &sobol);
     for (int a = 0; a < MEMBERS; ++a) {
         for (int b = a + 1; b < MEMBERS; ++b) {
@@ -189,6 +196,7 @@ static void members(judge *j) {
             products_of_members(j, a, b, &each);
             for (int l = 0; l < LEVELS; ++l) {
                 mean.blurred[l] += each.blurred[l] / 6;
+                mean.narrow[l] += each.narrow[l] / 6;
                 mean.raw[l] += each.raw[l] / 6;
             }
             snprintf(name, sizeof name, "members %d and %d", a, b);
@@ -196,13 +204,14 @@ static void members(judge *j) {
         }
     }
     print_row("products of members, mean", mean.blurred, sobol.blurred);
+    print_row("the same, sigma 1.0", mean.narrow, sobol.narrow);
     print_row("the same, unblurred", mean.raw, sobol.raw);
 }
 
 /* Steps at irrational places, blurred along the edge; in the other pairs, what is left along rows
  * over what is left along columns. */
 static void steps(judge *j) {
-    measure table = {{0}, {0}}, sobol = {{0}, {0}};
+    measure table = {{0}, {0}, {0}}, sobol = {{0}, {0}, {0}};
     bake_random r = bake_random_make(20001, 2, 0);
     for (int f = 0; f < TESTS; ++f) {
         new_domain(j, f);
@@ -233,6 +242,30 @@ static void steps(judge *j) {
         snprintf(name, sizeof name, "axes of member %d, pair %d", k / 2, k % 2);
         print_row(name, ratio, NULL);
     }
+}
+
+/* Steps in one dimension of member 0, arranged as a single number. */
+static void single_numbers(judge *j) {
+    measure table = {{0}, {0}, {0}}, sobol = {{0}, {0}, {0}};
+    bake_random r = bake_random_make(20001, 4, 0);
+    for (int f = 0; f < TESTS; ++f) {
+        const int d = f % 4;
+        new_domain(j, f);
+        bake_plane plane = bake_plane_step(d & 1, (f + bake_random_double(&r)) / TESTS);
+        plane_of(j, SOBOL, 0, &plane, j->first);
+        errors_of(j, plane.mean);
+        add(j, &sobol, 3, 1);
+        for (int p = 0; p < PIXELS; ++p) {
+            float x[POINTS], y[POINTS];
+            bake_key key = bake_key_of_pixel(j->key[0][d / 2], (uint64_t)(p * 8 + d / 2) + 1000003);
+            bake_pair_points(&j->pair[0][d / 2], j->table->single[d][p], key, POINTS, x, y);
+            bake_plane_bits(&plane, x, y, POINTS, j->first[p]);
+        }
+        errors_of(j, plane.mean);
+        add(j, &table, 3, 0);
+    }
+    print_row("steps in single numbers", table.blurred, sobol.blurred);
+    print_row("the same, sigma 1.0", table.narrow, sobol.narrow);
 }
 
 /* Waves, bumps, ramps and their products, in single pixels. */
@@ -273,6 +306,7 @@ void bake_report(const bake_table *table) {
     leaning_edges(j);
     members(j);
     steps(j);
+    single_numbers(j);
     smooth(table);
     free(j);
 }

@@ -341,10 +341,10 @@ void bake_prefix_counts(const uint64_t *bits, int levels, int *counts) {
 
 enum { RADIUS = 7 };
 
-static void kernel_fill(float kernel[2 * RADIUS + 1]) {
+static void kernel_fill(float kernel[2 * RADIUS + 1], double sigma) {
     double k[2 * RADIUS + 1], total = 0;
     for (int d = -RADIUS; d <= RADIUS; ++d) {
-        total += k[d + RADIUS] = exp(-d * d / (2 * SIGMA * SIGMA));
+        total += k[d + RADIUS] = exp(-d * d / (2 * sigma * sigma));
     }
     for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / total);
 }
@@ -352,15 +352,17 @@ static void kernel_fill(float kernel[2 * RADIUS + 1]) {
 double bake_blur_gain(int axes) {
     float kernel[2 * RADIUS + 1];
     double sum = 0;
-    kernel_fill(kernel);
+    kernel_fill(kernel, (axes & BAKE_NARROW) != 0 ? 1.0 : SIGMA);
     for (int d = 0; d <= 2 * RADIUS; ++d) sum += (double)kernel[d] * kernel[d];
-    return axes == 3 ? sum * sum : sum;
+    return (axes & 3) == 3 ? sum * sum : sum;
 }
 
 void bake_blur(const float *in, float *out, int side, int axes) {
-    static float kernel[2 * RADIUS + 1];
+    static float kernels[2][2 * RADIUS + 1];
+    const int narrow = (axes & BAKE_NARROW) != 0;
+    float *const kernel = kernels[narrow];
     float rows[PIXELS], line[SIDE + 2 * RADIUS], sum[SIDE];
-    if (kernel[0] == 0.0f) kernel_fill(kernel);
+    if (kernel[0] == 0.0f) kernel_fill(kernel, narrow ? 1.0 : SIGMA);
     for (int y = 0; y < side; ++y) {
         const float *row = in + y * side;
         if ((axes & 1) == 0) {

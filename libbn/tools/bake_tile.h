@@ -118,7 +118,9 @@ void bake_prefix_counts(const uint64_t *bits, int levels, int *counts);
 
 /* ---- Images, toroidal, `side` pixels wide ---- */
 
-/* Gaussian of SIGMA along rows (1), columns (2) or both (3), cut off at 7 pixels. */
+/* Gaussian of SIGMA along rows (1), columns (2) or both (3), cut off at 7 pixels; with BAKE_NARROW of one
+ * pixel. */
+enum { BAKE_NARROW = 4 };
 void bake_blur(const float *in, float *out, int side, int axes);
 /* By how much it lowers the mean square of white noise. */
 double bake_blur_gain(int axes);
