@@ -27,21 +27,20 @@ from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, render_references
 from .renderer import Renderer, Request
 
-SCENE, SIZE, SPP, SEED = "penumbra", (960, 640), 6, 0
+SCENE, SIZE, SPP, SEED = "lens", (960, 640), 6, 0
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 1024
 SIGMA = 2.1
-PART = (380, 330, 164, 164)  # left, top, width, height in pixels of the scene
-BAR = 40  # pixels, of labels
-NAMES = {"sobol": "Sobol', padded", "zorder": "Z-order", "blue": "blue"}
+PART = (426, 40, 140, 150)  # left, top, width, height in pixels of the scene
+BAR, MARGIN = 40, 8  # pixels: of labels; around the part, for the blur
+NAMES = {"sobol": "Sobol', padded", "sobol-global": "Sobol', global", "zorder": "Z-order", "blue": "blue"}
 LABELS = {"sobol": "Sobol', padded", "sobol-global": "Sobol', global", "zorder": "Z-order, told each count", "blue": "blue"}
 COUNTS = (*range(1, 17), 20, 24, 28, 32)
 MEASURE = f"displayed_{SIGMA}"
-WORST_OF, WORST_SPP, WORST_FACTOR = 500, 4, 2  # seeds; samples per pixel; enlargement
+WORST_SCENE, WORST_OF, WORST_SPP, WORST_FACTOR = "penumbra", 500, 4, 2  # scene; seeds; samples per pixel; enlargement
 
 
 def part_of(picture):
-    left, top, width, height = PART
-    return picture[top:top + height, left:left + width]
+    return picture[MARGIN:-MARGIN, MARGIN:-MARGIN]
 
 
 def compose(pictures, relative, reference):
@@ -62,14 +61,16 @@ def compose(pictures, relative, reference):
 def draw_picture(options, others):
     """Writes picture.png and returns {sampler: its error over that of Sobol'}."""
     renderer = Renderer(options.pathtracer, Path("out/picture"))
-    request = Request("sobol", SPP, SEED, SCENE, *SIZE)
+    left, top, width, height = PART
+    crop = (left - MARGIN, top - MARGIN, left + width + MARGIN, top + height + MARGIN)
+    request = Request("sobol", SPP, SEED, SCENE, *SIZE, more=("--crop", ",".join(map(str, crop))))
     reference, _ = read_exr(renderer.reference(dataclasses.replace(request, spp=REFERENCE_SPP, seed=REFERENCE_SEED), "reference.exr"))
     pictures, errors = {}, {}
     for name in (*NAMES, *others):
         own = dataclasses.replace(request, sampler=name, declared=SPP if variants.VARIANTS[name].declare else 0)
         pictures[name], _ = read_exr(renderer.render(own, f"{name}.exr"))
         errors[name] = displayed_rmse(part_of(pictures[name]), part_of(reference), sigma=SIGMA)
-    shown = ["sobol", "zorder", *([min(others, key=errors.get)] if others else []), "blue"]
+    shown = ["sobol", "sobol-global", "zorder", *([min(others, key=errors.get)] if others else []), "blue"]
     relative = {name: error / errors["sobol"] for name, error in errors.items()}
     figure = compose({NAMES.get(name, name.removeprefix("openqmc-")): pictures[name] for name in shown},
                      [relative[name] for name in shown], reference)
@@ -101,13 +102,14 @@ def draw_every(folder, found):
     axis.set_xticks([1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 24, 32], minor=False)
     axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.grid(True, alpha=.25)
-    axis.legend(ncols=3, fontsize=9)
+    axis.set_ylim(top=1.2)  # room for the names
+    axis.legend(ncols=4, fontsize=8.5, loc="upper center")
     save(figure, folder / "every.png")
 
 
 def draw_worst(options):
     """Writes worst.png, the median and the worst picture of WORST_OF seeds, and returns {sampler: errors, ascending}."""
-    view = views.crops("core", (SCENE,))[0]
+    view = views.crops("core", (WORST_SCENE,))[0]
     references = render_references(options.pathtracer, (view,), REFERENCE_SPP)
     work = Run(options.pathtracer, "picture", WORST_SPP, options.jobs, flip=False)
     found = {}
@@ -132,7 +134,7 @@ def run(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench picture", description=__doc__.splitlines()[0])
     add_pathtracer(parser)
     peers.add_option(parser)
-    parser.add_argument("--seeds", type=positive, default=4, metavar="N", help="seeds of each crop (default 4)")
+    parser.add_argument("--seeds", type=positive, default=3, metavar="N", help="seeds of each crop (default 3)")
     parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="pictures to render at a time (default 2)")
     parser.add_argument("--out", type=Path, default=Path("docs"), metavar="FOLDER", help="where the pictures go (default docs)")
     options = parser.parse_args(arguments)
@@ -142,7 +144,7 @@ def run(arguments):
           f"Sobol's: {', '.join(f'{name} {error:.2f}' for name, error in relative.items())}")
     errors = draw_worst(options)
     middle = errors["sobol"][WORST_OF // 2]
-    print(f"{options.out}/report/worst.png: {WORST_OF} seeds, {WORST_SPP} samples per pixel of a crop of {SCENE}; errors over the median of Sobol's, least, "
+    print(f"{options.out}/report/worst.png: {WORST_OF} seeds, {WORST_SPP} samples per pixel of a crop of {WORST_SCENE}; errors over the median of Sobol's, least, "
           "median, worst: " + "; ".join(f"{label} {' '.join(f'{values[at] / middle:.2f}' for at in (0, WORST_OF // 2, -1))}"
                                          for label, values in errors.items()))
     found = every_count(options, others)

@@ -26,10 +26,8 @@ PARTS = (
         "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
     ("third-party models", "models_headline.csv", "scripts/bench models FOLDER", OURS),
 )
-# What the README shows of it: of errors as displayed, these rows.
-SHORT = (("our path tracer", "white", "white noise"), ("our path tracer", "sobol", "padded Sobol'"), ("our path tracer", BEST_PEER, BEST_PEER),
-         ("pbrt-v4", "independent", "white noise"), ("pbrt-v4", "zsobol", "its default, Z-order"),
-         ("pbrt-v4", "best of pbrt", "the best of its seven"))
+# What the README shows of it: of errors as displayed in our path tracer, these rows.
+SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PEER: BEST_PEER, "sobol-global": "one Sobol' sequence over the screen"}
 
 
 # Equal quality: file, measure, and the count at which white noise has the error to be reached.
@@ -64,13 +62,10 @@ def table(parts):
 
 
 def short_table(parts):
-    """The README's: SHORT alone."""
-    rows = []
-    for where, than, name in SHORT:
-        found = [parts.get(where, {}).get(("displayed_2.1", spp, "blue", than)) for spp in COUNTS]
-        if any(found):
-            rows.append([f"{name}, in {where}", *(gain.text() if gain else "" for gain in found)])
-    return md_table(["times less error than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
+    """The README's: SHORT alone, without intervals."""
+    found = {name: [parts.get("our path tracer", {}).get(("displayed_2.1", spp, "blue", than)) for spp in COUNTS] for than, name in SHORT.items()}
+    return md_table(["times less error than", "1 spp", *(str(spp) for spp in COUNTS[1:])],
+                    [[name, *(f"{gain.value:.2f}" if gain else "" for gain in gains)] for name, gains in found.items() if any(gains)])
 
 
 def time_table(folder):
