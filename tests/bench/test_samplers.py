@@ -55,7 +55,7 @@ def test_wrong_arguments_get_the_usage(programs, arguments):
     assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("usage: bench_samplers")
 
 
-@pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs the folder"),
+@pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a folder"),
                                              (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
 def test_bench_refuses_what_is_no_checkout(tmp_path, words, said):
     done = subprocess.run([ROOT / "scripts" / "bench", "samplers", *words], cwd=tmp_path, check=False,
