@@ -22,7 +22,7 @@ def samplers(program):
     try:
         listing = subprocess.run([program, "--list"], check=False, capture_output=True, text=True).stdout
     except OSError:
-        return ()
+        return set()
     return {line.split()[0] for line in listing.splitlines() if line.startswith("  ")}
 
 
