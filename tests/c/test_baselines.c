@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The kinds that others are measured against: how good SOBOL is, in absolute numbers, and that the
- * tiles of ZORDER and the digits of every kind have nothing in common that they should not have. */
+ * The kinds that others are measured against: how good SOBOL is, in absolute numbers, and that
+ * pixels, digits and seeds of every kind have nothing in common that they should not have. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -172,70 +172,7 @@ static void test_halves_of_seeds(void) {
     }
 }
 
-/* The keys of the second pair are none of the first's: its shuffle and both scramblings. */
-static void test_pairs_of_sobol_have_keys_of_their_own(void) {
-    int shared = 0;
-    for (uint32_t i = 0; i < 100000; ++i) {
-        uint32_t key = bn_hash32(i), other = bn_draw_sobol_second_key(key);
-        for (int k = 0; k < 3; ++k, other = bn_draw_sobol_next(other)) {
-            uint32_t own = key;
-            for (int j = 0; j < 3; ++j, own = bn_draw_sobol_next(own)) shared += own == other;
-        }
-    }
-    CHECK(shared == 0);
-}
-
-static int ascending(const void *a, const void *b) {
-    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* Past its block of samples, ZORDER goes on with a scrambling of each pixel's own. The pixels of an
- * aligned block of 64 x 64 have all combinations of twelve digits, which one scrambling of all pixels
- * would keep apart. Independent ones let about 128 pairs of pixels meet in sixteen digits. */
-static void test_zorder_goes_on_differently_in_each_pixel(void) {
-    enum { SIDE = 64, BLOCK = 16 };
-    static uint32_t first[SIDE * SIDE];
-    const bn_sampler s = make_sampler(BN_SAMPLER_ZORDER, BLOCK, 4);
-    for (uint32_t index = BLOCK; index < 4 * BLOCK; index += 7) {
-        for (uint32_t d = 0; d < 4; ++d) {
-            int meetings = 0;
-            for (int32_t i = 0; i < SIDE * SIDE; ++i) {
-                uint32_t u[4];
-                bn_sample_4d_u32(&s, i % SIDE, i / SIDE, index, 9, u);
-                first[i] = u[d] >> 16;
-            }
-            qsort(first, SIDE * SIDE, sizeof *first, ascending);
-            for (int i = 1; i < SIDE * SIDE; ++i) meetings += first[i] == first[i - 1];
-            CHECK(meetings > 60);
-        }
-    }
-}
-
-/* Below the ranks of a mask, the digits of its coordinates are random, each for itself. */
-static void test_low_digits_of_masks(void) {
-    enum { SIDE = 128, LOW = 20 };
-    const bn_sampler s = make_sampler(BN_SAMPLER_MASK, 0, 6);
-    static int ones[4 * LOW][4 * LOW];
-    memset(ones, 0, sizeof ones);
-    for (int32_t i = 0; i < SIDE * SIDE; ++i) {
-        uint32_t u[4];
-        bn_sample_4d_u32(&s, i % SIDE, i / SIDE, 0, 7, u);
-        for (int a = 0; a < 4 * LOW; ++a) {
-            for (int b = 0; b < a; ++b) {
-                ones[a][b] += 1 & (int)((u[a / LOW] >> a % LOW) ^ (u[b / LOW] >> b % LOW));
-            }
-        }
-    }
-    for (int a = 0; a < 4 * LOW; ++a) {
-        for (int b = 0; b < a; ++b) CHECK(abs(ones[a][b] - SIDE * SIDE / 2) < 6 * 64);
-    }
-}
-
 int main(void) {
-    test_pairs_of_sobol_have_keys_of_their_own();
-    test_low_digits_of_masks();
-    test_zorder_goes_on_differently_in_each_pixel();
     test_sobol_error();
     test_sobol_scrambling();
     test_no_period();

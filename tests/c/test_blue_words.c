@@ -4,12 +4,9 @@
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
-#include <math.h>
 #include <string.h>
 
 enum { MEMBERS = 4, BITS = 32 };
-
-/* ---- Nets */
 
 /* What bit k of an index adds to the four coordinates of a pixel's samples, with what the bits
  * below it add mixed in: that changes no rank of the first k + 1 of them. */
@@ -81,74 +78,8 @@ static void test_nets(const bn_sampler *s) {
     }
 }
 
-/* ---- Labels */
-
-enum { SIDE = 64, REACH = 4 };
-
-/* The mean square, over the picture, of a Gaussian blur of a dimension of the first samples, each
- * minus its mean. `order` maps pixels to those whose samples are taken. */
-static double blurred(const bn_sampler *s, const uint16_t *order, uint32_t domain, int d) {
-    static double picture[SIDE][SIDE], rows[SIDE][SIDE];
-    double weight[2 * REACH + 1], total = 0, square = 0;
-    for (int i = -REACH; i <= REACH; ++i) total += weight[i + REACH] = exp(-0.5 * i * i);
-    for (int i = 0; i < SIDE * SIDE; ++i) {
-        float u[4];
-        bn_sample_4d(s, order[i] % SIDE, order[i] / SIDE, 0, domain, u);
-        picture[i / SIDE][i % SIDE] = u[d] - 0.5;
-    }
-    for (int y = 0; y < SIDE; ++y) {
-        for (int x = 0; x < SIDE; ++x) {
-            rows[y][x] = 0;
-            for (int i = -REACH; i <= REACH; ++i) {
-                rows[y][x] += weight[i + REACH] / total * picture[y][(x + i + SIDE) % SIDE];
-            }
-        }
-    }
-    for (int y = 0; y < SIDE; ++y) {
-        for (int x = 0; x < SIDE; ++x) {
-            double sum = 0;
-            for (int i = -REACH; i <= REACH; ++i) {
-                sum += weight[i + REACH] / total * rows[(y + i + SIDE) % SIDE][x];
-            }
-            square += sum * sum;
-        }
-    }
-    return square / (SIDE * SIDE);
-}
-
-/* The labels of pixels were searched for: with those of each block of 4 x 4 pixels in another
- * order, twice as much of the error is left after a blur, in every member of a family. */
-static void test_labels(const bn_sampler *s) {
-    enum { FAMILIES = 6 };
-    uint16_t own[SIDE * SIDE], shuffled[SIDE * SIDE];
-    uint32_t state = 1;
-    for (uint16_t i = 0; i < SIDE * SIDE; ++i) own[i] = i;
-    for (uint32_t member = 0; member < MEMBERS; ++member) {
-        double with = 0, without = 0;
-        for (uint32_t family = 0; family < FAMILIES; ++family) {
-            memcpy(shuffled, own, sizeof own);
-            for (int i = 0; i < SIDE * SIDE; ++i) {
-                /* Exchanges with a pixel of the same block. */
-                const int at = ((i / SIDE & ~3) + (int)(state >> 10 & 3)) * SIDE + (i % SIDE & ~3) +
-                               (int)(state >> 20 & 3);
-                const uint16_t kept = shuffled[i];
-                shuffled[i] = shuffled[at];
-                shuffled[at] = kept;
-                state = bn_hash32(state + 1);
-            }
-            const uint32_t domain = bn_domain_child(6, 4 * family + member);
-            for (int d = 0; d < 4; ++d) {
-                with += blurred(s, own, domain, d);
-                without += blurred(s, shuffled, domain, d);
-            }
-        }
-        CHECK(with < 0.6 * without);
-    }
-}
-
 int main(void) {
     const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 3);
     test_nets(&s);
-    test_labels(&s);
     return check_result();
 }

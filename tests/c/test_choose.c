@@ -108,23 +108,6 @@ static void test_count(uint32_t count) {
     free(items);
 }
 
-static void test_many_items(void) {
-    static const uint32_t counts[] = {STEPS / 3, STEPS - 1, STEPS, STEPS + 1, UINT32_MAX};
-    for (int i = 0; i < 5; ++i) {
-        uint32_t last = 0;
-        int wrong = 0;
-        for (uint32_t step = 0; step < STEPS; step += 13) {
-            float u = draw(step);
-            const uint32_t chosen = bn_choose_u32(counts[i], &u);
-            wrong += !is_draw(u) || chosen >= counts[i] || (step > 0 && chosen < last);
-            const double middle = counts[i] * (step + 0.5) / STEPS;
-            wrong += fabs(chosen + (double)u - middle) > 1.0 / STEPS + 1e-15 * middle;
-            last = chosen;
-        }
-        CHECK(wrong == 0 && counts[i] - last <= counts[i] / STEPS * 13 + 13);
-    }
-}
-
 static void test_table(void) {
     static const float cdf[] = {0.0f,  0.125f, 0.125f, 0.25f, 0.3f, 0.3f + 6e-8f,
                                 0.75f, 0.9f,   1.0f,   1.0f,  1.0f};
@@ -154,10 +137,10 @@ static void test_table(void) {
 /* Tables of weights of any sum: that of the probabilities where the sum is a power of two, and always
  * the first item whose limit is above u times the sum. */
 static void test_sums(void) {
-    static const float sums[] = {1e-30f, 0.7f, 3.0f, 255.0f, 16777213.0f, 1e30f};
+    static const float sums[] = {1e-30f, 0.7f, 16777213.0f};
     enum { COUNT = 7 };
     static const float shares[COUNT] = {0.0f, 0.125f, 0.3f, 0.3f, 0.6f, 0.9999999f, 1.0f};
-    for (int s = 0; s < 6; ++s) {
+    for (int s = 0; s < 3; ++s) {
         item items[COUNT] = {{0}};
         float cdf[COUNT], doubled[COUNT];
         int wrong = 0;
@@ -182,25 +165,6 @@ static void test_sums(void) {
             CHECK(fabs(items[i].count - share / cdf[COUNT - 1] * STEPS) < 2.5);
         }
     }
-}
-
-/* The three agree where they can. */
-static void test_agreement(void) {
-    float cdf[64];
-    for (int i = 0; i < 64; ++i) cdf[i] = (float)(i + 1) / 64.0f;
-    static const float quarter[] = {0.25f, 1.0f};
-    int wrong = 0;
-    for (uint32_t step = 0; step < STEPS; step += 5) {
-        float a = draw(step), b = a, c = a, d = a;
-        wrong += bn_choose_u32(64, &a) != bn_choose_cdf(cdf, 64, &b) || a != b;
-        wrong += bn_choose(0.25f, &c) != (bn_choose_cdf(quarter, 2, &d) == 0) || c != d;
-        float e = draw(step);
-        /* Twice from what is left is once from all, as long as the digits last. */
-        const uint32_t first = bn_choose_u32(8, &e);
-        wrong += 8 * first + bn_choose_u32(8, &e) != bn_choose_u32(64, &(float){draw(step)});
-        wrong += fabsf(e - a) > 1.0f / (1 << 17);
-    }
-    CHECK(wrong == 0);
 }
 
 static void test_bad_arguments(void) {
@@ -246,16 +210,13 @@ static void test_bad_arguments(void) {
 }
 
 int main(void) {
-    static const float probabilities[] = {0.0f, 1e-30f, 1.0f / STEPS, 1e-4f,
-                                          0.3f, 0.5f,   0.7f,         1.0f};
-    static const uint32_t counts[] = {1, 7, 16, 1000};
-    for (int i = 0; i < 8; ++i) test_probability(probabilities[i]);
-    for (int i = 0; i < 4; ++i) test_count(counts[i]);
+    static const float probabilities[] = {0.0f, 1e-30f, 1.0f / STEPS, 0.3f, 1.0f};
+    static const uint32_t counts[] = {1, 7, 1000};
+    for (int i = 0; i < 5; ++i) test_probability(probabilities[i]);
+    for (int i = 0; i < 3; ++i) test_count(counts[i]);
     test_limits();
-    test_many_items();
     test_table();
     test_sums();
-    test_agreement();
     test_bad_arguments();
     return check_result();
 }

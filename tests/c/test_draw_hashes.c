@@ -1,16 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Notices a change of any bit of any draw: hashes of 4,096 draws of every kind, at ordinary and
- * extreme arguments, must equal draw_hashes.txt. --print prints that file. */
+ * Notices a change of any bit of any draw, choice or path: hashes of 4,096 draws of every kind, at
+ * ordinary and extreme arguments, must equal draw_hashes.txt. --print prints that file. Built for the
+ * library's functions, for the inline ones, with SSE2 and without, and for those with -ffast-math; the
+ * tests of Python and Rust compare with the same file. */
 #include "check.h"
 #include "samplers.h"
-#include <bn/bn_draw.h>
+#include <bn/bn_choose.h>
+#include <bn/bn_path.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { DRAWS = 4096, ROWS = 9, LINE = 80, MASK_WIDTH = 12, MASK_HEIGHT = 10 };
+enum { DRAWS = 4096, ROWS = 12, LINE = 80, MASK_WIDTH = 12, MASK_HEIGHT = 10 };
 
-static const char path[] = BN_TESTS_DIR "/c/draw_hashes.txt";
+static const char table_path[] = BN_TESTS_DIR "/c/draw_hashes.txt";
 
 /* SplitMix64, written here so that the arguments do not depend on what is tested. */
 static uint64_t random_u64(uint64_t counter) {
@@ -89,6 +93,116 @@ static uint64_t hash_domains(void) {
     return hash;
 }
 
+static uint32_t bits_of(float v) {
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    return bits;
+}
+
+static float float_of(uint32_t bits) {
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static uint64_t add_choices(uint64_t hash, float probability, uint32_t count, const float cdf[8],
+                            float u) {
+    float left = u;
+    hash = add(hash, (uint32_t)bn_choose(probability, &left));
+    hash = add(hash, bits_of(left));
+    left = u;
+    hash = add(hash, bn_choose_u32(count, &left));
+    hash = add(hash, bits_of(left));
+    left = u;
+    hash = add(hash, bn_choose_cdf(cdf, 8, &left));
+    return add(hash, bits_of(left));
+}
+
+/* With draws and probabilities. */
+static uint64_t hash_choices(void) {
+    static const float limits[8] = {0.0f, 0.125f, 0.125f, 0.25f, 0.3125f, 0.75f, 0.875f, 1.0f};
+    static const float sums[4] = {1.0f, 3.0f, 0.75f, 1e10f};
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (uint64_t i = 0; i < DRAWS; ++i) {
+        const uint64_t a = random_u64(2 * i), b = random_u64(2 * i + 1);
+        const uint32_t step = i % 16 == 0 ? 0 : i % 16 == 1 ? 0xffffffu : (uint32_t)(a >> 40);
+        float cdf[8];
+        for (int k = 0; k < 8; ++k) cdf[k] = limits[k] * sums[i % 4];
+        hash = add_choices(hash, (float)(b >> 40) * 0x1p-24f,
+                           1u + ((uint32_t)(b & 0xffffffu) >> i % 24), cdf,
+                           (float)step * 0x1p-24f);
+    }
+    return hash;
+}
+
+/* With special numbers and any bits at all. */
+static uint64_t hash_strange_choices(void) {
+    static const float special[] = {NAN, INFINITY, -INFINITY, -0.0f, 1.0f, -1.0f, 1e-40f, 2.0f};
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (uint64_t i = 0; i < DRAWS; ++i) {
+        float v[10];
+        for (uint64_t k = 0; k < 10; ++k) {
+            const uint64_t random = random_u64(10 * i + k);
+            v[k] = random % 3 == 0 ? special[random >> 61] : float_of((uint32_t)(random >> 32));
+        }
+        hash = add_choices(hash, v[0], (uint32_t)random_u64(i) >> i % 32, v + 2, v[1]);
+    }
+    return hash;
+}
+
+static void add_floats(uint32_t *hash, const float *v, int count) {
+    for (int i = 0; i < count; ++i) *hash = (*hash ^ bits_of(v[i])) * 0x01000193u;
+}
+
+static void add_ray(uint32_t *hash, const bn_sampler *sampler, const bn_path *path,
+                    uint32_t depth) {
+    bn_ray ray = bn_path_ray(path, depth);
+    float v[4];
+    bn_ray_draw(sampler, &ray, v);
+    add_floats(hash, v, 4);
+    for (int i = 0; i < 5; ++i) {
+        v[0] = bn_ray_1d(sampler, &ray);
+        add_floats(hash, v, 1);
+    }
+    for (int i = 0; i < 3; ++i) {
+        bn_ray_2d(sampler, &ray, v);
+        add_floats(hash, v, 2);
+    }
+    bn_ray_4d(sampler, &ray, v);
+    add_floats(hash, v, 4);
+    bn_rng rng = bn_ray_rng(sampler, &ray);
+    for (int i = 0; i < 6; ++i) {
+        v[0] = bn_rng_1d(&rng);
+        add_floats(hash, v, 1);
+    }
+    const bn_split split = bn_ray_split(&ray, 3), from = bn_ray_split_from(&ray, 9);
+    for (uint32_t k = 0; k < 6; ++k) {
+        const bn_path branch = bn_split_path(k < 4 ? &split : &from, k % 4);
+        const bn_ray first = bn_path_ray(&branch, k < 4);
+        bn_ray_draw(sampler, &first, v);
+        add_floats(hash, k < 4 ? v + 2 : v, 1);
+    }
+    bn_ray keyed = bn_ray_keyed(&ray, 77);
+    v[0] = bn_ray_1d(sampler, &keyed);
+    add_floats(hash, v, 1);
+}
+
+/* A hash for each of 96 paths, of their first eight rays. */
+static uint64_t hash_paths(void) {
+    static const uint32_t indices[] = {0, 1, 5, 255, 256, 70000};
+    const bn_sampler sampler = bn_sampler_make(BN_SAMPLER_BLUE, 1);
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (int32_t pixel = 0; pixel < 16; ++pixel) {
+        for (int i = 0; i < 6; ++i) {
+            const bn_path path = bn_path_start(3 * pixel - 20, 100 - 37 * pixel, indices[i], 0);
+            uint32_t own = 0;
+            for (uint32_t depth = 0; depth < 8; ++depth) add_ray(&own, &sampler, &path, depth);
+            hash = add(hash, own);
+        }
+    }
+    return hash;
+}
+
 /* The lines of the file. */
 static int print_rows(char rows[ROWS][LINE]) {
     static const struct {
@@ -117,6 +231,9 @@ static int print_rows(char rows[ROWS][LINE]) {
     o.mask_height = MASK_HEIGHT;
     snprintf(rows[count++], LINE, "mask_given %016" PRIx64, hash_draws(o));
     snprintf(rows[count++], LINE, "domains %016" PRIx64, hash_domains());
+    snprintf(rows[count++], LINE, "choices %016" PRIx64, hash_choices());
+    snprintf(rows[count++], LINE, "strange_choices %016" PRIx64, hash_strange_choices());
+    snprintf(rows[count++], LINE, "paths %016" PRIx64, hash_paths());
     return count;
 }
 
@@ -129,9 +246,9 @@ int main(int argc, char **argv) {
         for (int i = 0; i < count; ++i) puts(rows[i]);
         return 0;
     }
-    FILE *file = fopen(path, "r");
+    FILE *file = fopen(table_path, "r");
     if (argc != 1 || file == NULL) {
-        printf("usage: test_draw_hashes [--print]; reads %s\n", path);
+        printf("usage: test_draw_hashes [--print]; reads %s\n", table_path);
         return 2;
     }
     CHECK(count == ROWS);
@@ -151,7 +268,7 @@ int main(int argc, char **argv) {
         printf(
             "Draws have changed. If that is meant, raise BN_DRAW_TABLE_VERSION in bn_draw.h, say "
             "so in CHANGELOG.md,\nbuild, and run: %s --print > %s\n",
-            argv[0], path);
+            argv[0], table_path);
     }
     return check_result();
 }

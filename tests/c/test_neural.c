@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Masks and windows of networks. In a fake ONNX Runtime that computes a known function: noise,
- * tiles, wrapping, threads, every failing call, unusable libraries. Then in the real ONNX Runtime,
- * where one is found. */
+ * tiles, wrapping, threads, every failing call, unusable libraries. tests/python/test_neural.py uses
+ * the real one. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "masks.h"
 #include "neural.h"
 #include <math.h>
-#include <pthread.h>
 #include <stdio.h>
 
 static const int64_t FARTHEST = (int64_t)1 << 40;
@@ -120,31 +119,6 @@ static void test_windows(void) {
             }
             bn_neural_close(neural);
         }
-    }
-}
-
-/* Windows show the share of outputs that lie below; masks are the same. */
-static void test_quantiles(void) {
-    enum { extent = 50, count = extent * extent };
-    static float plain[count], mapped[count];
-    static uint32_t ranks[2][count];
-    const long step = (1l << 24) / 100; /* from 0 to 0.64 */
-    char text[1024];
-    write_quantiles(text, 65, 0, step);
-    for (int with = 0; with < 2; ++with) {
-        model_parts parts = model_parts_default();
-        bn_neural *neural;
-        parts.quantiles = with ? text : NULL;
-        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
-        CHECK(bn_neural_window(neural, 3, 4, extent, extent, 5, with ? mapped : plain, count) ==
-              BN_SUCCESS);
-        CHECK(bn_neural_mask(neural, extent, extent, 5, ranks[with], count) == BN_SUCCESS);
-        bn_neural_close(neural);
-    }
-    CHECK(memcmp(ranks[0], ranks[1], sizeof ranks[0]) == 0);
-    for (int i = 0; i < count; ++i) {
-        const double expected = plain[i] / (64 * (double)step * 0x1p-24);
-        CHECK(fabs(mapped[i] - fmin(expected, 1 - 0x1p-24)) < 1e-6 && mapped[i] < 1);
     }
 }
 
@@ -264,44 +238,6 @@ static void test_threads_are_used(void) {
         bn_neural_close(neural);
     }
     CHECK(state->living == 0);
-}
-
-typedef struct caller {
-    const bn_neural *neural;
-    uint32_t ranks[64 * 64];
-    bn_result result;
-} caller;
-
-static void *call_mask(void *user) {
-    caller *c = user;
-    for (int i = 0; i < 10 && c->result == BN_SUCCESS; ++i) {
-        c->result = bn_neural_mask(c->neural, 64, 64, 5, c->ranks, 64 * 64);
-    }
-    return NULL;
-}
-
-static void check_callers(const bn_neural *neural) {
-    enum { callers = 4 };
-    static caller all[callers];
-    pthread_t threads[callers];
-    for (int i = 0; i < callers; ++i) {
-        all[i].neural = neural;
-        all[i].result = BN_SUCCESS;
-        CHECK(pthread_create(&threads[i], NULL, call_mask, &all[i]) == 0);
-    }
-    for (int i = 0; i < callers; ++i) pthread_join(threads[i], NULL);
-    for (int i = 0; i < callers; ++i) {
-        CHECK(all[i].result == BN_SUCCESS && is_permutation(all[i].ranks, 64 * 64));
-        CHECK(memcmp(all[i].ranks, all[0].ranks, sizeof all[i].ranks) == 0);
-    }
-}
-
-static void test_many_callers(void) {
-    model_parts parts = model_parts_default();
-    bn_neural *neural;
-    CHECK(open_parts(&parts, FAKE_RUNTIME, 2, &neural) == BN_SUCCESS);
-    check_callers(neural);
-    bn_neural_close(neural);
 }
 
 /* ---- Failures */
@@ -462,86 +398,16 @@ static void test_libraries_that_will_not_do(void) {
     dlclose(handle);
 }
 
-/* ---- The real one */
-
-static void test_real_runtime(const char *runtime) {
-    enum { width = 301, height = 280, count = width * height };
-    static float values[2 * count], part[2 * 100 * 90], noise[5 * 5];
-    model_parts parts = model_parts_default();
-    parts.radius = "2";
-    parts.kernel_radius = 2;
-    parts.channels = 2;
-    bn_neural *neural;
-    CHECK(open_parts(&parts, runtime, 2, &neural) == BN_SUCCESS);
-    if (neural == NULL) return;
-    CHECK(bn_neural_window(neural, -9, 4, width, height, 1, values, 2 * count) == BN_SUCCESS);
-    for (size_t i = 0; i < 2 * count; i += 61) {
-        const uint32_t c = (uint32_t)(i / count);
-        const int64_t x = -9 + (int64_t)(i % width), y = 4 + (int64_t)(i / width % height);
-        double sum = 0;
-        bn_neural_noise(x - 2, y - 2, 5, 5, 1, noise, 25);
-        for (uint32_t k = 0; k < 25; ++k) sum += (double)model_weight(c, k, 25) * noise[k];
-        CHECK(fabs(values[i] - fmin(fmax(sum, 0), 1 - 0x1p-24)) < 1e-5);
-    }
-    /* Windows agree where they overlap, whatever their origin. */
-    for (int shift = 0; shift < 5; ++shift) {
-        CHECK(bn_neural_window(neural, shift * 17, 30 + shift, 100, 90, 1, part, 2 * 100 * 90) ==
-              BN_SUCCESS);
-        for (int i = 0; i < 2 * 100 * 90; ++i) {
-            const int c = i / 9000, x = i % 100 + shift * 17 + 9, y = i / 100 % 90 + 26 + shift;
-            CHECK(fabsf(part[i] - values[(c * height + y) * width + x]) < 1e-5f);
-        }
-    }
-    bn_neural_close(neural);
-
-    parts.channels = 1;
-    CHECK(open_parts(&parts, runtime, 2, &neural) == BN_SUCCESS);
-    check_callers(neural);
-    bn_neural_close(neural);
-    /* Models that only the runtime or the try of the model can tell from good ones. */
-    parts.radius = "3";
-    CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA && neural == NULL);
-    parts.radius = "2";
-    parts.operator_name = "Softmax"; /* takes one input */
-    CHECK(open_parts(&parts, runtime, 1, &neural) == BN_ERROR_BAD_DATA);
-}
-
-/* The channels of a model, or any; and those that the built-in networks have. */
-static void test_channels(void) {
-    model_parts parts = model_parts_default();
-    message model;
-    make_model(&parts, &model);
-    bn_neural_options options = fake_options(&model);
-    bn_neural *neural;
-    fake_reset();
-    for (uint32_t channels = 0; channels < 4; ++channels) {
-        options.channels = channels;
-        const bn_result wanted =
-            channels == 0 || channels == 1 ? BN_SUCCESS : BN_ERROR_INVALID_ARGUMENT;
-        CHECK(bn_neural_open(&options, &neural) == wanted);
-        CHECK((neural != NULL) == (wanted == BN_SUCCESS));
-        bn_neural_close(neural);
-    }
-    options = bn_neural_options_default();
-    options.runtime_path = FAKE_RUNTIME;
-    options.channels = 3;
-    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
-}
-
 int main(void) {
     test_noise();
     test_windows();
-    test_quantiles();
     test_sparse_spacing();
     test_masks();
     test_threads_are_used();
-    test_many_callers();
-    test_channels();
     test_arguments();
     test_failing_calls(NULL);
     test_failing_calls("cuda");
     test_values_that_are_not_finite();
     test_libraries_that_will_not_do();
-    with_real_runtime(test_real_runtime);
     return check_result();
 }

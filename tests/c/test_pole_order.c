@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The promises of the pole order of BLUE, counted from draws: the first 4^k samples of every
  * aligned block of 16^s pixels are a (0, k + 2 s, 4)-net in base 4, for each of the four domains of
- * a family; members of a family are not copies of each other; indices from 256 on continue the same
- * nets. test_sampler.c tests the nets within a pixel. */
+ * a family. test_sampler.c tests the nets within a pixel. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -86,62 +84,6 @@ static void test_nets(void) {
     }
 }
 
-/* The first 32 samples of a pixel: no first digit of one dimension of a family is that of another,
- * nor its complement; both would be perfectly correlated. */
-static void test_siblings(void) {
-    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 9);
-    for (uint32_t pixel = 0; pixel < 64; ++pixel) {
-        uint32_t first_digits[4 * MEMBERS] = {0};
-        for (uint32_t i = 0; i < 32u * MEMBERS; ++i) {
-            uint32_t u[4], member = i / 32u;
-            bn_sample_4d_u32(&s, (int32_t)pixel, (int32_t)(pixel * pixel), i % 32u,
-                             bn_domain_child(pixel, member), u);
-            for (int d = 0; d < 4; ++d) {
-                first_digits[4u * member + (uint32_t)d] |= u[d] >> 31 << i % 32u;
-            }
-        }
-        for (int a = 0; a < 4 * MEMBERS; ++a) {
-            for (int b = 0; b < a; ++b) {
-                CHECK(first_digits[a] != first_digits[b] && first_digits[a] != ~first_digits[b]);
-            }
-        }
-    }
-}
-
-/* The mean of exp(a u + b v) over the unit square. */
-static double exponential_mean(double a, double b) {
-    return (exp(a) - 1.0) / a * (exp(b) - 1.0) / b;
-}
-
-/* The error of smooth integrands goes on falling from 256 samples to 2^16: by 2 or more for sixteen
- * times the samples and by more than 100 in all, where white noise has 16. (Products of the
- * coordinates would not do: digital shifts of a net integrate them almost exactly.) */
-static void test_later_indices(void) {
-    enum { PIXELS = 24 };
-    const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 10);
-    for (uint32_t member = 0; member < MEMBERS; ++member) {
-        double square[3] = {0.0, 0.0, 0.0};
-        for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
-            double a = 0.6 + 0.1 * pixel, b = 1.9 * cos(2.4 * pixel), sum = 0.0;
-            double mean = exponential_mean(a, b) + exponential_mean(b, a);
-            for (uint32_t i = 0; i < 1u << 16;) {
-                uint32_t u[4];
-                bn_sample_4d_u32(&s, 5 * pixel, -pixel, i, bn_domain_child(3, member), u);
-                sum += exp(0x1p-32 * (a * u[0] + b * u[1])) + exp(0x1p-32 * (b * u[2] + a * u[3]));
-                ++i;
-                for (int k = 0; k < 3; ++k) {
-                    if (i == 256u << 4 * k) square[k] += pow(sum / i - mean, 2.0) / PIXELS;
-                }
-            }
-        }
-        printf("member %u: errors %.2e, %.2e, %.2e at 2^8, 2^12, 2^16 samples\n", member,
-               sqrt(square[0]), sqrt(square[1]), sqrt(square[2]));
-        CHECK(sqrt(square[1]) < 0.5 * sqrt(square[0]));
-        CHECK(sqrt(square[2]) < 0.5 * sqrt(square[1]));
-        CHECK(sqrt(square[2]) < 0.01 * sqrt(square[0]));
-    }
-}
-
 /* The tables are those of the file, and what bn_draw.h asks the linker for. */
 static void test_words(void) {
     size_t count = 0;
@@ -169,8 +111,6 @@ static void test_words(void) {
 
 int main(void) {
     test_nets();
-    test_siblings();
-    test_later_indices();
     test_words();
     return check_result();
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation: permutations at any extents, the same bits on any number of threads, quality, no fixed
- * pattern, cancelling. tests/python/test_relax_learned.py compares it with its formula. */
+ * Relaxation: permutations at any extents, the same bits on any number of threads, no fixed pattern,
+ * cancelling. tests/python/test_relax_learned.py compares it with its formula. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -48,20 +48,6 @@ static void test_no_fixed_pattern(void) {
     CHECK(fabs(square * 12 / seeds / count - 1) < 0.3);
 }
 
-static void test_quality(void) {
-    enum { size = 64, count = size * size };
-    static uint32_t ranks[count], other[count];
-    for (uint64_t seed = 0; seed < 4; ++seed) {
-        bn_relax_options options = bn_relax_options_default();
-        options.seed = seed;
-        CHECK(bn_relax(&options, size, size, ranks, count) == BN_SUCCESS);
-        CHECK(error_of(ranks, size, size, 1) <= 0.040);
-        CHECK(error_of(ranks, size, size, 1.5) <= 0.019);
-        CHECK(seed == 0 || memcmp(ranks, other, sizeof ranks) != 0);
-        memcpy(other, ranks, sizeof ranks);
-    }
-}
-
 static int32_t cancel_late(void *user, double fraction) {
     ++*(int *)user;
     return fraction > 0.5;
@@ -92,7 +78,6 @@ static void test_cancelling(void) {
 int main(void) {
     test_extents();
     test_threads();
-    test_quality();
     test_no_fixed_pattern();
     test_cancelling();
     return check_result();

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Samplers and their draws: making them, ranges, determinism, block and inline forms, nets,
- * independence of domains and seeds, uniformity. How blue the samples are is tested in
- * tests/quality. */
+ * independence of domains and seeds. How blue the samples are is tested in tests/quality. */
 #include "check.h"
 #include "samplers.h"
 #define BN_BUILDING_DRAWS /* bn_sample_4d() and others are the library's here */
@@ -313,25 +312,6 @@ static void test_independence(void) {
     }
 }
 
-/* Chi-square of the first sample over 2^16 domains in 16 x 16 cells, for each pair: the statistic
- * has mean 255 and standard deviation 22.6; beyond 6 deviations has probability below 1e-7 in each
- * of 10 tests. */
-static void test_uniform(void) {
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 4);
-        for (int pair = 0; pair < 2; ++pair) {
-            double cells[256] = {0}, chi = 0.0;
-            for (uint32_t i = 0; i < 1u << 16; ++i) {
-                uint32_t u[4];
-                bn_sample_4d_u32(&s, 3, -8, 0, bn_domain_child(1, i), u);
-                cells[(u[2 * pair] >> 28) << 4 | u[2 * pair + 1] >> 28] += 1.0;
-            }
-            for (int i = 0; i < 256; ++i) chi += (cells[i] - 256.0) * (cells[i] - 256.0) / 256.0;
-            CHECK(fabs(chi - 255.0) < 6.0 * 22.6);
-        }
-    }
-}
-
 /* Estimates go on improving: from 16 samples on, the error of a smooth integrand over pixels falls at
  * least as fast as Sobol' sequences promise (for white noise, as the square root). */
 static void test_convergence(void) {
@@ -404,7 +384,6 @@ int main(void) {
     test_nets_of_squares();
     test_no_repeats();
     test_independence();
-    test_uniform();
     test_convergence();
     return check_result();
 }

@@ -35,25 +35,6 @@ static void test_against_definition(void) {
     }
 }
 
-/* Void-and-cluster has next to no power below a tenth of a cycle per texel. */
-static void test_blue(void) {
-    enum { size = 64 };
-    static uint32_t ranks[size * size];
-    static float power[size * size];
-    CHECK(bn_void_and_cluster(NULL, size, size, 1, ranks, size * size) == BN_SUCCESS);
-    CHECK(bn_power_spectrum(ranks, size, size, size * size, power, NULL, NULL) == BN_SUCCESS);
-    double low = 0;
-    int texels = 0;
-    for (int v = -6; v <= 6; ++v) {
-        for (int u = -6; u <= 6; ++u) {
-            if (u * u + v * v > 36 || (u == 0 && v == 0)) continue;
-            low += power[(v & (size - 1)) * size + (u & (size - 1))];
-            ++texels;
-        }
-    }
-    CHECK(low / texels < 0.01);
-}
-
 static void test_bad_input(void) {
     uint32_t ranks[6] = {0, 1, 2, 3, 4, 5};
     float power[6] = {-7};
@@ -68,7 +49,6 @@ static void test_bad_input(void) {
 
 int main(void) {
     test_against_definition();
-    test_blue();
     test_bad_input();
     return check_result();
 }

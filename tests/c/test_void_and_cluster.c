@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Void-and-cluster: permutations at any extents, determinism, quality, cancelling, bad input. */
+ * Void-and-cluster: permutations at any extents, determinism, cancelling, bad input. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -101,27 +101,10 @@ static void test_progress(void) {
     free(ranks);
 }
 
-static void test_quality(void) {
-    enum { size = 64 };
-    uint32_t ranks[size * size];
-    for (uint64_t seed = 0; seed < 5; ++seed) {
-        bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
-        options.seed = seed;
-        CHECK(bn_void_and_cluster(&options, size, size, 1, ranks, size * size) == BN_SUCCESS);
-        CHECK(error_of(ranks, size, size, 1) <= 0.0385);
-        CHECK(error_of(ranks, size, size, 1.5) <= 0.0160);
-        options.sigma = 1.9;
-        CHECK(bn_void_and_cluster(&options, size, size, 1, ranks, size * size) == BN_SUCCESS);
-        CHECK(error_of(ranks, size, size, 1.5) <= 0.0158);
-        CHECK(error_of(ranks, size, size, 2) <= 0.0091);
-    }
-}
-
 int main(void) {
     test_extents();
     test_options();
     test_bad_input();
     test_progress();
-    test_quality();
     return check_result();
 }

@@ -1,84 +1,41 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choices on arrays: the bits of bn_choose.h, whose own tests judge the choices, and refusals with name and value."""
 
-import ctypes
 import doctest
-import os
-import subprocess
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
+from hashes import hash_of, random_u64, table
 
 import bluenoise
 from bluenoise import _choose
 
-ROOT = Path(__file__).resolve().parents[2]
 STEPS = 2**24
 RANDOM = np.random.default_rng(7)
 # Draws at both ends, near round numbers and anywhere.
 DRAWS = np.concatenate([[0, 1, 2, STEPS - 2, STEPS - 1], *(STEPS * k // 20 + np.arange(-2, 3) for k in range(1, 20)),
                         RANDOM.integers(0, STEPS, 2000)]) / STEPS
-PROBABILITIES = np.float32([0, 1e-40, 2.0**-24, 1e-5, 0.1, 0.25, 0.3, np.nextafter(np.float32(0.5), np.float32(0)), 0.7, 1])
 
 
-@pytest.fixture(scope="module")
-def in_c(tmp_path_factory):
-    """bn_choose.h, compiled as the functions of a shared library."""
-    folder = tmp_path_factory.mktemp("choose")
-    (folder / "choose.c").write_text("""
-        #include <bn/bn_choose.h>
-        int one(float p, float *u) { return bn_choose(p, u); }
-        uint32_t even(uint32_t count, float *u) { return bn_choose_u32(count, u); }
-        uint32_t table(const float *cdf, uint32_t count, float *u) { return bn_choose_cdf(cdf, count, u); }
-    """)
-    command = [os.environ.get("CC", "cc"), "-std=c99", "-O1", "-shared", "-fPIC", "-I", ROOT / "libbn/include",
-               folder / "choose.c", "-o", folder / "choose.so"]
-    try:
-        subprocess.run(command, check=True)
-    except FileNotFoundError:
-        pytest.skip("no C compiler")
-    library = ctypes.CDLL(str(folder / "choose.so"))
-    library.one.argtypes = [ctypes.c_float, ctypes.POINTER(ctypes.c_float)]
-    library.even.restype = library.table.restype = ctypes.c_uint32
-
-    def call(function, *arguments):
-        results = []
-        for draw in DRAWS:
-            u = ctypes.c_float(draw)
-            results.append((function(*arguments, ctypes.byref(u)), u.value))
-        chosen, rest = zip(*results)
-        return np.array(chosen), np.array(rest, np.float32)
-
-    return library, call
+def words(choices):
+    chosen, rest = choices
+    assert rest.dtype == np.float32
+    return chosen, rest.view(np.uint32)
 
 
-def same(python, c):
-    np.testing.assert_array_equal(python[0], c[0])
-    np.testing.assert_array_equal(python[1], c[1])
-    assert python[1].dtype == np.float32
-
-
-@pytest.mark.parametrize("probability", PROBABILITIES)
-def test_choose_is_that_of_c(in_c, probability):
-    library, call = in_c
-    same(bluenoise.choose(probability, DRAWS), call(library.one, float(probability)))
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 7, 255, 1000, STEPS - 1, STEPS])
-def test_choose_u32_is_that_of_c(in_c, count):
-    library, call = in_c
-    same(bluenoise.choose_u32(count, DRAWS), call(library.even, ctypes.c_uint32(count)))
-
-
-@pytest.mark.parametrize("cdf", [
-    [1], [0.5], [0, 0.25, 0.25, 0.3, 0.7, 1], [0.1, 1, 1], np.linspace(0, 1, 3001)[1:], [3, 4, 11], [1e-29, 3e-29, 3e-29],
-    np.cumsum(np.random.default_rng(2).random(2000)) * 1e20])
-def test_choose_cdf_is_that_of_c(in_c, cdf):
-    library, call = in_c
-    table = (ctypes.c_float * len(cdf))(*cdf)
-    same(bluenoise.choose_cdf(cdf, DRAWS), call(library.table, table, ctypes.c_uint32(len(cdf))))
+def test_choices_have_the_bits_of_c():
+    """Those that tests/c/test_draw_hashes.c hashes."""
+    random = random_u64(np.arange(2 * 4096)).reshape(-1, 2)
+    i = np.arange(4096)
+    u = np.where(i % 16 > 1, random[:, 0] >> np.uint64(40), i % 16 * (STEPS - 1)) / STEPS
+    shares = np.float32([0, 0.125, 0.125, 0.25, 0.3125, 0.75, 0.875, 1])
+    found = np.empty((4096, 6), np.uint32)
+    found[:, 0], found[:, 1] = words(bluenoise.choose((random[:, 1] >> np.uint64(40)) / STEPS, u))
+    found[:, 2], found[:, 3] = words(bluenoise.choose_u32(1 + ((random[:, 1] & np.uint64(0xFFFFFF)) >> (i % 24).astype(np.uint64)).astype(int), u))
+    for k, scale in enumerate(np.float32([1, 3, 0.75, 1e10])):
+        found[k::4, 4], found[k::4, 5] = words(bluenoise.choose_cdf(shares * scale, u[k::4]))
+    assert hash_of(found) == table()["choices"]
 
 
 @pytest.mark.parametrize("probability", [Fraction(1, 4), Fraction(5, 7)])

@@ -2,130 +2,36 @@
 """Paths on arrays: the bits of bn_path.h, whose own tests judge the layout, shapes, and refusals with name and value."""
 
 import copy
-import ctypes
 import doctest
-import os
 import pickle
-import subprocess
-from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
+from hashes import hash_of, table
 
 import bluenoise
 from bluenoise import Path, Sampler, _path
 
-ROOT = FilePath(__file__).resolve().parents[2]
-KINDS = ["blue", "sobol", "white", "zorder", "mask"]
-SEED = 9
-RANDOM = np.random.default_rng(4)
-EDGES = np.array([0, 1, -1, 2**31 - 1, -(2**31), 70001], np.int64)
-X, Y = np.concatenate([EDGES, RANDOM.integers(-5000, 5000, 24)]), np.concatenate([EDGES[::-1], RANDOM.integers(0, 4000, 24)])
-INDEX = np.concatenate([[0, 1, 255, 256, 2**27], RANDOM.integers(0, 300, 25)])
-FRAME = np.concatenate([[0, 0, 1, 2**32 - 1, 7], RANDOM.integers(0, 3, 25)])
-
-# For each lane: a ray with a bit of everything, then the same of branches of branches. `out` has 124 numbers.
-SOURCE = """
-    #include <bn/bn_path.h>
-    static float *put(float *out, const float *u, int count) {
-        for (int i = 0; i < count; ++i) *out++ = u[i];
-        return out;
-    }
-    static float *of_ray(const bn_sampler *sampler, bn_ray *ray, float *out) {
-        float u[4];
-        bn_ray_draw(sampler, ray, u); out = put(out, u, 4);
-        bn_ray_draw_where(sampler, ray, u); out = put(out, u, 2);
-        bn_ray_draw_light(sampler, ray, u); out = put(out, u, 2);
-        for (int i = 0; i < 6; ++i) { *out++ = bn_ray_1d(sampler, ray); }
-        for (int i = 0; i < 3; ++i) { bn_ray_2d(sampler, ray, u); out = put(out, u, 2); }
-        for (int i = 0; i < 2; ++i) { bn_ray_4d(sampler, ray, u); out = put(out, u, 4); }
-        return out;
-    }
-    void draw(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index, uint32_t frame, uint32_t number,
-              uint32_t count, uint32_t k, float *out) {
-        float u[2];
-        bn_path path = bn_path_start(x, y, index, frame);
-        bn_ray ray = bn_path_ray(&path, number);
-        out = of_ray(sampler, &ray, out);
-        bn_split split = bn_ray_split(&ray, count);
-        bn_rng rng = bn_ray_rng(sampler, &ray);
-        bn_path branch = bn_split_path(&split, k);
-        bn_ray first = bn_path_ray(&branch, number % 5);
-        out = of_ray(sampler, &first, out);
-        for (int i = 0; i < 8; ++i) *out++ = bn_rng_1d(&rng);
-        bn_path_first_light(sampler, &path, count ? count : 1, count ? k % count : 0, u); out = put(out, u, 2);
-        bn_path_time(sampler, &branch, u); out = put(out, u, 2);
-        bn_ray part = bn_ray_keyed(&ray, k);
-        out = of_ray(sampler, &part, out);
-        split = bn_ray_split_from(&ray, index % 1000);
-        branch = bn_split_path(&split, k);
-        first = bn_path_ray(&branch, 0);
-        of_ray(sampler, &first, out);
-    }
-    const bn_sampler *sampler_of(int32_t kind, uint64_t seed) {
-        static bn_sampler sampler;
-        sampler = bn_sampler_make(kind, seed);
-        return &sampler;
-    }
-"""
-NUMBERS = 4 * 28 + 8 + 2 + 2
 
 
-@pytest.fixture(scope="module")
-def in_c(tmp_path_factory):
-    """bn_path.h and the library, compiled as a shared library of its own."""
-    archive = ROOT / "build/libbn/libbn.a"
-    if not archive.exists():
-        pytest.skip("no build/libbn/libbn.a; scripts/setup makes it")
-    folder = tmp_path_factory.mktemp("path")
-    (folder / "path.c").write_text(SOURCE)
-    command = [os.environ.get("CC", "cc"), "-std=c99", "-O1", "-shared", "-fPIC", "-I", ROOT / "libbn/include",
-               folder / "path.c", archive, "-lm", "-pthread", "-ldl", "-o", folder / "path.so"]
-    try:
-        subprocess.run(command, check=True)
-    except FileNotFoundError:
-        pytest.skip("no C compiler")
-    library = ctypes.CDLL(str(folder / "path.so"))
-    library.sampler_of.restype = ctypes.c_void_p
-    library.sampler_of.argtypes = [ctypes.c_int32, ctypes.c_uint64]
-    library.draw.argtypes = [ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32, *[ctypes.c_uint32] * 5,
-                             ctypes.POINTER(ctypes.c_float)]
-
-    def call(kind, *lane):
-        sampler = library.sampler_of(KINDS.index(kind), SEED)
-        out = (ctypes.c_float * (len(X) * NUMBERS))()
-        for i in range(len(X)):
-            at = ctypes.cast(ctypes.byref(out, 4 * NUMBERS * i), ctypes.POINTER(ctypes.c_float))
-            library.draw(sampler, *(int(np.broadcast_to(each, X.shape)[i]) for each in (X, Y, INDEX, FRAME, *lane)), at)
-        return np.array(out, np.float32).reshape(len(X), NUMBERS)
-
-    return call
-
-
-def of_ray(ray):
-    singles = [ray.next_1d()[..., None] for _ in range(6)]
-    return [ray.draw(), ray.draw_where(), ray.draw_light(), *singles, *(ray.next_2d() for _ in range(3)),
-            *(ray.next_4d() for _ in range(2))]
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("number", "count", "k"), [
-    (0, 4, 0), (2, 4, 3), (3, 1, 0), (7, 3, 11), (2**28 - 1, 0, 2), (RANDOM.integers(0, 9, len(X)), 5, RANDOM.integers(0, 20, len(X)))])
-def test_the_bits_are_those_of_c(in_c, kind, number, count, k):
-    path = Path(Sampler(kind, seed=SEED), X, Y, INDEX, FRAME)
-    ray = path.ray(number)
-    numbers = of_ray(ray)
-    split, rng = ray.next_split(count), ray.next_rng()
-    branch = split[k]
-    numbers += of_ray(branch.ray(np.asarray(number) % 5))
-    numbers += [rng.next_1d()[..., None] for _ in range(8)]
-    numbers += [path.first_light(max(count, 1), k % max(count, 1)), branch.time()]
-    numbers += of_ray(ray.keyed(k))
-    numbers += of_ray(ray.next_split_from(INDEX % 1000)[k].ray(0))
-    assert len(split) == count and path.shape == X.shape
-    result = np.concatenate(numbers, axis=-1)
-    assert result.dtype == np.float32 and all(each.dtype == np.float32 for each in numbers)
-    np.testing.assert_array_equal(result, in_c(kind, number, count, k))
+def test_paths_have_the_bits_of_c():
+    """Those that tests/c/test_draw_hashes.c hashes, of sixteen pixels and six indices."""
+    pixel, index = np.arange(96) // 6, np.tile([0, 1, 5, 255, 256, 70000], 16)
+    path = Path(Sampler(seed=1), 3 * pixel - 20, 100 - 37 * pixel, index)
+    found = np.zeros(96, np.uint32)
+    for depth in range(8):
+        ray = path.ray(depth)
+        numbers = [ray.draw(), *(ray.next_1d() for _ in range(5)), *(ray.next_2d() for _ in range(3)), ray.next_4d()]
+        rng = ray.next_rng()
+        numbers += [rng.next_1d() for _ in range(6)]
+        split, running = ray.next_split(3), ray.next_split_from(9)
+        numbers += [split[k].ray(1).draw_light()[:, 0] for k in range(4)]
+        numbers += [running[k].ray(0).draw_where()[:, 0] for k in range(2)]
+        numbers.append(ray.keyed(77).next_1d())
+        for column in np.column_stack(numbers).T:
+            assert column.dtype == np.float32
+            found = (found ^ column.view(np.uint32)) * np.uint32(0x01000193)
+    assert hash_of(found) == table()["paths"]
 
 
 def test_shapes_broadcast():

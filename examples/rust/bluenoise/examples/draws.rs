@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Prints what a path of eight rays draws in some pixels, as bits: tests/install/rust_draws.c prints the same in C.
+//! Prints what a path of eight rays draws in some pixels, as bits: tests/install/test_rust.py compares it with tests/c/draw_hashes.txt.
 
 use bluenoise::{Path, Sampler};
 
