@@ -129,8 +129,7 @@ static uint64_t hash_choices(void) {
         float cdf[8];
         for (int k = 0; k < 8; ++k) cdf[k] = limits[k] * sums[i % 4];
         hash = add_choices(hash, (float)(b >> 40) * 0x1p-24f,
-                           1u + ((uint32_t)(b & 0xffffffu) >> i % 24), cdf,
-                           (float)step * 0x1p-24f);
+                           1u + ((uint32_t)(b & 0xffffffu) >> i % 24), cdf, (float)step * 0x1p-24f);
     }
     return hash;
 }

@@ -13,7 +13,6 @@ import bluenoise
 from bluenoise import Path, Sampler, _path
 
 
-
 def test_paths_have_the_bits_of_c():
     """Those that tests/c/test_draw_hashes.c hashes, of sixteen pixels and six indices."""
     pixel, index = np.arange(96) // 6, np.tile([0, 1, 5, 255, 256, 70000], 16)
