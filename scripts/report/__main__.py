@@ -13,8 +13,8 @@ PARTS = {
     "samplers": ("samplers", "paths"),
     "realtime": ("realtime", "moving"),
     "masks": ("masks", "neural", "points"),
-    "renders": ("renders", "models", "summary", "denoise", "picture", "adaptive"),
-    "others": ("mitsuba", "pbrt", "cycles", "web", "correctness"),
+    "renders": ("renders", "summary", "denoise", "picture", "adaptive"),
+    "others": ("mitsuba", "pbrt", "cycles", "web"),
     "pages": ("convergence",),
 }
 

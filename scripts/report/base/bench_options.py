@@ -41,7 +41,7 @@ def find_onnxruntime():
 
 
 def add_common_options(parser, reference_spp, pages):
-    """Options shared by `renders`, `models` and `denoise`."""
+    """Options shared by `renders` and `denoise`."""
     parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
     parser.add_argument("--reference-spp", type=positive, default=reference_spp, metavar="N",
                         help=f"samples per pixel of references, a multiple of 32 (default {reference_spp})")

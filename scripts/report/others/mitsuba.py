@@ -15,10 +15,10 @@ from ..base.command import CommandError, package, positive
 from ..base.progress import Progress
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import displayed_rmse, rmse
-from .correctness import INSTALL
 from .other_renderer import write_picture
 
 COMMAND = "scripts/bench mitsuba"
+INSTALL = ".venv/bin/python -m pip install mitsuba"
 OWN = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
 SAMPLERS = (*OWN, "bluenoise")
 BASE = "independent"

@@ -1,127 +1,76 @@
 # SPDX-License-Identifier: Apache-2.0
 """How samplers converge on one scene, including your own: `scripts/convergence my.gltf`, and `scripts/demo` for the Cornell box
 
-Renders progressive runs of each sampler, then a reference (kept in ~/.cache/libbn), and measures the error at every count and
-seed. Writes report.html with a slider that compares two pictures, enlarged parts, error images and their spectra, and plots of
-error against samples and time; the figures are in convergence.csv. The page has the pictures first and grows while the rest is
-rendered. What is rendered is kept in the output folder, so an interrupted run resumes.
+Renders a reference and progressive runs of each sampler, and measures the error at every count and seed. Writes report.html with a
+slider that compares two pictures, enlarged parts, error images and their spectra, and plots of error against samples and time; the
+figures are in convergence.csv, and every picture of the first seed is there as EXR and PNG. References and results are kept in
+~/.cache/libbn ($XDG_CACHE_HOME), so an interrupted run resumes.
 """
 
 import argparse
+import base64
 import dataclasses
+import html
+import io
+import itertools
+import json
 import re
 import statistics
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from matplotlib.figure import Figure
 from scipy import ndimage
 
-from ..base.command import CommandError, add_pathtracer, parse_size, positive, split_more
-from ..base.contact_sheet import enlarged_part, grey, preview
-from ..base.files import read_exr, read_rows, sha256_of, write_exr, write_image, write_rows, write_text
-from ..base.palette import style
-from ..base.progress import Progress
+from ..base.command import add_pathtracer, names_of, parse_size, positive, split_more
+from ..base.contact_sheet import enlarged_part, grey, preview, sheet
+from ..base.files import write_exr, write_image, write_rows, write_text
+from ..base.palette import plain_numbers, style
 from ..measure.flip import mean_flip
+from ..measure.gains import REFERENCE_MARGIN
 from ..measure.image_error import (
     LUMINANCE,
     SIGMAS,
+    all_errors,
     blurred,
     error_image,
     fireflies,
     luminance_error,
     radial_spectrum,
-    relative_rmse,
-    rmse,
     spectrum_image,
 )
-from ..renders.renderer import (
-    REFERENCE_PARTS,
-    REFERENCE_SEED,
-    Renderer,
-    Request,
-    cache_folder,
-    files_beside,
-    make_reference,
-    progressive,
-    run_pathtracer,
-    scene_label,
-)
-from . import curves, page, slider
+from ..measure.ratios import ratio
+from ..renders.judge import Cells, Run, Task, pictures_of, render_references
+from ..renders.renderer import REFERENCE_PARTS, run_pathtracer, scene_label
+from ..renders.variants import OPTION_NAMES, VARIANTS
+from ..renders.views import View
 
-ERRORS = ("rmse", "relative_rmse", "rmse_1.0", "rmse_2.1", "flip")
-FIELDS = ("sampler", "spp", "seconds", *ERRORS)
-MEASURES = (("rmse_2.1", "RMSE after a blur of 2.1 pixels"), ("rmse", "RMSE"), ("flip", "mean FLIP"))
-# FLIP takes longer than the renders themselves and hardly differs between seeds.
-FLIP_SEEDS = 3
+MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1", "flip": "FLIP"}
+PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE", "flip": "mean FLIP"}
+ERROR = "rmse_2.1"  # what is shown beside the pictures
+# FLIP takes longer than the renders themselves and hardly differs between seeds; with fewer seeds, intervals are too wide.
+FLIP_SEEDS, SEEDS_FOR_RATIO = 3, 3
 SAMPLERS = ("white", "sobol", "blue")
 # scripts/demo: all counts are steps of one run, which is where padded Sobol' falls back. The scene is dark except for its lamp.
-DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries": (1, 3, 4, 16), "headlines": (3, 16), "start": (3, "2.1"),
-        "exposure": 1.0, "seed": 0, "seeds": 6, "flip": False, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
+DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries": (1, 3, 4, 16), "start": 3, "exposure": 1.0,
+        "seeds": 6, "flip": False, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
 
 
-def counts_to(spp):
-    """Powers of two and three times those, as the path tracer records its errors."""
-    return sorted({n for k in range(17) for n in (2**k, 3 * 2**k) if n < spp} | {spp})
+class Pictures(Run):
+    """A judge.Run that keeps every picture of the first seed, and the seconds that rendering took."""
 
+    def key(self, task, reference):
+        return {**super().key(task, reference), "flip": self.flip and task.seed < FLIP_SEEDS}
 
-def shown_counts(spp):
-    return [*[n for n in (1, 4, 16, 64, 256) if n < spp][-3:], spp]
-
-
-# ---- Rendering and measuring
-
-def render_pictures(renderer, request, options):
-    """[EXR] of the first seed at all counts, steps of one run, with a PNG of each beside it."""
-    def make(paths):
-        for path, (_, picture, attributes) in zip(paths[::2], progressive(renderer.program, request, options.counts, renderer.threads)):
-            write_exr(path, picture, {name: attributes[name] for name in ("sampler", "seed", "spp", "seconds", "scene") if name in attributes})
-            write_image(path.with_suffix(".png"), preview(picture, options.exposure))
-
-    names = [f"{request.sampler}_{spp}{suffix}" for spp in options.counts for suffix in (".exr", ".png")]
-    return renderer.kept(request, names, make, counts=list(options.counts), shown_at=options.exposure, files=files_beside(request.scene))[::2]
-
-
-def measure_run(renderer, request, options, reference_path, pictures=None):
-    """[{spp, seconds, errors}] at the counts of one seed's run; pictures: those of the first seed, which are rendered."""
-    flip = options.flip and request.seed < options.seed + FLIP_SEEDS
-
-    def make(paths):
-        run = ((spp, *read_exr(path)) for spp, path in zip(options.counts, pictures)) if pictures else progressive(
-            renderer.program, request, options.counts, renderer.threads)
-        reference, rows = read_exr(reference_path)[0], []
-        for spp, picture, attributes in run:
-            rows.append({"spp": spp, "seconds": attributes["seconds"], "relative_rmse": relative_rmse(picture, reference),
-                         **{f"rmse_{sigma}" if sigma else "rmse": rmse(picture, reference, sigma) for sigma in SIGMAS}})
-            if flip:
-                rows[-1]["flip"] = mean_flip(picture, reference)
-        write_rows(paths[0], list(rows[0]), rows)
-
-    (path,) = renderer.kept(request, [f"errors/{request.sampler}_{request.seed}.csv"], make, counts=list(options.counts), flip=flip,
-                            reference=sha256_of(reference_path), files=files_beside(request.scene))
-    return [{name: float(value) for name, value in row.items()} for row in read_rows(path)]
-
-
-def over_seeds(sampler, runs):
-    """One row per sample count: medians, which are robust to fireflies, and under "each" the errors of every seed."""
-    rows = []
-    for same in zip(*runs):
-        each = {name: [row[name] for row in same if name in row] for name in ERRORS}
-        rows.append({"sampler": sampler, "spp": int(same[0]["spp"]), "seconds": statistics.median(row["seconds"] for row in same),
-                     **{name: statistics.median(found) for name, found in each.items() if found}, "each": each})
-    return rows
-
-
-def given_reference(path, size):
-    """A reference supplied by the user, checked before anything is rendered."""
-    try:
-        picture, _ = read_exr(path)
-    except (OSError, RuntimeError, KeyError, ValueError) as error:
-        raise CommandError(f"{path} is not an EXR picture that can be read ({error})") from None
-    if picture.shape[:2] != (size[1], size[0]):
-        raise CommandError(f"the reference {path} has {picture.shape[1]}x{picture.shape[0]} pixels, the pictures "
-                           f"{size[0]}x{size[1]}; set --size or use another reference")
-    return Path(path).resolve()
+    def measure(self, task, reference):
+        rows, kept = [], {}
+        for spp, picture, attributes in pictures_of(self.program, task):
+            rows.append({"spp": spp, "seconds": attributes["seconds"], **all_errors(picture, reference.picture, reference.exposure)})
+            if self.flip and task.seed < FLIP_SEEDS:
+                rows[-1]["flip"] = mean_flip(picture, reference.picture)
+            if task.keep_pictures:
+                kept[str(spp)] = picture
+        return rows, kept
 
 
 # ---- The page
@@ -142,175 +91,184 @@ def part_worth_showing(reference, picture):
 
 
 def gallery(samplers, errors, previews, part):
-    """For one count, a row over samplers: an enlarged part, its error, that error after a blur, and the spectrum of the error."""
+    """For one count, a column for each sampler: an enlarged part, its error, that error after a blur, and the spectrum of the error."""
     white = errors[samplers[0]]
     factor = max(1, min(white.shape) // part[2])
-    rows = [[enlarged_part(previews[s], part, factor) for s in samplers]]
+    rows = [[[enlarged_part(previews[s], part, factor)] for s in samplers]]
     for sigma in (0.0, SIGMAS[-1]):
         shown = {s: blurred(errors[s], sigma) for s in samplers}
         # One grey scale for all samplers: three standard deviations of white noise, robust to the lights.
         full_scale = max(3 * 1.4826 * float(np.median(np.abs(shown[samplers[0]]))), 1e-12)
-        rows.append([enlarged_part(grey(error_image(shown[s], full_scale)), part, factor) for s in samplers])
+        rows.append([[enlarged_part(grey(error_image(shown[s], full_scale)), part, factor)] for s in samplers])
     level = max(float(np.mean(radial_spectrum(white)[1])), 1e-30)
-    return page.pictures([*rows, [grey(spectrum_image(errors[s], level)) for s in samplers]],
-                         ("enlarged", "error", "error, blurred", "spectrum"), samplers)
+    rows.append([[grey(spectrum_image(errors[s], level)).resize(rows[0][0][0].size)] for s in samplers])
+    return sheet(rows, ("enlarged", "error", "blurred", "spectrum"), samplers)
 
 
-def charts(rows, samplers, errors):
-    """Parts of the page: gains, errors against samples and time, spectra."""
-    measures = [(measure, title) for measure, title in MEASURES if measure in rows[0]]
+def plots(rows, errors):
+    """SVG: error reduction over the first sampler, errors against samples and time, power spectra at the last count."""
+    samplers, measures = list(rows), [name for name in PLOTTED if name in next(iter(rows.values()))[0]]
+    figure = Figure(figsize=(14, 11), layout="constrained")
+    axes = figure.subplots(3, len(measures), squeeze=False)
+    for column, measure in enumerate(measures):
+        base = [row[measure] for row in rows[samplers[0]]]
+        for name, own in rows.items():
+            values, spp, seconds = ([row[key] for row in own] for key in (measure, "spp", "seconds"))
+            axes[0, column].loglog(spp, np.divide(base, values), **style(name, samplers))
+            axes[1, column].loglog(spp, values, **style(name, samplers))
+            axes[2, column].loglog(seconds, values, **style(name, samplers))
+        axes[0, column].set_title(f"{PLOTTED[measure]}: times less than {samplers[0]}")
+        for row, label in enumerate(("samples per pixel", "samples per pixel", "seconds of rendering, one thread")):
+            axes[row, column].set_xlabel(label)
+            plain_numbers(axes[row, column].xaxis, axes[row, column].yaxis)
+    for axis in axes.flat:
+        axis.grid(True, which="both", alpha=.22)
+    level = max(float(np.mean(radial_spectrum(errors[samplers[0]])[1])), 1e-30)
+    inset = axes[0, 0].inset_axes((.62, .05, .36, .4))
+    for name in samplers:
+        frequency, power = radial_spectrum(errors[name])
+        inset.semilogy(frequency, np.maximum(power, 1e-30) / level, **{**style(name, samplers), "marker": ""})
+    inset.set_title("power of the error by frequency", fontsize=7)
+    axes[0, 0].legend()
+    text = io.StringIO()
+    figure.savefig(text, format="svg", transparent=True)
+    return "<svg class=chart" + text.getvalue().partition("<svg")[2]
 
-    def against(key):
-        return page.grid(page.chart(curves.error_curve(rows, samplers, key, measure, title)) for measure, title in measures)
 
-    return [page.paragraph(f"Error reduction over {samplers[0]}, medians over seeds:"),
-            page.grid(page.chart(curves.gain_curve(rows, samplers, measure, title)) for measure, title in measures),
-            page.paragraph("Error against samples; the band spans the seeds:"), against("spp"),
-            page.paragraph("Error against time:"), against("seconds"),
-            page.paragraph("Power spectrum of the error. Blue noise has little power at low frequencies, the part that "
-                           f"survives a blur. Errors beyond {samplers[0]}'s 99th percentile are clipped."),
-            page.grid(page.chart(curves.spectrum_curve({s: errors[s, spp] for s in samplers}, samplers, page.samples(spp)))
-                      for spp in sorted({spp for _, spp in errors}))]
+def uri(image, kind="PNG", **options):
+    data = io.BytesIO()
+    image.convert("RGB").save(data, kind, optimize=True, **options)
+    return f"data:image/{kind.lower()};base64," + base64.b64encode(data.getvalue()).decode()
 
 
-def headlines(rows, samplers, counts, own_error):
-    """(headline, caption) for the last sampler against each other one, where seeds and reference permit a ratio."""
-    found, own = [], {(row["sampler"], row["spp"]): row["each"]["rmse_2.1"] for row in rows}
-    for other in samplers[:-1]:
-        for spp in counts:
-            ratio, why = slider.judged(own[other, spp], own[samplers[-1], spp], own_error)
-            if ratio is None:
-                found.append(("\u2013", f"{other} at {page.samples(spp)}. {why}"))
-            elif ratio.low <= 1 <= ratio.high:
-                found.append(("even", f"with {other} at {page.samples(spp)} ({ratio.low:.2f} to {ratio.high:.2f})"))
-            else:
-                found.append((f"{ratio.value:.2f} \u00d7", f"less error than {other} at {page.samples(spp)} "
-                              f"({ratio.low:.2f} to {ratio.high:.2f})"))
-    return found if any(value != "\u2013" for value, _ in found) else []
+def note(one, other, errors, own_error):
+    """The line below the pictures: the errors of two samplers and, where seeds and reference permit it, their ratio."""
+    rms = {name: float(np.sqrt(np.mean(np.square(errors[name])))) for name in (one, other)}
+    text = f"Error after a blur of 2.1 pixels: {one} {rms[one]:.3g}, {other} {rms[other]:.3g}. "
+    if len(errors[one]) < SEEDS_FOR_RATIO:
+        return text + f"A ratio needs at least {SEEDS_FOR_RATIO} seeds."
+    if min(rms.values()) < REFERENCE_MARGIN * own_error:
+        return text + f"The reference's own error, {own_error:.2g}, is too large for a ratio."
+    found = ratio(errors[one], errors[other])
+    if found.low <= 1 <= found.high:
+        return text + f"No significant difference over {len(errors[one])} seeds."
+    times = sorted(max(value, 1 / value) for value in (found.low, found.value, found.high))
+    return (text + f"The error of {other if found.value > 1 else one} is {times[1]:.2f} times smaller ({times[0]:.2f} to {times[2]:.2f} "
+            f"over {len(errors[one])} seeds).")
+
+
+def html_table(head, lines):
+    rows = ["<tr>" + "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in line) + "</tr>"
+            for tag, line in (("th", head), *(("td", line) for line in lines))]
+    return f'<div class="wide" tabindex="0"><table>{"".join(rows)}</table></div>'
+
+
+def page(options, rows, pictures, reference, notes):
+    """The text of report.html. rows: of summary(); pictures: {(sampler, count): array}."""
+    samplers, name = options.samplers, scene_label(options.scene)
+    images = {key: preview(picture, options.exposure) for key, picture in pictures.items()}
+    found = {s: {row["spp"]: row for row in own} for s, own in rows.items()}
+    data = {
+        "scene": name, "size": options.size, "counts": options.shown, "start": options.shown.index(options.start),
+        "reference": uri(preview(reference.picture, options.exposure)),
+        # JPEG at a quality that preserves noise.
+        "pictures": {s: [uri(images[s, n], "JPEG", quality=86, subsampling=0) for n in options.shown] for s in samplers},
+        "errors": {s: [f"{found[s][n][ERROR]:.3g}" for n in options.shown] for s in samplers},
+        "notes": [{f"{one}|{other}": note(one, other, {s: found[s][n]["each"] for s in samplers}, reference.own[ERROR])
+                   for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
+    errors = {(s, n): luminance_error(pictures[s, n], reference.picture) for n in options.galleries for s in samplers}
+    for n in options.galleries:
+        # A single firefly would dominate a spectrum.
+        most = max(float(np.quantile(np.abs(errors[samplers[0], n]), 0.99)), 1e-12)
+        errors.update({(s, n): np.clip(errors[s, n], -most, most) for s in samplers})
+    part = part_worth_showing(reference.picture, pictures[samplers[0], options.start])
+    parts = ["<h2>Pictures</h2>", "<p>A noisy part of the picture, enlarged; its signed luminance error, grey where it is zero, on one scale "
+             "for all samplers; that error after a blur of 2.1 pixels, on another; and the power spectrum of the error, frequency 0 in the "
+             f"middle, black at a thousandth of {samplers[0]}'s mean.</p>"]
+    for n in options.galleries:
+        shown = gallery(samplers, {s: errors[s, n] for s in samplers}, {s: images[s, n] for s in samplers}, part)
+        parts.append(f'<details{" open" * (n == options.start)}><summary>{n} sample{"s" * (n > 1)} per pixel</summary><div class="wide" tabindex="0">'
+                     f'<img class=gallery alt="parts, errors and spectra" src="{uri(shown)}"></div></details>')
+    parts += ["<h2>Plots</h2>", f'<div class="wide" tabindex="0">{plots(rows, {s: errors[s, options.galleries[-1]] for s in samplers})}</div>',
+              "<h2>Figures</h2>", html_table(header(samplers), texts(rows, options.counts)), *(f"<p>{html.escape(text)}</p>" for text in notes)]
+    text = (Path(__file__).parent / "report.html").read_text(encoding="utf-8").replace("SCENE", html.escape(name))
+    # "</" would end the script element.
+    return text.replace("DATA", json.dumps(data).replace("</", "<\\/")).replace("PARTS", "\n".join(parts))
+
+
+# ---- Figures
+
+def summary(cells, view, samplers, counts):
+    """{sampler: one row per count}: medians over seeds, which are robust to fireflies, and under "each" the errors ERROR of every seed."""
+    def row(label, spp):
+        cell = cells.values[view, label, spp]
+        return {"spp": spp, **{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES) if name in cell}, "each": cell[ERROR]}
+
+    return {label: [row(label, spp) for spp in counts] for label in samplers}
 
 
 def header(samplers):
-    return ("sampler", "spp", "seconds", "RMSE", "relative", "sigma 1.0", "sigma 2.1", "FLIP", f"over {samplers[-1]}")
+    return ["sampler", "spp", "seconds", *MEASURES.values(), f"sigma 2.1, over {samplers[-1]}"]
 
 
-def texts(rows, samplers, counts):
-    """The table's lines: of errors after sigma 2.1, the last column is that over the last sampler's."""
-    last = {row["spp"]: row["rmse_2.1"] for row in rows if row["sampler"] == samplers[-1]}
-    return [(row["sampler"], str(row["spp"]), f"{row['seconds']:.3f}", f"{row['rmse']:.5f}", f"{row['relative_rmse']:.4f}",
-             f"{row['rmse_1.0']:.5f}", f"{row['rmse_2.1']:.5f}", f"{row['flip']:.4f}" if "flip" in row else "",
-             f"{row['rmse_2.1'] / last[row['spp']]:.2f}" if last[row["spp"]] else "")
-            for row in sorted(rows, key=lambda row: row["spp"]) if row["spp"] in counts]
+def texts(rows, counts):
+    """The table's lines; the last column is the error after sigma 2.1 over the last sampler's."""
+    last, lines = {row["spp"]: row[ERROR] for row in list(rows.values())[-1]}, []
+    for spp in counts:
+        for label, own in rows.items():
+            row = next(row for row in own if row["spp"] == spp)
+            lines.append([label, str(spp), f"{row['seconds']:.3f}", *(f"{row[name]:.5f}" if name in row else "" for name in MEASURES),
+                          f"{row[ERROR] / last[spp]:.2f}" if last[spp] else ""])
+    return lines
 
 
-def text_table(head, lines, group):
-    """Lines of texts in columns, with an empty line after every `group` of them."""
-    widths = [max(map(len, column)) for column in zip(head, *lines)]
-    return "".join(("\n" if i > 1 and i % group == 1 % group else "") + line[0].ljust(widths[0]) + "  "
-                   + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n" for i, line in enumerate((head, *lines)))
+def text_table(lines):
+    widths = [max(map(len, column)) for column in zip(*lines)]
+    return "".join(line[0].ljust(widths[0]) + "  " + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n" for line in lines)
 
 
-def write_page(options, images, rows=(), pictures=None, reference=None, own_error=0.0, notes=()):
-    """The page, once with the pictures alone (images: {(sampler, spp): 8-bit image}), and once with everything."""
-    samplers, name = options.samplers, scene_label(options.scene)
-    shown = {key: image for key, image in images.items() if key[1] in options.shown}
-    compare = slider.widget(name, None if reference is None else preview(reference, options.exposure), shown, samplers, rows, own_error,
-                            *options.start)
-    lead = ("Equally many samples with each sampler. Drag the divider, and step through the samples. The blur shows what remains visible from a "
-            "distance; switch it off to see each pixel.")
-    if not rows:
-        growing = page.still_growing("Still to come: errors, plots and tables, once the reference is rendered.")
-        return write_text(options.out / "report.html", page.page(f"How samplers converge: {name}", [("Side by side", [growing, compare])], lead))
-    errors = {(s, spp): luminance_error(pictures[s, spp], reference) for spp in options.galleries for s in samplers}
-    for spp in options.galleries:
-        # A single firefly would dominate a spectrum.
-        most = max(float(np.quantile(np.abs(errors[samplers[0], spp]), 0.99)), 1e-12)
-        errors.update({(s, spp): np.clip(errors[s, spp], -most, most) for s in samplers})
-    part = part_worth_showing(reference, pictures[samplers[0], options.start[0]])
-    facts = headlines(rows, samplers, options.headlines, own_error)
-    said = [page.facts(facts, min(len(facts), 4)), page.paragraph(
-        f"{samplers[-1]} after a blur of 2.1 pixels: geometric means over {options.seeds} seeds with 95 % intervals.")] if facts else []
-    lines = texts(rows, samplers, options.counts)
-    sections = [
-        ("Side by side", [*said[:1], compare, *said[1:]]),
-        ("Pictures", [page.folded(page.samples(spp), [gallery(samplers, {s: errors[s, spp] for s in samplers},
-                                                              {s: images[s, spp] for s in samplers}, part)], spp == options.start[0])
-                      for spp in options.galleries] +
-         [page.paragraph("A noisy part of the picture, enlarged; its signed luminance error, grey where it is zero, on one scale for all "
-                         "samplers; that error after a blur of 2.1 pixels, on another; and the power spectrum of the error, frequency 0 in "
-                         f"the middle, black at a thousandth of {samplers[0]}'s mean.")]),
-        ("Plots", charts(rows, samplers, errors)),
-        ("Figures", [page.table(header(samplers), lines, [i for i, row in enumerate(lines) if row[0] == samplers[-1]],
-                                range(len(samplers), len(lines), len(samplers)),
-                                {s: style(s, samplers)["color"] for s in samplers}), *map(page.paragraph, notes)])]
-    write_text(options.out / "report.html", page.page(f"How samplers converge: {name}", sections, lead))
+def notes_of(options, reference, last):
+    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
+             "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
+             "visible from a distance. As displayed, pictures are exposed and clipped first. FLIP is the mean of HDR-FLIP. Seconds count "
+             "rendering only, on one thread."]
+    found = {sampler: fireflies(picture) for sampler, picture in last.items()}
+    if any(found.values()):
+        notes.append(f"Fireflies at {options.counts[-1]} samples per pixel: {', '.join(f'{count} with {name}' for name, count in found.items())}. "
+                     "These few pixels can dominate the RMSE, which then says little about the rest of the picture; FLIP is hardly affected.")
+    own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
+    return [*notes, f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
+            "that are unreliable."]
 
 
 # ---- The command
-
-def seeds_text(count):
-    return f"the median of {count} seeds" if count > 1 else "of one seed"
-
-
-def notes_of(options, attributes, last):
-    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels. RMSE is the root mean square over pixels "
-             f"and channels of linear radiance, {seeds_text(options.seeds)}; the relative RMSE divides each pixel's error by the "
-             "reference. Sigma is the Gaussian blur, in pixels, before the error is measured: what remains visible from a "
-             f"distance; the last column divides that after 2.1 pixels by {options.samplers[-1]}'s. "
-             + (f"FLIP is the mean of HDR-FLIP, {seeds_text(min(options.seeds, FLIP_SEEDS))}. " if options.flip else "")
-             + "Seconds count rendering only, the median of progressive runs."]
-    found = {sampler: fireflies(picture) for sampler, picture in last.items()}
-    if any(found.values()):
-        notes.append(f"Fireflies at {page.samples(options.counts[-1])}: {', '.join(f'{count} with {name}' for name, count in found.items())}. "
-                     "These few pixels can dominate the RMSE, which then says little about the rest of the picture; FLIP is hardly affected.")
-    if "error0" in attributes:
-        own = ", ".join([f"{attributes['error0']:.5f}", *(
-            f"{attributes[f'error{i}']:.5f} after sigma {sigma}" for i, sigma in enumerate(SIGMAS) if sigma)])
-        notes.append(f"Reference: sampler sobol, {attributes['spp']} spp, a different seed. Its own error is about {own}; "
-                     "errors close to that are unreliable.")
-    return notes
-
-
-def parse_samplers(text):
-    names = list(dict.fromkeys(name for name in text.split(",") if name))
-    if not names:
-        raise argparse.ArgumentTypeError("must be sampler names separated by commas")
-    return names
-
-
-def seed(text):
-    if not re.fullmatch(r"[0-9]{1,19}", text):
-        raise argparse.ArgumentTypeError(f"must be a non-negative integer, not '{text}'")
-    return int(text)
-
 
 def parse_options(arguments):
     parser = argparse.ArgumentParser(
         prog="scripts/convergence", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
         epilog="Arguments after -- are passed to the path tracer: scripts/convergence my.gltf -- --env sky.exr")
     parser.add_argument("scene", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
-    parser.add_argument("--samplers", type=parse_samplers, default=list(SAMPLERS), metavar="A,B,...",
-                        help="samplers to compare, the baseline first (default white,sobol,blue)")
+    parser.add_argument("--samplers", type=names_of("sampler", OPTION_NAMES), default=SAMPLERS, metavar="A,B,...",
+                        help=f"samplers out of {', '.join(OPTION_NAMES)} (default {','.join(SAMPLERS)})")
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest number of samples per pixel (default 64)")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
-    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="first seed (default 1)")
     parser.add_argument("--seeds", type=positive, default=5, metavar="N",
-                        help=f"number of seeds over which medians are taken (default 5); FLIP uses at most {FLIP_SEEDS}, "
-                        "pictures show the first")
+                        help=f"seeds over which medians are taken (default 5; FLIP: at most {FLIP_SEEDS})")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the pictures, in stops")
-    parser.add_argument("--reference", metavar="FILE", help="use this EXR instead of rendering a reference")
     parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
-                        help="samples per pixel of the reference, a multiple of 32 (default 2048)")
-    parser.add_argument("--threads", type=positive, metavar="N", help="number of threads (default: one per core)")
+                        help=f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS} (default 2048)")
+    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="runs at a time, one thread each (default 2)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/convergence/SCENE)")
     parser.add_argument("--demo", action="store_true", help=argparse.SUPPRESS)
     add_pathtracer(parser)
     arguments, more = split_more(arguments)
     options = parser.parse_args(arguments)
-    options.more = more
+    options.samplers = [OPTION_NAMES[name] for name in options.samplers]
     options.out = options.out or Path("out/convergence") / scene_label(options.scene)
-    shown = shown_counts(options.spp)
-    vars(options).update({"counts": counts_to(options.spp), "shown": shown, "galleries": shown, "headlines": shown, "printed": shown,
-                          "start": (shown[min(1, len(shown) - 1)], "0"), "flip": True, **(DEMO if options.demo else {})})
+    counts = tuple(sorted({n for k in range(17) for n in (2**k, 3 * 2**k) if n < options.spp} | {options.spp}))
+    shown = [*[n for n in (1, 4, 16, 64, 256) if n < options.spp][-3:], options.spp]
+    vars(options).update({"more": more, "counts": counts, "shown": counts, "galleries": shown, "printed": shown,
+                          "start": shown[min(1, len(shown) - 1)], "flip": True, **(DEMO if options.demo else {})})
     if options.reference_spp % REFERENCE_PARTS:
         parser.error(f"--reference-spp must be a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
     if not re.fullmatch(r"[A-Za-z0-9_-]+", options.scene) and not Path(options.scene).is_file():
@@ -320,50 +278,29 @@ def parse_options(arguments):
 
 def run(arguments):
     options = parse_options(arguments)
-    renderer = Renderer(options.pathtracer, options.out, options.threads)
-    requests = {sampler: Request(sampler, options.counts[-1], options.seed, options.scene, *options.size, exposure=options.exposure,
-                                 more=options.more) for sampler in options.samplers}
-    # Try names and sizes with one sample before spending hours on a reference.
-    if options.reference:
-        reference_path = given_reference(options.reference, options.size)
+    view = View(options.scene, "", *options.size, options.more, options.exposure)
     options.out.mkdir(parents=True, exist_ok=True)
-    for request in requests.values():
-        run_pathtracer(options.pathtracer, [*dataclasses.replace(request, spp=1).arguments(), "--quiet", "-o", options.out / ".probe.exr"])
+    # Try names and options with one sample before spending hours on a reference.
+    for label in options.samplers:
+        request = view.request(VARIANTS[label].sampler, 1, mask=VARIANTS[label].mask)
+        run_pathtracer(options.pathtracer, [*request.arguments(), "--quiet", "-o", options.out / ".probe.exr"])
     for suffix in (".exr", ".png"):
         (options.out / f".probe{suffix}").unlink(missing_ok=True)
-
-    wanted, each, done = 0 if options.reference else options.reference_spp, options.counts[-1], 0
-    progress, paths, runs = Progress(wanted + len(requests) * options.seeds * each), {}, {}
-    try:
-        for sampler, request in requests.items():
-            progress(f"{sampler}, seed {options.seed}", done)
-            paths.update({(sampler, spp): path for spp, path in zip(options.counts, render_pictures(renderer, request, options))})
-            done += each
-        images = {key: Image.open(path.with_suffix(".png")).convert("RGB") for key, path in paths.items()}
-        write_page(options, images)
-        progress.say(f"{options.out}/report.html shows the pictures; errors and plots follow")
-        if not options.reference:
-            request = Request("sobol", wanted, REFERENCE_SEED, options.scene, *options.size, more=options.more)
-            reference_path = make_reference(options.pathtracer, request, cache_folder() / "references",
-                                            lambda share, done=done: progress(f"reference, {wanted} spp", done + share * wanted))
-            done += wanted
-        # Interleaved, so that other load on the machine affects all alike.
-        for number in range(options.seed, options.seed + options.seeds):
-            for sampler, request in requests.items():
-                progress(f"{sampler}, seed {number}", done)
-                own = [paths[sampler, spp] for spp in options.counts] if number == options.seed else None
-                runs.setdefault(sampler, []).append(
-                    measure_run(renderer, dataclasses.replace(request, seed=number), options, reference_path, own))
-                done += 0 if own else each
-    finally:
-        progress.close()
-    reference, attributes = read_exr(reference_path)
-    rows = [row for sampler in options.samplers for row in over_seeds(sampler, runs[sampler])]
-    pictures = {key: read_exr(path)[0] for key, path in paths.items()}
-    notes = notes_of(options, attributes, {sampler: pictures[sampler, options.counts[-1]] for sampler in options.samplers})
-    write_rows(options.out / "convergence.csv", FIELDS, [{name: row.get(name, "") for name in FIELDS} for row in rows])
-    write_page(options, images, rows, pictures, reference, float(attributes.get("error2", 0.0)), notes)
-    print(text_table(header(options.samplers), texts(rows, options.samplers, options.printed), len(options.samplers)))
-    for note in notes:
-        print(note)
+    references = render_references(options.pathtracer, (view,), options.reference_spp)
+    tasks = [Task(view, label, seed, options.counts, seed == 0) for seed in range(options.seeds) for label in options.samplers]
+    work = Pictures(options.pathtracer, "convergence", options.counts[-1], options.jobs, options.flip)
+    cells, reference = Cells(work.results(references, tasks)), references[view]
+    rows = summary(cells, view, options.samplers, options.counts)
+    pictures = {(label, spp): picture for (_, label, spp), picture in cells.pictures.items()}
+    for (label, spp), picture in pictures.items():
+        path = options.out / f"{label.replace(', ', '-')}_{spp}.exr"
+        write_exr(path, picture, {"sampler": label, "spp": spp, "scene": options.scene})
+        write_image(path.with_suffix(".png"), preview(picture, options.exposure))
+    notes = notes_of(options, reference, {label: pictures[label, options.counts[-1]] for label in options.samplers})
+    fields = ("sampler", "spp", "seconds", *MEASURES)
+    write_rows(options.out / "convergence.csv", fields,
+               [{name: {**row, "sampler": label}.get(name, "") for name in fields} for label, own in rows.items() for row in own])
+    write_text(options.out / "report.html", page(options, rows, pictures, reference, notes))
+    print(text_table([header(options.samplers), *texts(rows, options.printed)]))
+    print(*notes, sep="\n")
     print(f"Written: {options.out}/report.html, convergence.csv, and an EXR and a PNG of each picture.")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders many views with many samplers and measures each against its reference, for `scripts/bench renders` and
-`scripts/bench models`.
+"""Renders many views with many samplers and measures each against its reference, for `scripts/bench renders`.
 
 Results are cached in ~/.cache/libbn ($XDG_CACHE_HOME) under everything they depend on: the view, the pixels of the
 reference, and the pixels of two small probe renders that identify the sampler. An interrupted run therefore resumes, and
@@ -180,9 +179,8 @@ def plan(views, labels, seeds, kept=()):
 
 def load_reference(path, view):
     picture, attributes = read_exr(path)
-    exposure = float(attributes["exposure"]) if view.exposure is None else view.exposure
-    return Reference(Path(path), picture, own_errors(picture, read_first_half(path), exposure),
-                     float(attributes["meanError"]), exposure, int(attributes["spp"]), float(attributes["seconds"]))
+    return Reference(Path(path), picture, own_errors(picture, read_first_half(path), view.exposure),
+                     float(attributes["meanError"]), view.exposure, int(attributes["spp"]), float(attributes["seconds"]))
 
 
 def reference_folder(view):
@@ -193,7 +191,7 @@ def reference_folder(view):
 def render_reference(program, view, spp, report=lambda share: None):
     """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
     plain = dataclasses.replace(view, lights=())
-    request = plain.request("sobol", spp, REFERENCE_SEED, exposure="auto" if view.exposure is None else 0.0)
+    request = plain.request("sobol", spp, REFERENCE_SEED)
     return load_reference(make_reference(program, request, reference_folder(view), report), view)
 
 
@@ -212,16 +210,14 @@ def render_references(program, views, spp):
 
 
 def pictures_of(program, task):
-    """Yields (spp, picture) for each sample count of a task."""
+    """Yields (spp, picture, attributes) for each sample count of a task."""
     variant = task.variant
     request = task.view.request(variant.sampler, 1, task.seed, mask=variant.mask)
     if variant.declare:
         for n in task.counts:
-            for spp, picture, _ in progressive(program, dataclasses.replace(request, declared=n), [n], 1):
-                yield spp, picture
+            yield from progressive(program, dataclasses.replace(request, declared=n), [n], 1)
     else:
-        for spp, picture, _ in progressive(program, request, task.counts, 1):
-            yield spp, picture
+        yield from progressive(program, request, task.counts, 1)
 
 
 def wants_flip(task, spp, flip):
@@ -231,7 +227,7 @@ def wants_flip(task, spp, flip):
 def measure(program, task, reference, flip=True):
     """(rows, pictures): one row per sample count, and the pictures if the task keeps them."""
     rows, pictures = [], {}
-    for spp, picture in pictures_of(program, task):
+    for spp, picture, _ in pictures_of(program, task):
         row = {"spp": spp, **all_errors(picture, reference.picture, reference.exposure),
                "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))}
         if wants_flip(task, spp, flip):

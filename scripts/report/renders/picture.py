@@ -120,7 +120,7 @@ def draw_worst(options):
     size = tuple(WORST_FACTOR * side for side in view.size)
 
     def images(task):
-        picture = displayed(next(pictures_of(options.pathtracer, task))[1], view.exposure or 0.0)
+        picture = displayed(next(pictures_of(options.pathtracer, task))[1], view.exposure)
         return [preview(part).resize(size, Image.Resampling.NEAREST) for part in (picture, blurred(picture, SIGMA))]
 
     places = {"median": WORST_OF // 2, "worst": -1}

@@ -106,10 +106,9 @@ def progressive(program, request, counts, threads=None, read=read_exr):
 class Renderer:
     """Renders into one folder and keeps its records."""
 
-    def __init__(self, program, folder, threads=None):
+    def __init__(self, program, folder):
         self.program = Path(program)
         self.folder = Path(folder)
-        self.threads = threads  # None: all cores
         try:
             self._program_sha256 = sha256_of(self.program)
         except OSError as error:
@@ -140,24 +139,9 @@ class Renderer:
         path, key = self.folder / name, self._key(request, **more)
         if not self._valid(path, key) or not path.with_suffix(".png").is_file():
             path.parent.mkdir(parents=True, exist_ok=True)
-            threads = ["--threads", self.threads] if self.threads else []
-            run_pathtracer(self.program, [*request.arguments(), *threads, "--quiet", "-o", path])
+            run_pathtracer(self.program, [*request.arguments(), "--quiet", "-o", path])
             self._record(path, key)
         return path
-
-    def kept(self, request, names, make, **more):
-        """The paths of files of one run, which make(paths) writes unless all of them are valid already.
-
-        more: further conditions for their validity, besides the request and the program.
-        """
-        paths, key = [self.folder / name for name in names], self._key(request, **more)
-        if not all(self._valid(path, key) for path in paths):
-            for path in paths:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            make(paths)
-            for path in paths:
-                self._record(path, key)
-        return paths
 
     def reference(self, request, name, part_count=64, report=lambda fraction: None):
         """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
@@ -201,8 +185,6 @@ class Renderer:
         own_error = {f"error{i}": rmse(first, second, sigma) / 2 for i, sigma in enumerate(SIGMAS)}
         means = [float(np.mean(picture @ LUMINANCE)) for picture in pictures]
         own_error["meanError"] = float(np.std(means, ddof=1) / np.sqrt(len(means)))
-        if all("exposure" in a for a in attributes):
-            own_error["exposure"] = float(np.mean([a["exposure"] for a in attributes]))
         kept = ("scene", "sampler", "seed", "firstSample", "maxDepth", "software", "version")
         write_exr(path, (first + second) / 2, {
             **{name: attributes[0][name] for name in kept if name in attributes[0]}, **own_error,

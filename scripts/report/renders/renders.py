@@ -37,7 +37,7 @@ def furnace(options, run):
         key = {"furnace": [view.size, FURNACE_SPP], "label": label, "build": run.builds.key(view, label)}
         found = run.store.load(key)
         if not found:
-            (_, picture), = pictures_of(options.pathtracer, task)
+            (_, picture, _), = pictures_of(options.pathtracer, task)
             # The walls emit 1/2 and reflect 1/2; paths end after 8 bounces.
             share = picture.astype(np.float64) / (1 - 0.5**9) - 1
             found = [{"mean": float(share.mean()), "worst": float(np.abs(share).max())}], {}

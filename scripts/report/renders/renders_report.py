@@ -60,10 +60,9 @@ def samplers_tables(gains, counts, measures):
 
 class Report:
     """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}; times: of
-    speed.measure_all(), with costs of equal_quality.costs(), or None for both; names: {scene: what tables call it}."""
+    speed.measure_all(), with costs of equal_quality.costs(), or None for both."""
 
-    def __init__(self, options, cells, references, furnaces, times, costs=None, names=None):
-        self.names = names or {}
+    def __init__(self, options, cells, references, furnaces, times, costs=None):
         self.options, self.cells, self.references = options, cells, references
         self.furnaces, self.times, self.costs = furnaces, times, costs
         self.views, self.labels, self.counts = tuple(references), options.labels, tuple(options.seeds)
@@ -100,7 +99,7 @@ class Report:
                 found = list(self.spread(scene, "blue", spp, measure, than).values())
                 cells.append(f"{math.exp(statistics.mean(map(math.log, found))):.2f} ({min(found):.2f} to {max(found):.2f})"
                              if found else "")
-            rows.append([self.names.get(scene, scene), *cells])
+            rows.append([scene, *cells])
         return md_table([f"{than} / blue", *map(str, counts)], rows)
 
     # ---- The answer

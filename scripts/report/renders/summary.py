@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The first table of docs/report and the README's: `scripts/bench summary` writes both
 
-It reads what `scripts/bench renders --views held-out`, `scripts/bench pbrt` and `scripts/bench models` wrote to docs/report:
-how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
+It reads what `scripts/bench renders --views held-out` and `scripts/bench pbrt` wrote to docs/report: how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
 first was run with times, and `scripts/bench denoise --views held-out`, it also writes how long each sampler takes to an error.
 """
 
@@ -17,14 +16,13 @@ COMMAND = "scripts/bench summary"
 COUNTS = (1, 3, 4, 6, 16, 64)
 MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "sigma 1.0", "displayed": "single pixels",
             "rmse_2.1": "raw, sigma 2.1", "rmse_1.0": "sigma 1.0", "rmse": "single pixels"}
-OURS = {"white": "white", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
-    ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", OURS),
+    ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", {
+        "white": "white", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}),
     ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
         "independent": "white (`independent`)", "paddedsobol": "padded Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
         "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
-    ("third-party models", "models_headline.csv", "scripts/bench models FOLDER", OURS),
 )
 # What the README shows of it: of errors as displayed in our path tracer, these rows.
 SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PEER: BEST_PEER, "sobol-global": "one Sobol' sequence over the screen"}

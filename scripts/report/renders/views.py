@@ -40,14 +40,14 @@ TURN, SHIFT, ZOOM = 6.0, 0.04, 0.12  # at most: degrees, share of the distance t
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """A built-in scene or a file, seen by one camera at one size."""
+    """A built-in scene, seen by one camera at one size."""
 
     scene: str
     name: str
     width: int
     height: int
     camera: tuple = ()  # options of the path tracer
-    exposure: float | None = None  # of the displayed picture, in stops; None: chosen by the path tracer for the reference
+    exposure: float = 0.0  # of the displayed picture, in stops
     crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
     lights: tuple = ()  # options of the path tracer that leave the expected picture as it is
 
@@ -112,18 +112,17 @@ def _camera(scene, index):
     return "--eye", text(eye), "--target", text(target), "--fov", f"{fov * (1 + ZOOM * zoom):.6g}"
 
 
-def crops_of(view, size=CROP, margin=0.0):
-    """The four crops of a picture, one in each quarter of what remains without a margin (a share of its sides)."""
-    left, top = round(margin * view.width), round(margin * view.height)
-    wide, high = (view.width - 2 * left) // 2, (view.height - 2 * top) // 2
+def crops_of(view, size=CROP):
+    """The four crops of a picture, one in each quarter."""
+    wide, high = view.width // 2, view.height // 2
     if size[0] > wide or size[1] > high:
         raise ValueError(f"crops of {size[0]}x{size[1]} pixels do not fit into the quarters of a picture of "
                          f"{view.width}x{view.height}")
     found = []
     for i in range(4):
         digest = hashlib.sha256(f"{Path(view.scene).name} {view.name} {i}".encode()).digest()
-        x = left + i % 2 * wide + int.from_bytes(digest[:8], "big") % (wide - size[0] + 1)
-        y = top + i // 2 * high + int.from_bytes(digest[8:16], "big") % (high - size[1] + 1)
+        x = i % 2 * wide + int.from_bytes(digest[:8], "big") % (wide - size[0] + 1)
+        y = i // 2 * high + int.from_bytes(digest[8:16], "big") % (high - size[1] + 1)
         found.append(dataclasses.replace(view, name=f"{view.name}-{i + 1}".strip("-"), crop=(x, y, x + size[0], y + size[1])))
     return found
 
