@@ -100,15 +100,9 @@ static const uint32_t counts[COUNTS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, LA
 /* How a family sees the tile: the place of pixel (0, 0), 64 row + column, and the reflections of
  * columns and rows, from bit 12 on. */
 static uint32_t place_of(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t domain) {
-    const uint32_t *words = bn_tables(NULL, NULL);
-    const bn_blue_pixel pixel =
-        bn_draw_blue_pixel(words, bn_draw_seed(sampler), (uint32_t)x, (uint32_t)y, domain);
-    const uint32_t block = (pixel.block - BN_BLOCKS_AT) / 8u;
-    for (uint32_t i = 0; i < 16u; ++i) {
-        const uint32_t at = (block / 16u * 4u + i / 4u) * 64u + block % 16u * 4u + i % 4u;
-        if (words[BN_PIXELS_AT + at] == pixel.places) return at;
-    }
-    exit(1);
+    const bn_blue_pixel pixel = bn_draw_blue_pixel(bn_tables(NULL, NULL), bn_draw_seed(sampler),
+                                                   (uint32_t)x, (uint32_t)y, domain);
+    return pixel.at;
 }
 
 static uint32_t view_of(const bn_sampler *sampler, uint32_t domain) {

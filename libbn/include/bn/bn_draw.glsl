@@ -130,7 +130,8 @@ BN_FUNCTION BN_UINT bn_hash32(BN_UINT v) {
  * them. */
 BN_FUNCTION BN_UINT bn_draw_domain_child(BN_UINT domain, BN_UINT key) {
     BN_UINT v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
-    return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
+    v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
+    return v >> 2u | v << 30u;
 }
 
 /* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
@@ -166,21 +167,29 @@ BN_FUNCTION BN_UINT bn_sobol_second(BN_UINT digits) {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
-    BN_UINT places;         /* the pixel's word of the tile */
-    BN_UINT place, block;   /* the words that hold the upper 16 digits of the pixel */
-    BN_UINT keys01, keys23; /* random digits of this copy of the tile, added to them */
-    BN_UINT low01, low23;   /* the lower 16 digits, random: as in all these, a half-word each */
-    BN_UINT shuffle;        /* of the index: the same for all members of a family */
-    BN_UINT member;         /* of the family, times two */
+    BN_UINT at;           /* the pixel in the tile: 64 row + column */
+    BN_UINT place, block; /* what holds its upper 16 digits: entries of two words, from word 0 on */
+    BN_UINT keys;         /* random digits of this copy of the tile, for pair 0 */
+    BN_UINT low;          /* the lower 16 digits of pair 0, random: as above, a half-word each */
+    BN_UINT shuffle;      /* of the index: the same for all members of a family */
+    BN_UINT member;       /* of the family */
 };
+
+/* What makes the random digits of the members different. */
+#ifndef BN_KEY_FACTOR
+#define BN_KEY_FACTOR(member) bn_draw_key_factor(member)
+BN_FUNCTION BN_UINT bn_draw_key_factor(BN_UINT member) {
+    return member * 0x0bd794d6u + 0xd35a2d97u;
+}
+#endif
 
 BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, BN_UINT y,
                                              BN_UINT domain) {
     bn_blue_pixel pixel;
-    BN_UINT member = (domain >> 29u) & 6u;
+    BN_UINT turned = domain << 2u | domain >> 30u, member = turned & 3u;
     pixel.member = member;
     /* The family: its four members differ only in the upper two bits of the domain. */
-    BN_UINT start = (domain << 2u) ^ seed.x;
+    BN_UINT start = (turned & 0xfffffffcu) ^ seed.x;
     BN_UINT family = start * 0x21f0aaadu;
     family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
     /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
@@ -193,19 +202,22 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;
-    column &= 63u;
-    row &= 63u;
-    pixel.places = BN_WORD(BN_PIXELS_AT + row * 64u + column);
-    pixel.place = BN_PLACES_AT + (pixel.places >> (4u * member) & 15u) * 2u + member * 16u;
-    pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
-    /* The first eight digits of the four coordinates are bits of their own. */
-    BN_UINT keys = copy * (member * 0x85ebca6bu + 0xd35a2d97u);
+    BN_UINT at = (row & 63u) << 6u | (column & 63u);
+    pixel.at = at;
+    pixel.place = BN_PLACES_AT / 2u + (BN_WORD(BN_PIXELS_AT + at) >> (8u * member) & 15u) +
+                  member * 16u;
+    pixel.block = BN_BLOCKS_AT / 2u + ((at & 0xf00u) >> 2u) + (at & 0x3cu) + member;
+    BN_UINT keys = copy * BN_KEY_FACTOR(member);
     keys ^= keys >> 16u;
-    pixel.keys01 = keys;
-    pixel.keys23 = keys << 8u | keys >> 24u;
-    pixel.low01 = (bn_hash32(x + y * 0x9e3779b1u) ^ keys) * 0x21f0aaadu;
-    pixel.low23 = pixel.low01 ^ keys;
+    pixel.keys = keys;
+    pixel.low = (bn_hash32(x + y * 0x9e3779b1u) ^ keys) * 0x21f0aaadu;
     return pixel;
+}
+
+/* The keys for pair 1: so the first eight digits of the four coordinates are bits of their own. The low
+ * digits for pair 1 are low ^ keys. */
+BN_FUNCTION BN_UINT bn_draw_second_keys(BN_UINT keys) {
+    return keys << 8u | keys >> 24u;
 }
 
 /* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
@@ -232,14 +244,16 @@ BN_FUNCTION BN_UINT bn_draw_blue_digits(BN_UINT shuffle, BN_UINT reversed, BN_UI
 BN_FUNCTION bn_uint4 bn_draw_blue_at(BN_TABLE bn_blue_pixel pixel, BN_UINT index) {
     BN_UINT digits =
         bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
-    bn_uint4 v = BN_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u);
-    bn_uint4 place = BN_ROW(pixel.place), block = BN_ROW(pixel.block);
-    BN_UINT high01 = place.x ^ block.x ^ pixel.keys01, high23 = place.y ^ block.y ^ pixel.keys23;
-    v.x ^= high01 << 16u | (pixel.low01 & 0xffffu);
-    v.y ^= (high01 & 0xffff0000u) | pixel.low01 >> 16u;
-    v.z ^= high23 << 16u | (pixel.low23 & 0xffffu);
-    v.w ^= (high23 & 0xffff0000u) | pixel.low23 >> 16u;
-    BN_UINT later = BN_LATER_AT + pixel.member * 2u;
+    bn_uint4 v = BN_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 4u);
+    bn_uint4 place = BN_ROW(pixel.place * 2u), block = BN_ROW(pixel.block * 2u);
+    BN_UINT high = place.x ^ block.x ^ pixel.keys, low = pixel.low;
+    v.x ^= high << 16u | (low & 0xffffu);
+    v.y ^= (high & 0xffff0000u) | low >> 16u;
+    high = place.y ^ block.y ^ bn_draw_second_keys(pixel.keys);
+    low ^= pixel.keys;
+    v.z ^= high << 16u | (low & 0xffffu);
+    v.w ^= (high & 0xffff0000u) | low >> 16u;
+    BN_UINT later = BN_LATER_AT + pixel.member * 4u;
     for (digits <<= 8u; BN_ANY(digits); digits <<= 4u) {
         bn_uint4 row = BN_ROW(later + (digits >> 28u) * 16u);
         v.x ^= row.x;
@@ -257,15 +271,15 @@ BN_FUNCTION bn_uint2 bn_draw_blue_pair_first(BN_TABLE bn_blue_pixel pixel, BN_UI
                                              BN_UINT pair) {
     BN_UINT single = 0u - (pair >> 1u);
     pair &= 1u;
-    BN_UINT second = 0u - pair, places = BN_PLACES_AT + pixel.member * 16u + pair;
-    BN_UINT at = pixel.place + pair, other = at;
-    at ^= (at ^ (places + (pixel.places >> (16u * pair + 4u) & 15u) * 2u)) & single;
-    other ^= (other ^ (places + (pixel.places >> (16u * pair + 12u) & 15u) * 2u)) & single;
-    BN_UINT high = (BN_WORD(at) & 0xffffu) | (BN_WORD(other) & 0xffff0000u);
-    high ^= BN_WORD(pixel.block + pair);
-    high ^= pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
-    BN_UINT low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
-    bn_uint2 v = BN_HALF_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
+    BN_UINT second = 0u - pair, places = BN_WORD(BN_PIXELS_AT + pixel.at) >> (16u * pair);
+    BN_UINT at = pixel.place, other = at, member = BN_PLACES_AT / 2u + pixel.member * 16u;
+    at ^= (at ^ (member + (places >> 4u & 15u))) & single;
+    other ^= (other ^ (member + (places >> 12u & 15u))) & single;
+    BN_UINT high = (BN_WORD(at * 2u + pair) & 0xffffu) | (BN_WORD(other * 2u + pair) & 0xffff0000u);
+    high ^= BN_WORD(pixel.block * 2u + pair);
+    high ^= pixel.keys ^ ((pixel.keys ^ bn_draw_second_keys(pixel.keys)) & second);
+    BN_UINT low = pixel.low ^ (pixel.keys & second);
+    bn_uint2 v = BN_HALF_ROW(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 4u + pair * 2u);
     v.x ^= high << 16u | (low & 0xffffu);
     v.y ^= (high & 0xffff0000u) | low >> 16u;
     return v;
@@ -276,7 +290,7 @@ BN_FUNCTION bn_uint2 bn_draw_blue_pair_at(BN_TABLE bn_blue_pixel pixel, BN_UINT 
     BN_UINT digits =
         bn_draw_blue_digits(pixel.shuffle, BN_REVERSE_BITS(index), bn_draw_flip(index));
     bn_uint2 v = bn_draw_blue_pair_first(BN_PASS_TABLE pixel, digits, pair);
-    BN_UINT later = BN_LATER_AT + (pixel.member + (pair & 1u)) * 2u;
+    BN_UINT later = BN_LATER_AT + pixel.member * 4u + (pair & 1u) * 2u;
     for (digits <<= 8u; BN_ANY(digits); digits <<= 4u) {
         bn_uint2 row = BN_HALF_ROW(later + (digits >> 28u) * 16u);
         v.x ^= row.x;

@@ -63,8 +63,9 @@ fn bn_hash32(v_in: u32) -> u32 {
  * half alone: of any thirty in a row, no two have the same upper six bits, by which BLUE places
  * them. */
 fn bn_domain_child(domain: u32, key: u32) -> u32 {
-    let v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
-    return ((v ^ (v >> 16u)) >> 2u) | (key << 30u);
+    var v = (domain + (key >> 2u) * 0x121658bdu + 0x9e3779b9u) * 0x21f0aaadu;
+    v = ((v ^ (v >> 16u)) & 0xfffffffcu) | (key & 3u);
+    return (v >> 2u) | (v << 30u);
 }
 
 /* Nested uniform (Owen) scrambling of bit-reversed digits: each output bit is the input bit,
@@ -102,48 +103,55 @@ fn bn_sobol_second(digits_in: u32) -> u32 {
 /* ---- BLUE: a pixel in a domain, then its samples */
 
 struct bn_blue_pixel {
-    places: u32, /* the pixel's word of the tile */
+    at: u32, /* the pixel in the tile: 64 row + column */
     place: u32,
-    block: u32, /* the words that hold the upper 16 digits of the pixel */
-    keys01: u32,
-    keys23: u32, /* random digits of this copy of the tile, added to them */
-    low01: u32,
-    low23: u32, /* the lower 16 digits, random: as in all these, a half-word each */
+    block: u32, /* what holds its upper 16 digits: entries of two words, from word 0 on */
+    keys: u32, /* random digits of this copy of the tile, for pair 0 */
+    low: u32, /* the lower 16 digits of pair 0, random: as above, a half-word each */
     shuffle: u32, /* of the index: the same for all members of a family */
-    member: u32, /* of the family, times two */
+    member: u32, /* of the family */
+}
+
+/* What makes the random digits of the members different. */
+fn bn_draw_key_factor(member: u32) -> u32 {
+    return member * 0x0bd794d6u + 0xd35a2d97u;
 }
 
 fn bn_draw_blue_pixel(seed: vec2u, x: u32, y: u32, domain: u32) -> bn_blue_pixel {
     var pixel: bn_blue_pixel;
-    let member = (domain >> 29u) & 6u;
+    let turned = (domain << 2u) | (domain >> 30u);
+    let member = turned & 3u;
     pixel.member = member;
     /* The family: its four members differ only in the upper two bits of the domain. */
-    let start = (domain << 2u) ^ seed.x;
+    let start = (turned & 0xfffffffcu) ^ seed.x;
     var family = start * 0x21f0aaadu;
     family = (family ^ (family >> 16u)) * 0xd35a2d97u + seed.y;
     /* The tile, reflected and shifted. Of the shift along y the lower six bits count, the others number
      * the copies differently. */
-    var column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
-    var row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
+    let column = (x ^ (0u - (family >> 31u))) + (start >> 26u);
+    let row = (y ^ (0u - ((family >> 19u) & 1u))) + (family >> 20u);
     /* Each copy of the tile has random digits and an order of the samples of its own, which all its
      * pixels share: so samples in the middle of an octave are as blue as the first ones. */
     var copy = (column >> 6u) + (row >> 6u) * 0x9e3779b1u + family;
     copy = (copy ^ (copy >> 16u)) * 0x21f0aaadu;
     copy ^= copy >> 15u;
     pixel.shuffle = copy;
-    column &= 63u;
-    row &= 63u;
-    pixel.places = bn_words[BN_PIXELS_AT + row * 64u + column];
-    pixel.place = BN_PLACES_AT + ((pixel.places >> (4u * member)) & 15u) * 2u + member * 16u;
-    pixel.block = BN_BLOCKS_AT + ((row & 60u) << 5u) + ((column & 60u) << 1u) + member;
-    /* The first eight digits of the four coordinates are bits of their own. */
-    var keys = copy * (member * 0x85ebca6bu + 0xd35a2d97u);
+    let at = ((row & 63u) << 6u) | (column & 63u);
+    pixel.at = at;
+    pixel.place = BN_PLACES_AT / 2u + ((bn_words[BN_PIXELS_AT + at] >> (8u * member)) & 15u) +
+        member * 16u;
+    pixel.block = BN_BLOCKS_AT / 2u + ((at & 0xf00u) >> 2u) + (at & 0x3cu) + member;
+    var keys = copy * bn_draw_key_factor(member);
     keys ^= keys >> 16u;
-    pixel.keys01 = keys;
-    pixel.keys23 = (keys << 8u) | (keys >> 24u);
-    pixel.low01 = (bn_hash32(x + y * 0x9e3779b1u) ^ keys) * 0x21f0aaadu;
-    pixel.low23 = pixel.low01 ^ keys;
+    pixel.keys = keys;
+    pixel.low = (bn_hash32(x + y * 0x9e3779b1u) ^ keys) * 0x21f0aaadu;
     return pixel;
+}
+
+/* The keys for pair 1: so the first eight digits of the four coordinates are bits of their own. The low
+ * digits for pair 1 are low ^ keys. */
+fn bn_draw_second_keys(keys: u32) -> u32 {
+    return (keys << 8u) | (keys >> 24u);
 }
 
 /* A factor for the shuffle: bit 31 of their product decides whether the first digit of this index
@@ -169,16 +177,18 @@ fn bn_draw_blue_digits(shuffle: u32, reversed: u32, flip: u32) -> u32 {
 
 fn bn_draw_blue_at(pixel: bn_blue_pixel, index: u32) -> vec4u {
     var digits = bn_draw_blue_digits(pixel.shuffle, reverseBits(index), bn_draw_flip(index));
-    var v = bn_draw_row(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 2u);
-    let place = bn_draw_row(pixel.place);
-    let block = bn_draw_row(pixel.block);
-    let high01 = place.x ^ block.x ^ pixel.keys01;
-    let high23 = place.y ^ block.y ^ pixel.keys23;
-    v.x ^= (high01 << 16u) | (pixel.low01 & 0xffffu);
-    v.y ^= (high01 & 0xffff0000u) | (pixel.low01 >> 16u);
-    v.z ^= (high23 << 16u) | (pixel.low23 & 0xffffu);
-    v.w ^= (high23 & 0xffff0000u) | (pixel.low23 >> 16u);
-    var later = BN_LATER_AT + pixel.member * 2u;
+    var v = bn_draw_row(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 4u);
+    let place = bn_draw_row(pixel.place * 2u);
+    let block = bn_draw_row(pixel.block * 2u);
+    var high = place.x ^ block.x ^ pixel.keys;
+    var low = pixel.low;
+    v.x ^= (high << 16u) | (low & 0xffffu);
+    v.y ^= (high & 0xffff0000u) | (low >> 16u);
+    high = place.y ^ block.y ^ bn_draw_second_keys(pixel.keys);
+    low ^= pixel.keys;
+    v.z ^= (high << 16u) | (low & 0xffffu);
+    v.w ^= (high & 0xffff0000u) | (low >> 16u);
+    var later = BN_LATER_AT + pixel.member * 4u;
     for (digits <<= 8u; digits != 0u; digits <<= 4u) {
         let row = bn_draw_row(later + (digits >> 28u) * 16u);
         v.x ^= row.x;
@@ -197,16 +207,17 @@ fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair_in: u32) -> v
     let single = 0u - (pair >> 1u);
     pair &= 1u;
     let second = 0u - pair;
-    let places = BN_PLACES_AT + pixel.member * 16u + pair;
-    var at = pixel.place + pair;
+    let places = bn_words[BN_PIXELS_AT + pixel.at] >> (16u * pair);
+    var at = pixel.place;
     var other = at;
-    at ^= (at ^ (places + ((pixel.places >> (16u * pair + 4u)) & 15u) * 2u)) & single;
-    other ^= (other ^ (places + ((pixel.places >> (16u * pair + 12u)) & 15u) * 2u)) & single;
-    var high = (bn_words[at] & 0xffffu) | (bn_words[other] & 0xffff0000u);
-    high ^= bn_words[pixel.block + pair];
-    high ^= pixel.keys01 ^ ((pixel.keys01 ^ pixel.keys23) & second);
-    let low = pixel.low01 ^ ((pixel.low01 ^ pixel.low23) & second);
-    var v = bn_draw_half_row(BN_POINTS_AT + (digits >> 24u) * 16u + (pixel.member + pair) * 2u);
+    let member = BN_PLACES_AT / 2u + pixel.member * 16u;
+    at ^= (at ^ (member + ((places >> 4u) & 15u))) & single;
+    other ^= (other ^ (member + ((places >> 12u) & 15u))) & single;
+    var high = (bn_words[at * 2u + pair] & 0xffffu) | (bn_words[other * 2u + pair] & 0xffff0000u);
+    high ^= bn_words[pixel.block * 2u + pair];
+    high ^= pixel.keys ^ ((pixel.keys ^ bn_draw_second_keys(pixel.keys)) & second);
+    let low = pixel.low ^ (pixel.keys & second);
+    var v = bn_draw_half_row(BN_POINTS_AT + (digits >> 24u) * 16u + pixel.member * 4u + pair * 2u);
     v.x ^= (high << 16u) | (low & 0xffffu);
     v.y ^= (high & 0xffff0000u) | (low >> 16u);
     return v;
@@ -215,7 +226,7 @@ fn bn_draw_blue_pair_first(pixel: bn_blue_pixel, digits: u32, pair_in: u32) -> v
 fn bn_draw_blue_pair_at(pixel: bn_blue_pixel, index: u32, pair: u32) -> vec2u {
     var digits = bn_draw_blue_digits(pixel.shuffle, reverseBits(index), bn_draw_flip(index));
     var v = bn_draw_blue_pair_first(pixel, digits, pair);
-    var later = BN_LATER_AT + (pixel.member + (pair & 1u)) * 2u;
+    var later = BN_LATER_AT + pixel.member * 4u + (pair & 1u) * 2u;
     for (digits <<= 8u; digits != 0u; digits <<= 4u) {
         let row = bn_draw_half_row(later + (digits >> 28u) * 16u);
         v.x ^= row.x;
