@@ -204,8 +204,8 @@ BN_FUNCTION bn_blue_pixel bn_draw_blue_pixel(BN_TABLE bn_uint2 seed, BN_UINT x, 
     pixel.shuffle = copy;
     BN_UINT at = (row & 63u) << 6u | (column & 63u);
     pixel.at = at;
-    pixel.place = BN_PLACES_AT / 2u + (BN_WORD(BN_PIXELS_AT + at) >> (8u * member) & 15u) +
-                  member * 16u;
+    pixel.place =
+        BN_PLACES_AT / 2u + (BN_WORD(BN_PIXELS_AT + at) >> (8u * member) & 15u) + member * 16u;
     pixel.block = BN_BLOCKS_AT / 2u + ((at & 0xf00u) >> 2u) + (at & 0x3cu) + member;
     BN_UINT keys = copy * BN_KEY_FACTOR(member);
     keys ^= keys >> 16u;

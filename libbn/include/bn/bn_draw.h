@@ -266,7 +266,8 @@ static inline void bn_draw_blue_pair_floats(const bn_blue_pixel *pixel, uint32_t
     uint32_t high = bn_draw_blue_place(pixel, pair) ^
                     bn_tables_6[(size_t)pixel->block * 2u + half] ^
                     (half ? bn_draw_second_keys(pixel->keys) : pixel->keys);
-    __m128i v = bn_draw_load_pair(bn_tables_6 + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
+    __m128i v =
+        bn_draw_load_pair(bn_tables_6 + BN_POINTS_AT + (size_t)(digits >> 24) * 16u + member);
     __m128i low = _mm_cvtsi32_si128((int)(pixel->low ^ (half ? pixel->keys : 0u)));
     __m128 u;
     v = _mm_xor_si128(v, _mm_unpacklo_epi16(low, _mm_cvtsi32_si128((int)high)));

@@ -9,7 +9,6 @@ figures are in convergence.csv, and every picture of the first seed is there as 
 
 import argparse
 import base64
-import dataclasses
 import html
 import io
 import itertools
