@@ -26,7 +26,7 @@ from report.renders.renderer import RenderError
 
 def test_crops_stay_where_they_are():
     """They were placed before anything was rendered."""
-    assert [view.bounds[::2] for view in pbrt_scenes.crops("cornell", "final")] == [(619, 563), (850, 857), (28, 418)]
+    assert [view.bounds[::2] for view in pbrt_scenes.crops("cornell", "fresh")] == [(713, 700), (451, 472)]
 
 
 @pytest.fixture
@@ -80,25 +80,25 @@ class Made:
 
 
 def made_of(*scenes):
-    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, views="final", counts=other_renderer.COUNTS, command="scripts/bench pbrt --pbrt DIR")
-    views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "final")]
+    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, views="held-out", counts=pbrt.COUNTS, command="scripts/bench pbrt --pbrt DIR")
+    views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "fresh")]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
     return pbrt_report.Report(options, Made(), references, ("A remark.",))
 
 
 def test_ratios_are_over_blue():
     made = made_of("cornell", "room")
-    gains = made.sets["Held-out scenes"]
+    gains = made.sets["Scenes of ours"]
     assert {view.scene for view in gains.views} == {"room"}
     gain = gains.gain("blue", 6, "rmse_2.1", "zsobol")
     assert (gain.value, gain.low, gain.high) == pytest.approx((2, 2, 2))
     text = made.text()
-    assert text.index("## Held-out scenes") < text.index("## Tuning scenes") and "A remark." in text
+    assert text.index("## Scenes of ours") < text.index("## Tuning scenes") and "A remark." in text
     assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary()
-    assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text and "without `hair`" not in text
-    assert "without `hair`" in made_of("hair", "room").text()
+    assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text and "## Hair" not in text
+    assert "## Hair" in made_of("hair", "room").text()
     # Time to an error: blue needs a quarter of the samples; independent's take half the time.
-    assert made.equal_error(gains, "rmse_2.1", "halton").value == pytest.approx(4)
+    assert made.equal_error(gains, "rmse_2.1", "sobol").value == pytest.approx(4)
     assert made.equal_error(gains, "rmse_2.1", "independent").value == pytest.approx(2)
     assert "| `independent` | 1.00 | 1.00 |" in made.times_table("") and "| `blue` | 2.00 | 2.00 |" in made.times_table("")
 

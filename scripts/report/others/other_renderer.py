@@ -26,8 +26,9 @@ from ..renders.judge import Run, Store
 from ..renders.renderer import RenderError, cache_folder
 
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
-MEASURES = tuple(f"{kind}_{sigma}" for kind in ("displayed", "displayed_luminance", "rmse", "luminance") for sigma in SIGMAS)
-KINDS = {"displayed": "as displayed", "rmse": "raw", "displayed_luminance": "as displayed, luminance", "luminance": "raw, luminance"}
+KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
+MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in SIGMAS)
+EXPOSED = 0.25  # the mean luminance of the reference of an exposed picture
 HEADLINE = ("displayed_2.1", "rmse_2.1")
 FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds", *MEASURES)
 # References come from a sampler that hashes pixel, dimension and seed: with seeds of their own, their errors are independent of all
@@ -36,10 +37,10 @@ REFERENCE_SEED = 1_000_003
 
 
 def errors(picture, reference):
-    """{measure: error} for all of MEASURES: as displayed and raw, of RGB and of luminance, after each blur."""
-    pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference))}
-    pictures["luminance"] = [np.asarray(image, np.float64) @ LUMINANCE for image in pictures["rmse"]]
-    pictures["displayed_luminance"] = [image @ LUMINANCE for image in pictures["displayed"]]
+    """{measure: error} for all of MEASURES: as displayed, exposed before, and raw, after each blur."""
+    stops = np.log2(EXPOSED / max(float(np.mean(reference @ LUMINANCE)), 1e-9))
+    pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference)),
+                "exposed": (displayed(picture, stops), displayed(reference, stops))}
     return {name: rmse(*pictures[name.rpartition("_")[0]], float(name.rpartition("_")[2])) for name in MEASURES}
 
 
@@ -209,10 +210,8 @@ def command_shown(command, arguments, checkout):
     """The command line for the report: `checkout` is the option whose folder is not shown."""
     shown = arguments_that_count(arguments)
     for i, word in enumerate(shown):
-        if word == checkout:
+        if word in (checkout, "--luxcore"):
             shown[i + 1:i + 2] = ["DIR"]
-        elif word.startswith(checkout + "="):
-            shown[i] = checkout + "=DIR"
         elif word == "--program":
             del shown[i:i + 2]
     return " ".join([command, *shown])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR` writes docs/report/pbrt.md
+"""Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR --luxcore DIR` writes docs/report/pbrt.md
 
-DIR is a checkout of pbrt-v4 with submodules at the commit that pbrt_build.py names; it stays as it is. The first run
-builds pbrt for a quarter of an hour. Crops of the scenes in pbrt_scenes.py are rendered with every sampler at 1 to 64
-samples per pixel and several seeds, and measured against references. Pictures, references and the build are cached in
+DIR are checkouts of pbrt-v4, with submodules, and of LuxCoreRender, at the commits that pbrt_build.py and lux_scenes.py name; they stay
+as they are. The first run builds pbrt for a quarter of an hour. Crops of LuxCoreRender's scenes and of ours are rendered with every
+sampler at 1 to 64 samples per pixel and several seeds, and measured against references. Pictures, references and the build are cached in
 ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change of libbn renders only `blue` again.
 """
 
@@ -18,20 +18,21 @@ from pathlib import Path
 from ..base.files import read_exr
 from ..measure import gains
 from ..renders.judge import Cells
+from . import lux_scenes
 from .other_renderer import REFERENCE_SEED, OtherRun, add_options, finish_options, processor_seconds, write_picture, write_report
 from .pbrt_build import COMMIT, build
 from .pbrt_report import Report
 from .pbrt_scenes import CROP, HELD_OUT, SCENES, TUNING, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
-SAMPLERS = {name: f'Sampler "{name}"' for name in
-            ("independent", "stratified", "halton", "paddedsobol", "sobol", "zsobol", "pmj02bn", "blue")}
-VIEWS = {"final": SCENES, "tuning": TUNING, "fresh": HELD_OUT}
-SEEDS = 8
-MINUTES = 75  # of the whole comparison on two cores
+SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
+VIEWS = {"held-out": {**dict.fromkeys(lux_scenes.SCENES), **HELD_OUT}, "tuning": TUNING}
+COUNTS = (1, 2, 3, 4, 6, 16, 64)
+SEEDS = 4
+MINUTES = 30  # of the whole comparison on two cores
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
-REFERENCE_LINE = SAMPLERS["paddedsobol"]
+REFERENCE_LINE = 'Sampler "paddedsobol"'
 PROBES = ("motion", "skin", "room")  # between them they draw all that a path can draw
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/pbrt.jpg", "penumbra", 6
@@ -66,8 +67,10 @@ class Task:
 class Files:
     """The scenes as files, one per sampler, in a folder that is removed at the end."""
 
-    def __init__(self):
+    def __init__(self, luxcore):
         self._folder = tempfile.TemporaryDirectory(prefix="libbn-pbrt-")
+        if luxcore:
+            SCENES.update(lux_scenes.scenes(luxcore, self._folder.name))
         self._lock, self._paths = threading.Lock(), {}
 
     def path(self, scene, name, line):
@@ -90,7 +93,7 @@ class Builds:
 
     def key(self, label):
         if label not in self._found:
-            key = {"probe": [label, SAMPLERS[label], [SCENES[name].text("") for name in PROBES]], "program": self._sha256}
+            key = {"probe": [label, SAMPLERS.get(label, REFERENCE_LINE), [SCENES[name].text("") for name in PROBES]], "program": self._sha256}
             found = self.store.load(key)
             if not found:
                 found = self._probe(label), {}
@@ -104,7 +107,7 @@ class Builds:
             out = Path(folder) / "probe.exr"
             for name in PROBES:
                 for spp, bounds in ((1, (560, 720, 440, 584)), (3, (600, 640, 500, 540)), (64, (620, 640, 500, 518))):
-                    render(self.program, self.files.path(name, label, SAMPLERS[label]), bounds, spp, 1, out)
+                    render(self.program, self.files.path(name, label, SAMPLERS.get(label, REFERENCE_LINE)), bounds, spp, 1, out)
                     digest.update(read_exr(out)[0].tobytes())
         return digest.hexdigest()
 
@@ -112,9 +115,9 @@ class Builds:
 class PbrtRun(OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
-    def __init__(self, program, jobs):
+    def __init__(self, program, jobs, luxcore):
         super().__init__(program, "pbrt", jobs)
-        self.files = Files()
+        self.files = Files(luxcore)
         self.builds = Builds(program, self.files, self.store)
 
     def key(self, task, reference):
@@ -126,7 +129,7 @@ class PbrtRun(OtherRun):
         return render(self.program, self.files.path(task.view.scene, task.label, line), task.view.bounds, spp, seed, out)
 
     def reference_key(self, view, spp):
-        return {"reference": SCENES[view.scene].text(REFERENCE_LINE), "bounds": view.bounds, "spp": spp, "build": self.builds.key("paddedsobol")}
+        return {"reference": SCENES[view.scene].text(REFERENCE_LINE), "bounds": view.bounds, "spp": spp, "build": self.builds.key("reference")}
 
     def reference_task(self, view, spp):
         return Task(view, "reference", 0, ())
@@ -160,19 +163,24 @@ def parse_options(arguments):
 Get the checkout with:
   git clone --recursive https://github.com/mmp/pbrt-v4 DIR && git -C DIR checkout {COMMIT} &&
   git -C DIR submodule update --init --recursive
-It stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The whole
+and that of LuxCoreRender with:
+  git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
+The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The whole
 comparison then takes about {MINUTES} minutes on two cores the first time. Builds, references and results are cached there: a run
 that was interrupted resumes, and a change of libbn renders only `blue` again.""")
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
-    parser.add_argument("--views", choices=tuple(VIEWS), default="final",
-                        help="final: all scenes, the views of the report (default); tuning: views of half of the scenes to choose by; "
-                        "fresh: others of the held-out scenes, by which nothing was chosen")
+    parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
+    parser.add_argument("--views", choices=tuple(VIEWS), default="held-out",
+                        help="held-out: scenes and crops that nothing was chosen by (default); tuning: scenes of ours to choose by")
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
-    add_options(parser, "pbrt", SCENES, SEEDS)
+    add_options(parser, "pbrt", {**VIEWS["held-out"], **TUNING}, SEEDS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
     options = parser.parse_args(arguments)
     finish_options(parser, options, "pbrt", arguments, ("samplers", "views"), {"scenes": VIEWS[options.views], "samplers": SAMPLERS})
+    options.counts = tuple(n for n in COUNTS if n <= options.spp)
+    if not options.luxcore:
+        options.scenes = [name for name in options.scenes if name not in lux_scenes.SCENES]
     options.crops, options.reference_share = (1, 0.125) if options.quick else (None, 1.0)
     return options
 
@@ -182,9 +190,9 @@ def run(arguments):
     built = build(options.pbrt, options.jobs) if not options.program else None
     if options.picture:
         return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 8)
-    work = PbrtRun(options.program or built.program, options.jobs)
+    work = PbrtRun(options.program or built.program, options.jobs, options.luxcore)
     try:
-        views = [view for name in options.scenes for view in crops(name, options.views)[:options.crops]]
+        views = [view for name in options.scenes for view in crops(name, "fresh" if options.views == "held-out" else "tuning")[:options.crops]]
         references = work.references(views, {
             view: max(64, int(SCENES[view.scene].reference_spp * options.reference_share) // 2 * 2) for view in views})
         tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))

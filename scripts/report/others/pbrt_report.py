@@ -9,14 +9,16 @@ from ..base.tables import md_table
 from ..measure.gains import BEST_PEER, Gain, Gains, bootstrap, row_of
 from ..measure.image_error import SIGMAS
 from ..measure.ratios import seconds_to_error
-from .other_renderer import HEADLINE, KINDS, OtherReport, name_of
+from . import lux_scenes
+from .other_renderer import EXPOSED, HEADLINE, KINDS, MEASURES, OtherReport, name_of
 from .pbrt_build import COMMIT
 from .pbrt_scenes import CROP, HEIGHT, HELD_OUT, SCENES, TUNING, WIDTH
 
-HEADLINE_THANS = ("independent", "sobol", "halton", "zsobol", BEST_PEER)
-HEADLINE_COUNTS = (1, 2, 3, 4, 6, 16, 64)
 SPREAD_COUNTS = (1, 4, 16, 64)
 WANTED_SAMPLER, WANTED_SPP = "zsobol", 16
+SPECTRAL = "hair"
+SETS = {"Scenes from LuxCoreRender": tuple(lux_scenes.SCENES), "Scenes of ours": tuple(name for name in HELD_OUT if name != SPECTRAL),
+        "Hair": (SPECTRAL,), "Tuning scenes": tuple(TUNING)}
 
 TITLE = "# In pbrt-v4\n"
 INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
@@ -24,60 +26,38 @@ ratios, pbrt's sampler over `blue`, at the same `--spp`: 1.20 means that pbrt's 
 error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds; in brackets is the 95 %
 interval of a bootstrap over all three.
 
-Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from pictures of {WIDTH}x{HEIGHT},
-after a Gaussian blur of 2.1 pixels unless a table says otherwise. *As displayed* clips pictures to 0..1 before the blur, *raw*
-does not. Hashes of the names place the crops. The sampler and the layout of its decisions were chosen by other crops, of the tuning
-scenes {', '.join(TUNING)}.
+Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from pictures of {WIDTH}x{HEIGHT}, after
+a Gaussian blur or without. *As displayed* clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so
+that the mean luminance of a crop's reference is {EXPOSED}; *raw* does neither. Hashes of the names place the crops. Nothing was chosen or tuned by these crops,
+nor by any of LuxCoreRender's scenes. Two other crops of `{SPECTRAL}` prompted how wavelengths are spread, so it is apart.
 
-`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples.
+`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture. *Best
+of pbrt's* is the best of its {{own}} here, chosen at each count afterwards.
 """
 
 METHOD = """pbrt's film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator is `volpath`. `--spp` and
-`--seed` set counts and seeds, other options of samplers are pbrt's defaults. `halton` and `sobol` keep the positions in the pixel for
-all seeds.
+`--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the pixel for all seeds.
+LuxCoreRender's scenes keep their meshes, cameras, lamps, plain colours and images; its skies and suns became an image of ours, layered
+and procedural materials simple ones, and what its checkout lacks is left out.
 
 References are means of two pictures by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
 own, so their errors are independent of all others'. Half the difference of the two pictures is a reference's own error. A crop
 counts where the error of `blue` is at least three times that."""
 
 
-def answer(rows, rest):
-    """Where blue is ahead of pbrt's default and of the best of all, and where not: sentences from rows of Report.headline_rows(), over
-    the first scenes and, if there are any, over those without SPECTRAL."""
-    def of(rows, than):
-        found = {int(row["spp"]): float(row["gain"]) for row in rows if row["measure"] == HEADLINE[0] and row["than"] == than}
-        return {spp: value for spp, value in found.items() if spp in HEADLINE_COUNTS}
+def answer(title, rows):
+    """Where blue is ahead of pbrt's default, of its global Sobol' and of the best, and where not: from rows of Report.headline_rows()."""
+    def of(measure, than):
+        found = {int(row["spp"]): float(row["gain"]) for row in rows if row["measure"] == measure and row["than"] == than}
+        return ", ".join(f"{value:.2f} at {spp}" for spp, value in found.items())
 
-    def spread(values):
-        return f"{min(values):.2f} to {max(values):.2f}"
-
-    def against_default(found):
-        powers = spread([value for spp, value in found.items() if not spp & (spp - 1)])
-        others = [f"{value:.2f} at {spp}" for spp, value in found.items() if spp & (spp - 1)]
-        return f"{powers} times the error of `blue` at powers of two" + (f" (and {', '.join(others)})" if others else "")
-
-    parts = []
-    if default := of(rows, "zsobol"):
-        parts.append(f"As displayed, after a blur, pbrt's default `zsobol` has {against_default(default)}. At other counts it takes fewer samples.")
-    if best := of(rows, "best of pbrt"):
-        behind = [f"{spp} ({value:.2f})" for spp, value in best.items() if value < 1]
-        parts.append(f"The best of all of pbrt's samplers, chosen at each count afterwards, has {spread(best.values())} times"
-                     + (f" and is ahead at {', '.join(behind)}." if behind else "."))
-    if default and best and rest:
-        parts.append(f"One scene, `{SPECTRAL}`, decides much of that and makes intervals wide: without it `zsobol` has "
-                     f"{against_default(of(rest, 'zsobol'))}, and the best {spread(of(rest, 'best of pbrt').values())} times.")
-    return " ".join(parts)
+    parts = [f"`{than}` {found}" if than in ("zsobol", "sobol") else f"the best of pbrt's {found}"
+             for than in ("zsobol", "sobol", "best of pbrt") if (found := of(HEADLINE[0], than))]
+    return f"{title}, {name_of(HEADLINE[0])}, error over `blue`'s: {'; '.join(parts)}."
 
 
 def than_name(than):
     return "best of pbrt's" if than == BEST_PEER else f"`{than}`"
-
-
-WAVELENGTHS = """Two crops of `hair` show an evenly lit background alone, where nothing but wavelengths is noisy. A path has four of them.
-`pmj02bn` spaces its single numbers evenly: with 3 and 6 samples there are 12 and 24 evenly spaced wavelengths, but with 4 the
-samples' sets of four nearly coincide. With 2 to 7 samples `blue` always spaces wavelengths evenly, and with one it takes them from a mask.
-These two crops prompted that; how to do it was chosen by the tuning crops."""
-SPECTRAL = "hair"
 
 
 class Report(OtherReport):
@@ -88,7 +68,7 @@ class Report(OtherReport):
         self.remarks = remarks
         self.thans = [(than, than_name(than)) for than in (*self.own, BEST_PEER)]
         self.sets = {}
-        for title, scenes in (("Held-out scenes", HELD_OUT), ("Tuning scenes", TUNING)):
+        for title, scenes in SETS.items():
             gains = self.gains_of(scenes)
             if gains.views:
                 self.sets[title] = gains
@@ -98,35 +78,29 @@ class Report(OtherReport):
         gains.peers = self.own
         return gains
 
-    def without_spectral(self):
-        """Gains over the held-out scenes but SPECTRAL; None without it, or of it alone."""
-        rest = self.gains_of([scene for scene in HELD_OUT if scene != SPECTRAL])
-        return rest if 0 < len(rest.views) < len(next(iter(self.sets.values())).views) else None
-
     # ---- Errors
 
-    def headline(self, gains, measure):
-        thans = [than for than in HEADLINE_THANS if than in (*self.own, BEST_PEER)]
+    def table(self, gains, measure):
+        """One row per count, with intervals, and which of pbrt's is best."""
         rows = []
         for spp in self.counts:
-            if spp in HEADLINE_COUNTS:
-                found = [gains.gain("blue", spp, measure, than) for than in thans]
-                best = gains.best_peer(spp, measure)
-                rows.append([str(spp), *(gain.text() if gain else "" for gain in found), f"`{best}`" if best else ""])
-        return md_table(["spp", *map(than_name, thans), "which is"], rows)
+            found = [gains.gain("blue", spp, measure, than) for than, _ in self.thans]
+            best = gains.best_peer(spp, measure)
+            rows.append([str(spp), *(gain.text() if gain else "" for gain in found), f"`{best}`" if best else ""])
+        return md_table(["spp", *(name for _, name in self.thans), "which is"], rows)
 
     def summary(self):
-        """The table of examples/pbrt/README.md: over held-out scenes, as displayed and in brackets raw."""
-        gains, counts = next(iter(self.sets.values())), [n for n in HEADLINE_COUNTS if n in self.counts]
+        """The table of examples/pbrt/README.md: over the first scenes, as displayed and in brackets raw."""
+        gains = next(iter(self.sets.values()))
         scenes = len({view.scene for view in gains.views})
         return (f"{next(iter(self.sets))}: {scenes}; crops: {len(gains.views)}; seeds: {self.options.seeds}.\n\n"
-                + self.ratios(gains, "error over `blue`'s, at spp", self.thans, counts, HEADLINE))
+                + self.ratios(gains, "error over `blue`'s, at spp", self.thans, self.counts, HEADLINE))
 
     def headline_rows(self, gains=None):
-        """What `scripts/bench summary` reads: over held-out scenes, in the form of gains.write_rows()."""
+        """What `scripts/bench summary` reads: over the first scenes, in the form of gains.write_rows()."""
         gains = gains or next(iter(self.sets.values()))
         found = [(gains.gain("blue", spp, measure, than), measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than)
-                 for measure in HEADLINE for spp in self.counts for than in (*self.own, BEST_PEER)]
+                 for measure in MEASURES for spp in self.counts for than in (*self.own, BEST_PEER)]
         return [row_of(*row) for row in found if row[0]]
 
     def scenes_table(self, gains, measure, than):
@@ -186,16 +160,14 @@ class Report(OtherReport):
     # ---- All
 
     def text(self):
-        rest = self.without_spectral()
-        parts = [TITLE, answer(self.headline_rows(), self.headline_rows(rest) if rest else []), "", INTRO]
+        parts = [TITLE]
+        for title, gains in self.sets.items():
+            parts += [answer(title, self.headline_rows(gains)), ""]
+        parts += [INTRO.replace("{own}", str(len(self.own)))]
         for title, gains in self.sets.items():
             parts += [f"## {title}", ""]
-            for measure in HEADLINE:
-                parts += [f"{name_of(measure).capitalize()}:", "", self.headline(gains, measure), ""]
-        if rest:
-            if self.options.views == "final":
-                parts += [WAVELENGTHS, ""]
-            parts += [f"Held-out scenes without `{SPECTRAL}`, {name_of(HEADLINE[0])}:", "", self.headline(rest, HEADLINE[0]), ""]
+            for measure in (f"{kind}_{sigma}" for kind in KINDS for sigma in reversed(SIGMAS)):
+                parts += [f"{name_of(measure).capitalize()}:", "", self.table(gains, measure), ""]
         parts += ["## Scene by scene", "", "In brackets: the smallest and the greatest of a scene's crops.", ""]
         for gains in self.sets.values():
             for measure in HEADLINE:
@@ -209,13 +181,6 @@ class Report(OtherReport):
             parts += [f"Time to the error that `{WANTED_SAMPLER}` has at {WANTED_SPP} samples, {next(iter(self.sets)).lower()}; crops "
                       f"where a sampler does not reach it with {self.counts[-1]} samples are left out:", "",
                       self.equal_error_table(gains), ""]
-        for title, gains in self.sets.items():
-            parts += [f"## All measures, {title.lower()}", ""]
-            for kind in KINDS:
-                for sigma in reversed(SIGMAS):
-                    measure = f"{kind}_{sigma}"
-                    parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(
-                        gains, "over `blue`", self.thans, self.counts, measure, lambda gain: f"{gain.value:.2f}"), ""]
         parts += ["## How it was measured", "", f"`{self.options.command}`, pbrt-v4 at commit `{COMMIT[:8]}`, "
                   f"{self.options.seeds} seeds.", *(f" {remark}" for remark in self.remarks), "", METHOD, "",
                   "Crops are named by their left and upper pixels. Own errors are those of references over the smallest error of any "

@@ -17,7 +17,7 @@ from ..base.files import write_exr, write_text
 
 WIDTH, HEIGHT = 1280, 960
 CROP = (48, 48)
-CROPS = 3
+CROPS = 2
 SKY = "sky.exr"
 SKY_SIZE = 256
 
@@ -308,7 +308,7 @@ class View:
 
 
 def crops(scene, purpose):
-    """The CROPS views of a scene. A hash of their names places them. purpose: "tuning", "final" or "fresh"."""
+    """The CROPS views of a scene. A hash of their names places them. purpose: "tuning" or "fresh"."""
     views = []
     for k in range(CROPS):
         digest = hashlib.sha256(f"{scene} {purpose} {k}".encode()).digest()
