@@ -32,8 +32,7 @@ def parse_options(arguments):
     add_common_options(parser, REFERENCE_SPP, "out/denoise")
     parser.set_defaults(out=None)
     options = parser.parse_args(arguments)
-    place = Path() if options.views == "core" else Path(options.views)
-    options.out = options.out or (options.pages if options.quick else Path("docs/report") / place)
+    options.out = options.out or (options.pages if options.quick or options.views != views.SHOWN else Path("docs/report"))
     options.samplers, options.chosen = LABELS, views.of(parser, options)
     finish_options(parser, options, "denoise", arguments)
     options.seeds = options.seeds or SEEDS

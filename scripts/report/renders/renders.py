@@ -3,9 +3,8 @@
 
 Renders crops of large pictures of every built-in scene with every sampler at 1 to 64 samples per pixel and 12 seeds,
 measures each against a reference, and measures the cost of a sample. Writes renders.md with its plots and
-renders_headline.csv to docs/report, and renders.csv and a contact sheet to out/renders. With `--views` other
-than core, both folders have a subfolder named after the set, and docs/report has the text and the CSV alone. With `--quick`
-(small crops, 4 seeds) everything goes to out/renders/quick, with `--lights coin` to a subfolder coin. References and results are
+renders_headline.csv to docs/report, and renders.csv and a contact sheet to out/renders. With `--views` other than held-out
+everything goes to a folder of out/renders named after the set, with `--quick` (small crops, 4 seeds) to quick. References and results are
 cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
@@ -46,6 +45,11 @@ def furnace(options, run):
     return rows
 
 
+def place_of(options):
+    """The subfolder of a set of views: only held-out ones go to docs/report."""
+    return Path() if options.views == views.SHOWN else Path(options.views)
+
+
 def parse_options(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench renders", description=__doc__.splitlines()[0])
     views.add_options(parser)
@@ -58,12 +62,8 @@ def parse_options(arguments):
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
     parser.set_defaults(out=None, pages=None)
     options = parser.parse_args(arguments)
-    # Other sets of views have reports of their own, whose plots are not kept with the text.
-    core = options.views == "core"
-    place = Path() if core else Path(options.views)
-    options.pages = options.pages or Path("out/renders") / ("quick" if options.quick else "") / place / (options.lights or "")
-    options.out = options.out or (options.pages if options.quick or options.lights else Path("docs/report") / place)
-    options.plots = options.out if core else options.pages
+    options.pages = options.pages or Path("out/renders") / ("quick" if options.quick else "") / place_of(options) / (options.lights or "")
+    options.out = options.out or (options.pages if options.quick or options.lights or place_of(options).name else Path("docs/report"))
     finish_options(parser, options, "renders", arguments)
     lights = ("--lights", options.lights) if options.lights else ()
     options.chosen = tuple(dataclasses.replace(view, lights=lights) for view in views.of(parser, options))
@@ -90,11 +90,11 @@ def run(arguments):
                                    times["machine"], work.builds, options.retime)
     report = Report(options, cells, references, furnaces, times, cost)
     # Write the text last, after the files it refers to.
-    renders_plots.draw_all(report, options.plots, options.pages)
+    renders_plots.draw_all(report, options.out, options.pages)
     cells.write_csv(options.pages / "renders.csv")
     gains.write_rows(options.out / "renders_headline.csv", report.headline_rows())
     write_text(options.out / "renders.md", report.text())
     print(report.text())
     seconds = sum(reference.seconds for reference in references.values())
-    print(f"Written: {options.out}/renders.md and renders_headline.csv; plots in {options.plots}; renders.csv and a contact sheet "
-          f"in {options.pages}. References took {duration(seconds)} once.")
+    print(f"Written: {options.out}/renders.md and renders_headline.csv; renders.csv and a contact sheet in {options.pages}. "
+          f" References took {duration(seconds)} once.")

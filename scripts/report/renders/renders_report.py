@@ -15,7 +15,7 @@ from ..measure.image_error import MEASURES, WHAT_FOR, measure_name
 from ..measure.ratios import worse_cells
 from .judge import FLIP_COUNTS, FLIP_SEEDS, SHOWN_COUNTS
 from .variants import SIDE_SEEDS
-from .views import SETS
+from .views import SETS, SHOWN
 
 LOSS_MEASURES = tuple(name for name in MEASURES if name.startswith("rmse"))
 ALL_MEASURES = (*MEASURES, "flip")
@@ -281,19 +281,15 @@ class Report:
                 f"count: as displayed, {best['displayed_2.1']} samples per pixel; by RMSE, {best['rmse_2.1']}. OpenQMC's commit is "
                 f"{peers.commit(self.options.openqmc)}.")
 
-    def plot(self, title, name):
-        """Lines that show a plot, where the plots lie beside the text."""
-        return [f"![{title}]({name})", ""] if self.options.plots == self.options.out else []
-
     def text(self):
         options = self.options
         sizes = " and ".join(f"{width}x{height}" for width, height in sorted({(view.width, view.height) for view in self.views}))
-        title = "# Rendered scenes" + ("" if options.views == "core" else f": {options.views} views")
+        title = "# Rendered scenes" + ("" if options.views == SHOWN else f": {options.views} views")
         what = (f"in {len(self.views)} crops of {'x'.join(map(str, self.views[0].size))} pixels, out of pictures of {sizes} pixels: one in "
                 "each quarter, placed by a hash before anything was rendered")
         seeds = max(options.seeds.values())
         parts = [title, "", f"Printed by `{options.command}`.", "",
-                 self.short(), "", *self.plot("Error reduction over white noise", "renders_gain.png"),
+                 self.short(), "", "![Error reduction over white noise](renders_gain.png)", "",
                  f"{len(self.scenes)} built-in scenes of the example path tracer, {what}. The set of views is *{options.views}*, "
                  f"{SETS[options.views]}; no two sets share a camera or a crop. References have {options.reference_spp} samples per pixel "
                  "(`sobol`, a different seed).", "",
@@ -317,7 +313,7 @@ class Report:
         for measure in HEADLINE_MEASURES:
             for than in self.gains.thans():
                 parts += [f"### {than} / blue, {measure_name(measure)}", "", self.spread_table(than, measure), ""]
-        parts += [*self.plot("Every view", "renders_views.png"),
+        parts += ["![Every view](renders_views.png)", "",
                   "## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         parts += samplers_tables(self.gains, self.counts, TABLE_MEASURES)
         if self.gains.views and seeds > 1 and self.cells.get(self.gains.views[0], "white", 1, "spectrum"):

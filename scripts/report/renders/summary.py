@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The first table of docs/report and the README's: `scripts/bench summary` writes both
 
-It reads what `scripts/bench renders --views held-out` and `scripts/bench pbrt` wrote to docs/report: how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
-first was run with times, and `scripts/bench denoise --views held-out`, it also writes how long each sampler takes to an error.
+It reads what `scripts/bench renders` and `scripts/bench pbrt` wrote to docs/report: how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
+first was run with times, and `scripts/bench denoise`, it also writes how long each sampler takes to an error.
 """
 
 import argparse
@@ -18,7 +18,7 @@ MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "sigma 
             "rmse_2.1": "raw, sigma 2.1", "rmse_1.0": "sigma 1.0", "rmse": "single pixels"}
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
-    ("our path tracer", "held-out/renders_headline.csv", "scripts/bench renders --views held-out", {
+    ("our path tracer", "renders_headline.csv", "scripts/bench renders", {
         "white": "white", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}),
     ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
         "independent": "white (`independent`)", "paddedsobol": "padded Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
@@ -30,9 +30,9 @@ SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PE
 
 # Equal quality: file, measure, and the count at which white noise has the error to be reached.
 TIME_COMMAND = f"{COMMAND}: time"
-TIMES = {"white noise's error at 16 samples": ("held-out/renders_headline.csv", "seconds:displayed_2.1", 16),
-         "at 64": ("held-out/renders_headline.csv", "seconds:displayed_2.1", 64),
-         "at 16, after Open Image Denoise": ("held-out/denoise.csv", "seconds:plain:displayed_2.1", 16)}
+TIMES = {"white noise's error at 16 samples": ("renders_headline.csv", "seconds:displayed_2.1", 16),
+         "at 64": ("renders_headline.csv", "seconds:displayed_2.1", 64),
+         "at 16, after Open Image Denoise": ("denoise.csv", "seconds:plain:displayed_2.1", 16)}
 TIMED = {"sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: "the best of OpenQMC", "blue": "`blue`"}
 
 
