@@ -132,6 +132,42 @@ static void test_numbers(void) {
     values[3] = 0;
 }
 
+/* Numbers beyond the ends of their ranges, which tests of each generator take to be good. */
+static void test_ranges(void) {
+    static const struct {
+        int function; /* VOID_AND_CLUSTER or ANNEAL */
+        size_t option;
+        double below, above;
+    } cases[] = {
+        {VOID_AND_CLUSTER, offsetof(bn_void_and_cluster_options, sigma), 0.2, 17},
+        {VOID_AND_CLUSTER, offsetof(bn_void_and_cluster_options, initial_fraction), 0, 0.6},
+        {ANNEAL, offsetof(bn_anneal_options, sigma), 0.1, 5},
+        {ANNEAL, offsetof(bn_anneal_options, far_sigma), 0.1, 5},
+        {ANNEAL, offsetof(bn_anneal_options, start_temperature), 0, 5},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        for (int above = 0; above < 2; ++above) {
+            bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+            bn_anneal_options a = bn_anneal_options_default();
+            void *const options = cases[i].function == ANNEAL ? (void *)&a : (void *)&v;
+            memcpy((char *)options + cases[i].option, above ? &cases[i].above : &cases[i].below,
+                   sizeof(double));
+            const bn_result found = cases[i].function == ANNEAL
+                                        ? bn_anneal(&a, 8, 8, 1, ranks, MOST)
+                                        : bn_void_and_cluster(&v, 8, 8, 1, ranks, MOST);
+            CHECK(found == BN_ERROR_INVALID_ARGUMENT);
+        }
+    }
+    bn_anneal_options from = bn_anneal_options_default();
+    CHECK(bn_void_and_cluster(NULL, 8, 8, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&from, 4, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&from, 4, 4, 5, ranks, 80) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(bn_anneal(&from, 4, 4, 2, ranks, 16) == BN_ERROR_SIZE_MISMATCH);
+    from.start_from_ranks = 1; /* the second channel misses a rank */
+    for (uint32_t i = 0; i < 32; ++i) ranks[i] = i < 31 ? i % 16 : 16;
+    CHECK(bn_anneal(&from, 4, 4, 2, ranks, 32) == BN_ERROR_BAD_DATA && ranks[31] == 16);
+}
+
 /* Sizes of options that cannot be are refused before a byte behind them is read. */
 static void test_struct_sizes(void) {
     static const size_t bad[] = {0, 1, sizeof(size_t) - 1, 4097, (size_t)1 << 31, SIZE_MAX};
@@ -198,10 +234,65 @@ static void test_the_shortest_structs(void) {
     }
 }
 
+/* ---- Progress */
+
+static bn_result call_with_progress(int function, watch *w, uint32_t *mask, double *error,
+                                    float *power) {
+    enum { WIDTH = 128, HEIGHT = 120, COUNT = WIDTH * HEIGHT };
+    static uint32_t read[COUNT];
+    bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+    bn_relax_options r = bn_relax_options_default();
+    bn_anneal_options a = bn_anneal_options_default();
+    v.progress = r.progress = a.progress = watch_progress;
+    v.progress_user = r.progress_user = a.progress_user = w;
+    r.threads = 3;
+    a.sigma = 0.5; /* a small window, for speed */
+    a.far_weight = 0;
+    a.sweeps = 2;
+    switch (function) {
+    case VOID_AND_CLUSTER:
+        return bn_void_and_cluster(&v, WIDTH, HEIGHT, 1, mask, COUNT);
+    case RELAX:
+        return bn_relax(&r, WIDTH, HEIGHT, mask, COUNT);
+    case ANNEAL:
+        return bn_anneal(&a, WIDTH, HEIGHT, 1, mask, COUNT);
+    case ANNEAL_FROM: /* vectors */
+        return bn_anneal(&a, WIDTH, HEIGHT / 2, 2, mask, COUNT);
+    default:
+        fill_white(read, COUNT, 2);
+        return function == ERROR
+                   ? bn_mask_error(read, WIDTH, HEIGHT, COUNT, 1, error, watch_progress, w)
+                   : bn_power_spectrum(read, WIDTH, HEIGHT, COUNT, power, watch_progress, w);
+    }
+}
+
+/* Progress never goes back, is told often, and cancels at any call, which leaves the outputs. */
+static void test_progress(void) {
+    enum { COUNT = 128 * 120 };
+    static uint32_t mask[COUNT];
+    static float power[COUNT];
+    for (int function = VOID_AND_CLUSTER; function <= SPECTRUM; ++function) {
+        watch all = {0};
+        double error;
+        CHECK(call_with_progress(function, &all, mask, &error, power) == BN_SUCCESS);
+        CHECK(all.calls >= 3 && all.backwards == 0);
+        for (int at = 1; at <= all.calls; at += 1 + all.calls / 4) {
+            watch w = {.cancel_at = at};
+            error = power[0] = power[COUNT - 1] = -7;
+            memset(mask, 0x5a, sizeof mask);
+            CHECK(call_with_progress(function, &w, mask, &error, power) == BN_ERROR_CANCELLED);
+            CHECK(w.calls == at && count_touched(mask, COUNT) == 0);
+            CHECK(error == -7 && power[0] == -7 && power[COUNT - 1] == -7);
+        }
+    }
+}
+
 int main(void) {
     test_extents();
     test_masks();
     test_numbers();
+    test_ranges();
+    test_progress();
     test_struct_sizes();
     test_the_shortest_structs();
     return check_result();

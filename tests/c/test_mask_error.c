@@ -81,33 +81,7 @@ static void test_bad_input(void) {
     CHECK(error == -7);
 }
 
-/* Both measures tell their progress, from 0 upwards, and can be cancelled at any of its steps. */
-static void test_progress(void) {
-    enum { WIDTH = 40, HEIGHT = 30, COUNT = WIDTH * HEIGHT };
-    uint32_t ranks[COUNT];
-    float power[COUNT];
-    fill_white(ranks, COUNT, 2);
-    for (int what = 0; what < 2; ++what) {
-        watch all = {0};
-        for (int cancel_at = 0; cancel_at <= all.calls; ++cancel_at) {
-            watch w = {cancel_at, 0, 0, 0, 0};
-            double error = -7;
-            power[0] = power[COUNT - 1] = -7;
-            const bn_result result =
-                what == 0
-                    ? bn_mask_error(ranks, WIDTH, HEIGHT, COUNT, 1, &error, watch_progress, &w)
-                    : bn_power_spectrum(ranks, WIDTH, HEIGHT, COUNT, power, watch_progress, &w);
-            CHECK(w.at_zero == 1 && w.backwards == 0);
-            CHECK(result == (cancel_at == 0 ? BN_SUCCESS : BN_ERROR_CANCELLED));
-            if (cancel_at == 0) all = w;
-            if (cancel_at > 0) CHECK(error == -7 && power[0] == -7 && power[COUNT - 1] == -7);
-        }
-        CHECK(all.calls > 5);
-    }
-}
-
 int main(void) {
-    test_progress();
     test_against_definition();
     test_white();
     test_symmetries();

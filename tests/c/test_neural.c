@@ -7,6 +7,7 @@
 #include "masks.h"
 #include "neural.h"
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 
 static const int64_t FARTHEST = (int64_t)1 << 40;
@@ -240,6 +241,57 @@ static void test_threads_are_used(void) {
     CHECK(state->living == 0);
 }
 
+/* ---- Progress */
+
+typedef struct watcher {
+    pthread_t thread;
+    int calls, stop_at, bad; /* the call to stop at; 0: none */
+    double last;
+} watcher;
+
+static int32_t watch_thread(void *user, double fraction) {
+    watcher *w = user;
+    w->bad += !pthread_equal(w->thread, pthread_self()) || !(fraction >= w->last && fraction <= 1);
+    w->last = fraction;
+    return ++w->calls == w->stop_at;
+}
+
+/* A mask or a window stops at the call that cancels: other threads finish the tiles they have begun. */
+static void test_progress(void) {
+    enum { width = 1100, height = 900, count = width * height };
+    static uint32_t ranks[count];
+    static float values[count];
+    static const int stops[] = {0, 1, 2};
+    model_parts parts = model_parts_default();
+    message model;
+    make_model(&parts, &model);
+    for (int run = 0; run < 3 * 3 * 2; ++run) {
+        const int stop_at = stops[run % 3], threads = run / 3 % 3 + 1, window = run / 9;
+        watcher w = {pthread_self(), 0, stop_at, 0, 0};
+        bn_neural_options options = fake_options(&model);
+        options.threads = (uint32_t)threads;
+        options.progress = watch_thread;
+        options.progress_user = &w;
+        fake_state *state = fake_reset();
+        bn_neural *neural;
+        CHECK(bn_neural_open(&options, &neural) == BN_SUCCESS && w.calls == 0);
+        state->runs = 0;
+        memset(ranks, 0x5a, sizeof ranks);
+        const bn_result result =
+            window ? bn_neural_window(neural, 5, 6, width, height, 1, values, count)
+                   : bn_neural_mask(neural, width, height, 1, ranks, count);
+        /* With luck other threads have done all before the calling one asks again. */
+        const int stopped = stop_at > 0 && w.calls == stop_at;
+        CHECK(result == (stopped ? BN_ERROR_CANCELLED : BN_SUCCESS) && w.bad == 0);
+        CHECK(stop_at == 0 ? state->runs >= 12 && w.last > 0 : stop_at > 1 || stopped);
+        if (stop_at == 1) CHECK(state->runs == 0);
+        if (threads == 1 && stop_at > 0) CHECK(stopped && state->runs < 12);
+        if (stopped) CHECK(count_touched(ranks, count) == 0);
+        bn_neural_close(neural);
+        CHECK(state->living == 0);
+    }
+}
+
 /* ---- Failures */
 
 static void test_arguments(void) {
@@ -404,6 +456,7 @@ int main(void) {
     test_sparse_spacing();
     test_masks();
     test_threads_are_used();
+    test_progress();
     test_arguments();
     test_failing_calls(NULL);
     test_failing_calls("cuda");

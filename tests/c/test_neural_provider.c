@@ -22,21 +22,6 @@ static void test_names(void) {
     bn_neural_close(neural);
 }
 
-/* The structure of headers without the option: what lies behind it is not read. */
-static void test_older_structure(void) {
-    model_parts parts = model_parts_default();
-    message model;
-    make_model(&parts, &model);
-    bn_neural_options options = fake_options(&model);
-    options.struct_size = offsetof(bn_neural_options, provider);
-    options.provider = "no such provider";
-    bn_neural *neural;
-    CHECK(bn_neural_open(&options, &neural) == BN_SUCCESS);
-    bn_neural_close(neural);
-    options.struct_size = sizeof options;
-    CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT);
-}
-
 /* Everything runs in sessions that cannot leave the GPU, in fewer tiles, with the same values. */
 static void test_cuda(void) {
     enum { width = 700, height = 450, count = width * height };
@@ -129,7 +114,6 @@ static void test_real_runtime(const char *runtime) {
 
 int main(void) {
     test_names();
-    test_older_structure();
     test_cuda();
     test_memory();
     test_nothing_to_run_on();

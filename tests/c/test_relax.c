@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation: permutations at any extents, the same bits on any number of threads, no fixed pattern,
- * cancelling. tests/python/test_relax_learned.py compares it with its formula. */
+ * Relaxation: permutations at any extents, the same bits on any number of threads, no fixed pattern.
+ * tests/python/test_relax_learned.py compares it with its formula. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -48,37 +48,9 @@ static void test_no_fixed_pattern(void) {
     CHECK(fabs(square * 12 / seeds / count - 1) < 0.3);
 }
 
-static int32_t cancel_late(void *user, double fraction) {
-    ++*(int *)user;
-    return fraction > 0.5;
-}
-
-static void test_cancelling(void) {
-    uint32_t ranks[16];
-    for (uint32_t i = 0; i < 16; ++i) ranks[i] = 7;
-    bn_relax_options options = bn_relax_options_default();
-    int calls = 0;
-    options.progress = cancel_late;
-    options.progress_user = &calls;
-    CHECK(bn_relax(&options, 4, 4, ranks, 16) == BN_ERROR_CANCELLED);
-    CHECK(calls == 12); /* of 20 steps */
-    /* On several threads, all of them must stop. */
-    enum { width = 256, height = 128, count = width * height };
-    uint32_t *large = malloc(count * sizeof *large);
-    memset(large, 7, count * sizeof *large);
-    options.threads = 3;
-    for (int i = 0; i < 20; ++i) {
-        CHECK(bn_relax(&options, width, height, large, count) == BN_ERROR_CANCELLED);
-    }
-    for (size_t i = 0; i < count; ++i) CHECK(large[i] == 0x07070707);
-    free(large);
-    for (uint32_t i = 0; i < 16; ++i) CHECK(ranks[i] == 7);
-}
-
 int main(void) {
     test_extents();
     test_threads();
     test_no_fixed_pattern();
-    test_cancelling();
     return check_result();
 }

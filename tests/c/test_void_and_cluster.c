@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Void-and-cluster: permutations at any extents, determinism, cancelling, bad input. */
+ * Void-and-cluster: permutations at any extents, determinism. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -51,60 +51,8 @@ static void test_options(void) {
     }
 }
 
-static void test_bad_input(void) {
-    uint32_t ranks[64];
-    memset(ranks, 0x5a, sizeof ranks);
-    CHECK(bn_void_and_cluster(NULL, 8, 8, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
-    CHECK(bn_void_and_cluster(NULL, UINT32_MAX, UINT32_MAX, UINT32_MAX, ranks, 64) ==
-          BN_ERROR_OUT_OF_MEMORY);
-    static const double sigmas[] = {0, 0.2, 17};
-    for (size_t i = 0; i < sizeof sigmas / sizeof *sigmas; ++i) {
-        bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
-        options.sigma = sigmas[i];
-        CHECK(bn_void_and_cluster(&options, 8, 8, 1, ranks, 64) == BN_ERROR_INVALID_ARGUMENT);
-    }
-    static const double fractions[] = {0, 0.6};
-    for (size_t i = 0; i < sizeof fractions / sizeof *fractions; ++i) {
-        bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
-        options.initial_fraction = fractions[i];
-        CHECK(bn_void_and_cluster(&options, 8, 8, 1, ranks, 64) == BN_ERROR_INVALID_ARGUMENT);
-    }
-    struct {
-        bn_void_and_cluster_options known;
-        uint64_t later;
-    } newer = {bn_void_and_cluster_options_default(), 0};
-    newer.known.struct_size = sizeof newer;
-    newer.later = 1;
-    CHECK(bn_void_and_cluster(&newer.known, 8, 8, 1, ranks, 64) == BN_ERROR_UNSUPPORTED);
-    CHECK(count_touched(ranks, 64) == 0);
-}
-
-static void test_progress(void) {
-    enum { size = 128 };
-    uint32_t *ranks = malloc(size * size * sizeof *ranks);
-    bn_void_and_cluster_options options = bn_void_and_cluster_options_default();
-    watch w = {0};
-    options.progress = watch_progress;
-    options.progress_user = &w;
-    CHECK(bn_void_and_cluster(&options, size, size, 1, ranks, size * size) == BN_SUCCESS);
-    CHECK(w.calls >= 3 && w.backwards == 0);
-    int calls = w.calls;
-    for (int at = 1; at <= calls; at += calls / 3) {
-        watch cancelling = {.cancel_at = at};
-        options.progress_user = &cancelling;
-        memset(ranks, 0x5a, size * size * sizeof *ranks);
-        CHECK(bn_void_and_cluster(&options, size, size, 1, ranks, size * size) ==
-              BN_ERROR_CANCELLED);
-        CHECK(cancelling.calls == at);
-        CHECK(count_touched(ranks, size * size) == 0);
-    }
-    free(ranks);
-}
-
 int main(void) {
     test_extents();
     test_options();
-    test_bad_input();
-    test_progress();
     return check_result();
 }

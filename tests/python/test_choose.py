@@ -32,7 +32,8 @@ def test_choices_have_the_bits_of_c():
     shares = np.float32([0, 0.125, 0.125, 0.25, 0.3125, 0.75, 0.875, 1])
     found = np.empty((4096, 6), np.uint32)
     found[:, 0], found[:, 1] = words(bluenoise.choose((random[:, 1] >> np.uint64(40)) / STEPS, u))
-    found[:, 2], found[:, 3] = words(bluenoise.choose_u32(1 + ((random[:, 1] & np.uint64(0xFFFFFF)) >> (i % 24).astype(np.uint64)).astype(int), u))
+    counts = 1 + ((random[:, 1] & np.uint64(0xFFFFFF)).astype(int) >> i % 24)
+    found[:, 2], found[:, 3] = words(bluenoise.choose_u32(counts, u))
     for k, scale in enumerate(np.float32([1, 3, 0.75, 1e10])):
         found[k::4, 4], found[k::4, 5] = words(bluenoise.choose_cdf(shares * scale, u[k::4]))
     assert hash_of(found) == table()["choices"]
