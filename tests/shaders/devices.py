@@ -16,7 +16,7 @@ def run_wgsl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
     import wgpu
 
     device = wgpu.gpu.request_adapter_sync().request_device_sync()
-    made = [_wgpu_input(wgpu, device, data) for data in buffers]
+    made = [{"buffer": device.create_buffer_with_data(data=data, usage=wgpu.BufferUsage.STORAGE)} for data in buffers]
     result = device.create_buffer(size=result_size, usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC)
     pipeline = device.create_compute_pipeline(layout="auto", compute={
         "module": device.create_shader_module(code=code), "entry_point": "main"})
@@ -30,17 +30,6 @@ def run_wgsl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
     work.end()
     device.queue.submit([encoder.finish()])
     return bytes(device.queue.read_buffer(result))
-
-
-def _wgpu_input(wgpu, device, data):
-    """A buffer, or of (width, data) a texture of 32-bit integers."""
-    if not isinstance(data, tuple):
-        return {"buffer": device.create_buffer_with_data(data=data, usage=wgpu.BufferUsage.STORAGE)}
-    width, texels = data
-    size = width, len(texels) // (4 * width), 1
-    texture = device.create_texture(size=size, format="r32uint", usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST)
-    device.queue.write_texture({"texture": texture}, texels, {"bytes_per_row": 4 * width, "rows_per_image": size[1]}, size)
-    return texture.create_view()
 
 
 def run_spirv(code: bytes, buffers: list, result_size: int, threads: int) -> bytes:

@@ -63,7 +63,8 @@ def posted_by(served, profile):
 @pytest.fixture(scope="module")
 def posted(cases, tmp_path_factory):
     """What browser.html posts, {path: bytes}."""
-    served = {"/": (HERE / "browser.html").read_bytes(), "/draw.wgsl": wgsl().encode(), "/cdf": cases.cdf.tobytes(),
+    served = {"/": (HERE / "browser.html").read_bytes(), "/harness.js": (HERE / "harness.js").read_bytes(),
+              "/draw.wgsl": wgsl().encode(), "/cdf": cases.cdf.tobytes(),
               "/words": cases.words.tobytes(),
               "/draw.frag": with_texts((HERE / "draw.frag").read_text()).encode()}
     for seed in range(3):

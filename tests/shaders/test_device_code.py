@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text of CUDA, HIP and Metal: compiled for devices where compilers are found, and run on the host."""
+"""The text of CUDA, HIP, Metal and GLSL, run on the host, and compiled for devices where compilers are found."""
 
 import ctypes
 import importlib.util
@@ -12,6 +12,8 @@ import pytest
 from conftest import HERE, INCLUDE, ROOT, need, run
 
 CXX = os.environ.get("CXX", "c++")
+# Without the instructions that newer versions of GLSL have, so that their replacements are tested.
+GLSL_VERSION = ["-U__VERSION__", "-D__VERSION__=300"]
 WARNINGS = ["-Wall", "-Wextra", "-Werror"]
 # What the headers of CUDA and HIP define. Clang has no such headers here, and compiles without.
 ATTRIBUTES = [f"-D__{name}__=__attribute__(({name}))" for name in ("host", "device", "global")]
@@ -37,8 +39,9 @@ def test_cuda_in_c(tmp_path):
     run(os.environ.get("CC", "cc"), "-std=c99", *WARNINGS, "-I", INCLUDE, "-c", tmp_path / "words.c", "-o", tmp_path / "o")
 
 
-def test_metal_on_the_host(cases, tmp_path):
-    same_on_the_host(cases, tmp_path, HERE / "draw_metal.cpp")
+@pytest.mark.parametrize("options", [["-DMETAL"], ["-DGLSL", *GLSL_VERSION]], ids=["metal", "glsl"])
+def test_shaders_on_the_host(cases, tmp_path, options):
+    same_on_the_host(cases, tmp_path, *options, HERE / "on_host.cpp")
 
 
 def nvrtc():

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package of examples/web/package: its module in Node.js, and its texts run by WebGPU and OpenGL drivers, with the cases of
-test_random.c."""
+random_cases.c."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 from types import SimpleNamespace
 
-import devices
 import numpy as np
 import pytest
-from conftest import GLSLANG, HERE, ROOT, need, need_module, need_opengl, need_vulkan, run
+from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, run
 from test_browser import posted_by
+from test_device_code import CXX, GLSL_VERSION, WARNINGS
 
 PACKAGE = ROOT / "examples" / "web" / "package"
 NODE = shutil.which("node") or shutil.which("nodejs")
@@ -31,11 +32,13 @@ def in_node(expression):
 
 @pytest.fixture(scope="module", params=[0, 1], ids=["no lens", "lens"])
 def random(request, tmp_path_factory):
-    program = ROOT / "build" / "tests" / "shaders" / f"test_random_{request.param}"
-    if not program.exists():
-        pytest.fail(f"{program} is missing; run scripts/setup")
+    """What random_cases.c writes, for a renderer without a lens or with one."""
     folder = tmp_path_factory.mktemp("random")
-    run(program, folder)
+    options = [f"-DRANDOM_WITH_LENS={request.param}", "-O1", *WARNINGS, "-I", INCLUDE]
+    run(os.environ.get("CC", "cc"), "-std=c11", *options, "-c", HERE / "random_cases.c", "-o", folder / "cases.o")
+    run(CXX, "-std=c++17", *options, *GLSL_VERSION, HERE / "random_on_host.cpp", folder / "cases.o", ROOT / "build/libbn/libbn.a",
+        "-lm", "-pthread", "-ldl", "-o", folder / "cases")
+    assert run(folder / "cases", folder).endswith(" 0 failed\n")
     words, asked, expected = (np.fromfile(folder / f"{name}.bin", "<u4") for name in ("words", "asked", "expected"))
     return SimpleNamespace(words=words, asked=asked, expected=expected.reshape(-1, 16), effects=EFFECTS[request.param])
 
@@ -43,7 +46,8 @@ def random(request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def posted(random, tmp_path_factory):
     """What random.html posts in Chromium, {path: bytes}."""
-    served = {"/": (HERE / "random.html").read_bytes(), "/asked": random.asked.tobytes(), "/main.wgsl": WGSL.encode(),
+    served = {"/": (HERE / "random.html").read_bytes(), "/harness.js": (HERE / "harness.js").read_bytes(),
+              "/asked": random.asked.tobytes(), "/main.wgsl": WGSL.encode(),
               "/main.glsl": GLSL.encode(), "/effects": json.dumps(random.effects).encode()}
     served |= {f"/{name}": (PACKAGE / name).read_bytes() for name in ("index.js", "texts.js")}
     return posted_by(served, tmp_path_factory.mktemp("profile"))
@@ -167,31 +171,6 @@ def test_the_cases_reach_everything(random):
         assert set(asked[asked[:, 4] == effect][:, 3]) >= {0, 1, 2, 3, 4, 50}
     floats = random.expected[:, :10].copy().view("<f4")
     assert (floats >= 0).all() and (floats < 1).all() and len(np.unique(random.expected[:, 9])) > 0.9 * len(asked)
-
-
-@needs_node
-@pytest.mark.parametrize("table", ["buffer", "texture"])
-def test_wgsl(random, table):
-    need_vulkan()
-    need_module("wgpu")
-    module = in_node(f"bn.wgsl({{table: {json.dumps(table)}, effects: {json.dumps(random.effects)}}})")
-    assert ("bn_words[" in module) == (table == "buffer")
-    size = random.expected.nbytes
-    if table == "buffer":
-        result = devices.run_wgsl(module + WGSL, [random.words.tobytes(), random.asked.tobytes()], size, len(random.expected))
-    else:
-        texels = np.array(in_node("[...bn.tableTexels()]"), "<u4").tobytes()
-        result = devices.run_wgsl(WGSL + module, [(64, texels), random.asked.tobytes()], size, len(random.expected))
-    compare(random, result)
-
-
-@needs_node
-@pytest.mark.parametrize("version", ["300 es", "330"])
-def test_glsl(random, version):
-    need_opengl()
-    code = f"#version {version}\n" + in_node(f"bn.glsl({{effects: {json.dumps(random.effects)}}})") + GLSL
-    textures = {"bn_table": (64, "u4", random.words.tobytes()), "asked": (2048, "u4", random.asked.tobytes())}
-    compare(random, devices.run_fragments(code, textures, 4096, random.expected.nbytes))
 
 
 @pytest.mark.parametrize("name", ["buffer", "texture", "webgl"])

@@ -104,6 +104,7 @@ def test_hlsl_in_slang(cases, tmp_path):
     for name in ("bn_draw", "bn_path", "bn_choose"):
         for language in ("glsl", "hlsl"):
             shutil.copy(INCLUDE / "bn" / f"{name}.{language}", tmp_path)
+    shutil.copy(HERE / "answer.glsl", tmp_path)
     path = tmp_path / "draw.slang"
     path.write_text((HERE / "draw.hlsl").read_text().replace("void main(", "void draw_all("))
     compare(devices.run_slang, path, cases)

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef BN_RANDOM_IN_C_H
-#define BN_RANDOM_IN_C_H
+#ifndef BN_RANDOM_ON_HOST_H
+#define BN_RANDOM_ON_HOST_H
 
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /* The effects with a place in the layout. Without RANDOM_WITH_LENS, those of the lens, the environment
  * and the choice are names as all others are. */
@@ -20,5 +24,9 @@ enum {
 
 void random_glsl(const uint32_t *words, const uint32_t asked[RANDOM_ASKED],
                  float out[RANDOM_NUMBERS]);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package, its GLSL as C, draw what
+ * rngInit(), rngNextBounce() and rand1() to rand4() of examples/web/package, its GLSL as C++, draw what
  * bn_path.h hands out in C. With a folder, writes the cases for the tests in Python, as 32-bit words:
  *
  *     words.bin     [BN_WORD_COUNT]: of bn_tables()
@@ -9,7 +9,7 @@
  * Built twice: RANDOM_WITH_LENS is 0 for a renderer without a lens, and 1 for one that has it. */
 #include "../c/check.h"
 #include "../c/samplers.h"
-#include "random_in_c.h"
+#include "random_on_host.h"
 #include <bn/bn_path.h>
 #include <stdio.h>
 #include <string.h>

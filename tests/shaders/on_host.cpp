@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * The same as draw.comp on the host: the texts of Metal, or with -DGLSL those of GLSL, compiled as C++ with
+ * stand-ins for what they take from their languages. */
+#include "run_on_host.h"
+#include "stand_ins.h"
+#include <string.h>
+
+static const uint32_t *words;
+static const float *cdf;
+
+#ifdef GLSL
+#define BN_WORD(i) words[i]
+#include "bn/bn_draw.glsl"
+#include "bn/bn_path.glsl"
+#define BN_CHOOSE_IN_C /* C++ has no `inout` */
+#define BN_CHOOSE_UINT uint
+#define BN_CHOOSE_BOOL bool
+#define BN_CHOOSE_FALSE false
+#define BN_CHOOSE_FUNCTION static
+#define BN_CHOOSE_U float &u
+#define BN_CHOOSE_GET_U u
+#define BN_CHOOSE_TO_UINT(v) uint(v)
+#define BN_CHOOSE_TO_FLOAT(v) float(v)
+#define BN_CHOOSE_TABLE uint first,
+#define BN_CHOOSE_LIMIT(i) cdf[first + (i)]
+#include "bn/bn_choose.glsl"
+#else
+#define device
+#define thread
+#include "bn/bn_choose.metal"
+#include "bn/bn_draw.metal"
+#include "bn/bn_path.metal"
+#undef device
+#undef thread
+/* Functions that take tables are given them. */
+#define bn_draw_blue_bits(...) bn_draw_blue_bits(words, __VA_ARGS__)
+#define bn_draw_blue(...) bn_draw_blue(words, __VA_ARGS__)
+#define bn_draw_blue_pair_bits(...) bn_draw_blue_pair_bits(words, __VA_ARGS__)
+#define bn_draw_blue_pair(...) bn_draw_blue_pair(words, __VA_ARGS__)
+#define bn_choose_cdf(first, ...) bn_choose_cdf(cdf + (first), __VA_ARGS__)
+#endif
+
+static uint floatBitsToUint(float v) {
+    uint bits;
+    memcpy(&bits, &v, sizeof bits);
+    return bits;
+}
+
+static float uintBitsToFloat(uint bits) {
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static const uint32_t *asked;
+#define CASE(i) asked[i]
+#define out
+#include "answer.glsl"
+
+void answer(const uint32_t *own_words, const float *own_cdf, const uint32_t *own_asked,
+            uint32_t *result) {
+    words = own_words;
+    cdf = own_cdf;
+    asked = own_asked;
+    answer(result);
+}
