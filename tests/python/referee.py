@@ -1,44 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measures in plain NumPy, written from their definitions, to check those of the library."""
+"""Measures in plain NumPy, written from their definitions, to check those of the package."""
 
 import numpy as np
-
-
-def mask_error(ranks, sigma):
-    """E_sigma by definition: 64 thresholded masks, each blurred in the frequency domain."""
-    height, width = ranks.shape
-    values = (ranks + 0.5) / ranks.size
-    f2 = np.fft.fftfreq(height)[:, None] ** 2 + np.fft.fftfreq(width)[None, :] ** 2
-    blur = np.exp(-2 * np.pi**2 * sigma**2 * f2)
-    squares = 0.0
-    for i in range(64):
-        t = (i + 0.5) / 64
-        error = np.fft.ifft2(np.fft.fft2(values < t) * blur).real - t
-        squares += np.mean(error**2)
-    return float(np.sqrt(squares / 64))
-
-
-def mask_error_in_space(ranks, sigma):
-    """E_sigma without a transform: circular convolution with the kernel of the transfer function."""
-    height, width = ranks.shape
-
-    def kernel(n):
-        f = np.arange(-(n // 2), n - n // 2) / n
-        at = np.arange(n)
-        transfer = np.exp(-2 * np.pi**2 * sigma**2 * f**2)
-        return (np.cos(2 * np.pi * f[None, :] * at[:, None]) @ transfer) / n
-
-    def circulant(k):
-        at = np.arange(len(k))
-        return k[(at[:, None] - at[None, :]) % len(k)]
-
-    rows, columns = circulant(kernel(height)), circulant(kernel(width))
-    values = (ranks + 0.5) / ranks.size
-    squares = 0.0
-    for i in range(64):
-        t = (i + 0.5) / 64
-        squares += np.mean((rows @ (values < t) @ columns.T - t) ** 2)
-    return float(np.sqrt(squares / 64))
 
 
 def power_spectrum(values):

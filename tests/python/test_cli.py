@@ -44,12 +44,6 @@ def test_mask_as_npy(tmp_path, size, shape):
     np.testing.assert_array_equal(np.load(out), bluenoise.mask(shape, method="white"))
 
 
-def test_mask_builtin(tmp_path):
-    out = tmp_path / "mask.npy"
-    assert main(["mask", "--size", "64x64", "--method", "builtin", "-o", str(out)]) == 0
-    np.testing.assert_array_equal(np.load(out), bluenoise.mask((64, 64), method="builtin"))
-
-
 @pytest.mark.parametrize(("method", "options"), [("relax", {"threads": 2}), ("anneal", {"sweeps": 9, "sigma": 1.1})])
 def test_mask_by_other_methods(method, options, tmp_path):
     out = tmp_path / "mask.npy"
@@ -350,57 +344,6 @@ def test_streams(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("channels", [2, 3, 4])
-def test_every_channel_of_a_sixteen_bit_picture_is_measured(channels, tmp_path, capsys):
-    out = tmp_path / "mask.png"
-    arguments = ["mask", "--size", "24x20", "--method", "anneal", "--channels", str(channels), "--sweeps", "1"]
-    assert main([*arguments, "-o", str(out)]) == 0
-    masks = bluenoise.mask((20, 24), method="anneal", channels=channels, sweeps=1)
-    assert main(["measure", "--json", str(out)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["size"] == [24, 20]
-    assert [own["e_1"] for own in found["channels"]] == [bluenoise.measure(own)["e_1"] for own in masks]
-    assert main(["measure", str(out)]) == 0
-    rows = {line[:18].strip(): line[18:].split() for line in lines(capsys)[0]}
-    assert rows["E_1.5"] == [f"{bluenoise.measure(own)['e_1.5']:.5f}" for own in masks]
-    assert main(["measure", "--json", "--channel", str(channels), str(out)]) == 0
-    assert json.loads(capsys.readouterr().out)["e_1"] == found["channels"][-1]["e_1"]
-
-
-def test_a_row_has_no_anisotropy_and_no_unit(tmp_path, capsys):
-    bluenoise.save(tmp_path / "row.npy", bluenoise.mask((1, 512)))
-    assert main(["measure", str(tmp_path / "row.npy")]) == 0
-    assert "anisotropy        none" in lines(capsys)[0]
-
-
-def test_json_names_the_method_that_auto_takes(tmp_path, capsys):
-    out = tmp_path / "mask.png"
-    assert main(["mask", "--size", "8", "--method", "auto", "--channels", "3", "--json", "-o", str(out)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert (found["method"], found["channels"]) == ("anneal", 3)
-    again = ["--method", found["method"], "--sweeps", str(found["options"]["sweeps"]), "--channels", "3"]
-    assert main(["mask", "--size", "8", *again, "-o", str(tmp_path / "again.png")]) == 0
-    assert (tmp_path / "again.png").read_bytes() == out.read_bytes()
-    assert main(["mask", "--size", "8", "--method", "auto", "--json", "-o", str(out)]) == 0
-    assert json.loads(capsys.readouterr().out)["method"] == "void-and-cluster"
-
-
-def test_a_texture_of_eight_bits_is_ranked_on_request(tmp_path, capsys):
-    ranks = bluenoise.mask((64, 64), seed=3)
-    Image.fromarray((ranks // 16).astype(np.uint8)).save(tmp_path / "texture.png")
-    Image.fromarray(np.full((128, 128), 100, np.uint8)).save(tmp_path / "in.png")
-    dither = ["dither", str(tmp_path / "in.png"), str(tmp_path / "out.png"), "--mask", str(tmp_path / "texture.png")]
-    assert main([*dither, "--rank"]) == 0
-    found = np.asarray(Image.open(tmp_path / "out.png"))
-    assert found.mean() == pytest.approx(100, abs=0.1)
-    exact = bluenoise.dither(np.full((128, 128), 100, np.uint8), mask=ranks)
-    assert (found != exact).mean() <= 1 / 256  # only among the texels of one level
-    Image.merge("RGBA", [Image.open(tmp_path / "texture.png")] * 3 + [Image.new("L", (64, 64), 255)]).save(tmp_path / "rgba.png")
-    assert main([*dither[:-1], str(tmp_path / "rgba.png"), "--rank"]) == 0
-    assert (np.asarray(Image.open(tmp_path / "out.png")) == found).all()
-    assert lines(capsys) == ([], [])
-
-
 def test_a_picture_is_dithered_with_a_mask_for_each_channel(tmp_path):
     masks = bluenoise.mask((16, 16), method="anneal", channels=3, sweeps=1)
     bluenoise.save(tmp_path / "masks.png", masks)
@@ -470,15 +413,6 @@ def test_an_output_that_is_a_link_is_replaced_not_followed(tmp_path):
     assert victim.read_bytes() == b"precious"
 
 
-def test_interrupt(monkeypatch, capsys, tmp_path):
-    def interrupt(*arguments, **options):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("bluenoise._cli.make_mask", interrupt)
-    assert main(["mask", "--size", "8x8", "-o", str(tmp_path / "m.png")]) == 130
-    assert not list(tmp_path.iterdir())
-
-
 def test_run_as_a_module(tmp_path):
     def run(*arguments):
         command = [sys.executable, "-m", "bluenoise", *arguments]
@@ -544,27 +478,3 @@ def test_a_full_disk_is_named_with_the_file(name, tmp_path):
     assert done.returncode == 1 and done.stderr.count("\n") == 1
     assert done.stderr.startswith(f"bluenoise: {name}") and ("File too large" in done.stderr or name == "mask.exr"), done.stderr
     assert (tmp_path / name).read_bytes() == b"precious" and len(list(tmp_path.iterdir())) == 2
-
-
-def test_the_line_of_the_bar_ends_before_a_message(tmp_path, monkeypatch, capsys):
-    class Terminal(io.StringIO):
-        def isatty(self):
-            return True
-
-    def screen(*arguments):
-        monkeypatch.setattr(sys, "stderr", Terminal())
-        status = main([*arguments])
-        return status, sys.stderr.getvalue()
-
-    status, text = screen("mask", "--size", "300", "-o", str(tmp_path / "mask.png"))
-    assert status == 0 and text.split("\r")[-1].splitlines()[0] == "100 %"
-    assert text.splitlines()[-1].startswith("bluenoise: ") and "\r" not in text.splitlines()[-1]
-    assert screen("measure", str(tmp_path / "mask.png"))[1].endswith("\r100 %\n")
-
-    def fail(*arguments, progress=None, **options):
-        progress(0.5)
-        raise ValueError("enough")
-
-    monkeypatch.setattr("bluenoise._cli.make_mask", fail)
-    assert screen("mask", "--size", "8", "-o", str(tmp_path / "m.png")) == (1, "\r 50 %\nbluenoise: enough\n")
-    assert screen("mask", "--size", "8", "--quiet", "-o", str(tmp_path / "m.png"))[1].startswith("bluenoise: ")

@@ -89,15 +89,6 @@ def test_pixels_of_the_film_have_their_draws(variant, crop):
         assert np.array_equal(picture[..., 2], single(x, y, 0, 2, 0, seed))
 
 
-def test_scalar_films_of_odd_sizes():
-    mitsuba.set_variant("scalar_rgb")
-    register_probe()
-    scene = scene_of({"type": "probe"}, 75, 45, 1)
-    bluenoise.mitsuba.attach(scene)
-    y, x = np.mgrid[0:45, 0:75]
-    assert np.array_equal(np.array(mitsuba.render(scene, spp=1))[..., :2], own(x, y, 0, 1))
-
-
 def test_scalar_says_what_is_missing():
     mitsuba.set_variant("scalar_rgb")
     scene = scene_of({"type": "direct"}, 8, 8, 1)
@@ -183,23 +174,6 @@ def test_a_clone_goes_on_from_where_it_was_made():
     assert np.array_equal(np.array(clone.next_2d()).T, own(x, y, 0, 2, 3).reshape(-1, 2))
 
 
-def gray(scene, **options):
-    return np.array(mitsuba.render(scene, **options), np.float64).mean()
-
-
-@needs_llvm
-@pytest.mark.parametrize("variant", VECTORISED)
-@pytest.mark.parametrize("integrator", ["path", "direct", "volpath", "prb"])
-def test_renders_converge_to_the_same_picture(variant, integrator):
-    mitsuba.set_variant(variant)
-    ours = scene_of({"type": integrator}, 32, 24, 16)
-    other = scene_of({"type": integrator}, 32, 24, 16)
-    # An open sky over a floor: every sampler comes to the mean within a fraction of a percent.
-    independent = mitsuba.load_dict({"type": "independent", "sample_count": 64})
-    assert gray(ours) == pytest.approx(gray(other, spp=64, seed=9), rel=0.01)
-    assert independent is not None and np.isfinite(gray(ours, seed=1))
-
-
 @needs_llvm
 def test_gradients_go_through():
     mitsuba.set_variant("llvm_ad_rgb")
@@ -211,24 +185,3 @@ def test_gradients_go_through():
     drjit.backward(drjit.mean(mitsuba.render(scene, params, spp=4).array))
     # Light adds up: the derivative by the radiance of the only light is the picture at radiance 1.
     assert np.isfinite(np.array(drjit.grad(params[key]))).all() and np.array(drjit.grad(params[key])).sum() > 0.1
-
-
-@needs_llvm
-def test_blue_beats_independent_after_a_blur():
-    from scipy import ndimage
-
-    mitsuba.set_variant("llvm_ad_rgb")
-    box = mitsuba.cornell_box()
-    box["integrator"] = {"type": "direct"}
-    box["sensor"]["film"] |= {"width": 64, "height": 64, "rfilter": {"type": "box"}}
-
-    def picture(sampler, spp, seed):
-        box["sensor"]["sampler"] = {"type": sampler, "sample_count": spp}
-        return np.array(mitsuba.render(mitsuba.load_dict(box), seed=seed), np.float64)
-
-    reference = picture("stratified", 1024, 99)
-    error = {}
-    for sampler in ("independent", "bluenoise"):
-        blurred = [ndimage.gaussian_filter(picture(sampler, 4, seed) - reference, (2.1, 2.1, 0)) for seed in range(4)]
-        error[sampler] = np.sqrt(np.mean(np.square(blurred)))
-    assert error["bluenoise"] < 0.75 * error["independent"]

@@ -157,12 +157,6 @@ def test_vectors_are_blue_each_and_together(builtin):
     assert (bluenoise.mask((96, 64), method="neural", channels=2, seed=4) == ranks).all()
 
 
-def test_noise_is_the_same_everywhere():
-    noise = NeuralGenerator.noise(0, 0, 1, 1)
-    assert noise.dtype == np.float32 and noise[0, 0] == 3407499 / 2**24
-    assert NeuralGenerator.noise(-1, 1, 1, 1, seed=7)[0, 0] == 2805431 / 2**24
-
-
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [

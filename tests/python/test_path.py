@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hashes import hash_of, table
 
-import bluenoise
 from bluenoise import Path, Sampler, _path
 
 
@@ -61,35 +60,6 @@ def test_shapes_broadcast():
     assert one.shape == () and one.ray(0).draw().shape == (4,) and one.ray(0).next_1d().shape == ()
     assert one.ray(0).next_rng().next_1d().shape == () and one.time().shape == (2,)
     assert Path(sampler, [], 0, 0).ray(0).next_split(2)[1].ray(0).draw().shape == (0, 4)
-
-
-def test_rays_count_what_they_hand_out():
-    path = Path(Sampler(seed=1), np.arange(1000), 0, 0)
-    ray, same, other = path.ray(2), path.ray(2), path.ray(3)
-    numbers = [ray.next_2d(), ray.next_2d(), ray.next_2d(), other.next_2d(), ray.next_4d()[:, :2], ray.draw_where(), ray.draw_light(),
-               ray.next_split(2)[0].ray(0).draw_where(), ray.next_split(2)[0].ray(0).draw_where(), path.first_light(), path.time()]
-    for i, one in enumerate(numbers):
-        for two in numbers[:i]:
-            assert not (one == two).all(axis=-1).any()
-    np.testing.assert_array_equal(same.next_2d(), numbers[0])
-    np.testing.assert_array_equal(ray.draw_light(), numbers[6])
-    # Values that were handed out before stay what they were.
-    first = same.next_1d()
-    kept = first.copy()
-    same.next_1d(), same.next_1d()
-    np.testing.assert_array_equal(first, kept)
-
-
-def test_noise_is_uniform_and_independent():
-    """Means of what comes after the sampler's four, and correlations between all, over neighbouring pixels: five standard
-    errors, which one run in 22,000 exceeds by chance; the runs are fixed."""
-    rng = Path(Sampler("sobol", seed=5), np.arange(20000), 3, 1).ray(1).next_rng()
-    numbers = np.array([rng.next_1d() for _ in range(12)], np.float64)
-    assert numbers.min() >= 0 and numbers.max() < 1
-    error = (numbers - 0.5).mean(axis=1) * np.sqrt(12 * 20000)
-    assert np.abs(error).max() < 5
-    correlation = np.corrcoef(numbers) - np.eye(12)
-    assert np.abs(correlation).max() * np.sqrt(20000) < 5
 
 
 def test_frames_and_samples_differ():
@@ -145,16 +115,6 @@ def test_bad_arguments(call, error, words):
     with pytest.raises(error) as caught:
         call(path)
     assert all(word in str(caught.value) for word in words), str(caught.value)
-
-
-def test_names():
-    path = Path(Sampler(seed=2), [0, 1], 0, 0)
-    ray = path.ray(0)
-    assert repr(ray) == "Ray(Path(Sampler('blue', seed=2), shape=(2,)), shape=(2,))"
-    assert repr(ray.next_split(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)), count=3)"
-    assert repr(ray.next_split_from(3)) == "Split(Path(Sampler('blue', seed=2), shape=(2,)))"
-    assert repr(ray.next_rng()) == "Rng(shape=(2,), drawn=0)"
-    assert isinstance(ray, bluenoise.Ray) and isinstance(ray.next_rng(), bluenoise.Rng)
 
 
 def test_examples():

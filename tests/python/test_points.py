@@ -99,25 +99,6 @@ def test_the_best_candidate_is_the_farthest_of_all():
         np.testing.assert_array_equal(found[k], trials[nearest.argmax()])
 
 
-@pytest.mark.parametrize("method, n, calls", [("best-candidate", 1500, 4000), ("poisson-disk", 1500, 4000)])
-def test_the_work_grows_slowly(method, n, calls, monkeypatch):
-    """What is looked at closely: places for which a tree is asked, at most a few for each point."""
-    needs(method)
-    import scipy.spatial
-
-    asked = 0
-
-    class Tree(scipy.spatial.cKDTree):
-        def query(self, places, *arguments, **options):
-            nonlocal asked
-            asked += len(places)
-            return super().query(places, *arguments, **options)
-
-    monkeypatch.setattr(scipy.spatial, "cKDTree", Tree)
-    bluenoise.points(n, method=method, seed=1)
-    assert 0 < asked < 100 * n
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_progress(method):
     needs(method)
@@ -127,12 +108,6 @@ def test_progress(method):
     np.testing.assert_array_equal(found, bluenoise.points(300, method=method, seed=2))
     with pytest.raises(bluenoise.CancelledError):
         bluenoise.points(300, method=method, progress=lambda fraction: fraction > 0)
-
-
-def test_more_candidates_spread_better():
-    needs("best-candidate")
-    few, many = (np.mean([closest(bluenoise.points(100, seed=s, candidates=c), True) for s in range(5)]) for c in (1, 10))
-    assert few < many
 
 
 @pytest.mark.parametrize("error, message, arguments, options", [

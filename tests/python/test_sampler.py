@@ -58,21 +58,6 @@ def test_block_at_the_last_coordinate_and_index():
     np.testing.assert_array_equal(block[0], sampler.sample(x, 2**31 - 1, index))
 
 
-def test_large_block_in_several_parts_is_the_same():
-    sampler = Sampler("white", seed=1)
-    block = sampler.block(-700, -300, 1400, 600, 0, 1)  # more than one part of 2**18 samples
-    rows = [sampler.block(-700, y, 1400, 1, 0, 1) for y in (-300, -114, -113, 0, 299)]
-    for y, row in zip((0, 186, 187, 300, 599), rows):
-        np.testing.assert_array_equal(block[y], row[0])
-
-
-def test_dims_are_the_first_dimensions():
-    sampler = Sampler(seed=9)
-    four = sampler.sample(np.arange(50), 3, 1)
-    for dims in (1, 2, 3, 4):
-        np.testing.assert_array_equal(sampler.sample(np.arange(50), 3, 1, dims=dims), four[:, :dims])
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_pair_is_part_of_the_four(kind):
     sampler = Sampler(kind, seed=9)
@@ -148,17 +133,6 @@ def test_generator_gives_a_seed():
     assert Sampler(seed=generator) != Sampler(seed=generator)
 
 
-def test_prefixes_of_a_pixel_are_nets():
-    """The first 2**m samples of a pixel hit each elementary interval of volume 2**-m once, in both pairs."""
-    u = Sampler("blue", seed=11).block(5, 6, 3, 2, 0, 64).reshape(6, 64, 4)
-    for pixel in u:
-        for pair in (pixel[:, :2], pixel[:, 2:]):
-            for m in range(7):
-                for a in range(m + 1):
-                    cell = np.floor(pair[: 2**m] * [2**a, 2 ** (m - a)])
-                    assert len(np.unique(cell, axis=0)) == 2**m
-
-
 def test_domains():
     assert bluenoise.domain() == 0
     assert 0 <= bluenoise.domain(1) < 2**32
@@ -171,13 +145,6 @@ def test_domains():
 def test_keys_that_do_not_broadcast():
     with pytest.raises(ValueError, match=r"keys do not broadcast: shapes \(2,\) and \(3,\)"):
         bluenoise.domain([1, 2], [1, 2, 3])
-
-
-def test_domains_are_uncorrelated():
-    sampler = Sampler("blue", seed=1)
-    a = sampler.block(0, 0, 128, 128, 0, 1, bluenoise.domain(1))[..., 0, 0].ravel()
-    b = sampler.block(0, 0, 128, 128, 0, 1, bluenoise.domain(2))[..., 0, 0].ravel()
-    assert abs(np.corrcoef(a, b)[0, 1]) < 5 / 128  # five standard deviations of independent values
 
 
 def test_mask_kind_takes_ranks():

@@ -125,13 +125,6 @@ def test_all_formats_hold_the_ranks_of_the_mask(pack, size, channels):
         assert max(each["e_1"]) < 0.1  # white noise: .115
 
 
-def test_files_of_ktx2_say_who_wrote_them(pack):
-    for path in pack.rglob("*.ktx2"):
-        pairs = Ktx2(path).pairs
-        assert pairs["KTXorientation"] == "rd" and pairs["KTXwriter"].startswith(f"libbn {bluenoise.__version__}")
-        assert set(pairs) == {"KTXorientation", "KTXwriter"}
-
-
 def test_the_table_is_where_the_shaders_read_it(pack):
     words = bluenoise.tables()
     i = np.arange(words.size)
@@ -166,14 +159,6 @@ def test_examples_compile(pack, from_png, tmp_path):
         done = subprocess.run([glslang, "-S", "frag", f"-I{pack / 'draws'}", *options, tmp_path / name], capture_output=True, text=True,
                               check=False)
         assert done.returncode == 0, done.stdout
-
-
-def test_the_sheet_shows_every_size(pack):
-    sheet = _files.open_picture(pack / "contact-sheet.png")
-    pixels = np.asarray(sheet)
-    ranks = bluenoise.mask((16, 16), method="builtin")
-    np.testing.assert_array_equal(pixels[24:24 + 256, 40:40 + 256, 0], np.tile(ranks, (16, 16)))
-    assert sheet.size == (40 + 6 * 264, 24 + len(SIZES) * 264)
 
 
 def test_formats_and_sizes_can_be_chosen(tmp_path, capsys):
@@ -219,15 +204,6 @@ def test_nothing_is_left_of_a_pack_that_failed(tmp_path, monkeypatch, there):
     assert folder.exists() == there and list(tmp_path.rglob("*")) == ([folder] if there else [])
 
 
-def test_progress_and_cancelling(tmp_path):
-    seen = []
-    _textures.write(tmp_path / "a", ("png",), SIZES, 1, 30, "0", lambda fraction: seen.append(fraction))
-    assert seen == sorted(seen) and seen[-1] == 1 and len(seen) > 4 and seen[0] < 0.5
-    with pytest.raises(bluenoise.CancelledError):
-        _textures.write(tmp_path / "b", ("png",), SIZES, 1, 30, "0", lambda fraction: fraction > 0.3)
-    assert not (tmp_path / "b").exists()
-
-
 def test_the_examples_have_the_seed(pack):
     words = ", ".join(f"0x{word:08x}u" for word in bluenoise.Sampler(seed=SEED).seed_words())
     for name in ("example.frag", "example.hlsl"):
@@ -254,22 +230,6 @@ def test_what_appears_meanwhile_is_left_alone(tmp_path, monkeypatch, name):
         _textures.write(folder, ("png",), (16,), 1, 1, "0")
     assert [path.name for path in folder.iterdir()] == [name]
     assert (folder / name / "work.txt" if name == "draws" else folder / name).read_text() == "mine"
-
-
-def test_a_rename_that_fails_takes_back_what_was_moved_alone(tmp_path, monkeypatch):
-    rename, moved = os.rename, []
-
-    def fails_third(source, target):
-        if len(moved) == 2:
-            (Path(target).parent / "work.txt").write_text("mine")
-            raise OSError(28, "No space left on device", str(target))
-        moved.append(target)
-        rename(source, target)
-
-    monkeypatch.setattr(_textures.os, "rename", fails_third)
-    with pytest.raises(OSError, match="No space"):
-        _textures.write(tmp_path / "pack", ("png",), (16,), 1, 1, "0")
-    assert [path.name for path in (tmp_path / "pack").iterdir()] == ["work.txt"]
 
 
 def textures_process(folder, sweeps):

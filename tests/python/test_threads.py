@@ -93,26 +93,3 @@ def test_threads_agree():
     np.testing.assert_array_equal(np.stack(rows), expected)
     for i, ranks in enumerate(masks):
         np.testing.assert_array_equal(ranks, bluenoise.mask((32, 32), seed=i % 3))
-
-
-def test_two_masks_overlap():
-    """Two threads meet at a barrier in the middle of their work, which is possible only if both run at once."""
-    meeting = threading.Barrier(2, timeout=60)
-
-    def make(seed):
-        met = False
-
-        def on_progress(fraction):
-            nonlocal met
-            if not met:
-                met = True
-                meeting.wait()
-
-        ranks = bluenoise.mask((64, 64), seed=seed, progress=on_progress)
-        return met, ranks
-
-    with ThreadPoolExecutor(2) as pool:
-        results = list(pool.map(make, (1, 2)))
-    for seed, (met, ranks) in zip((1, 2), results):
-        assert met
-        np.testing.assert_array_equal(ranks, bluenoise.mask((64, 64), seed=seed))

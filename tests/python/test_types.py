@@ -95,26 +95,6 @@ def test_the_signature_names_every_option(module, function):
         assert set(options) <= set(parameters)
 
 
-@pytest.mark.parametrize("kind", [bluenoise.Sampler, bluenoise.NeuralGenerator])
-def test_no_property_returns_a_literal(kind):
-    """jedi fails on those, and with it every completion on an object in IPython."""
-    properties = [value.fget for value in vars(kind).values() if isinstance(value, property)]
-    assert properties
-    for function in properties:
-        hint = typing.get_type_hints(function, vars(sys.modules[kind.__module__]))["return"]
-        assert typing.get_origin(hint) is not typing.Literal, function
-
-
-def test_editors_complete_a_sampler():
-    """As IPython does, with the objects of a session."""
-    jedi = pytest.importorskip("jedi")
-    for code in ("sampler.", "bluenoise.Sampler().", "sampler.kind."):
-        found = jedi.Interpreter(code, [{"sampler": bluenoise.Sampler(), "bluenoise": bluenoise}]).complete()
-        assert "block" in {each.name for each in found} or "upper" in {each.name for each in found}, code
-    found = jedi.Interpreter("bluenoise.mask((8, 8), initial_", [{"bluenoise": bluenoise}]).complete()
-    assert "initial_fraction=" in {each.name for each in found}
-
-
 def test_literals_are_what_there_is():
     assert set(typing.get_args(bluenoise.MaskMethod)) == set(_masks.METHODS)
     assert set(typing.get_args(bluenoise.PointsMethod)) == set(_points.METHODS)

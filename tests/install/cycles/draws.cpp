@@ -2,16 +2,13 @@
 // Draws like Cycles' kernels, and prints the numbers of a path or the outcome of a comparison:
 //     draws path KIND BOUNCES     one line per number: its values in eight samples
 //     draws domains               how many numbers are not those of the domain they should be of
-//     draws strata                how many strata of the numbers of 16 samples are not met once
 //     draws pixels                how many pixels are another after they were packed
-// With CHECK it is the renderer of the check in docs/porting.md instead.
 #include "stand_in.h"
 
 #include "kernel/sample/blue.h"
 
 #include <cstdio>
 #include <cstdlib>
-#include <set>
 #include <string>
 
 using namespace ccl;
@@ -82,7 +79,7 @@ Numbers path(const Globals &globals, int x, int y, uint index, const std::string
     return sample.numbers;
 }
 
-[[maybe_unused]] int print_path(const std::string &kind, int bounces) {
+int print_path(const std::string &kind, int bounces) {
     const Globals globals = make(3);
     std::vector<Numbers> samples;
     for (int k = 0; k < 8; ++k)
@@ -101,7 +98,7 @@ struct Wanted {
     int order[3];
 };
 
-[[maybe_unused]] int domains() {
+int domains() {
     int wrong = 0;
     const bn_sampler library = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     const Globals globals = make(0);
@@ -146,36 +143,7 @@ struct Wanted {
     return wrong;
 }
 
-// Each number of a path meets each sixteenth once in 16 samples, and each pair each cell of 4 x 4.
-[[maybe_unused]] int strata() {
-    int missed = 0;
-    const Globals globals = make(5);
-    for (int pixel = 0; pixel < 20; ++pixel) {
-        const auto meet = [&](int dimension, bool pair) {
-            std::set<int> x, y, cells;
-            for (uint index = 0; index < 16; ++index) {
-                const uint at = blue_pixel(&globals, 31 * pixel, pixel);
-                const float2 u = pair ? blue_sample_2D(&globals, at, index, dimension)
-                                      : float2{blue_sample_1D(&globals, at, index, dimension), 0};
-                x.insert(int(16 * u.x));
-                y.insert(int(16 * u.y));
-                cells.insert(4 * int(4 * u.x) + int(4 * u.y));
-            }
-            missed += 16 - int(x.size());
-            if (pair) missed += 16 - int(y.size()) + 16 - int(cells.size());
-        };
-        meet(PRNG_FILTER, true);
-        for (int bounce = 1; bounce < 5; ++bounce) {
-            meet(16 * bounce + PRNG_LIGHT, true);
-            meet(16 * bounce + PRNG_SURFACE_BSDF, true);
-            meet(16 * bounce + PRNG_SURFACE_AO, true);
-            meet(16 * bounce + PRNG_TERMINATE, false);
-        }
-    }
-    return missed;
-}
-
-[[maybe_unused]] int pixels() {
+int pixels() {
     int wrong = 0;
     const Globals globals = make(9);
     for (const uint x : {0u, 1u, 4095u, 65535u})
@@ -188,32 +156,12 @@ struct Wanted {
 
 } // namespace
 
-#ifdef CHECK
-static uint seed() {
-    return uint(std::atoi(std::getenv("SEED")));
-}
-
-extern "C" const bn_sampler *sampler(void) {
-    static const bn_sampler own = bn_sampler_make(BN_SAMPLER_BLUE, seed());
-    return &own;
-}
-
-extern "C" void draw(int x, int y, unsigned index, int decision, float u[3]) {
-    static const char *const dimension = std::getenv("DIMENSION");
-    static const Globals globals = make(seed());
-    const float2 found = blue_sample_2D(&globals, blue_pixel(&globals, x, y), index,
-                                        decision == 0 ? PRNG_FILTER : std::atoi(dimension));
-    u[0] = found.x, u[1] = found.y;
-}
-#else
 int main(int count, char **arguments) {
     const std::string what = count > 1 ? arguments[1] : "";
     if (what == "path" && count == 4) return print_path(arguments[2], std::atoi(arguments[3]));
     int wrong = -1;
     if (what == "domains") wrong = domains();
-    if (what == "strata") wrong = strata();
     if (what == "pixels") wrong = pixels();
     std::printf("%d\n", wrong);
     return 0;
 }
-#endif

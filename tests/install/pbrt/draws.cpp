@@ -4,7 +4,6 @@
 //     draws wavefront DEPTHS           how many numbers differ from those of a path without a break
 //     draws domains                    how many numbers are not those of the domain they should be of
 //     draws wavelengths                how many pixels' wavelengths are not at equal distances, 1 to 7 samples
-//     draws strata                     how many strata of the numbers of 16 samples are not met once
 #include <pbrt/blue.h>
 
 #include <bn/bn.h>
@@ -14,7 +13,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -80,7 +78,7 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return numbers;
 }
 
-[[maybe_unused]] int print_path(const std::string &order, int depths) {
+int print_path(const std::string &order, int depths) {
     std::vector<Numbers> samples;
     pbrt::BlueSampler sampler = make();
     for (int k = 0; k < 8; ++k)
@@ -92,7 +90,7 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return 0;
 }
 
-[[maybe_unused]] int wavefront(int depths) {
+int wavefront(int depths) {
     int wrong = 0;
     pbrt::BlueSampler sampler = make(), other = make();
     for (int index = 0; index < 20; ++index) {
@@ -107,7 +105,7 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return wrong;
 }
 
-[[maybe_unused]] int domains() {
+int domains() {
     int wrong = 0;
     const bn_sampler library = bn_sampler_make(BN_SAMPLER_BLUE, 0);
     pbrt::BlueSampler sampler = make();
@@ -128,7 +126,7 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
 
 // With one to seven samples in a pixel their wavelengths modulo 1/4, times 4, are 1 / count apart. Each sample's are
 // uniform, and a mask's with one sample.
-[[maybe_unused]] int wavelengths() {
+int wavelengths() {
     int wrong = 0;
     const bn_sampler mask = bn_sampler_make(BN_SAMPLER_MASK, 0);
     for (int count = 1; count <= 7; ++count) {
@@ -158,64 +156,13 @@ Numbers path(pbrt::BlueSampler &sampler, const Point2i &pixel, int index, const 
     return wrong;
 }
 
-// Sixteen samples of a pixel meet each of 16 strata once: of single numbers, of pairs (4x4) and of wavelengths, of which
-// pbrt takes w, w + 1/4, w + 1/2 and w + 3/4 (4 places of the first by 4 within a quarter).
-[[maybe_unused]] int strata() {
-    int wrong = 0;
-    pbrt::BlueSampler sampler = make();
-    for (int x = 0; x < 40; ++x) {
-        std::vector<Numbers> samples;
-        for (int index = 0; index < 16; ++index)
-            samples.push_back(path(sampler, {x, 2 * x}, index, "7", 2));
-        const auto met = [&](auto place) {
-            std::set<int> places;
-            for (const Numbers &numbers : samples) places.insert(place(numbers));
-            return int(places.size());
-        };
-        wrong += 16 - met([](const Numbers &u) { return int(16 * u[0]); });
-        wrong +=
-            16 - met([](const Numbers &u) { return int(16 * (4 * u[0] - float(int(4 * u[0])))); });
-        for (size_t single : {3u, 6u, 9u})
-            wrong += 16 - met([=](const Numbers &u) { return int(16 * u[single]); });
-        for (size_t pair : {1u, 4u, 7u, 10u})
-            wrong += 16 - met([=](const Numbers &u) {
-                         return int(4 * u[pair]) * 4 + int(4 * u[pair + 1]);
-                     });
-    }
-    return wrong;
-}
-
 } // namespace
 
-#ifdef CHECK
-// For the program of docs/porting.md: decision 0 is the position in the pixel, DECISION the place of the other one's first
-// number in a path.
-extern "C" const bn_sampler *sampler(void) {
-    static const bn_sampler own =
-        bn_sampler_make(BN_SAMPLER_BLUE, uint64_t(std::atoi(std::getenv("SEED"))));
-    return &own;
-}
-
-extern "C" void draw(int x, int y, unsigned index, int decision, float u[3]) {
-    static pbrt::BlueSampler *sampler = nullptr;
-    if (!sampler) {
-        pbrt::given.seed = std::atoi(std::getenv("SEED"));
-        sampler = new pbrt::BlueSampler(make());
-    }
-    const Numbers numbers = path(*sampler, {x, y}, int(index), "7", 3);
-    const size_t place = decision ? size_t(std::atoi(std::getenv("DECISION"))) : 1;
-    u[0] = numbers[place];
-    u[1] = numbers[place + 1];
-    u[2] = numbers[place - 1];
-}
-#else
 int main(int, char **arguments) {
     const std::string what = arguments[1];
     if (what == "path") return print_path(arguments[2], std::atoi(arguments[3]));
-    std::printf("%d\n", what == "wavefront"     ? wavefront(std::atoi(arguments[2]))
-                        : what == "domains"     ? domains()
-                        : what == "wavelengths" ? wavelengths()
-                                                : strata());
+    std::printf("%d\n", what == "wavefront" ? wavefront(std::atoi(arguments[2]))
+                        : what == "domains" ? domains()
+                                            : wavelengths());
     return 0;
 }
-#endif
