@@ -12,7 +12,7 @@ from ..measure.gains import BEST_PEER, Gains, gain_of
 from .denoiser import FLIP_SEEDS, MEASURES, PRIMARY_RAYS, WAYS, WORST_SHARE
 from .views import EXPOSURES, SETS
 
-MEASURE_NAMES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed",
+MEASURE_NAMES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed, unblurred",
                  "displayed_2.1": "RMSE as displayed, after sigma 2.1", "flip": "mean FLIP"}
 TIME_MEASURE = f"plain:{equal_quality.MEASURE}"
 SHEET_SCENES, SHEET_SIDE = ("cornell", "lens", "glossy"), 120  # pixels
@@ -125,19 +125,19 @@ class Report:
     # ---- Text
 
     def short(self):
-        """What the denoiser leaves of the advantage, in a paragraph."""
-        measure = "displayed_2.1" if "displayed_2.1" in self.measures("plain") else "displayed"
-        counts = ", ".join(map(str, self.counts))
-        parts = []
+        """What the denoiser leaves of the advantage: a paragraph each for single pixels and after the blur."""
+        return "\n\n".join(self.short_of(measure) for measure in ("displayed", "displayed_2.1"))
+
+    def short_of(self, measure):
+        counts, parts = ", ".join(map(str, self.counts)), []
         for than in ("white", "sobol", "zorder", BEST_PEER):
             found = [gain for spp in self.counts if (gain := self.gain("plain", spp, measure, than))] if (
                 than in self.labels or than == BEST_PEER and self.gains.peers) else []
             if found:
                 parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} times less than {than if than == BEST_PEER else f'`{than}`'}")
         better, worse = self.cells_apart_from_one("plain", measure)
-        return (f"What remains of the difference between samplers after Open Image Denoise, {MEASURE_NAMES[measure]}, at {counts} samples: the "
-                f"error of `blue` is {'; '.join(parts)}. Against `sobol`, by scene and count, it is smaller beyond doubt in {len(better)} cases and "
-                f"larger in {len(worse)}.")
+        return (f"After Open Image Denoise, {MEASURE_NAMES[measure]}, at {counts} samples: the error of `blue` is {'; '.join(parts)}. Against "
+                f"`sobol`, by scene and count, it is smaller beyond doubt in {len(better)} cases and larger in {len(worse)}.")
 
     def text(self):
         options = self.options
