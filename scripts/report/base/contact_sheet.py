@@ -6,6 +6,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 BACKGROUND, INK = (255, 255, 255), (20, 20, 20)
 GAP = 4  # pixels between the pictures in a cell; cells are 4 gaps apart
+BAR = 40  # pixels for labels of two lines
 
 
 def enlarged_part(image, box, factor):
@@ -26,6 +27,20 @@ def preview(rgb, exposure=0.0):
     light = np.where(light < shoulder, light, 1 - (1 - shoulder) * np.exp(np.minimum(shoulder - light, 0) / (1 - shoulder)))
     encoded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     return Image.fromarray(np.floor(255 * encoded + 0.5).astype(np.uint8))
+
+
+def before_and_after(columns, part, after):
+    """A column for each picture of {label of two lines: linear radiance}, pixel by pixel: its part (left, top, width, height), and the same
+    of after(picture) below."""
+    left, top, width, height = part
+    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + 2 * height + GAP), BACKGROUND)
+    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(14)
+    for i, (text, picture) in enumerate(columns.items()):
+        x = i * (width + GAP)
+        draw.multiline_text((x + width / 2, BAR / 2), text, INK, font, anchor="mm", align="center", spacing=2)
+        for row, shown in enumerate((picture, after(picture))):
+            figure.paste(preview(shown[top:top + height, left:left + width]), (x, BAR + row * (height + GAP)))
+    return figure
 
 
 def sheet(cells, row_names, column_names, title=""):

@@ -29,7 +29,7 @@ SAMPLERS = ("tabulated_sobol", "blue_noise_first", "blue_noise_pure", "blue")
 SEEDS = 4
 # What the page begins with.
 PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
-PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (48, 24, 96, 96)
+PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (24, 0, 144, 144)
 REFERENCE_SPP = 2048
 REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
 PIXELS = SIZE[0] * SIZE[1]
@@ -116,7 +116,7 @@ class CyclesRun(OtherRun):
                 out = Path(folder) / "out.exr"
                 render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
                 pictures[name] = read_exr(out)[0]
-        write_picture(path, pictures, reference.picture, PICTURE_PART, 3)
+        write_picture(path, pictures, reference.picture, PICTURE_PART)
 
 
 # ---- The command

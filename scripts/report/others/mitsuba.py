@@ -27,7 +27,7 @@ SIGMA = 2.1
 REFERENCE_SPP, REFERENCE_PART = 2048, 512
 # What the page begins with.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct light", 4
-PICTURE_SIZE, PICTURE_PART = 320, (44, 160, 96, 96)
+PICTURE_SIZE, PICTURE_PART = 320, (20, 110, 200, 200)
 PICTURE_SAMPLERS = ("independent", "multijitter", "bluenoise")
 TRIAL = """import mitsuba
 mitsuba.set_variant("llvm_ad_rgb")
@@ -165,7 +165,7 @@ def make_picture(mitsuba, path, size, reference_spp):
     scene = SCENES[PICTURE_SCENE](mitsuba, size)
     pictures = {sampler: picture(mitsuba, with_sampler(mitsuba, scene, sampler, PICTURE_SPP)[0], 0, PICTURE_SPP)
                 for sampler in PICTURE_SAMPLERS}
-    write_picture(path, pictures, reference_of(mitsuba, scene, reference_spp), PICTURE_PART, 3)
+    write_picture(path, pictures, reference_of(mitsuba, scene, reference_spp), PICTURE_PART)
 
 
 def table(result):

@@ -16,12 +16,12 @@ import numpy as np
 
 from ..base.bench_options import arguments_that_count
 from ..base.command import positive
-from ..base.contact_sheet import enlarged_part, preview, sheet
+from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_rows, write_text
 from ..base.progress import Progress, duration
 from ..base.tables import md_table, update_table
 from ..base.whole_files import written_beside
-from ..measure.image_error import LUMINANCE, SIGMAS, displayed, displayed_rmse, rmse
+from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..renders.judge import Run, Store
 from ..renders.renderer import RenderError, cache_folder
 
@@ -146,16 +146,14 @@ def rows_of(cells, views):
     return rows
 
 
-def write_picture(path, pictures, reference, part, factor, sigma=2.1):
-    """A part (left, top, width, height) of {name: picture} and of the reference side by side, enlarged. Printed above each is the
-    error of the whole picture, as displayed after the blur, over that of the last."""
-    found = {name: displayed_rmse(picture, reference, sigma=sigma) for name, picture in pictures.items()}
-    last = list(found.values())[-1]
-    names = [f"{name}: error {error / last:.2f}" for name, error in found.items()] + ["reference"]
-    shown = [preview(picture) for picture in (*pictures.values(), reference)]
-    cells = [[enlarged_part(image, part, factor)] for image in shown]
+def write_picture(path, pictures, reference, part, sigma=2.1):
+    """A part (left, top, width, height) of {name: picture} and of the reference side by side, and below after the blur. Printed above each
+    is the error of the whole picture, as displayed after the blur, over that of the last."""
+    errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
+    columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
+    figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
     with written_beside(path) as beside:
-        sheet([cells], [""], names).save(beside, quality=92, subsampling=0)
+        figure.save(beside, quality=95, subsampling=0)
 
 
 def write_report(options, name, report, views):

@@ -36,7 +36,7 @@ REFERENCE_LINE = 'Sampler "paddedsobol"'
 PROBES = ("motion", "skin", "room")  # between them they draw all that a path can draw
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/pbrt.jpg", "penumbra", 6
-PICTURE_BOUNDS, PICTURE_PART = (460, 780, 280, 520), (104, 60, 96, 96)
+PICTURE_BOUNDS, PICTURE_PART = (460, 780, 280, 520), (60, 30, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
 
 
@@ -152,7 +152,7 @@ def make_picture(program, path, reference_spp):
 
         pictures = {name: picture(name, PICTURE_SPP, 1, SAMPLERS[name]) for name in PICTURE_SAMPLERS}
         reference = picture("reference", reference_spp, REFERENCE_SEED, REFERENCE_LINE)
-    write_picture(path, pictures, reference, PICTURE_PART, 3)
+    write_picture(path, pictures, reference, PICTURE_PART)
 
 
 # ---- The command

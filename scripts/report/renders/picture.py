@@ -12,11 +12,11 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 from ..base import peers
 from ..base.command import add_pathtracer, positive
-from ..base.contact_sheet import BACKGROUND, GAP, INK, preview, sheet
+from ..base.contact_sheet import before_and_after, preview, sheet
 from ..base.files import read_exr
 from ..base.palette import style
 from ..base.plots import save
@@ -31,7 +31,7 @@ SCENE, SIZE, SPP, SEED = "lens", (960, 640), 6, 0
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 1024
 SIGMA = 2.1
 PART = (426, 40, 140, 150)  # left, top, width, height in pixels of the scene
-BAR, MARGIN = 40, 8  # pixels: of labels; around the part, for the blur
+MARGIN = 8  # pixels around the part, for the blur
 NAMES = {"sobol": "Sobol', padded", "sobol-global": "Sobol', global", "zorder": "Z-order", "blue": "blue"}
 LABELS = {"sobol": "Sobol', padded", "sobol-global": "Sobol', global", "zorder": "Z-order, told each count", "blue": "blue"}
 COUNTS = (*range(1, 17), 20, 24, 28, 32)
@@ -41,21 +41,6 @@ WORST_SCENE, WORST_OF, WORST_SPP, WORST_FACTOR = "penumbra", 500, 4, 2  # scene;
 
 def part_of(picture):
     return picture[MARGIN:-MARGIN, MARGIN:-MARGIN]
-
-
-def compose(pictures, relative, reference):
-    """The figure: a column for each picture and the reference; below, what a blur leaves of it."""
-    _, _, width, height = PART
-    columns = [*((f"{name}\n{error:.2f}", picture) for (name, picture), error in zip(pictures.items(), relative)),
-               ("reference\n0", reference)]
-    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + 2 * height + GAP), BACKGROUND)
-    draw, font = ImageDraw.Draw(figure), ImageFont.load_default(14)
-    for i, (text, picture) in enumerate(columns):
-        left = i * (width + GAP)
-        draw.multiline_text((left + width / 2, BAR / 2), text, INK, font, anchor="mm", align="center", spacing=2)
-        figure.paste(preview(part_of(picture)), (left, BAR))
-        figure.paste(preview(part_of(blurred(displayed(picture), SIGMA))), (left, BAR + height + GAP))
-    return figure
 
 
 def draw_picture(options, others):
@@ -72,8 +57,9 @@ def draw_picture(options, others):
         errors[name] = displayed_rmse(part_of(pictures[name]), part_of(reference), sigma=SIGMA)
     shown = ["sobol", "sobol-global", "zorder", *([min(others, key=errors.get)] if others else []), "blue"]
     relative = {name: error / errors["sobol"] for name, error in errors.items()}
-    figure = compose({NAMES.get(name, name.removeprefix("openqmc-")): pictures[name] for name in shown},
-                     [relative[name] for name in shown], reference)
+    columns = {f"{NAMES.get(name, name.removeprefix('openqmc-'))}\n{relative[name]:.2f}": pictures[name] for name in shown}
+    figure = before_and_after({**columns, "reference\n0": reference}, (MARGIN, MARGIN, width, height),
+                              lambda picture: blurred(displayed(picture), SIGMA))
     with written_beside(options.out / "picture.png") as beside:
         figure.save(beside, format="PNG", optimize=True)
     return relative
