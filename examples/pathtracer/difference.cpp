@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace {
 
@@ -69,20 +68,6 @@ double blurred_rmse(const Image &image, const Image &reference, double sigma) {
     return std::sqrt(total / (3 * static_cast<double>(count)));
 }
 
-double relative_rmse(const Image &image, const Image &reference) {
-    double mean = 0, total = 0;
-    for (const float v : reference.rgb) mean += static_cast<double>(v);
-    const auto count = static_cast<double>(reference.rgb.size());
-    mean /= count;
-    if (!(mean > 0)) return blurred_rmse(image, reference, 0) > 0 ? 1 : 0;
-    for (size_t i = 0; i < image.rgb.size(); ++i) {
-        const auto expected = static_cast<double>(reference.rgb[i]);
-        const double e = (static_cast<double>(image.rgb[i]) - expected) / (expected + 0.1 * mean);
-        total += e * e;
-    }
-    return std::sqrt(total / count);
-}
-
 Image image_crop(const Image &image, const Crop &crop) {
     Image result{image.full_width, image.full_height, crop,
                  std::vector<float>(3 * pixel_count(crop))};
@@ -96,25 +81,4 @@ Image image_crop(const Image &image, const Crop &crop) {
                   &result.rgb[static_cast<size_t>(y - crop.y0) * row_length]);
     }
     return result;
-}
-
-ConvergenceRow convergence_row(const Image &image, const Image &reference, double spp,
-                               double seconds) {
-    return {spp,
-            seconds,
-            blurred_rmse(image, reference, 0),
-            relative_rmse(image, reference),
-            blurred_rmse(image, reference, 1.0),
-            blurred_rmse(image, reference, 2.1)};
-}
-
-std::vector<char> convergence_csv(const std::vector<ConvergenceRow> &rows) {
-    std::string text = "spp,seconds,rmse,relative_rmse,rmse_1.0,rmse_2.1\n";
-    for (const ConvergenceRow &row : rows) {
-        char line[160];
-        std::snprintf(line, sizeof line, "%.9g,%.6f,%.9g,%.9g,%.9g,%.9g\n", row.spp, row.seconds,
-                      row.rmse, row.relative_rmse, row.rmse_1, row.rmse_2);
-        text += line;
-    }
-    return {text.begin(), text.end()};
 }

@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-
-#include "png_image.h"
 
 namespace {
 
@@ -28,12 +25,6 @@ bool shows_surface(const FilmPixel &p) {
 bool has_surfaces(const Film &film) {
     const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
     return static_cast<size_t>(hits) * 1000 > film.pixels.size();
-}
-
-std::string stops(float exposure) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(exposure));
-    return text;
 }
 
 } // namespace
@@ -63,42 +54,19 @@ float auto_exposure(const Film &film) {
     return static_cast<float>(std::clamp(std::round(4 * exposure) / 4, -LARGEST, LARGEST));
 }
 
-std::string film_warning(const Film &film, float exposure, const std::string &extent) {
-    uint64_t hits = 0, counted = 0, white = 0;
-    float brightest = 0;
-    const bool surfaces_only = has_surfaces(film);
-    const float gain = std::exp2(exposure);
-    for (const FilmPixel &p : film.pixels) {
-        hits += p.hits;
-        float least = INFINITY;
-        for (const double v : p.radiance) {
-            brightest = std::max(brightest, static_cast<float>(v));
-            least = std::min(least, static_cast<float>(v));
-        }
-        if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
-        ++counted;
-        if (preview_level(gain * least) > 254) ++white;
-    }
-    if (counted == 0) return "";
-    if (hits == 0)
+std::string film_warning(const Film &film, const std::string &extent) {
+    if (film_counts(film).most == 0) return "";
+    const auto any = [&](auto holds) {
+        return std::any_of(film.pixels.begin(), film.pixels.end(), holds);
+    };
+    if (!any([](const FilmPixel &p) { return p.hits > 0; }))
         return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, "
                "which " +
                extent + ", with --eye and --target, or leave them out";
-    if (!(brightest > 0))
+    if (!any([](const FilmPixel &p) {
+            return p.radiance[0] > 0 || p.radiance[1] > 0 || p.radiance[2] > 0;
+        }))
         return "THE PICTURE IS BLACK: no light reaches the visible surfaces; add some with --env "
                "sky, look from inside with --eye and --target, or raise --max-depth";
-    const float automatic = auto_exposure(film);
-    const bool is_automatic = exposure == automatic;
-    const auto advice = [&](const char *direction) {
-        return is_automatic
-                   ? std::string(", which --exposure auto chooses; set a ") + direction + " one"
-                   : "; --exposure auto would use " + stops(automatic);
-    };
-    if (preview_level(gain * brightest) < 1)
-        return "the preview is black because the picture is too dark for --exposure " +
-               stops(exposure) + advice("higher");
-    if (2 * white > counted)
-        return "most of the preview, " + std::to_string(100 * white / counted) +
-               " % of it, is clipped to white at --exposure " + stops(exposure) + advice("lower");
     return "";
 }

@@ -10,13 +10,9 @@
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
-#include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
-#include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
-#include <ImfTestFile.h>
-#include <ImfTileDescription.h>
 #include <bn/bn.h>
 
 #include <algorithm>
@@ -56,6 +52,7 @@ struct Plane {
 };
 
 constexpr const char *COUNT = "count";
+constexpr int LARGEST = 1 << 24; // pixels along a side of any picture
 
 Imf::Slice slice(Imf::PixelType type, void *values, const Imath::Box2i &window) {
     const auto row = static_cast<size_t>(window.max.x - window.min.x + 1);
@@ -118,7 +115,6 @@ void read_windows(const Imf::Header &header, int &full_width, int &full_height, 
                   y1 = int64_t{data.max.y} + 1;
     const int64_t w = int64_t{display.max.x} - display.min.x + 1;
     const int64_t h = int64_t{display.max.y} - display.min.y + 1;
-    constexpr int64_t LARGEST = 1 << 24;
     if (w > LARGEST || h > LARGEST || std::min(x0, y0) < -LARGEST || std::max(x1, y1) > LARGEST ||
         (x1 - x0) * (y1 - y0) > static_cast<int64_t>(4 * MAX_PIXELS))
         throw Error("it is too large");
@@ -166,18 +162,8 @@ ExrHead read_head(const Imf::Header &header) {
     a.environment = text("environment");
     a.sampler = text("sampler");
     a.mask = text("mask");
-    if (header.findTypedAttribute<Imf::StringAttribute>("inputs"))
-        a.inputs = text("inputs");
-    else if (named_files(a.scene, a.environment, a.mask).empty())
-        a.inputs = "";
-    const auto matrix = [&](const char *name) {
-        const auto m = attribute<Imf::M44fAttribute>(header, name);
-        std::array<float, 16> rows;
-        std::copy(&m[0][0], &m[0][0] + 16, rows.begin());
-        return rows;
-    };
-    a.matrices = {matrix("worldToCamera"), matrix("worldToNDC")};
-    if (header.findTypedAttribute<Imf::IntAttribute>("draws")) a.draws = whole("draws");
+    a.inputs = text("inputs");
+    a.draws = whole("draws");
     a.spp = whole("spp");
     a.declared_spp = static_cast<uint32_t>(count_attribute(header, "declaredSpp", UINT32_MAX));
     a.first_sample = static_cast<uint32_t>(count_attribute(header, "firstSample", UINT32_MAX));
@@ -203,65 +189,20 @@ ExrHead read_head(const Imf::Header &header) {
     a.sampling_share = static_cast<double>(real("samplingShare"));
     if (a.seconds < 0 || a.sampling_share < 0)
         throw Error("its seconds or samplingShare are negative");
-    a.fireflies = count_attribute(header, "fireflies", UINT64_MAX);
     return head;
-}
-
-// Refuses a file that cannot hold what its attributes claim: the library allocates that first.
-void check_attributes(const InputFile &file) {
-    for (uint64_t at = 8;;) {
-        unsigned char bytes[516]; // name, type and size
-        unsigned char *const end = bytes + file.read(at, bytes, sizeof bytes);
-        unsigned char *const type = std::find(bytes, end, 0) + 1;
-        if (type == bytes + 1 || type >= end) return; // an empty name ends the header
-        unsigned char *const size = std::find(type, end, 0) + 1;
-        if (end - size < 4) return;
-        at += static_cast<uint64_t>(size - bytes) + 4;
-        at += size[0] | uint64_t{size[1]} << 8 | uint64_t{size[2]} << 16 | uint64_t{size[3]} << 24;
-        if (at > file.size()) throw Error("it is cut short, or not an EXR file");
-    }
-}
-
-// Refuses a file that cannot hold the pixels it claims, before the library allocates memory for them.
-void check_size(const std::string &path) {
-    constexpr double SPARE_BYTES = 1 << 26, MOST_ROWS = 256; // of a compressed block
-    constexpr double MOST_EXPANSION = 8192; // deflate reaches 1032; uniform blocks go beyond
-    const InputFile file(path);
-    const auto file_size = static_cast<double>(file.size());
-    Imf::StdIFStream stream(path.c_str());
-    if (!Imf::isOpenExrFile(stream)) return; // the library says so
-    check_attributes(file);
-    char start[8]; // magic number and version, little-endian
-    stream.read(start, sizeof start);
-    Imf::Header header;
-    int version = 0;
-    for (int i = 3; i >= 0; --i) version = version << 8 | static_cast<unsigned char>(start[4 + i]);
-    header.readFrom(stream, version);
-    const Imath::Box2i data = header.dataWindow();
-    const double width = static_cast<double>(data.max.x) - data.min.x + 1;
-    const double height = static_cast<double>(data.max.y) - data.min.y + 1;
-    double pixel_size = 0, pixels = width * std::max(height, MOST_ROWS);
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
-        pixel_size += c.channel().type == Imf::HALF ? 2 : 4;
-    if (header.hasTileDescription()) {
-        const Imf::TileDescription &tile = header.tileDescription();
-        pixels = std::max(pixels, static_cast<double>(tile.xSize) * tile.ySize);
-    }
-    // With an offset of 8 bytes for each block of at least one row.
-    if (pixel_size * pixels + 8 * height > SPARE_BYTES + MOST_EXPANSION * file_size)
-        throw Error("it claims " + std::to_string(static_cast<int64_t>(width)) + "x" +
-                    std::to_string(static_cast<int64_t>(height)) + " pixels, more than its " +
-                    std::to_string(static_cast<int64_t>(file_size)) + " bytes can hold");
 }
 
 // Runs a reader and turns its errors into one line with the file's name.
 template <typename Read>
 auto reading(const std::string &path, Read read) {
     try {
-        check_size(path);
+        // The library allocates before it reads: a damaged header asks for anything.
+        Imf::Header::setMaxImageSize(LARGEST, LARGEST);
+        check_regular(path);
         return read();
     } catch (const std::bad_alloc &) {
-        throw;
+        throw Error("cannot read the EXR file " + path +
+                    ": it needs more memory than there is, or than --max-memory allows");
     } catch (const std::exception &error) {
         throw Error("cannot read the EXR file " + path + ": " + error.what());
     }
@@ -288,14 +229,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     text("environment", attributes.environment);
     text("sampler", attributes.sampler);
     text("mask", attributes.mask);
-    if (attributes.inputs) text("inputs", *attributes.inputs);
-    const auto matrix = [&](const char *name, const std::array<float, 16> &rows) {
-        Imath::M44f m;
-        std::copy(rows.begin(), rows.end(), &m[0][0]);
-        header.insert(name, Imf::M44fAttribute(m));
-    };
-    matrix("worldToCamera", attributes.matrices.world_to_camera);
-    matrix("worldToNDC", attributes.matrices.world_to_ndc);
+    text("inputs", attributes.inputs);
     count("draws", attributes.draws);
     count("spp", attributes.spp);
     text("declaredSpp", std::to_string(attributes.declared_spp));
@@ -316,7 +250,6 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     text("rays", std::to_string(attributes.ray_count));
     count("threads", attributes.threads);
     real("samplingShare", attributes.sampling_share);
-    text("fireflies", std::to_string(attributes.fireflies));
     text("software", std::string("libbn pathtracer ") + bn_version_string());
     text("bnVersion", bn_version_string()); // the format itself uses the name "version"
 

@@ -9,13 +9,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "adaptive.h"
 #include "film.h"
-#include "scene_camera.h"
 
 // The most pixels of a film held in memory: 7 GiB.
 constexpr uint64_t MAX_PIXELS = 1u << 26;
@@ -23,11 +21,9 @@ constexpr uint64_t MAX_PIXELS = 1u << 26;
 // The attributes of the header.
 struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
-    // InputRecord::text() of the files of scene, environment and mask; nothing if that is not known
-    std::optional<std::string> inputs;
-    CameraMatrices matrices;
-    uint32_t draws; // BN_DRAW_TABLE_VERSION of what drew its samples; 0 if that is not known
-    uint32_t spp;   // the highest count of any pixel
+    std::string inputs; // InputRecord::text() of the files of scene, environment and mask
+    uint32_t draws;     // BN_DRAW_TABLE_VERSION of what drew its samples
+    uint32_t spp;       // the highest count of any pixel
     uint32_t declared_spp, first_sample, max_depth, light_samples;
     bool single_scatter, photometric;
     NoiseSettings noise; // its level is 0 without adaptive sampling
@@ -38,7 +34,6 @@ struct ExrAttributes {
     uint64_t ray_count;
     unsigned threads;
     double sampling_share; // of that time spent drawing samples, approximately
-    uint64_t fireflies;    // pixels, see film.h
 };
 
 // The bytes of an EXR file. Throws Error.

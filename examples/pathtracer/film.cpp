@@ -16,11 +16,6 @@ void merge_means(double (&mean)[3], const double (&other)[3], double share) {
     for (int c = 0; c < 3; ++c) mean[c] += share * (other[c] - mean[c]);
 }
 
-float pixel_luminance(const FilmPixel &pixel) {
-    return luminance({static_cast<float>(pixel.radiance[0]), static_cast<float>(pixel.radiance[1]),
-                      static_cast<float>(pixel.radiance[2])});
-}
-
 } // namespace
 
 Film film_create(int full_width, int full_height, const Crop &crop) {
@@ -103,36 +98,4 @@ Image film_image(const Film &film) {
 
 double film_variance(const FilmPixel &pixel, int channel) {
     return pixel.count < 2 ? 0 : pixel.squares[channel] / (pixel.count - 1);
-}
-
-uint64_t film_fireflies(const Film &film) {
-    const int columns = width(film.crop), rows = height(film.crop);
-    std::vector<float> brightness;
-    brightness.reserve(film.pixels.size());
-    double sum = 0;
-    for (const FilmPixel &pixel : film.pixels) {
-        brightness.push_back(pixel_luminance(pixel));
-        sum += static_cast<double>(brightness.back());
-    }
-    const auto mean = static_cast<float>(sum / static_cast<double>(film.pixels.size()));
-    uint64_t fireflies = 0;
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x) {
-            const auto at = [&](int column, int row) {
-                return brightness[static_cast<size_t>(row) * static_cast<size_t>(columns) +
-                                  static_cast<size_t>(column)];
-            };
-            if (!(at(x, y) > 10 * mean)) continue;
-            float first = 0, second = 0; // of the neighbours
-            for (int row = std::max(y - 1, 0); row <= std::min(y + 1, rows - 1); ++row)
-                for (int column = std::max(x - 1, 0); column <= std::min(x + 1, columns - 1);
-                     ++column) {
-                    if (row == y && column == x) continue;
-                    const float v = at(column, row);
-                    second = std::max(second, std::min(v, first));
-                    first = std::max(first, v);
-                }
-            if (at(x, y) > 10 * second) ++fireflies;
-        }
-    return fireflies;
 }

@@ -61,11 +61,6 @@ Image film_image(const Film &film);
 // divided by the count.
 double film_variance(const FilmPixel &pixel, int channel);
 
-// Counts fireflies: pixels more than ten times as bright as both their second-brightest neighbour
-// and the mean of the picture, having found light that their neighbours missed. One-pixel edges of
-// small bright objects may be counted too.
-uint64_t film_fireflies(const Film &film);
-
 // ---- exposure.cpp
 
 // The exposure in stops that maps the geometric mean of the picture's luminance to middle grey,
@@ -75,7 +70,6 @@ uint64_t film_fireflies(const Film &film);
 // picture.
 float auto_exposure(const Film &film);
 
-// One line that warns about a picture without visible surfaces or light, or a preview that is black
-// or mostly clipped to white, and says what to do; otherwise empty. `extent` says where the scene
-// is.
-std::string film_warning(const Film &film, float exposure, const std::string &extent);
+// One line that warns about a picture without visible surfaces or light, and says what to do;
+// otherwise empty. `extent` says where the scene is.
+std::string film_warning(const Film &film, const std::string &extent);

@@ -259,12 +259,12 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
     };
     if (attribute("POSITION") < 0) return; // glTF says to skip it
     const std::vector<float> positions =
-        gltf_floats(r.model, attribute("POSITION"), 3, draft.max_elements, "positions");
+        gltf_floats(r.model, attribute("POSITION"), 3, "positions");
     const size_t count = positions.size() / 3;
     const auto optional = [&](const char *name, int components, const char *what) {
         std::vector<float> values;
         if (attribute(name) >= 0) {
-            values = gltf_floats(r.model, attribute(name), components, draft.max_elements, what);
+            values = gltf_floats(r.model, attribute(name), components, what);
             if (values.size() / static_cast<size_t>(components) != count)
                 throw Error("has " + std::string(what) + " of another count than its positions");
         }
@@ -420,7 +420,6 @@ SceneDraft gltf_read(SceneFolder &folder) {
     const std::vector<unsigned char> bytes = folder.read_scene();
     const tinygltf::Model model = load(bytes, folder);
     SceneDraft draft;
-    draft_set_input(draft, bytes.size(), folder);
     for (const std::string &extension : model.extensionsUsed)
         if (!is_known(extension)) draft.ignored.insert("the extension " + printable(extension));
     if (!model.animations.empty()) draft.ignored.insert("animations");

@@ -75,12 +75,11 @@ GltfBytes elements(const tinygltf::Model &model, int view, size_t offset, size_t
     return {bytes.data + offset, bytes.size - offset, bytes.stride};
 }
 
-const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, size_t limit,
-                                  const char *what) {
+const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const char *what) {
     const tinygltf::Accessor &accessor = gltf_at(model.accessors, index, "accessor");
-    if (accessor.count > limit)
-        throw Error("has " + std::to_string(accessor.count) + " " + what + "; at most " +
-                    std::to_string(limit) + " are read from a file of this size");
+    if (accessor.count > MAX_SCENE_ELEMENTS)
+        throw Error("has " + std::to_string(accessor.count) + " " + what +
+                    "; at most 2^26 are read");
     if (component_size(accessor.componentType) == 0)
         throw Error(std::string(what) + " have a number type that glTF does not have");
     return accessor;
@@ -105,8 +104,8 @@ int gltf_components(const tinygltf::Model &model, int accessor) {
 }
 
 std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int components,
-                               size_t limit, const char *what) {
-    const tinygltf::Accessor &accessor = checked(model, index, limit, what);
+                               const char *what) {
+    const tinygltf::Accessor &accessor = checked(model, index, what);
     if (gltf_components(model, index) != components)
         throw Error(std::string(what) + " have the wrong number of components");
     const auto width = static_cast<size_t>(components);
@@ -152,7 +151,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
 
 std::vector<uint32_t> gltf_indices(const tinygltf::Model &model, int index, size_t limit) {
     const char *const what = "indices";
-    const tinygltf::Accessor &accessor = checked(model, index, MAX_SCENE_ELEMENTS, what);
+    const tinygltf::Accessor &accessor = checked(model, index, what);
     if (gltf_components(model, index) != 1 || !is_index_type(accessor.componentType))
         throw Error("has indices that are not unsigned integers");
     if (accessor.sparse.isSparse) throw Error("has sparse indices, which cannot be read");

@@ -134,11 +134,11 @@ int32_t GltfMaterials::load(int index, bool srgb) {
     try {
         if (image.bufferView >= 0) {
             const GltfBytes bytes = gltf_buffer_view(model_, image.bufferView, "an image");
-            number = draft_add_texture(draft_, {bytes.data, bytes.data + bytes.size}, folder_);
+            number = draft_add_texture(draft_, {bytes.data, bytes.data + bytes.size});
         } else if (image.image.empty()) { // tinygltf read nothing; errors matter only now
-            number = draft_add_texture(draft_, folder_.read(percent_decoded(image.uri)), folder_);
+            number = draft_add_texture(draft_, folder_.read(percent_decoded(image.uri)));
         } else {
-            number = draft_add_texture(draft_, image.image, folder_);
+            number = draft_add_texture(draft_, image.image);
         }
     } catch (const Error &error) {
         throw Error(name + ": " + error.what());

@@ -17,10 +17,9 @@
 // ---- gltf_accessor.cpp
 
 // Reads the elements of an accessor as floats, `components` each; normalized integers are scaled to
-// [0, 1] or [-1, 1]. There may be at most `limit` elements, as not all need be stored in the file.
-// `what` names them in errors. Throws Error.
+// [0, 1] or [-1, 1]. `what` names them in errors. Throws Error.
 std::vector<float> gltf_floats(const tinygltf::Model &model, int accessor, int components,
-                               size_t limit, const char *what);
+                               const char *what);
 
 // The number of components per element of an accessor; 0 if there is no such accessor.
 int gltf_components(const tinygltf::Model &model, int accessor);

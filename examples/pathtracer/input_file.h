@@ -7,30 +7,14 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 // The bytes of a file. Throws Error, its text to follow the file's name.
 std::vector<unsigned char> read_file(const std::filesystem::path &path);
 
-// A file to be read in pieces.
-class InputFile {
-  public:
-    // Throws Error, its text to follow the file's name.
-    explicit InputFile(const std::filesystem::path &path);
-    ~InputFile();
-    InputFile(const InputFile &) = delete;
-    InputFile &operator=(const InputFile &) = delete;
-
-    uint64_t size() const { return size_; }
-    // Reads up to `count` bytes from offset `place`; returns how many there were. Throws Error.
-    size_t read(uint64_t place, void *bytes, size_t count) const;
-
-  private:
-    int descriptor_;
-    uint64_t size_;
-};
+// Throws Error, its text to follow the name, unless there is a regular file.
+void check_regular(const std::filesystem::path &path);
 
 // ---- Which files a picture is made of, and what was in them: for --list-inputs, and to refuse to mix
 // pictures of different files
@@ -41,30 +25,21 @@ struct NamedFile {
     std::filesystem::path path;
 };
 
-// Those of a scene, an environment and a mask, as options and pictures name them, that are files.
-std::vector<NamedFile> named_files(const std::string &scene, const std::string &environment,
-                                   const std::string &mask);
-
 class InputRecord {
   public:
     // A file that was read. Throws Error if it was read before with other bytes.
     void add(const std::filesystem::path &path, const std::vector<unsigned char> &bytes);
-    // Reads the file, in pieces. Throws Error, with the file's name.
+    // Reads the file. Throws Error, with the file's name.
     void add_file(const std::filesystem::path &path);
-    // A file that was looked for and is not there.
-    void add_missing(const std::filesystem::path &path);
 
-    // One line for each file, by name, as sha256sum prints and checks them; files that are not there
-    // stand in comments.
+    // One line for each file, by name, as sha256sum prints and checks them.
     std::string text() const;
 
     // The files, as what `role` reads.
     std::vector<NamedFile> files(const std::string &role) const;
 
   private:
-    void add_hash(const std::filesystem::path &path, const std::string &hash);
-
-    std::map<std::string, std::string> hashes_; // empty: not there
+    std::map<std::string, std::string> hashes_; // of each file
 };
 
 // How two such texts differ, such as "the contents of wood.png"; empty if they do not.
@@ -91,9 +66,6 @@ class SceneFolder {
     // Likewise, but a missing file is an Error.
     std::vector<unsigned char> read(const std::string &name);
 
-    // The bytes of all files read so far but the scene's own, each file counted once.
-    uint64_t size() const { return size_; }
-
   private:
     std::vector<unsigned char> load(const std::filesystem::path &path);
     // The name of a file in the record: as the scene's own path is written.
@@ -102,6 +74,4 @@ class SceneFolder {
     std::filesystem::path scene_, folder_;
     bool allow_outside_;
     InputRecord *record_;
-    std::set<std::filesystem::path> known_;
-    uint64_t size_ = 0, bytes_read_ = 0; // of each file once; of every read
 };

@@ -14,7 +14,6 @@
 
 #include "commands.h"
 #include "error.h"
-#include "outputs.h"
 #include "sampler.h"
 #include "scene.h"
 
@@ -89,7 +88,6 @@ int main(int argc, char **argv) {
     // Treat a file size limit as an error, like a full disk, instead of dying with half a file.
     std::signal(SIGXFSZ, SIG_IGN);
 #endif
-    remove_temporary_files_when_killed();
     try {
         const Options options = parse_options(argc, argv);
         limit_memory(options.max_memory);

@@ -68,39 +68,20 @@ void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first
         throw Error("samples " + std::to_string(next) + " to " + std::to_string(begin - 1) +
                     " of pixel " + std::to_string(x) + "," + std::to_string(y) +
                     " are missing before " + path + "; render them with " + "--first-sample " +
-                    std::to_string(next) + " --spp " + std::to_string(begin - next) +
-                    ", or --resume the picture that was stopped");
+                    std::to_string(next) + " --spp " + std::to_string(begin - next));
     film_merge(to, from);
 }
 
-} // namespace
-
-std::string settings_difference(const ExrHead &one, const ExrHead &other, bool allow_changed) {
+// Such as "seed '1' and '2'"; empty if both can be parts of one picture. Regions and sample ranges
+// are not compared.
+std::string settings_difference(const ExrHead &one, const ExrHead &other) {
     std::string difference = first_difference(names_of(one), names_of(other));
-    const auto &a = one.attributes.inputs, &b = other.attributes.inputs;
-    if (difference.empty() && !allow_changed && a && b) {
-        difference = inputs_difference(*a, *b);
-        if (!difference.empty()) difference += " (--allow-changed mixes them all the same)";
-    }
-    if (difference.empty()) difference = first_difference(settings_of(one), settings_of(other));
-    if (!difference.empty()) return difference;
-    const CameraMatrices &m = one.attributes.matrices, &n = other.attributes.matrices;
-    if (m.world_to_camera != n.world_to_camera || m.world_to_ndc != n.world_to_ndc)
-        return "camera orientation";
-    return "";
+    if (difference.empty())
+        difference = inputs_difference(one.attributes.inputs, other.attributes.inputs);
+    return difference.empty() ? first_difference(settings_of(one), settings_of(other)) : difference;
 }
 
-void note_unknown_inputs(const std::vector<std::string> &paths, const std::vector<ExrHead> &heads) {
-    size_t count = 0;
-    std::string first;
-    for (size_t i = 0; i < heads.size(); ++i)
-        if (!heads[i].attributes.inputs && count++ == 0) first = paths[i];
-    if (count > 0)
-        say("there is no record of the input files in " + first +
-            (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
-            ": older versions write none, nor does --allow-changed; changes of files go unnoticed");
-}
-
+// Adds the rendering cost of a part.
 void add_cost(ExrAttributes &to, const ExrAttributes &part) {
     // Weighted by time, as if one machine had rendered everything.
     if (to.seconds + part.seconds > 0)
@@ -111,12 +92,14 @@ void add_cost(ExrAttributes &to, const ExrAttributes &part) {
     to.threads = std::max(to.threads, part.threads);
 }
 
-MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_changed) {
+} // namespace
+
+MergedPicture merge_pictures(const std::vector<std::string> &paths) {
     std::vector<ExrHead> heads;
     for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
         if (!heads.empty()) {
-            const std::string difference = settings_difference(head, heads[0], allow_changed);
+            const std::string difference = settings_difference(head, heads[0]);
             if (!difference.empty())
                 throw Error(path + " and " + paths[0] +
                             " are not parts of one picture: they differ in " + difference);
@@ -140,7 +123,6 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
         crop = around(crop, heads[i].crop);
         all.first_sample = std::min(all.first_sample, a.first_sample);
         all.end_sample = std::max(all.end_sample, a.end_sample);
-        if (a.inputs != all.inputs) all.inputs.reset();
         add_cost(all, a);
     }
     if (pixel_count(crop) > MAX_PIXELS)
@@ -156,21 +138,11 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
     });
     for (const size_t i : order) {
         const Film part = exr_read_film(paths[i]);
-        const auto row_length = static_cast<size_t>(width(part.crop));
-        for (int y = part.crop.y0; y < part.crop.y1; ++y) {
-            FilmPixel *to =
-                &merged.film
-                     .pixels[static_cast<size_t>(y - crop.y0) * static_cast<size_t>(width(crop)) +
-                             static_cast<size_t>(part.crop.x0 - crop.x0)];
-            const FilmPixel *from =
-                &part.pixels[static_cast<size_t>(y - part.crop.y0) * row_length];
-            for (size_t x = 0; x < row_length; ++x)
-                add_part(to[x], from[x], part.crop.x0 + static_cast<int>(x), y, all.first_sample,
-                         heads[i], paths[i]);
-        }
+        for (int y = part.crop.y0; y < part.crop.y1; ++y)
+            for (int x = part.crop.x0; x < part.crop.x1; ++x)
+                add_part(film_pixel(merged.film, x, y), film_pixel(part, x, y), x, y,
+                         all.first_sample, heads[i], paths[i]);
     }
-    note_unknown_inputs(paths, heads);
     all.spp = film_counts(merged.film).most;
-    all.fireflies = film_fireflies(merged.film);
     return merged;
 }

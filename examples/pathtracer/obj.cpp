@@ -106,7 +106,7 @@ struct MaterialReader {
         const auto [known, is_new] = textures.try_emplace({name, srgb}, -1);
         if (is_new) {
             try {
-                known->second = draft_add_texture(draft, folder.read(local_name(name)), folder);
+                known->second = draft_add_texture(draft, folder.read(local_name(name)));
             } catch (const Error &error) {
                 throw Error("image " + printable(name) + ": " + error.what());
             }
@@ -427,7 +427,6 @@ SceneDraft obj_read(SceneFolder &folder) {
         file = load(content, material_files, true);
         draft.ignored.insert("that polygons of more than 255 corners may be concave");
     }
-    draft_set_input(draft, bytes.size(), folder);
     note_ignored(file, draft);
 
     MaterialReader reader{draft, folder, !file.attributes.colors.empty(), {}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of a picture: the EXR, its preview, and the error over the run.
+// The files of a picture: the EXR and its preview.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "difference.h"
 #include "exr.h"
 #include "input_file.h"
 #include "options.h"
@@ -16,10 +15,9 @@
 // files.
 std::vector<NamedFile> setting_files(const Options &options);
 
-// Throws Error if an output is also another output or an input, under any name. Only the --resume
-// picture may be replaced by -o. With --resume, call this once the picture's settings are known.
-// `read` are inputs that the options do not name.
-void check_file_names(const Options &options, const std::vector<NamedFile> &read = {});
+// Throws Error if an output is also the other output, the reference, or one of `inputs`, under any
+// name.
+void check_file_names(const Options &options, std::vector<NamedFile> inputs);
 
 class Outputs {
   public:
@@ -27,19 +25,10 @@ class Outputs {
     // name costs nothing. `scene` decides the exposure if none is given.
     Outputs(const Options &options, const std::string &scene);
 
-    // Replaces all files at once. Returns the exposure of the preview. Throws Error.
-    float write(const Film &film, ExrAttributes attributes,
-                const std::vector<ConvergenceRow> &rows) const;
-
-    bool wants_convergence() const { return !csv_.empty(); }
+    // Replaces all files at once. Throws Error.
+    void write(const Film &film, ExrAttributes attributes) const;
 
   private:
-    std::filesystem::path exr_, png_, csv_; // csv_ may be empty
-    std::optional<float> exposure_;         // automatic if empty
+    std::filesystem::path exr_, png_;
+    std::optional<float> exposure_; // automatic if empty
 };
-
-// Ends the program by a signal, without leaving temporary files behind: a signal handler.
-void end_without_temporary_files(int signal);
-
-// Does so for SIGINT, SIGTERM and SIGHUP, except those that are ignored.
-void remove_temporary_files_when_killed();

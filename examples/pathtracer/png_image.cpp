@@ -40,9 +40,6 @@ struct PngStream {
     png_infop info = nullptr;
     const unsigned char *next;
     size_t left;
-    // Bytes that may be read until the next row is complete: after the last one, libpng would
-    // decompress whatever follows.
-    size_t for_row = SIZE_MAX, per_row = SIZE_MAX;
 
     explicit PngStream(const std::vector<unsigned char> &bytes)
         : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, ignore)),
@@ -50,7 +47,6 @@ struct PngStream {
         if (!png) return;
         info = png_create_info_struct(png);
         png_set_read_fn(png, this, read);
-        png_set_read_status_fn(png, row_is_read);
     }
     PngStream(const PngStream &) = delete;
     PngStream &operator=(const PngStream &) = delete;
@@ -61,19 +57,15 @@ struct PngStream {
     static void ignore(png_structp, png_const_charp) {}
     static void read(png_structp png, png_bytep to, size_t count) {
         auto &stream = *static_cast<PngStream *>(png_get_io_ptr(png));
-        if (count > stream.left || count > stream.for_row) fail(png, nullptr);
+        if (count > stream.left) fail(png, nullptr);
         std::memcpy(to, stream.next, count);
         stream.next += count;
         stream.left -= count;
-        stream.for_row -= count;
-    }
-    static void row_is_read(png_structp png, png_uint_32, int) {
-        auto &stream = *static_cast<PngStream *>(png_get_io_ptr(png));
-        stream.for_row = stream.per_row;
     }
 };
 
-bool read_rgba(PngStream &stream, uint32_t width, uint32_t height, png_bytepp rows) {
+// Reads all before the texels, which come as rows of 8-bit RGBA then.
+bool read_header(PngStream &stream) {
     const png_structp png = stream.png;
     if (setjmp(png_jmpbuf(png))) return false;
     // A wrong checksum is no reason to refuse a file. glTF asks to ignore gamma and colour profiles.
@@ -86,23 +78,16 @@ bool read_rgba(PngStream &stream, uint32_t width, uint32_t height, png_bytepp ro
     png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
     png_set_interlace_handling(png);
     png_read_update_info(png, stream.info);
-    if (png_get_image_width(png, stream.info) != width ||
-        png_get_image_height(png, stream.info) != height ||
-        png_get_rowbytes(png, stream.info) != size_t{4} * width)
-        return false;
-    // Deflate needs at most 15 bits for a byte of a row; the rest is for tables and empty blocks.
-    stream.for_row = stream.per_row = 65536 + size_t{16} * width;
-    png_read_image(png, rows);
-    stream.for_row = SIZE_MAX;
-    png_read_end(png, nullptr);
+    return png_get_rowbytes(png, stream.info) == size_t{4} * png_get_image_width(png, stream.info);
+}
+
+bool read_rows(PngStream &stream, png_bytepp rows) {
+    if (setjmp(png_jmpbuf(stream.png))) return false;
+    png_read_image(stream.png, rows);
     return true;
 }
 
 } // namespace
-
-float preview_level(float linear) {
-    return 255 * srgb_encode(tone_curve(linear));
-}
 
 std::vector<char> png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
@@ -115,7 +100,7 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
     for (int y = image.crop.y0; y < image.crop.y1; ++y)
         for (int x = image.crop.x0; x < image.crop.x1; ++x)
             for (int c = 0; c < 3; ++c) {
-                const float level = preview_level(gain * image.rgb[pixels.size()]);
+                const float level = 255 * srgb_encode(tone_curve(gain * image.rgb[pixels.size()]));
                 const int texel = (y + SHIFT_Y[c]) % MASK * MASK + (x + SHIFT_X[c]) % MASK;
                 const float threshold = bn_rank_to_float(ranks[texel], MASK * MASK);
                 pixels.push_back(static_cast<uint8_t>(level + threshold));
@@ -154,14 +139,18 @@ GreyImage png_read_grey(const std::string &path) {
     return image;
 }
 
-std::vector<uint8_t> png_decode_rgba(const std::vector<unsigned char> &bytes, uint32_t width,
-                                     uint32_t height) {
-    std::vector<uint8_t> rgba(size_t{4} * width * height);
-    std::vector<png_bytep> rows(height);
-    for (size_t y = 0; y < height; ++y) rows[y] = &rgba[4 * width * y];
+PngRgba png_decode_rgba(const std::vector<unsigned char> &bytes,
+                        void (*check_extent)(int64_t width, int64_t height)) {
     PngStream stream(bytes);
     if (!stream.info) throw std::bad_alloc();
-    if (!read_rgba(stream, width, height, rows.data()))
-        throw Error("is damaged: it cannot be decoded");
-    return rgba;
+    if (!read_header(stream)) throw Error("is damaged: it cannot be decoded");
+    PngRgba image{png_get_image_width(stream.png, stream.info),
+                  png_get_image_height(stream.png, stream.info),
+                  {}};
+    check_extent(image.width, image.height);
+    image.rgba.resize(size_t{4} * image.width * image.height);
+    std::vector<png_bytep> rows(image.height);
+    for (size_t y = 0; y < rows.size(); ++y) rows[y] = &image.rgba[4 * image.width * y];
+    if (!read_rows(stream, rows.data())) throw Error("is damaged: it cannot be decoded");
+    return image;
 }

@@ -13,9 +13,6 @@
 // so that smooth gradients show no bands. Throws Error.
 std::vector<char> png_encode_preview(const Image &image, float exposure);
 
-// The preview level of a linear value, 0 to 255, before rounding.
-float preview_level(float linear);
-
 struct GreyImage {
     uint32_t width, height;
     std::vector<uint16_t> values;
@@ -24,7 +21,12 @@ struct GreyImage {
 // Reads a PNG as 16-bit grey. Throws Error.
 GreyImage png_read_grey(const std::string &path);
 
-// Decodes a PNG to rows of 8-bit red, green, blue and alpha. Its extent, not 0, is what its header
-// states. Throws Error, its text to follow the image's name.
-std::vector<uint8_t> png_decode_rgba(const std::vector<unsigned char> &bytes, uint32_t width,
-                                     uint32_t height);
+struct PngRgba {
+    uint32_t width, height;
+    std::vector<uint8_t> rgba; // rows of 8-bit red, green, blue and alpha
+};
+
+// Decodes a PNG, once check_extent() has not thrown. Throws Error, its text to follow the image's
+// name.
+PngRgba png_decode_rgba(const std::vector<unsigned char> &bytes,
+                        void (*check_extent)(int64_t width, int64_t height));

@@ -62,22 +62,13 @@ void render_tile(const Job &job, const Crop &tile, uint32_t count, PathCounters 
         for (int x = tile.x0; x < tile.x1; ++x) render_pixel(job, x, y, count, counters);
 }
 
-uint32_t most_samples(const Film &film, const Crop &tile) {
-    uint32_t most = 0;
-    for (int y = tile.y0; y < tile.y1; ++y)
-        for (int x = tile.x0; x < tile.x1; ++x) most = std::max(most, film_pixel(film, x, y).count);
-    return most;
-}
-
-// Up to the job's count, or to a look that finds enough samples. Pixels of a block that a resumed
-// picture does not have catch up with the others first.
+// Up to the job's count, or to a look that finds enough samples. All pixels have the same count.
 void render_block(const Job &job, const Crop &block, PathCounters &counters) {
     const NoiseSettings &noise = job.settings->noise;
-    uint32_t count = most_samples(*job.film, block);
-    for (;;) {
-        render_tile(job, block, count, counters);
-        if (count >= job.count || is_done(noise, *job.film, block, count)) return;
+    uint32_t count = film_pixel(*job.film, block.x0, block.y0).count;
+    while (count < job.count && !is_done(noise, *job.film, block, count)) {
         count = std::min(next_look(noise, count), job.count);
+        render_tile(job, block, count, counters);
     }
 }
 
@@ -112,11 +103,12 @@ void render_tiles(Job &job) {
     job.finished.notify_one();
 }
 
-} // namespace
-
+// Takes samples until every pixel of the film has `count` of them, or its block is done. Stops early
+// if go_on(fraction of tiles, totals), called a few times per second, returns false. Returns whether
+// all samples were taken.
+template <typename GoOn>
 bool render_until(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
-                  Film &film, RenderTotals &totals,
-                  const std::function<bool(double, const RenderTotals &)> &go_on) {
+                  Film &film, RenderTotals &totals, GoOn go_on) {
     const Clock::time_point start = Clock::now();
     Job job;
     job.integrator = &integrator;
@@ -156,17 +148,18 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
     return job.tiles_done == job.tile_count;
 }
 
-bool wants_samples(const RenderSettings &settings, uint32_t count, const Film &film) {
-    if (!(settings.noise.level > 0)) return film_counts(film).least < count;
-    const Crop blocks = whole_blocks(film.crop, film.full_width, film.full_height);
-    const int tiles_x = tiles_along(width(blocks));
-    for (int tile = 0; tile < tiles_x * tiles_along(height(blocks)); ++tile) {
-        const Crop block = tile_of(film, blocks, tiles_x, tile);
-        const uint32_t most = most_samples(film, block);
-        if (most < count && !is_done(settings.noise, film, block, most)) return true;
-    }
-    return false;
+// The most samples per pixel in one pass.
+constexpr uint32_t LONGEST_PASS = 256;
+
+// The count after `count` in 1, 2, 3, 4, 6, 8, 12, 16, 24 ...
+uint32_t next_count(uint32_t count) {
+    uint32_t power = 1;
+    while (power <= count / 2) power *= 2;
+    const uint32_t step = count < 2 ? 1 : power / 2;
+    return count + std::min(step, LONGEST_PASS);
 }
+
+} // namespace
 
 double sampling_share(const Integrator &integrator, const RenderSettings &settings,
                       const Film &film, const RenderTotals &totals) {
@@ -198,66 +191,18 @@ double sampling_share(const Integrator &integrator, const RenderSettings &settin
     return drawing / (totals.seconds * settings.threads);
 }
 
-// ---- Frames
-
-namespace {
-
-// The most samples per pixel in one pass. Threads stop only between tiles, so a long pass would
-// make interrupts slow.
-constexpr uint32_t LONGEST_PASS = 256;
-
-// The count after `count` in 1, 2, 3, 4, 6, 8, 12, 16, 24 ...
-uint32_t next_count(uint32_t count) {
-    uint32_t power = 1;
-    while (power <= count / 2) power *= 2;
-    const uint32_t step = count < 2 ? 1 : power / 2;
-    return count + std::min(step, LONGEST_PASS);
-}
-
-// The sample count at which the next pass should end to fit in the time left, or `count` if not
-// even one sample fits. Passes from `start` to `count` took `seconds`.
-uint32_t count_in_time(uint32_t start, uint32_t count, uint32_t next, double seconds,
-                       double time_limit) {
-    if (count == start) return count + 1;
-    const double per_sample = seconds / (count - start);
-    const double fitting = (time_limit - seconds) / per_sample;
-    return fitting >= next - count ? next : count + static_cast<uint32_t>(std::max(fitting, 0.0));
-}
-
-} // namespace
-
-FrameEnd render_frame(const Integrator &integrator, const FrameSettings &settings, Film &film,
-                      RenderTotals &totals, const FrameEvents &events,
-                      const volatile std::sig_atomic_t &interrupted) {
-    double last_write = totals.seconds;
-    const SampleCounts counts = film_counts(film);
-    const uint32_t start = counts.least;
-    for (uint32_t count = start; count < settings.spp;) {
-        uint32_t next = std::min(next_count(count), settings.spp);
-        if (settings.time_limit > 0) {
-            next = count_in_time(start, count, next, totals.seconds, settings.time_limit);
-            if (next == count) return FrameEnd::TIME_IS_UP;
-        }
-        next = std::max(next, counts.most); // brings all pixels to the same count
+bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,
+                  RenderTotals &totals,
+                  const std::function<void(double, const RenderTotals &)> &progress,
+                  const volatile std::sig_atomic_t &interrupted) {
+    for (uint32_t count = 0; count < settings.spp;) {
+        const uint32_t next = std::min(next_count(count), settings.spp);
         const auto go_on = [&](double fraction, const RenderTotals &so_far) {
-            const double samples = count + fraction * (next - count);
-            double done = (samples - start) / (settings.spp - start);
-            if (settings.time_limit > 0)
-                done = std::max(done, std::min(so_far.seconds / settings.time_limit, 1.0));
-            events.progress(done, so_far);
-            const bool write_now = settings.write_interval > 0 &&
-                                   so_far.seconds - last_write >= settings.write_interval;
-            return !interrupted && !write_now;
+            progress((count + fraction * (next - count)) / settings.spp, so_far);
+            return !interrupted;
         };
-        while (!render_until(integrator, settings.render, next, film, totals, go_on)) {
-            if (interrupted) return FrameEnd::INTERRUPTED;
-            events.write(totals);
-            last_write = totals.seconds;
-        }
+        if (!render_until(integrator, settings, next, film, totals, go_on)) return false;
         count = next;
-        events.pass_done(count, totals);
-        if (!wants_samples(settings.render, settings.spp, film)) break;
-        if (interrupted) return FrameEnd::INTERRUPTED;
     }
-    return FrameEnd::COMPLETE;
+    return true;
 }

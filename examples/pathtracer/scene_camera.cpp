@@ -84,7 +84,9 @@ void aim(Scene &scene, Point3d eye, Point3d target) {
     camera.up = cross(camera.right, forward);
 }
 
-void choose(Scene &scene, const CameraChoice &choice) {
+} // namespace
+
+void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
     if (choice.number) {
         if (*choice.number >= scene.cameras.size())
             throw Error("there is no camera " + std::to_string(*choice.number) +
@@ -100,37 +102,6 @@ void choose(Scene &scene, const CameraChoice &choice) {
         !same(minus(target, scene.origin), scene.camera.target))
         aim(scene, eye, target);
     if (choice.fov) scene.camera.tan_half_height = tan_half(*choice.fov);
-}
-
-// Parses the output of camera_text().
-CameraChoice parse_camera(const std::string &text) {
-    Point3d eye, target;
-    double fov = 0;
-    if (std::sscanf(text.c_str(), "--eye %lf,%lf,%lf --target %lf,%lf,%lf --fov %lf", &eye.x,
-                    &eye.y, &eye.z, &target.x, &target.y, &target.z, &fov) != 7 ||
-        !(fov > 0 && fov < 180))
-        throw Error("the picture's camera is '" + text +
-                    "', which cannot be read; give the camera");
-    CameraChoice choice;
-    choice.eye = eye;
-    choice.target = target;
-    choice.fov = fov;
-    return choice;
-}
-
-} // namespace
-
-void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
-    if (!choice.listed.empty()) {
-        // A camera of the scene keeps what the text leaves out: its up direction.
-        for (const NamedCamera &named : scene.cameras)
-            if (camera_text(scene, named.camera) == choice.listed) {
-                scene.camera = named.camera;
-                return;
-            }
-        return choose(scene, parse_camera(choice.listed));
-    }
-    choose(scene, choice);
 }
 
 std::string camera_text(const Scene &scene, const Camera &camera) {
@@ -159,39 +130,4 @@ std::string scene_extent_text(const Scene &scene) {
     std::snprintf(text, sizeof text, "reaches from %.4g,%.4g,%.4g to %.4g,%.4g,%.4g", from.x,
                   from.y, from.z, to.x, to.y, to.z);
     return text;
-}
-
-CameraMatrices camera_matrices(const Scene &scene, int width, int height) {
-    const Camera &camera = scene.camera;
-    const Point3d eye = plus(camera.position, scene.origin);
-    const double at[3] = {eye.x, eye.y, eye.z};
-    const Vec3 axes[3] = {camera.right, camera.up, camera.forward};
-    double view[4][3]; // the last row translates
-    for (int column = 0; column < 3; ++column) {
-        const Vec3 v = axes[column];
-        const double axis[3] = {static_cast<double>(v.x), static_cast<double>(v.y),
-                                static_cast<double>(v.z)};
-        view[3][column] = 0;
-        for (int row = 0; row < 3; ++row) {
-            view[row][column] = axis[row];
-            view[3][column] -= at[row] * axis[row];
-        }
-    }
-    const auto tangent = static_cast<double>(camera.tan_half_height);
-    const double x_scale = 0.5 * height / (tangent * width), y_scale = 0.5 / tangent;
-    // Nothing uses z in NDC; it keeps the matrix invertible.
-    const auto near = static_cast<double>(1e-3f * length(camera.target - camera.position));
-    CameraMatrices m{};
-    for (size_t row = 0; row < 4; ++row) {
-        const double *v = view[row];
-        const double last = row == 3 ? 1 : 0;
-        const double to_camera[4] = {v[0], v[1], v[2], last};
-        const double to_ndc[4] = {x_scale * v[0] + 0.5 * v[2], -y_scale * v[1] + 0.5 * v[2],
-                                  v[2] - near * last, v[2]};
-        for (size_t column = 0; column < 4; ++column) {
-            m.world_to_camera[4 * row + column] = static_cast<float>(to_camera[column]);
-            m.world_to_ndc[4 * row + column] = static_cast<float>(to_ndc[column]);
-        }
-    }
-    return m;
 }

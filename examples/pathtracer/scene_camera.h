@@ -3,7 +3,6 @@
 // Points are in the coordinates of the scene's file, in double precision.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 
@@ -14,7 +13,6 @@ struct CameraChoice {
     std::optional<uint32_t> number; // of the scene's cameras; the first unless given
     std::optional<Point3d> eye, target;
     std::optional<double> fov; // the vertical angle of view, in degrees
-    std::string listed;        // instead: a camera as text, from camera_text(); may be empty
 };
 
 class InputRecord;
@@ -39,15 +37,6 @@ std::string camera_text(const Scene &scene, const Camera &camera);
 
 // The bounds of the vertices: "reaches from -1,0,-1 to 1,2,1".
 std::string scene_extent_text(const Scene &scene);
-
-// The camera matrices of a standard EXR header, row-major, for row vectors (x, y, z, 1) on their
-// left. In camera space, x points right, y up and z ahead. In NDC, after the division by w, (0, 0)
-// is the top left corner of the picture and (1, 1) the bottom right. Points are in the coordinates
-// of the scene's file. A lens counts as a pinhole at its centre.
-struct CameraMatrices {
-    std::array<float, 16> world_to_camera, world_to_ndc;
-};
-CameraMatrices camera_matrices(const Scene &scene, int width, int height);
 
 // One line per camera of the scene.
 std::string camera_list(const Scene &scene);

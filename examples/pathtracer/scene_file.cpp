@@ -116,29 +116,13 @@ bool is_scene_file(const std::string &name) {
     return end == ".gltf" || end == ".glb" || end == ".obj";
 }
 
-void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folder) {
-    constexpr uint64_t SPARE = 1 << 22, PER_BYTE = 16; // many nodes may share a mesh
-    draft.bytes = bytes;
-    draft.max_elements = static_cast<size_t>(
-        std::min<uint64_t>(SPARE + PER_BYTE * (bytes + folder.size()), MAX_SCENE_ELEMENTS));
-}
-
-int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes,
-                          const SceneFolder &folder) {
-    constexpr uint64_t SPARE = 1 << 26, PER_BYTE = 256; // a PNG of one colour has as many
-    Texture texture = texture_decode(bytes);
-    draft.texels += texture.rgba.size() / 4;
-    if (draft.texels > SPARE + PER_BYTE * (draft.bytes + folder.size()))
-        throw Error("exceeds the limit: the textures so far have " + std::to_string(draft.texels) +
-                    " texels, too many for a file of this size");
-    draft.scene.textures.push_back(std::move(texture));
+int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes) {
+    draft.scene.textures.push_back(texture_decode(bytes));
     return static_cast<int32_t>(draft.scene.textures.size() - 1);
 }
 
 uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &v) {
-    if (draft.points.size() >= draft.max_elements)
-        throw Error("has more than " + std::to_string(draft.max_elements) +
-                    " vertices, too many for a file of this size");
+    if (draft.points.size() >= MAX_SCENE_ELEMENTS) throw Error("has more than 2^26 vertices");
     if (!is_usable(v.position))
         throw Error("has a vertex that is not a finite number, or beyond 1e15");
     Scene &scene = draft.scene;
@@ -150,9 +134,8 @@ uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &v) {
 }
 
 void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c) {
-    if (draft.scene.triangles.size() >= draft.max_elements)
-        throw Error("has more than " + std::to_string(draft.max_elements) +
-                    " triangles, too many for a file of this size");
+    if (draft.scene.triangles.size() >= MAX_SCENE_ELEMENTS)
+        throw Error("has more than 2^26 triangles");
     draft.scene.triangles.push_back({{a, b, c}});
     draft.scene.surfaces.push_back({material, -1});
 }

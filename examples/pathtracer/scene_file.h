@@ -46,15 +46,8 @@ struct SceneDraft {
     std::vector<Emission> emission; // of each material
     std::vector<DraftLight> lights;
     std::vector<DraftCamera> cameras;
-    std::set<std::string> ignored;            // what the file has and the scene lacks
-    size_t max_elements = MAX_SCENE_ELEMENTS; // vertices, and triangles; set by the files' size
-    uint64_t bytes = 0;                       // of the file
-    uint64_t texels = 0;                      // of all textures
+    std::set<std::string> ignored; // what the file has and the scene lacks
 };
-
-// Sets the draft's limits by the size of the file and of what was read from its folder: files that
-// claim much memory by using the same bytes again, or none at all, are rejected.
-void draft_set_input(SceneDraft &draft, uint64_t bytes, const SceneFolder &folder);
 
 // Adds a vertex; missing attributes have the values below. Throws Error if there are too many
 // vertices, or if the position is not finite or beyond 1e15.
@@ -68,8 +61,7 @@ uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &vertex);
 void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c);
 // Decodes the bytes of an image file and adds the texture; returns its number. Throws Error, its
 // text to follow the image's name.
-int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes,
-                          const SceneFolder &folder);
+int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes);
 uint32_t draft_add_material(SceneDraft &draft, const Material &material, const Emission &emission,
                             const SurfaceMaps &maps);
 

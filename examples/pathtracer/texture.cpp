@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // libpng decodes PNG, libjpeg-turbo JPEG, and stb_image, which tinygltf includes, BMP and TGA.
-// Decoders allocate the memory that headers ask for, so they get only files of these formats whose
-// header states an extent within bounds.
 #include "texture.h"
 
 #include <tiny_gltf.h>
@@ -20,14 +18,14 @@ namespace {
 
 constexpr int MAX_SIDE = 32768;              // texels
 constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
-constexpr int64_t MIN_TEXELS = 1 << 16;      // allowed for files of any size
 constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
 
-struct Extent {
-    int64_t width = 0, height = 0; // 0: none found
-    // The most texels a byte of the file can hold. Deflate expands a byte to at most 1032.
-    int64_t texels_per_byte = 0;
-};
+// Throws Error unless a texture may be that large.
+void check_extent(int64_t width, int64_t height) {
+    if (width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_TEXELS)
+        throw Error("has " + std::to_string(width) + "x" + std::to_string(height) +
+                    " texels; at most 2^27 are read, 32768 a side");
+}
 
 bool is_png(const std::vector<unsigned char> &b) {
     return b.size() >= 8 && std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0;
@@ -57,43 +55,22 @@ bool is_bmp(const std::vector<unsigned char> &b) {
     return b.size() >= 2 && b[0] == 'B' && b[1] == 'M';
 }
 
-Extent extent_in_header(const std::vector<unsigned char> &b) {
-    const auto little = [&](size_t at, int count) {
-        int64_t value = 0;
-        for (int i = 0; i < count; ++i)
-            value |= static_cast<int64_t>(b[at + static_cast<size_t>(i)]) << (8 * i);
-        return value;
-    };
-    const auto big = [&](size_t at) {
-        return static_cast<int64_t>(b[at]) << 24 | b[at + 1] << 16 | b[at + 2] << 8 | b[at + 3];
-    };
-    if (b.size() < 26) return {};
-    if (is_png(b)) {
-        const int64_t channels = b[25] == 6 ? 4 : b[25] == 2 ? 3 : b[25] == 4 ? 2 : 1;
-        return {big(16), big(20), 1032 * 8 / std::max<int64_t>(b[24] * channels, 1)};
-    }
-    if (is_jpeg(b)) {
-        const Jpeg jpeg(b);
-        return {jpeg.width, jpeg.height, 1024}; // at least a bit per 8x8 block
-    }
-    if (is_bmp(b)) {
-        const auto height = static_cast<int32_t>(little(22, 4)); // negative: top row first
-        return {static_cast<int32_t>(little(18, 4)), std::abs(static_cast<int64_t>(height)), 8};
-    }
-    // TGA has no signature: check for a valid palette flag, image type and depth.
+// TGA has no signature: valid are a palette flag, an image type and a depth.
+bool is_tga(const std::vector<unsigned char> &b) {
+    if (b.size() < 26) return false;
     const bool kind = b[2] == 1 || b[2] == 2 || b[2] == 3 || b[2] == 9 || b[2] == 10 || b[2] == 11;
     const bool depth = b[16] == 8 || b[16] == 15 || b[16] == 16 || b[16] == 24 || b[16] == 32;
-    if (b[1] <= 1 && kind && depth) return {little(12, 2), little(14, 2), 128};
-    return {};
+    return b[1] <= 1 && kind && depth;
 }
 
 // stb_image leaves texels that an unpacked TGA lacks as they were in memory.
-bool tga_is_whole(const std::vector<unsigned char> &b, const Extent &extent) {
-    constexpr int64_t HEADER = 18; // bytes
-    if (b[2] >= 9) return true;    // packed: the rest is zero
-    const int64_t palette = b[1] * (b[5] | b[6] << 8) * ((b[7] + 7) / 8);
-    const int64_t texels = extent.width * extent.height * ((b[16] + 7) / 8);
-    return static_cast<int64_t>(b.size()) >= HEADER + b[0] + palette + texels;
+bool tga_is_whole(const std::vector<unsigned char> &b) {
+    constexpr size_t HEADER = 18; // bytes
+    if (b[2] >= 9) return true;   // packed: the rest is zero
+    const auto word = [&](size_t at) { return b[at] | size_t{b[at + 1]} << 8; };
+    const auto bytes_of = [](size_t bits) { return (bits + 7) / 8; };
+    return b.size() >=
+           HEADER + b[0] + b[1] * word(5) * bytes_of(b[7]) + word(12) * word(14) * bytes_of(b[16]);
 }
 
 // Data that end early leave texels grey, and set `cut_short`.
@@ -101,6 +78,9 @@ void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
     const Jpeg jpeg(bytes);
     if (jpeg.colours == TJCS_CMYK || jpeg.colours == TJCS_YCCK)
         throw Error("is a JPEG in CMYK, for print; save it in RGB");
+    check_extent(jpeg.width, jpeg.height);
+    texture.width = jpeg.width;
+    texture.height = jpeg.height;
     texture.rgba.resize(size_t{4} * static_cast<size_t>(jpeg.width) *
                         static_cast<size_t>(jpeg.height));
     // Each scan of a progressive JPEG goes over the whole image again, even if it has no data.
@@ -117,17 +97,20 @@ void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
         std::strstr(tjGetErrorStr2(jpeg.handle.get()), "Premature end of JPEG") != nullptr;
 }
 
-std::vector<uint8_t> decode_with_stb(const std::vector<unsigned char> &bytes,
-                                     const Extent &extent) {
-    if (!is_bmp(bytes) && !tga_is_whole(bytes, extent)) throw Error("is cut short");
+void decode_with_stb(const std::vector<unsigned char> &bytes, Texture &texture) {
+    if (!is_bmp(bytes) && !is_tga(bytes))
+        throw Error("is not an image that can be read (PNG, JPEG, BMP or TGA)");
+    if (!is_bmp(bytes) && !tga_is_whole(bytes)) throw Error("is cut short");
     tinygltf::Image image;
     std::string error, warning;
     if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),
                                  static_cast<int>(bytes.size()), nullptr) ||
-        image.width != extent.width || image.height != extent.height ||
-        image.image.size() != static_cast<size_t>(4 * extent.width * extent.height))
+        image.component != 4 || image.bits != 8)
         throw Error("is damaged: it cannot be decoded");
-    return std::move(image.image);
+    check_extent(image.width, image.height);
+    texture.width = image.width;
+    texture.height = image.height;
+    texture.rgba = std::move(image.image);
 }
 
 // Decodes a byte of sRGB to linear.
@@ -169,27 +152,17 @@ TextureColour texel(const Texture &t, int64_t x, int64_t y) {
 Texture texture_decode(const std::vector<unsigned char> &bytes) {
     if (bytes.empty()) throw Error("is empty");
     if (bytes.size() > MAX_FILE) throw Error("is too large: at most 1 GiB is read");
-    const Extent extent = extent_in_header(bytes);
-    if (extent.width <= 0 || extent.height <= 0)
-        throw Error("is not an image that can be read (PNG, JPEG, BMP or TGA)");
-    if (extent.width > MAX_SIDE || extent.height > MAX_SIDE ||
-        extent.width * extent.height > MAX_TEXELS)
-        throw Error("has " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
-                    " texels; at most 2^27 are read, 32768 a side");
-    if (extent.width * extent.height >
-        MIN_TEXELS + extent.texels_per_byte * static_cast<int64_t>(bytes.size()))
-        throw Error("claims " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
-                    " texels, more than its " + std::to_string(bytes.size()) + " bytes can hold");
     Texture texture;
-    texture.width = static_cast<int>(extent.width);
-    texture.height = static_cast<int>(extent.height);
-    if (is_png(bytes))
-        texture.rgba = png_decode_rgba(bytes, static_cast<uint32_t>(extent.width),
-                                       static_cast<uint32_t>(extent.height));
-    else if (is_jpeg(bytes))
+    if (is_png(bytes)) {
+        PngRgba png = png_decode_rgba(bytes, check_extent);
+        texture.width = static_cast<int>(png.width);
+        texture.height = static_cast<int>(png.height);
+        texture.rgba = std::move(png.rgba);
+    } else if (is_jpeg(bytes)) {
         decode_jpeg(bytes, texture);
-    else
-        texture.rgba = decode_with_stb(bytes, extent);
+    } else {
+        decode_with_stb(bytes, texture);
+    }
     for (size_t i = 3; i < texture.rgba.size() && !texture.has_alpha; i += 4)
         texture.has_alpha = texture.rgba[i] != 255;
     return texture;

@@ -83,7 +83,7 @@ def textures():
     save("texture", "rgb.png", encoded(PICTURE, "PNG"))
     save("texture", "grey16.png", encoded(PICTURE[..., 0].astype(np.uint16) * 257, "PNG"))
     picture = encoded(PICTURE[:1, :, 0].astype(np.uint16) * 257, "PNG")
-    save("texture", "refused_long_chunk.png", picture[:-12] + struct.pack(">I", 1 << 30) + b"IDAT")
+    save("texture", "long_chunk.png", picture[:-12] + struct.pack(">I", 1 << 30) + b"IDAT")
     save("texture", "rgb.jpg", encoded(PICTURE, "JPEG", quality=30))
     save("texture", "grey.jpg", encoded(PICTURE[..., 0], "JPEG", progressive=True))
     whole = encoded(PICTURE[..., 0], "JPEG", progressive=True)

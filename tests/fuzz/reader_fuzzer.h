@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the fuzzers of the path tracer's readers share. A reader may throw Error, whatever the file,
-// or run out of memory; any other exception, a crash or a hang is a finding.
+// What the fuzzers of the path tracer's readers share; each program includes it once. A reader may
+// throw Error, whatever the file, or run out of memory; any other exception, a crash or a hang is a finding.
 #pragma once
 
 #include <unistd.h>
@@ -15,6 +15,22 @@
 #include "error.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
+
+// Like --max-memory of the path tracer, this makes large allocations fail. The operators of sanitizers
+// would end the program.
+constexpr size_t LARGEST_ALLOCATION = size_t{1} << 28; // bytes
+
+void *operator new(size_t size) {
+    void *bytes = size <= LARGEST_ALLOCATION ? std::malloc(size ? size : 1) : nullptr;
+    if (!bytes) throw std::bad_alloc();
+    return bytes;
+}
+void operator delete(void *bytes) noexcept {
+    std::free(bytes);
+}
+void operator delete(void *bytes, size_t) noexcept {
+    std::free(bytes);
+}
 
 // A folder for the files of this process, removed when it ends. In memory where there is /dev/shm.
 class FuzzFolder {

@@ -4,8 +4,6 @@
 Statistical tests use fixed seeds; the rates stated are the chances of a false alarm had they been drawn anew.
 """
 
-import csv
-
 import numpy as np
 import pytest
 from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
@@ -66,11 +64,11 @@ def test_level_0_is_plain(pathtracer):
 
 
 @pytest.mark.parametrize("sampler", ["blue", "white", "zorder", "sobol4d"])
-def test_pictures_do_not_depend_on_threads_crops_and_writes(pathtracer, sampler):
+def test_pictures_do_not_depend_on_threads_and_crops(pathtracer, sampler):
     common = [*SCENE, *NOISE, "--sampler", sampler]
     whole = read_layers(pathtracer.render(*common))
     assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 1)))
-    assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 7, "--write-partial", 0.001)))
+    assert_same(whole, read_layers(pathtracer.render(*common, "--threads", 7)))
     for x0, y0, x1, y1 in ((5, 9, 21, 30), (8, 8, 16, 16), (44, 36, 45, 37), (3, 3, 4, 4)):
         crop = read_layers(pathtracer.render(*common, "--crop", f"{x0},{y0},{x1},{y1}", "--threads", 2))
         assert_same({name: values[y0:y1, x0:x1] for name, values in whole.items()}, crop)
@@ -85,47 +83,6 @@ def test_merged_regions_equal_the_whole(pathtracer):
     for other in ([], ["--noise", 0.2, "--min-spp", 4], ["--noise", 0.1, "--min-spp", 8], [*NOISE, "--exposure", 1]):
         part = pathtracer.render(*SCENE, "--spp", 64, *other, "--crop", "0,0,20,37")
         assert "noise" in pathtracer.failure("--merge", part, *parts[1:], *out)
-
-
-def test_resumed_pictures_equal_whole_ones(pathtracer):
-    """Of a crop that cuts through blocks too: pixels around it are drawn again."""
-    for crop in ([], ["--crop", "5,9,21,30"]):
-        common = [*SCENE, *crop]
-        whole = read_layers(pathtracer.render(*common, *NOISE))
-        for begun, options in (
-                ([*NOISE, "--spp", 6], ["--spp", 64]),  # stopped between looks
-                ([*NOISE, "--spp", 16], ["--spp", 64]),
-                ([*NOISE, "--noise", 0.3], ["--noise", 0.1, "--spp", 64]),
-                ([*NOISE, "--noise", 0.3, "--min-spp", 2], [*NOISE]),
-                (["--spp", 3], NOISE), (["--spp", 4], NOISE)):
-            assert_near(whole, read_layers(pathtracer.render("--resume", pathtracer.render(*common, *begun), *options)))
-        adaptive = pathtracer.render(*common, *NOISE)
-        assert_near(whole, read_layers(pathtracer.render("--resume", adaptive)))  # nothing is left to do
-        even = read_layers(pathtracer.render("--resume", adaptive, "--noise", 0))
-        assert_near(read_layers(pathtracer.render(*common, "--spp", 64)), even)
-
-
-def test_what_cannot_be_continued_is_refused(pathtracer):
-    out = ["-o", "out.exr"]
-    adaptive = pathtracer.render(*SCENE, *NOISE)
-    for change in (["--noise", 0.2], ["--min-spp", 2], ["--exposure", 1]):
-        assert "noise" in pathtracer.failure("--resume", adaptive, "--spp", 128, *change, *out)
-    plain = pathtracer.render(*SCENE, "--spp", 5)
-    assert "noise 'off'" in pathtracer.failure("--resume", plain, *NOISE, *out)
-    # Nobody gave a --first-sample that could be left out.
-    later = pathtracer.render(*SCENE, "--spp", 1, "--first-sample", 7)
-    message = pathtracer.failure("--resume", later, *NOISE, *out, said=[f"{later.name} begins with sample 7"])
-    assert "--first-sample" not in message
-
-
-def test_rows_of_convergence_have_mean_counts(pathtracer):
-    reference = pathtracer.render(*SCENE, "--seed", 9, "--spp", 64)
-    rows = pathtracer.folder / "rows.csv"
-    path = pathtracer.render(*SCENE, *NOISE, "--reference", reference, "--convergence", rows)
-    with open(rows, newline="") as file:
-        counts = [float(row["spp"]) for row in csv.DictReader(file)]
-    assert counts[:4] == [1, 2, 3, 4] and counts == sorted(counts)
-    assert counts[-1] == pytest.approx(read_layers(path)["count"].mean())
 
 
 @pytest.mark.parametrize("sampler", ["white", "blue"])

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from pathtracer_driver import SCENES, assert_same, read_exr, read_layers
-from scene_files import CORNELL_CAMERA, DOWN, QUAD, Gltf, cornell, floor
+from scene_files import CORNELL_CAMERA, DOWN, cornell, floor
 
 SMALL = ["--size", "24x24", "--spp", 1]
 
@@ -103,36 +103,3 @@ def test_a_file_without_cameras(pathtracer):
     pathtracer.failure("--scene", path, "--camera", 0, "-o", "out.exr", said=["none", "--eye"])
     listing = pathtracer.run("--scene", path, "--list-cameras").stdout
     assert "none" in listing and "--eye" in listing and "--fov" in listing
-
-
-def test_matrices_project_points_into_the_picture(pathtracer):
-    """OpenEXR's convention: points are rows, multiplied from the left; camera space is right, up, ahead; NDC is (0, 0) at
-    the top left corner and (1, 1) at the bottom right one. A small square is found where its centre is projected to."""
-    centre = np.array([1e4 + 0.3, 20.2, -40.4])
-    g = Gltf()
-    g.quads([0.1 * QUAD], g.material(), translation=[float(v) for v in centre])
-    g.quads([QUAD * 3 - np.float32([0, 1, 0])], g.material(), translation=[float(v) for v in centre])
-    path = g.save(pathtracer.folder / "spot.glb")
-    eye, target = centre + [0.5, 3, 1], centre + [-0.2, 0, 0.4]
-    place = lambda p: ",".join(repr(float(v)) for v in p)
-    width, height = 150, 90
-    view = ["--eye", place(eye), "--target", place(target), "--fov", 40]
-    exr = pathtracer.render("--scene", path, "--size", f"{width}x{height}", "--spp", 4, "--max-depth", 0, *view)
-    header = read_exr(exr)[1]
-    to_camera, to_ndc = (np.array(header[n], np.float64).reshape(4, 4) for n in ("worldToCamera", "worldToNDC"))
-    np.testing.assert_allclose(np.append(eye, 1) @ to_camera, [0, 0, 0, 1], atol=2e-3)
-    ahead = np.append(target, 1) @ to_camera
-    np.testing.assert_allclose(ahead, [0, 0, np.linalg.norm(target - eye), 1], atol=2e-3)
-    above = np.append(target + [0, 1, 0], 1) @ to_camera
-    assert above[1] > 0 and abs(above[0]) < 2e-3
-    projected = np.append(centre, 1) @ to_ndc
-    x, y = projected[:2] / projected[3] * [width, height]
-    # The square lies one unit above the rest, nearer to the camera.
-    depth = read_layers(exr)["depth.Z"]
-    expected = (np.append(centre, 1) @ to_camera)[2]
-    rows, columns = np.nonzero(np.abs(depth - expected) < 0.05)
-    assert len(rows) > 2
-    assert columns.mean() + 0.5 == pytest.approx(x, abs=0.5) and rows.mean() + 0.5 == pytest.approx(y, abs=0.5)
-    middle = np.append(target, 1) @ to_ndc
-    np.testing.assert_allclose(middle[:2] / middle[3], 0.5, atol=1e-3)
-    assert abs(np.linalg.det(to_ndc)) > 0

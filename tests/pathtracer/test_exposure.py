@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import read_exr
 from PIL import Image
-from scene_files import QUAD, SMALL, floor, over_floor, write_environment
+from scene_files import SMALL, floor, over_floor, write_environment
 
 
 def preview(path):
@@ -56,29 +56,6 @@ def test_built_in_scenes_keep_their_brightness(pathtracer):
     path = over_floor(floor()).save(pathtracer.folder / "scene.glb")
     given = pathtracer.render("--scene", path, *SMALL, "--exposure", -1.5)
     assert read_exr(given)[1]["exposure"] == -1.5
-
-
-def test_most_of_the_preview_is_clipped(pathtracer):
-    sky = write_environment(pathtracer.folder / "sky.exr", 100.0)
-    g = over_floor(floor())
-    out, said = render(pathtracer, g, "--env", sky, "--max-depth", 1, "--exposure", 0, "--quiet")
-    assert said.count("\n") == 1 and "100 %" in said and "clipped" in said and "--exposure auto" in said
-    assert f"{read_exr(render(pathtracer, g, '--env', sky, '--max-depth', 1)[0])[1]['exposure']:g}" in said
-    _, said = render(pathtracer, g, "--env", sky, "--max-depth", 1, "--exposure", -60)
-    assert said.count("\n") == 1 and "black" in said and "--exposure auto" in said
-
-
-def test_advice_is_never_what_was_done(pathtracer, even_sky):
-    """A floor half of which is so dark that the other half is clipped, whatever is averaged."""
-    g = over_floor(floor(), height=4.9)
-    dark = g.material((1e-8, 1e-8, 1e-8))
-    g.quads([QUAD * [0.4, 1, 1] + [0.6, 0.01, 0]], dark)
-    for exposure in (["--exposure", "auto"], []):
-        _, said = render(pathtracer, g, "--env", even_sky, "--max-depth", 1, "--size", "64x64", *exposure)
-        assert said.count("\n") == 1 and "clipped" in said and "lower" in said and "would use" not in said, said
-    dim = write_environment(pathtracer.folder / "dim.exr", 1e-30)
-    _, said = render(pathtracer, over_floor(floor()), "--env", dim, "--max-depth", 1, "--exposure", "auto")
-    assert said.count("\n") == 1 and "black" in said and "would use" not in said, said
 
 
 def test_nothing_is_visible(pathtracer, even_sky):

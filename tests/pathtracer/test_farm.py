@@ -176,7 +176,6 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
         (["--spp", "0", "-o", "a.exr"], "--spp"),
         (["--time", "3", "-o", "a.exr"], "--time"),
         (["--noise", "0.1", "-o", "a.exr"], "--noise does not work in parts"),
-        (["--allow-changed", "-o", "a.exr"], "--allow-changed does not work in parts"),
         (["--scene", "--size", "512x512", "-o", "a.exr"], "--scene needs a value"),
         (["--tile", "8", "-o", "a.exr"], "WIDTHxHEIGHT"),
         (["--size", "9x9", "--crop", "0,0,10,3", "-o", "a.exr"], "--crop"),

@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from pathtracer_driver import assert_near, read_exr, read_layers
+from pathtracer_driver import read_exr
 from PIL import Image
 from scene_files import SMALL, Gltf, encoded, floor, write_environment
 
@@ -86,7 +86,7 @@ def test_all_files_are_listed(pathtracer, write):
         (folder / name).rename(folder / "aside")
         done = pathtracer.run(*options, "--list-inputs")
         if name.endswith(".mtl"):
-            assert done.returncode == 0 and f"# missing: {name}\n" in done.stdout
+            assert done.returncode == 0 and name not in done.stdout
         else:
             assert done.returncode == 1 and done.stderr.count("\n") == 1
         (folder / "aside").rename(folder / name)
@@ -110,7 +110,7 @@ def test_sizes_and_names_of_any_kind(pathtracer):
     assert pathtracer.success("--scene", "cornell", "--env", "sky", "--list-inputs").stdout == ""
     # Attributes of an EXR are UTF-8: what is not becomes escapes.
     rng = np.random.default_rng(4)
-    fixed = [b"\xe4.png", b"\xc3\xa9.png", b"\xc0\x80", b"\xed\xa0\x80", b"\xf4\x90\x80\x80", b"\xf0\x9f\x98\x80", b"\xe2\x82"]
+    fixed = [b"\xe4.png", b"\xc3\xa9.png", b"\xc0\x80", b"\xf4\x90\x80\x80", b"\xf0\x9f\x98\x80", b"\xe2\x82"]
     for name in [*fixed, *(bytes(rng.integers(0x30, 256, 3, dtype=np.uint8)) for _ in range(30))]:
         (folder / os.fsdecode(name)).write_bytes(b"x")
         listed = subprocess.run([pathtracer.binary, "--mask", name, "--list-inputs"], cwd=folder, capture_output=True,
@@ -157,61 +157,23 @@ def test_no_output_replaces_a_file_of_the_scene(pathtracer, scene):
     assert (pathtracer.folder / "wood.png").read_bytes() == before
 
 
-@pytest.mark.parametrize("name", ["scene.obj", "m.mtl", "wood.png", "bumps.png", "sky.exr", "mask.png"])
-def test_pictures_of_changed_files_are_refused(pathtracer, scene, name):
+def test_pictures_of_changed_files_are_refused(pathtracer, scene):
     arguments, changes = scene
     before = pathtracer.render(*arguments, "--spp", 1)
-    same = pathtracer.render("--resume", before, "--spp", 2)
-    assert_near(read_layers(same), read_layers(pathtracer.render(*arguments, "--spp", 2)))
-    changes[name]()
-    after = pathtracer.render(*arguments, "--spp", 1, "--first-sample", 1)
-    contents = [f"the contents of {name}", "--allow-changed"]
-    pathtracer.failure("--resume", before, "--spp", 2, *OUT, said=[before.name, *contents])
-    pathtracer.failure("--merge", before, after, *OUT, said=[before.name, after.name, *contents])
-    if name != "scene.obj":  # whose camera has moved
-        resumed = pathtracer.render("--resume", before, "--spp", 2, "--allow-changed")
-        merged = pathtracer.render("--merge", before, after, "--allow-changed")
-        assert_near(read_layers(resumed), read_layers(merged))
-        for mixed in (resumed, merged):
-            assert "inputs" not in read_exr(mixed)[1]
-
-
-def test_a_file_that_appears_is_a_change(pathtracer, scene):
-    arguments, _ = scene
-    folder = pathtracer.folder
-    (folder / "m.mtl").rename(folder / "aside")
-    before = pathtracer.render(*arguments, "--spp", 1)
-    (folder / "aside").rename(folder / "m.mtl")
-    pathtracer.failure("--resume", before, "--spp", 2, *OUT, said=["the contents of m.mtl"])
-
-
-def test_pictures_that_do_not_say_their_files(pathtracer, scene):
-    """Those of older versions; where no files are named, there is nothing to say."""
-    arguments, changes = scene
-
-    def forget(path):
-        data = path.read_bytes()
-        assert data.count(b"inputs\0string\0") == 1
-        path.write_bytes(data.replace(b"inputs\0string\0", b"inputz\0string\0"))
-        return path
-
-    old = forget(pathtracer.render(*arguments, "--spp", 1))
-    new = pathtracer.render(*arguments, "--spp", 1, "--first-sample", 1)
-    changes["wood.png"]()
-    for mode in (["--resume", old, "--spp", 2], ["--merge", new, old]):
-        done = pathtracer.success(*mode, "--quiet", *OUT)
-        assert done.stderr.count("\n") == 1 and "no record of the input files" in done.stderr and old.name in done.stderr
-        assert "inputs" not in read_exr(pathtracer.folder / "out.exr")[1]
-    plain = forget(pathtracer.render(*SMALL, "--spp", 1))
-    assert pathtracer.success("--resume", plain, "--spp", 2, "--quiet", *OUT).stderr == ""
+    for name, change in changes.items():
+        data = (pathtracer.folder / name).read_bytes()
+        change()
+        after = pathtracer.render(*arguments, "--spp", 1, "--first-sample", 1)
+        pathtracer.failure("--merge", before, after, *OUT, said=[before.name, after.name, f"the contents of {name}"])
+        (pathtracer.folder / name).write_bytes(data)
+    pathtracer.success("--merge", before, pathtracer.render(*arguments, "--spp", 1, "--first-sample", 1), *OUT)
 
 
 def test_a_list_that_a_picture_makes_up_reaches_no_terminal(pathtracer, scene):
     arguments, _ = scene
-    before = pathtracer.render(*arguments, "--spp", 1)
-    data = before.read_bytes()
-    before.write_bytes(data.replace(b"  wood.png\n", b"  \x1b[31m.gg\n", 1))
-    message = pathtracer.failure("--resume", before, "--spp", 2, *OUT)
+    before, after = (pathtracer.render(*arguments, "--spp", 1, "--first-sample", n) for n in (0, 1))
+    before.write_bytes(before.read_bytes().replace(b"  wood.png\n", b"  \x1b[31m.gg\n", 1))
+    message = pathtracer.failure("--merge", after, before, *OUT)
     assert "?[31m.gg, which only one" in message and "\x1b" not in message
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures in parts: regions and ranges of samples merged, written on the way, ended by the clock."""
+"""Pictures in parts: regions and ranges of samples merged, and the error against a reference."""
 
-import csv
-import resource
 import signal
 import subprocess
 import time
@@ -16,6 +14,7 @@ from scene_files import write_environment
 from scipy.ndimage import gaussian_filter
 
 SIZE = ["--size", "45x37"]
+OUT = ["-o", "out.exr"]
 
 
 def merge(pathtracer, *parts):
@@ -58,23 +57,78 @@ def test_parts_that_miss_pixels_leave_them_empty(pathtracer):
 def test_parts_that_do_not_belong_together(pathtracer):
     common = [*SIZE, "--spp", 2]
     first = pathtracer.render(*common)
-    out = ["-o", "out.exr"]
-    assert "same samples" in pathtracer.failure("--merge", first, first, *out)
-    overlapping = pathtracer.render(*common, "--first-sample", 1)
-    assert "same samples" in pathtracer.failure("--merge", first, overlapping, *out)
-    other = pathtracer.render(*common, "--first-sample", 2, "--size", "37x45")
-    assert "size" in pathtracer.failure("--merge", first, other, *out)
+    for said, *more in (("same samples",), ("same samples", "--first-sample", 1), ("size", "--first-sample", 2, "--size", "37x45")):
+        pathtracer.failure("--merge", first, pathtracer.render(*common, *more), *OUT, said=[said])
+    path = write_environment(pathtracer.folder / "other.exr", 0)
+    pathtracer.failure("--merge", path, *OUT, said=["other.exr", "this program"])
+
+
+def test_merge_refuses_gaps(pathtracer):
+    common = [*SIZE, "--sampler", "white"]
+    part = lambda first, count, *more: pathtracer.render(*common, "--first-sample", first, "--spp", count, *more)
+    a, c = part(0, 2), part(5, 1)
+    pathtracer.failure("--merge", c, a, *OUT, said=["samples 2 to 4 ", c.name, "--first-sample 2 --spp 3"])
+    assert (read_layers(merge(pathtracer, c, a, part(2, 3)))["count"] == 6).all()
+    # A gap in some pixels is one.
+    left = part(2, 3, "--crop", "0,0,20,37")
+    pathtracer.failure("--merge", a, left, c, *OUT, said=["samples 2 to 4 of pixel 20,0"])
+    # So are regions that begin at other samples.
+    right = part(1, 2, "--crop", "20,0,45,37")
+    pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, *OUT, said=["samples 0 to 0 of pixel 20,0"])
+
+
+def test_merge_refuses_what_an_interruption_left_out(pathtracer):
+    common = ["--size", "96x64", "--max-depth", 1]
+    path = pathtracer.folder / "stopped.exr"
+    for attempt in range(20):  # until the counts are uneven
+        program = pathtracer.start(*common, "--spp", 100000, "--quiet", "-o", path, stderr=subprocess.DEVNULL)
+        time.sleep(0.3 + 0.05 * attempt)
+        program.send_signal(signal.SIGINT)
+        assert program.wait(timeout=60) == 128 + signal.SIGINT
+        count = read_layers(path)["count"]
+        if count.min() < count.max():
+            break
+    least, most = int(count.min()), int(count.max())
+    assert least < most
+    rest = pathtracer.render(*common, "--first-sample", most, "--spp", 2)
+    pathtracer.failure("--merge", path, rest, *OUT, said=[f"samples {least} to {most - 1}"])
+
+
+def test_a_damaged_part_is_refused_or_merged(pathtracer):
+    """Whatever bit of its header or its pixels has turned over: one line, or a picture."""
+    begun, rest = (pathtracer.render("--size", "8x8", "--spp", 1, "--first-sample", n) for n in (0, 1))
+    whole = begun.read_bytes()
+    rng = np.random.default_rng(2)
+    refused = 0
+    for i in range(60):
+        damaged = bytearray(whole)
+        damaged[rng.integers(8, 1800 if i % 3 else len(whole))] ^= 1 << rng.integers(8)
+        begun.write_bytes(damaged)
+        done = pathtracer.run("--merge", begun, rest, *OUT)
+        assert done.returncode in (0, 1), done.stderr
+        if done.returncode == 1:
+            refused += 1
+            assert done.stderr.startswith("pathtracer: ") and done.stderr.count("\n") == 1
+            assert not (pathtracer.folder / "out.exr").exists()
+        (pathtracer.folder / "out.exr").unlink(missing_ok=True)
+    assert refused > 20
+    for name in ("seconds", "samplingShare", "exposure"):
+        for value in (np.nan, np.inf, -1):
+            at = whole.index(f"{name}\0float\0".encode()) + len(name) + 11
+            begun.write_bytes(whole[:at] + np.float32(value).tobytes() + whole[at + 4:])
+            if (name, value) != ("exposure", -1):
+                pathtracer.failure("--merge", begun, *OUT, said=[name, begun.name])
 
 
 # Attributes in which parts of one picture may differ, and displayWindow, which is the size. Others are settings.
 PARTS_DIFFER_IN = {
     "channels", "chunkCount", "compression", "dataWindow", "lineOrder", "name", "pixelAspectRatio", "screenWindowCenter",
     "screenWindowWidth", "type", "spp", "firstSample", "endSample", "exposure", "threads", "seconds", "rays", "samplingShare",
-    "fireflies", "software", "bnVersion", "displayWindow",
+    "software", "bnVersion", "displayWindow",
 }  # fmt: skip
 SETTINGS = {
-    "scene", "camera", "environment", "sampler", "mask", "draws", "inputs", "worldToCamera", "worldToNDC", "declaredSpp", "seed",
-    "maxDepth", "lightSamples", "singleScatter", "photometric", "noise", "minSpp", "noiseExposure",
+    "scene", "camera", "environment", "sampler", "mask", "draws", "inputs", "declaredSpp", "seed", "maxDepth", "lightSamples",
+    "singleScatter", "photometric", "noise", "minSpp", "noiseExposure",
 }  # fmt: skip
 
 
@@ -105,7 +159,7 @@ def test_parts_differ_in_no_setting(pathtracer):
             if not name:
                 merge(pathtracer, first, copy)  # written again, it is the same still
                 continue
-            pathtracer.failure("--merge", first, copy, "-o", "out.exr", said=["not parts of one picture", copy.name])
+            pathtracer.failure("--merge", first, copy, *OUT, said=["not parts of one picture", copy.name])
 
 
 def test_another_mask_is_another_picture(pathtracer):
@@ -117,97 +171,19 @@ def test_another_mask_is_another_picture(pathtracer):
     first = pathtracer.render(*common, "--mask", mask)
     for later in (["--mask", "builtin"], []):
         other = pathtracer.render(*common, *later, "--first-sample", 2)
-        pathtracer.failure("--merge", first, other, "-o", "out.exr", said=["mask"])
+        pathtracer.failure("--merge", first, other, *OUT, said=["mask"])
     Image.fromarray(values.T).save(mask)
     other = pathtracer.render(*common, "--mask", mask, "--first-sample", 2)
-    pathtracer.failure("--merge", first, other, "-o", "out.exr", said=[f"the contents of {mask}"])
-
-
-def test_a_picture_of_another_program_is_no_part(pathtracer):
-    path = write_environment(pathtracer.folder / "other.exr", 0)
-    pathtracer.failure("--merge", path, "-o", "out.exr", said=["other.exr", "this program"])
+    pathtracer.failure("--merge", first, other, *OUT, said=[f"the contents of {mask}"])
 
 
 @pytest.mark.parametrize("crop", [(0, 0, 40, 30), (5, 3, 31, 27)])
 def test_the_error_against_a_reference(pathtracer, crop):
-    """Each row of --convergence is what a run of so many samples would have, and the last is what is printed."""
-    common = ["--size", "40x30", "--seed", 2, "--crop", ",".join(map(str, crop))]
+    common = ["--size", "40x30", "--seed", 2, "--crop", ",".join(map(str, crop)), "--spp", 4]
     reference = pathtracer.render("--size", "40x30", "--spp", 96, "--seed", 1)
-    path = pathtracer.folder / "rows.csv"
-    arguments = ["--spp", 11, "--quiet", "--reference", reference, "--convergence", path, "-o", "out.exr"]
-    words = pathtracer.success(*common, *arguments).stdout.split()
+    words = pathtracer.success(*common, "--quiet", "--reference", reference, *OUT).stdout.split()
     assert words[0] == "rmse" and words[2:4] == ["sigma", "1.0"] and words[5:7] == ["sigma", "2.1"]
-    with open(path, newline="") as file:
-        rows = [{name: float(v) for name, v in row.items()} for row in csv.DictReader(file)]
-    assert list(rows[0]) == ["spp", "seconds", "rmse", "relative_rmse", "rmse_1.0", "rmse_2.1"]
-    assert [row["spp"] for row in rows] == [1, 2, 3, 4, 6, 8, 11]
-    seconds = [row["seconds"] for row in rows]
-    assert seconds == sorted(seconds) and seconds[0] > 0
-    wanted = read_exr(reference)[0][crop[1]:crop[3], crop[0]:crop[2]].astype(np.float64)
-    for row in (rows[0], rows[4], rows[6]):
-        error = pathtracer.image(*common, "--spp", int(row["spp"])) - wanted
-        for name, sigma in [("rmse", 0), ("rmse_1.0", 1.0), ("rmse_2.1", 2.1)]:
-            blurred = gaussian_filter(error, (sigma, sigma, 0)) if sigma else error
-            assert row[name] == pytest.approx(np.sqrt(np.mean(blurred**2)), rel=1e-6)
-        relative = error / (wanted + 0.1 * wanted.mean())
-        assert row["relative_rmse"] == pytest.approx(np.sqrt(np.mean(relative**2)), rel=1e-6)
-    # Seven digits of an RMSE are six decimals here.
-    printed = [float(words[i]) for i in (1, 4, 7)]
-    np.testing.assert_allclose(printed, [rows[-1][name] for name in ("rmse", "rmse_1.0", "rmse_2.1")], atol=1e-6)
-
-
-def test_passes_do_not_change_a_bit(pathtracer):
-    common = ["--size", "40x30", "--spp", 13]
-    plain = pathtracer.render(*common)
-    written = pathtracer.render(*common, "--write-partial", 0.001, "--threads", 1)
-    assert_same(read_layers(written), read_layers(plain))
-
-
-def test_a_time_limit(pathtracer):
-    began = time.monotonic()
-    path = pathtracer.render("--size", "64x64", "--time", 1)
-    took = time.monotonic() - began
-    header = read_exr(path)[1]
-    # What is asked for is rendering time; loading a program takes some, a busy machine more.
-    assert 0.3 < header["seconds"] < 3 and took < 30
-    assert header["spp"] > 1
-    assert (read_layers(path)["count"] == header["spp"]).all()
-    few = read_exr(pathtracer.render("--size", "64x64", "--time", 1000, "--spp", 2))[1]
-    assert few["spp"] == 2
-    one = read_exr(pathtracer.render("--size", "64x64", "--time", 1e-6))[1]
-    assert one["spp"] == 1
-
-
-def test_partial_pictures_appear_and_a_full_disk_does_not_end_the_run(pathtracer):
-    endless = ["--size", "96x64", "--spp", 1000000]
-    program = pathtracer.start(*endless, "--write-partial", 0.3, "-o", "out.exr", stderr=subprocess.PIPE)
-    out = pathtracer.folder / "out.exr"
-    seen = set()
-    deadline = time.monotonic() + 60
-    while len(seen) < 2 and time.monotonic() < deadline:
-        time.sleep(0.1)
-        if out.exists():
-            seen.add(read_exr(out)[1]["spp"])
-    assert len(seen) >= 2
-    program.send_signal(signal.SIGINT)
-    assert program.wait(timeout=60) == 128 + signal.SIGINT
-    program.stderr.close()
-    assert read_exr(out)[1]["spp"] >= max(seen)
-
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
-
-    done = pathtracer.run(*endless, "--time", 2, "--write-partial", 0.5, "-o", "full.exr", preexec_fn=limit)
-    lines = done.stderr.splitlines()
-    assert done.returncode == 1 and len(lines) >= 2
-    assert all("rendering continues" in line for line in lines[:-1]) and "full.exr" in lines[-1]
-    assert not (pathtracer.folder / "full.exr").exists()
-
-
-def test_fireflies_are_counted(pathtracer):
-    """Glass in a studio has paths that only chance finds: few samples show fireflies, a lone lamp none."""
-    def count(*arguments):
-        return int(read_exr(pathtracer.render(*arguments))[1]["fireflies"])
-
-    assert count("--scene", "glass", "--size", "192x144", "--spp", 2, "--sampler", "white") > 0
-    assert count("--scene", "furnace", "--size", "64x64", "--spp", 2) == 0
+    error = pathtracer.image(*common) - read_exr(reference)[0][crop[1]:crop[3], crop[0]:crop[2]].astype(np.float64)
+    for word, sigma in ((1, 0), (4, 1.0), (7, 2.1)):
+        blurred = gaussian_filter(error, (sigma, sigma, 0)) if sigma else error
+        assert float(words[word]) == pytest.approx(np.sqrt(np.mean(blurred**2)), abs=1e-6)

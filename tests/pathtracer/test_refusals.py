@@ -133,7 +133,7 @@ def many_textures(g):
     """Textures that share a picture are decoded one by one."""
     source = g.add("images", bufferView=g.view(png(4096, 4096, data=zlib.compress(bytes((4 * 4096 + 1) * 4096), 9))))
     primitives = g.json["meshes"][0]["primitives"]
-    for _ in range(9):
+    for _ in range(12):
         pbr = {"baseColorTexture": {"index": g.add("textures", source=source)}}
         primitives.append({**primitives[0], "material": g.add("materials", pbrMetallicRoughness=pbr)})
 
@@ -164,18 +164,9 @@ def png(width, height, depth=8, colour=6, data=b""):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
-def endless_png():
-    """A single texel, and then 2 GiB of zeros in 2 MB."""
-    packer, size = zlib.compressobj(9), 1 << 31
-    start = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
-    # After a full flush the same bytes decompress to the same megabyte; the first two are the header, the last a checksum.
-    return png(1, 1, data=start + start[2:] * (size // (1 << 20) - 1) + b"\3\0" + struct.pack(">HH", size % 65521, 1))
-
-
-def long_chunk(kind, after, size=2**30):
-    """A chunk that claims more than there is, before the texels or after them."""
-    whole = png(1, 1, data=zlib.compress(bytes(5)))
-    return whole[: -12 if after else 33] + struct.pack(">I", size) + kind + bytes(90)
+def long_chunk(kind, size=2**30):
+    """A chunk that claims more than there is."""
+    return png(1, 1, data=zlib.compress(bytes(5)))[:33] + struct.pack(">I", size) + kind + bytes(90)
 
 
 def jpeg(pixels=FOUR, mode="RGB", **options):
@@ -184,11 +175,11 @@ def jpeg(pixels=FOUR, mode="RGB", **options):
     return stream.getvalue()
 
 
-def large_jpeg():
-    """One that claims 8192x8192."""
+def large_jpeg(width, height):
+    """One that claims to be so large."""
     data = bytearray(jpeg())
     at = data.index(b"\xff\xc0") + 5
-    data[at:at + 4] = struct.pack(">HH", 8192, 8192)
+    data[at:at + 4] = struct.pack(">HH", height, width)
     return bytes(data)
 
 
@@ -230,8 +221,8 @@ CASES = {
     "an index out of range": (gltf(lambda g: g.bytes.__setitem__(slice(48, 50), b"\x04\0")), "index out of range"),
     "a count beyond its view": (accessor(0, count=5), "run past the end"),
     "a huge count": (accessor(0, count=2**60), ""),
-    "zeros without end": (gltf(zeros), "positions; at most"),
-    "zeros and a value": (gltf(lambda g: zeros(g, sparse=True)), "positions; at most"),
+    "zeros without end": (gltf(zeros), "more memory"),
+    "zeros and a value": (gltf(lambda g: zeros(g, sparse=True)), "more memory"),
     "an offset beyond its view": (accessor(0, byteOffset=2**40), "run past the end"),
     "no such view": (accessor(0, bufferView=77), "refers to buffer view 77"),
     "positions of two numbers": (accessor(0, type="VEC2"), "number of components"),
@@ -258,10 +249,10 @@ CASES = {
     "an extension it requires": (
         gltf(lambda g: g.json.update(extensionsRequired=["KHR_draco_mesh_compression"])), "KHR_draco_mesh_compression"),
     "buffers of an extension": (gltf(fallback_buffers), "requires the extension EXT_meshopt_compression"),
-    # More than a file can hold
-    "a mesh of many nodes": (gltf(many_times), "vertices, too many for a file of this size"),
-    "many times the same primitive": (gltf(lambda g: many_times(g, True)), "vertices, too many for a file of this size"),
-    "many textures of one picture": (gltf(many_textures), "texels, too many for a file of this size"),
+    # Much of little
+    "a mesh of many nodes": (gltf(many_times), ""),
+    "many times the same primitive": (gltf(lambda g: many_times(g, True)), ""),
+    "many textures of one picture": (gltf(many_textures), "more memory"),
     "many buffers of one chunk": (many_buffers, ""),
     "many materials": (scene('{"asset": {"version": "2.0"}, "materials": [' + "{}," * 300000 + "{}]}"), ""),
     "many values": (scene('{"asset": {"version": "2.0"}, "extras": [' + "0," * 2**22 + "0]}"), ""),
@@ -275,7 +266,7 @@ CASES = {
     "a picture that is none": (texture(b"x" * 64), "not an image"),
     "a picture cut short": (texture(encoded(FOUR)[:50]), "damaged"),
     "a damaged picture": (texture(encoded(FOUR).replace(b"IDATx", b"IDAT-")), "damaged"),
-    "a picture of 2^60 texels": (texture(png(2**30, 2**30)), "texels; at most"),
+    "a picture of 2^60 texels": (texture(png(2**30, 2**30)), "damaged"),
     "a picture of 2^32 texels": (texture(png(2**16, 2**16)), "texels; at most"),
     "a TGA cut short": (texture(encoded(FOUR, "TGA")[:-26 - 1]), "cut short"),  # 26: the footer
     "a picture for print": (texture(jpeg(mode="CMYK")), "CMYK"),
@@ -284,14 +275,12 @@ CASES = {
     "a picture outside of its buffer": (
         gltf(lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99))),
         "past the end"),
-    "PNG data that never end": (texture(endless_png()), "damaged"),
-    **{f"a large {name}": (texture(data), "8192x8192 texels, more than its") for name, data in {
-        "PNG": png(8192, 8192), "PNG of bits": png(8192, 8192, 1, 0), "JPEG": large_jpeg(),
-        "BMP": b"BM" + bytes(16) + struct.pack("<ii", 8192, 8192) + bytes(60),
-        "TGA": bytes([0, 0, 10]) + bytes(9) + struct.pack("<HHBB", 8192, 8192, 32, 0) + bytes(60)}.items()},
-    **{f"a long {kind.decode()} {'after' if after else 'before'} the texels": (texture(long_chunk(kind, after)), "damaged")
-       for kind in (b"IDAT", b"PLTE", b"iCCP", b"aaaa") for after in (False, True)},
-    "a mask with a long chunk": (mask(long_chunk(b"iTXt", False)), ""),
+    **{f"a large {name}": (texture(data), "") for name, data in {
+        "PNG": png(30000, 16000), "PNG of bits": png(30000, 16000, 1, 0), "JPEG": large_jpeg(30000, 16000),
+        "BMP": b"BM" + bytes(16) + struct.pack("<ii", 30000, 16000) + bytes(60),
+        "TGA": bytes([0, 0, 10]) + bytes(9) + struct.pack("<HHBB", 30000, 16000, 32, 0) + bytes(60)}.items()},
+    **{f"a long {kind.decode()}": (texture(long_chunk(kind)), "damaged") for kind in (b"IDAT", b"PLTE", b"iCCP", b"aaaa")},
+    "a mask with a long chunk": (mask(long_chunk(b"iTXt")), ""),
     "a mask that is none": (mask("no picture"), ""),
     "a large mask": (mask(encoded(np.zeros((5000, 5000)))), "at most 2^24 texels"),
     # OBJ
@@ -311,11 +300,11 @@ CASES = {
     "a header cut short": (exr(exr_header()[:200]), ""),
     "an EXR of text": (exr("text" * 999), ""),
     "an empty EXR": (exr(""), ""),
-    "nothing after its header": (exr(exr_header(16384, 8192)), "16384x8192 pixels, more than its"),
-    "a wide row": (exr(exr_header(2**24, 1)), "16777216x1 pixels, more than its"),
-    "wide blocks": (exr(exr_header(2**20, 1, 9)), "1048576x1 pixels, more than its"),
-    "many rows": (exr(exr_header(1, 2**24, 0)), "1x16777216 pixels, more than its"),
-    "a large tile": (exr(exr_header(extra=LARGE_TILE, flags=0x200)), "8x8 pixels, more than its"),
+    "nothing after its header": (exr(exr_header(16384, 8192)), ""),
+    "a wide row": (exr(exr_header(2**24, 1)), ""),
+    "wide blocks": (exr(exr_header(2**20, 1, 9)), ""),
+    "many rows": (exr(exr_header(1, 2**24, 0)), ""),
+    "a large tile": (exr(exr_header(extra=LARGE_TILE, flags=0x200)), ""),
     # The library reads these by what is in them, and then goes on where that ends.
     "a channel list of another size": (exr(exr_header()[:24] + b"\x36" + exr_header()[25:]), ""),
     "a window of another size": (exr(exr_header(extra=attribute("w", "box2i", bytes(15)))), ""),
@@ -463,7 +452,7 @@ def test_only_regular_files_are_read(pathtracer, kind):
     path, material = obj_apart(pathtracer, "b.mtl")
     put(pathtracer.folder / "b.mtl", material)
     refused(pathtracer, "--scene", path, "--allow-outside", words=["a.png", "not a regular file"])
-    for option in ("--env", "--reference", "--resume", "--merge"):
+    for option in ("--env", "--reference", "--merge"):
         refused(pathtracer, option, "a.exr", words=["a.exr", "not a regular file"])
     refused(pathtracer, "--sampler", "mask", "--mask", "a.png", words=["a.png", "not a regular file"])
 
@@ -523,7 +512,7 @@ def test_a_reference_that_is_not_finite_is_refused(pathtracer, value):
     pixels[7, 9, 1] = value
     write_exr(pathtracer.folder / "reference.exr", RGB=pixels)
     said = ["reference.exr", "not finite"]
-    refused(pathtracer, "--reference", "reference.exr", "--convergence", "out.csv", words=said)
+    refused(pathtracer, "--reference", "reference.exr", words=said)
     # Elsewhere than in the crop it does no harm.
     assert "nan" not in pathtracer.success("--reference", "reference.exr", "--crop", "0,8,24,24", *OUT).stdout
 
@@ -542,15 +531,13 @@ def test_no_control_characters_reach_the_terminal(pathtracer):
 
     size = [*SMALL, "--spp", 1]
     said(*size, "-o", evil, code=0)
-    for wrong in (["--scene", evil], ["--scene", evil.replace("exr", "obj")], ["--env", "no" + evil], ["--resume", "no" + evil],
-                  ["-" + evil]):
+    for wrong in (["--scene", evil], ["--scene", evil.replace("exr", "obj")], ["--env", "no" + evil], ["-" + evil]):
         said(*size, *wrong, "-o", "out.exr", code=1)
     said("--merge", evil, "-o", "b" + evil, code=0)
     # Attributes of the same length: those of a picture of a file of ten letters.
     put(pathtracer.folder / "scene1.obj", "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
     begun = pathtracer.render(*size, "--scene", "scene1.obj")
     put(begun, begun.read_bytes().replace(b"scene1.obj", b"\x1b]0;1m.obj"))
-    assert "]0;1m.obj" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)
     assert "]0;1m.obj" in said("--merge", begun, pathtracer.render(*size), "-o", "out.exr", code=1)
 
 

@@ -41,8 +41,9 @@ Picture picture(Scene &scene, const Settings &settings) {
     const Integrator integrator{&scene, geometry.get(), sampler.get(), settings.max_depth};
     RenderTotals totals;
     Film film = film_create(SIZE, SIZE, {0, 0, SIZE, SIZE});
-    render_until(integrator, {0, 1}, settings.spp, film, totals,
-                 [](double, const RenderTotals &) { return true; });
+    const std::sig_atomic_t never = 0;
+    render_frame(
+        integrator, {settings.spp}, film, totals, [](double, const RenderTotals &) {}, never);
     const Image image = film_image(film);
     CHECK(totals.counters.lost == 0, "%g samples were no numbers",
           static_cast<double>(totals.counters.lost));
