@@ -6,7 +6,6 @@
 
 CCL_NAMESPACE_BEGIN
 
-#define BN_DRAW_IN_C
 #define BN_UINT uint
 #define BN_FUNCTION ccl_device_inline
 #define BN_TABLE KernelGlobals kg,

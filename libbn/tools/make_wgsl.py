@@ -63,13 +63,12 @@ SOURCES = {"bn_draw.glsl": ["bn_draw.wgsl"], "bn_path.glsl": ["bn_path.wgsl"],
            "bn_choose.glsl": ["bn_choose.wgsl", "bn_choose_cdf.wgsl"]}
 
 # What the texts find defined, as they would in bn_draw.hlsl or bn_choose.h.
-DEFINED = {"BN_UINT", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_CHOOSE_IN_C"}
-TOKENS = {"BN_FUNCTION": [], "BN_TABLE": [], "BN_PASS_TABLE": [], "BN_CHOOSE_FUNCTION": [],
-          "BN_CHOOSE_TABLE": ["BN_UINT", "first", ","], "BN_CHOOSE_FALSE": ["false"], "bn_draw_domain_child": ["bn_domain_child"]}
+DEFINED = {"BN_FUNCTION", "BN_TABLE", "BN_ANY", "BN_REVERSE_BITS", "bn_uint4", "BN_FLOAT4", "BN_CHOOSE_U", "BN_CHOOSE_LIMIT"}
+TOKENS = {"BN_FUNCTION": [], "BN_TABLE": [], "BN_PASS_TABLE": [], "BN_CHOOSE_TABLE": ["BN_UINT", "first", ","],
+          "BN_FALSE": ["false"], "bn_draw_domain_child": ["bn_domain_child"]}
 TYPES = {"BN_UINT": "u32", "BN_FLOAT2": "vec2f", "BN_FLOAT4": "vec4f", "bn_uint2": "vec2u", "bn_uint4": "vec4u",
-         "float": "f32", "BN_CHOOSE_UINT": "u32", "BN_CHOOSE_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel",
-         "bn_path": "bn_path"}
-CALLS = {"BN_REVERSE_BITS": "reverseBits", "BN_CHOOSE_TO_UINT": "u32", "BN_CHOOSE_TO_FLOAT": "f32"}
+         "float": "f32", "BN_BOOL": "bool", "bn_blue_pixel": "bn_blue_pixel", "bn_path": "bn_path"}
+CALLS = {"BN_REVERSE_BITS": "reverseBits", "BN_TO_UINT": "u32", "BN_TO_FLOAT": "f32"}
 
 LEVELS = [["||"], ["&&"], ["|"], ["^"], ["&"], ["==", "!="], ["<", ">", "<=", ">="], ["<<", ">>"], ["+", "-"],
           ["*", "/", "%"]]

@@ -12,15 +12,13 @@ static const float *cdf;
 #define BN_WORD(i) words[i]
 #include "bn/bn_draw.glsl"
 #include "bn/bn_path.glsl"
-#define BN_CHOOSE_IN_C /* C++ has no `inout` */
-#define BN_CHOOSE_UINT uint
-#define BN_CHOOSE_BOOL bool
-#define BN_CHOOSE_FALSE false
-#define BN_CHOOSE_FUNCTION static
+/* C++ has no `inout`. */
+#define BN_BOOL bool
+#define BN_FALSE false
 #define BN_CHOOSE_U float &u
 #define BN_CHOOSE_GET_U u
-#define BN_CHOOSE_TO_UINT(v) uint(v)
-#define BN_CHOOSE_TO_FLOAT(v) float(v)
+#define BN_TO_UINT(v) uint(v)
+#define BN_TO_FLOAT(v) float(v)
 #define BN_CHOOSE_TABLE uint first,
 #define BN_CHOOSE_LIMIT(i) cdf[first + (i)]
 #include "bn/bn_choose.glsl"

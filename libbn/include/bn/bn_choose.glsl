@@ -20,21 +20,26 @@
 #ifndef BN_CHOOSE_GLSL
 #define BN_CHOOSE_GLSL
 
-#ifndef BN_CHOOSE_IN_C
+#ifndef BN_FUNCTION
 #ifdef GL_ES
 precision highp float;
 precision highp int;
 #endif
-#define BN_CHOOSE_UINT uint
-#define BN_CHOOSE_BOOL bool
-#define BN_CHOOSE_FALSE false
-#define BN_CHOOSE_FUNCTION
+#define BN_UINT uint
+#define BN_FUNCTION
+#endif
+
+#ifndef BN_CHOOSE_U
+#define BN_BOOL bool
+#define BN_FALSE false
+#define BN_TO_UINT(v) uint(v)
+#define BN_TO_FLOAT(v) float(v)
 #define BN_CHOOSE_U inout float u
 #define BN_CHOOSE_GET_U u
-#define BN_CHOOSE_TO_UINT(v) uint(v)
-#define BN_CHOOSE_TO_FLOAT(v) float(v)
 #define BN_CHOOSE_TABLE uint first,
+#ifdef BN_CDF
 #define BN_CHOOSE_LIMIT(i) BN_CDF(first + (i))
+#endif
 #endif
 
 #define BN_CHOOSE_STEPS 0x1000000u /* in [0, 1), each of 2^-24 */
@@ -42,31 +47,31 @@ precision highp int;
 #ifndef BN_CHOOSE_POSITIVE
 #define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)
 /* No comparison is true for NaN. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose_positive(float v) {
+BN_FUNCTION BN_BOOL bn_choose_positive(float v) {
     return v > 0.0f;
 }
 #endif
 
 /* The step that a number lies in, also right for NaN. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_step(float u) {
+BN_FUNCTION BN_UINT bn_choose_step(float u) {
     if (!BN_CHOOSE_POSITIVE(u)) return 0u;
-    return u < 1.0f ? BN_CHOOSE_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
+    return u < 1.0f ? BN_TO_UINT(u * 16777216.0f) : BN_CHOOSE_STEPS - 1u;
 }
 
 /* The number of steps below a limit: u < limit is true for these and no others. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_steps_below(float limit) {
+BN_FUNCTION BN_UINT bn_choose_steps_below(float limit) {
     if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float steps = (limit < 1.0f ? limit : 1.0f) * 16777216.0f;
-    BN_CHOOSE_UINT whole = BN_CHOOSE_TO_UINT(steps);
-    return BN_CHOOSE_TO_FLOAT(whole) < steps ? whole + 1u : whole;
+    BN_UINT whole = BN_TO_UINT(steps);
+    return BN_TO_FLOAT(whole) < steps ? whole + 1u : whole;
 }
 
 #ifndef BN_CHOOSE_STRETCH
 #define BN_CHOOSE_STRETCH(place, width) bn_choose_stretch(place, width)
 /* (place + 1/2) / width in steps, rounded down, for place < width <= 2^24: long division. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_stretch(BN_CHOOSE_UINT place, BN_CHOOSE_UINT width) {
-    BN_CHOOSE_UINT rest = 2u * place + 1u;
-    BN_CHOOSE_UINT quotient = rest / width;
+BN_FUNCTION BN_UINT bn_choose_stretch(BN_UINT place, BN_UINT width) {
+    BN_UINT rest = 2u * place + 1u;
+    BN_UINT quotient = rest / width;
     rest = (rest - quotient * width) << 8u;
     quotient = quotient << 8u | rest / width;
     rest = (rest - rest / width * width) << 8u;
@@ -76,69 +81,68 @@ BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_stretch(BN_CHOOSE_UINT place, BN_CHO
 }
 #endif
 
-#ifndef BN_CHOOSE_MULTIPLY_HIGH
-#define BN_CHOOSE_MULTIPLY_HIGH(a, b) bn_choose_multiply_high(a, b)
+#ifndef BN_MULTIPLY_HIGH
+#define BN_MULTIPLY_HIGH(a, b) bn_multiply_high(a, b)
 /* The upper half of the 64-bit product, from products of half-words. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_multiply_high(BN_CHOOSE_UINT a, BN_CHOOSE_UINT b) {
-    BN_CHOOSE_UINT low = (a & 0xffffu) * (b & 0xffffu);
-    BN_CHOOSE_UINT left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
-    BN_CHOOSE_UINT right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
+BN_FUNCTION BN_UINT bn_multiply_high(BN_UINT a, BN_UINT b) {
+    BN_UINT low = (a & 0xffffu) * (b & 0xffffu);
+    BN_UINT left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
+    BN_UINT right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
     return (a >> 16u) * (b >> 16u) + (left >> 16u) + (right >> 16u);
 }
 #endif
 
-BN_CHOOSE_FUNCTION float bn_choose_float(BN_CHOOSE_UINT place) {
-    return BN_CHOOSE_TO_FLOAT(place) * (1.0f / 16777216.0f);
+BN_FUNCTION float bn_choose_float(BN_UINT place) {
+    return BN_TO_FLOAT(place) * (1.0f / 16777216.0f);
 }
 
-BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose(float probability, BN_CHOOSE_U) {
-    BN_CHOOSE_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
-    BN_CHOOSE_UINT limit = bn_choose_steps_below(probability);
-    BN_CHOOSE_UINT low = place < limit ? 0u : limit;
-    BN_CHOOSE_UINT width = place < limit ? limit : BN_CHOOSE_STEPS - limit;
+BN_FUNCTION BN_BOOL bn_choose(float probability, BN_CHOOSE_U) {
+    BN_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
+    BN_UINT limit = bn_choose_steps_below(probability);
+    BN_UINT low = place < limit ? 0u : limit;
+    BN_UINT width = place < limit ? limit : BN_CHOOSE_STEPS - limit;
     BN_CHOOSE_GET_U = bn_choose_float(BN_CHOOSE_STRETCH(place - low, width));
     return place < limit;
 }
 
 /* The middle of the step times count: its whole part chooses, its fraction is left. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_u32(BN_CHOOSE_UINT count, BN_CHOOSE_U) {
-    BN_CHOOSE_UINT n = count > 0u ? count : 1u;
-    BN_CHOOSE_UINT middle = 2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u;
-    BN_CHOOSE_UINT low = middle * n;
+BN_FUNCTION BN_UINT bn_choose_u32(BN_UINT count, BN_CHOOSE_U) {
+    BN_UINT n = count > 0u ? count : 1u;
+    BN_UINT middle = 2u * bn_choose_step(BN_CHOOSE_GET_U) + 1u;
+    BN_UINT low = middle * n;
     BN_CHOOSE_GET_U = bn_choose_float(low >> 1u & (BN_CHOOSE_STEPS - 1u));
-    return BN_CHOOSE_MULTIPLY_HIGH(middle, n) << 7u | low >> 25u;
+    return BN_MULTIPLY_HIGH(middle, n) << 7u | low >> 25u;
 }
 
 /* Whether the place of a step, in the units of a table, lies below a limit. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_BOOL bn_choose_is_below(BN_CHOOSE_UINT place, float unit,
-                                                     float limit) {
-    if (!BN_CHOOSE_POSITIVE(limit)) return BN_CHOOSE_FALSE;
-    return BN_CHOOSE_TO_FLOAT(place) * unit < limit;
+BN_FUNCTION BN_BOOL bn_choose_is_below(BN_UINT place, float unit, float limit) {
+    if (!BN_CHOOSE_POSITIVE(limit)) return BN_FALSE;
+    return BN_TO_FLOAT(place) * unit < limit;
 }
 
 /* The number of steps below a limit. Quotients may be a few steps off, on GPUs; products are not. */
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_steps_of(float unit, float limit) {
-    BN_CHOOSE_UINT place = BN_CHOOSE_STEPS;
+BN_FUNCTION BN_UINT bn_choose_steps_of(float unit, float limit) {
+    BN_UINT place = BN_CHOOSE_STEPS;
     if (bn_choose_is_below(BN_CHOOSE_STEPS - 1u, unit, limit)) return place;
     if (!BN_CHOOSE_POSITIVE(limit)) return 0u;
     float quotient = limit / unit;
-    if (quotient < 16777216.0f) place = BN_CHOOSE_TO_UINT(quotient);
+    if (quotient < 16777216.0f) place = BN_TO_UINT(quotient);
     while (place > 0u && !bn_choose_is_below(place - 1u, unit, limit)) place -= 1u;
     while (bn_choose_is_below(place, unit, limit)) place += 1u;
     return place;
 }
 
-#if defined(BN_CHOOSE_IN_C) || defined(BN_CDF)
-BN_CHOOSE_FUNCTION BN_CHOOSE_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_CHOOSE_UINT count, BN_CHOOSE_U) {
-    BN_CHOOSE_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
-    BN_CHOOSE_UINT item = 0u, last = count > 0u ? count - 1u : 0u;
-    BN_CHOOSE_UINT end = last, low = 0u, high = BN_CHOOSE_STEPS;
+#ifdef BN_CHOOSE_LIMIT
+BN_FUNCTION BN_UINT bn_choose_cdf(BN_CHOOSE_TABLE BN_UINT count, BN_CHOOSE_U) {
+    BN_UINT place = bn_choose_step(BN_CHOOSE_GET_U);
+    BN_UINT item = 0u, last = count > 0u ? count - 1u : 0u;
+    BN_UINT end = last, low = 0u, high = BN_CHOOSE_STEPS;
     float sum = 1.0f;
     if (last > 0u) sum = BN_CHOOSE_LIMIT(last);
     if (!BN_CHOOSE_POSITIVE(sum) || sum < 1e-30f || sum > 1e30f) sum = 1.0f;
     float unit = sum * (1.0f / 16777216.0f);
     while (item < last) {
-        BN_CHOOSE_UINT middle = item + (last - item) / 2u;
+        BN_UINT middle = item + (last - item) / 2u;
         if (bn_choose_is_below(place, unit, BN_CHOOSE_LIMIT(middle))) {
             last = middle;
         } else {

@@ -32,17 +32,6 @@
 
 #ifdef __cplusplus
 extern "C" {
-#define BN_CHOOSE_TO_UINT(v) static_cast<uint32_t>(static_cast<int32_t>(v))
-#define BN_CHOOSE_TO_FLOAT(v) static_cast<float>(static_cast<int32_t>(v))
-#define BN_CHOOSE_TO_DOUBLE(v) static_cast<double>(static_cast<int32_t>(v))
-#define BN_CHOOSE_TO_UINT64(v) static_cast<unsigned long long>(v)
-#define BN_CHOOSE_LOW_WORD(v) static_cast<uint32_t>(v)
-#else
-#define BN_CHOOSE_TO_UINT(v) (uint32_t)(int32_t)(v)
-#define BN_CHOOSE_TO_FLOAT(v) (float)(int32_t)(v)
-#define BN_CHOOSE_TO_DOUBLE(v) (double)(int32_t)(v)
-#define BN_CHOOSE_TO_UINT64(v) (unsigned long long)(v)
-#define BN_CHOOSE_LOW_WORD(v) (uint32_t)(v)
 #endif
 
 /* True, 1, with the given probability, and exactly if *u < probability. The chance is therefore the
@@ -82,42 +71,20 @@ BN_DEVICE_INLINE int bn_choose_positive(float v) {
 /* The quotient in double. Its distance from the next integer is 2^-24 or more, unless it is one; so
  * rounding cannot reach another, even where -ffast-math multiplies by the reciprocal. */
 static inline uint32_t bn_choose_stretched(uint32_t place, uint32_t width) {
-    const double middle = 2.0 * BN_CHOOSE_TO_DOUBLE(place) + 1.0;
-    return BN_CHOOSE_TO_UINT(middle * 8388608.0 / BN_CHOOSE_TO_DOUBLE(width) + 1.0 / 67108864.0);
+    const double middle = 2.0 * BN_CAST(double, BN_CAST(int32_t, place)) + 1.0;
+    const double steps = BN_CAST(double, BN_CAST(int32_t, width));
+    return BN_TO_UINT(middle * 8388608.0 / steps + 1.0 / 67108864.0);
 }
 #define BN_CHOOSE_STRETCH(place, width) bn_choose_stretched(place, width)
 #endif
 
-#define BN_CHOOSE_IN_C
-#define BN_CHOOSE_UINT uint32_t
-#define BN_CHOOSE_BOOL int
-#define BN_CHOOSE_FALSE 0
-#define BN_CHOOSE_FUNCTION BN_DEVICE_INLINE
 #define BN_CHOOSE_U float *u
 #define BN_CHOOSE_GET_U (*u)
 /* The first parameter, with its comma, where shaders have the place of the table instead. */
 #define BN_CHOOSE_TABLE const float *cdf,
 #define BN_CHOOSE_LIMIT(i) cdf[i]
 #define BN_CHOOSE_POSITIVE(v) bn_choose_positive(v)
-#define BN_CHOOSE_MULTIPLY_HIGH(a, b) BN_CHOOSE_LOW_WORD(BN_CHOOSE_TO_UINT64(a) * (b) >> 32)
 #include <bn/bn_choose.glsl>
-#undef BN_CHOOSE_TO_UINT
-#undef BN_CHOOSE_TO_FLOAT
-#undef BN_CHOOSE_TO_DOUBLE
-#undef BN_CHOOSE_TO_UINT64
-#undef BN_CHOOSE_LOW_WORD
-#undef BN_CHOOSE_UINT
-#undef BN_CHOOSE_BOOL
-#undef BN_CHOOSE_FALSE
-#undef BN_CHOOSE_FUNCTION
-#undef BN_CHOOSE_U
-#undef BN_CHOOSE_GET_U
-#undef BN_CHOOSE_TABLE
-#undef BN_CHOOSE_LIMIT
-#undef BN_CHOOSE_POSITIVE
-#undef BN_CHOOSE_STRETCH
-#undef BN_CHOOSE_MULTIPLY_HIGH
-#undef BN_CHOOSE_STEPS
 
 #ifdef __cplusplus
 }

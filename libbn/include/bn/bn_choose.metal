@@ -9,18 +9,17 @@
 #ifndef BN_CHOOSE_METAL
 #define BN_CHOOSE_METAL
 
-#define BN_CHOOSE_UINT uint
-#define BN_CHOOSE_BOOL bool
-#define BN_CHOOSE_FALSE false
-#define BN_CHOOSE_FUNCTION static inline
+#define BN_UINT uint
+#define BN_FUNCTION static inline
+#define BN_BOOL bool
+#define BN_FALSE false
 #define BN_CHOOSE_U thread float &u
 #define BN_CHOOSE_GET_U u
-#define BN_CHOOSE_TO_UINT(v) uint(v)
-#define BN_CHOOSE_TO_FLOAT(v) float(v)
+#define BN_TO_UINT(v) uint(v)
+#define BN_TO_FLOAT(v) float(v)
 #define BN_CHOOSE_TABLE const device float *cdf,
 #define BN_CHOOSE_LIMIT(i) cdf[i]
-#define BN_CHOOSE_MULTIPLY_HIGH(a, b) metal::mulhi(a, b)
-#define BN_CHOOSE_IN_C
+#define BN_MULTIPLY_HIGH(a, b) metal::mulhi(a, b)
 #include "bn_choose.glsl"
 
 #endif

@@ -45,7 +45,7 @@ fn bn_choose_stretch(place: u32, width: u32) -> u32 {
 }
 
 /* The upper half of the 64-bit product, from products of half-words. */
-fn bn_choose_multiply_high(a: u32, b: u32) -> u32 {
+fn bn_multiply_high(a: u32, b: u32) -> u32 {
     let low = (a & 0xffffu) * (b & 0xffffu);
     let left = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
     let right = (a & 0xffffu) * (b >> 16u) + (left & 0xffffu);
@@ -71,7 +71,7 @@ fn bn_choose_u32(count: u32, u: ptr<function, f32>) -> u32 {
     let middle = 2u * bn_choose_step(*u) + 1u;
     let low = middle * n;
     *u = bn_choose_float((low >> 1u) & (BN_CHOOSE_STEPS - 1u));
-    return (bn_choose_multiply_high(middle, n) << 7u) | (low >> 25u);
+    return (bn_multiply_high(middle, n) << 7u) | (low >> 25u);
 }
 
 /* Whether the place of a step, in the units of a table, lies below a limit. */

@@ -32,17 +32,20 @@
 #define BN_ANY(v) ((v) != 0u)
 #endif
 
-#ifndef BN_UINT
+#ifndef BN_FUNCTION
 #ifdef GL_ES
 precision highp float;
 precision highp int;
 #endif
 #define BN_UINT uint
+#define BN_FUNCTION
+#endif
+
+#ifndef BN_TABLE
 #define BN_FLOAT2 vec2
 #define BN_FLOAT4 vec4
 #define bn_uint2 uvec2
 #define bn_uint4 uvec4
-#define BN_FUNCTION
 #define BN_TABLE
 #define BN_PASS_TABLE
 #define bn_draw_domain_child bn_domain_child
@@ -408,7 +411,7 @@ BN_FUNCTION bn_uint2 bn_draw_white_pair_bits(bn_uint2 seed, BN_UINT x, BN_UINT y
 
 /* ---- The draws of shaders */
 
-#ifndef BN_DRAW_IN_C
+#ifdef BN_FLOAT4
 BN_FUNCTION BN_FLOAT4 bn_draw_floats(bn_uint4 v) {
     float scale = 1.0f / 16777216.0f;
     return BN_FLOAT4(float(v.x >> 8u), float(v.y >> 8u), float(v.z >> 8u), float(v.w >> 8u)) *

@@ -78,33 +78,12 @@ typedef struct bn_uint4 bn_uint4;
 typedef struct bn_uint2 bn_uint2;
 typedef struct bn_blue_pixel bn_blue_pixel;
 
-#define BN_DRAW_IN_C
-#define BN_UINT uint32_t
-#define BN_FUNCTION BN_DEVICE_INLINE
-/* The first parameter and argument of every draw, each with its comma: in shaders, which reach the
- * table through BN_WORD alone, both are empty. */
-#define BN_TABLE const uint32_t *bn_words,
-#define BN_PASS_TABLE bn_words,
-#define BN_WORD(i) bn_words[i]
-#if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
-#define BN_REVERSE_BITS(v) __brev(v)
-#endif
 #ifndef BN_DEVICE_TOO
 /* A load in place of a product and a sum, which the other arithmetic leaves no room for. */
 static const uint32_t bn_key_factors[4] = {0xd35a2d97u, 0xdf31c26du, 0xeb095743u, 0xf6e0ec19u};
 #define BN_KEY_FACTOR(member) bn_key_factors[member]
 #endif
 #include <bn/bn_draw.glsl>
-#undef BN_UINT
-#undef BN_FUNCTION
-#undef BN_TABLE
-#undef BN_PASS_TABLE
-#undef BN_WORD
-#undef BN_REVERSE_BITS
-#undef BN_KEY_FACTOR
-#undef BN_ANY
-#undef BN_ROW
-#undef BN_HALF_ROW
 
 BN_DEVICE_INLINE float bn_draw_float(uint32_t bits) {
     /* 2^-24 in decimal, as C++11 has no hexadecimal floats. 24 bits fit a signed integer. */

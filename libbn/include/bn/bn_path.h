@@ -72,18 +72,8 @@ extern "C" {
 typedef struct bn_path bn_path;
 
 #define BN_PATH_IN_C
-#define BN_UINT uint32_t
-#define BN_FUNCTION BN_DEVICE_INLINE
-/* The first parameter and argument of every draw, each with its comma: in shaders, which reach the
- * table through BN_WORD alone, both are empty. */
-#define BN_TABLE const uint32_t *bn_words,
-#define BN_PASS_TABLE bn_words,
 #include <bn/bn_path.glsl>
 #undef BN_PATH_IN_C
-#undef BN_UINT
-#undef BN_FUNCTION
-#undef BN_TABLE
-#undef BN_PASS_TABLE
 
 /* ---- Paths */
 

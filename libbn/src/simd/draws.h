@@ -3,6 +3,7 @@
  * share, compiled with vectors for numbers. */
 #include "simd/simd.h"
 #include "simd/vec_draws.h"
+#include <bn/bn_device.h>
 #include <string.h>
 
 typedef struct bn_uint4 bn_uint4;
@@ -17,13 +18,17 @@ BN_INLINE uint32_t word_at(const uint32_t *words, uint32_t at) {
 BN_INLINE bn_uint4 row_at(const uint32_t *words, bn_u32v at);
 BN_INLINE bn_uint2 half_row_at(const uint32_t *words, bn_u32v at);
 
-#define BN_DRAW_IN_C
+/* Vectors in the place of numbers, which bn_device.h has. */
+#undef BN_UINT
+#undef BN_FUNCTION
+#undef BN_WORD
+#undef BN_ROW
+#undef BN_HALF_ROW
+#undef BN_ANY
+#undef BN_REVERSE_BITS
+#undef BN_KEY_FACTOR
 #define BN_UINT bn_u32v
 #define BN_FUNCTION BN_INLINE
-/* The first parameter and argument of every draw, each with its comma: in shaders, which reach the
- * table through BN_WORD alone, both are empty. */
-#define BN_TABLE const uint32_t *bn_words,
-#define BN_PASS_TABLE bn_words,
 #define BN_WORD(i) _Generic((i), uint32_t : word_at, bn_u32v : u32_gather)(bn_words, i)
 #define BN_ROW(i) row_at(bn_words, i)
 #define BN_HALF_ROW(i) half_row_at(bn_words, i)
