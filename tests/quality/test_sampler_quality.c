@@ -37,7 +37,7 @@
 enum { PLANES = 24, RADIUS = 8, DOMAINS = 4, MEMBERS = 4 };
 enum { INNER = 64, SIZE = INNER + 2 * RADIUS, PIXELS = SIZE * SIZE };
 
-static const uint32_t counts[] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 128, 256};
+static const uint32_t counts[] = {1, 2, 3, 4, 8, 16, 32, 64, 100, 256};
 enum { COUNTS = sizeof counts / sizeof *counts, MOST = 256 };
 
 typedef enum figure {

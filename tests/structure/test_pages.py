@@ -47,11 +47,6 @@ def test_a_search_shows_guides_and_interfaces_before_reports():
     assert boosts[0] > boosts[2] > 10 * boosts[3] and boosts[1] > boosts[2] and boosts[3] == boosts[4] > boosts[5]
 
 
-def test_every_header_is_in_the_navigation():
-    config = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
-    assert [path.name for path in INCLUDE.iterdir() if f"libbn/include/bn/{path.name}.md" not in config] == []
-
-
 def test_the_python_page_has_every_name_and_says_what_it_is():
     """On a code host, the directives for docstrings are bare lines."""
     tree = ast.parse((ROOT / "bindings/bluenoise/__init__.py").read_text(encoding="utf-8"))

@@ -72,10 +72,3 @@ def test_wrong_options_of_a_part_are_refused_before_set_up(tmp_path):
         done = run(program, "bench", part, "--nope")
         assert done.returncode == 2 and done.stderr.rstrip().endswith("error: unrecognized arguments: --nope")
         assert "Traceback" not in done.stderr and not (program / "build").exists()
-
-
-def test_a_file_in_place_of_the_environment_is_named(tmp_path):
-    program = clone(tmp_path / "clone")
-    (program / ".venv").write_text("mine")
-    done = run(program, "real_setup", "--no-packages")
-    assert done.returncode != 0 and ".venv is a file" in done.stderr + done.stdout and (program / ".venv").read_text() == "mine"

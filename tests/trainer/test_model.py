@@ -108,30 +108,6 @@ def test_the_eight_symmetries(channels):
         assert same(model.torus(change(noise)), change(values))
 
 
-def test_dark_and_bright_are_alike():
-    model = network(1)
-    noise = rand(1, 1, 20, 30)
-    assert same(model.torus(1 - noise), 1 - model.torus(noise))
-
-
-def test_the_channels_start_from_other_bits():
-    first, second = Relaxation([4], 2).begin(rand(1, 1, 256, 256))[0]
-    noise = rand(1, 1, 256, 256)[0, 0]
-    assert same(first, 8 * (noise - 0.5)) and same(second, 8 * (noise * 4096 % 1 - 0.5))
-    assert abs(float(torch.corrcoef(torch.stack([first.flatten(), second.flatten()]))[0, 1])) < 0.02
-    assert float(second.min()) >= -4 and float(second.max()) < 4
-
-
-@CHANNELS
-def test_a_window_does_not_depend_on_what_is_beyond_the_radius(channels):
-    model = network(channels)
-    r = model.receptive_radius
-    noise = rand(1, 1, 60, 50)
-    whole = model(noise)
-    part = model(noise[:, :, 10 : 10 + 20 + 2 * r, 5 : 5 + 16 + 2 * r])
-    assert same(part, whole[:, :, 10:30, 5:21])
-
-
 @pytest.mark.parametrize("margin", [0, 3, 5, 6, 18])
 def test_margins_may_be_wider_than_the_torus(margin):
     values = rand(2, 2, 5, 7)

@@ -67,17 +67,6 @@ def test_histogram_loss_by_hand():
     assert torch.allclose(masks.grad[0], torch.tensor([[0.5 - 1 / 3, 1 / 3 - 0.2], [-0.1, 0]]) * 2 / 4, atol=1e-6)
 
 
-def test_histogram_loss_is_that_of_sorting():
-    values = torch.from_numpy(np.random.default_rng(2).normal(size=(3, 8, 8)).astype(np.float32))
-    gradients = []
-    for loss in (lambda m: paper.histogram_loss(m, "sum"),
-                 lambda m: (m.flatten(1).sort(1).values - torch.linspace(-1, 1, 64)).square().sum(1).mean()):
-        masks = values.clone().requires_grad_()
-        loss(masks).backward()
-        gradients.append(masks.grad)
-    assert torch.allclose(*gradients, atol=1e-5)
-
-
 def test_paper_loss_weighs_the_three():
     masks = paper.white_noise(8, 1, range(2))
     total, terms = paper.paper_loss(masks, TINY, paper.low_frequency_weights(8))
@@ -98,12 +87,6 @@ def test_every_epoch_takes_every_input_once():
         first = epoch * TINY.iterations_per_epoch
         taken = np.concatenate([paper.batch_indices(TINY, first + i) for i in range(TINY.iterations_per_epoch)])
         assert sorted(taken) == list(range(TINY.inputs))
-
-
-def test_the_network_is_the_papers():
-    sizes = [(layer.in_features, layer.out_features) for layer in paper.Perceptron(16).layers]
-    assert sizes == [(256, 100), (100, 100), (100, 256)]
-    assert paper.Perceptron(16)(torch.zeros(3, 16, 16)).shape == (3, 16, 16)
 
 
 def test_training_lowers_the_loss(tmp_path):
@@ -149,13 +132,12 @@ def test_configs(tmp_path, request):
     with pytest.raises(TrainerError, match="learning_rate"):
         paper.read_config(bad)
     with pytest.raises(TrainerError, match="histogram"):
-        paper.PaperConfig(histogram="max")
+        paper.PaperConfig(histogram="max").check()
 
 
-@pytest.mark.parametrize("rule", ["adam", "descent"])
-def test_wronski_lowers_the_dithering_error(rule):
+def test_wronski_lowers_the_dithering_error():
     losses = []
-    masks = wronski.optimise(32, [0, 1, 2], 200, rule, progress=lambda _, loss, terms: losses.append(loss))
+    masks = wronski.optimise(32, [0, 1, 2], 200, progress=losses.append)
     assert losses[-1] < 0.2 * losses[0]
     assert masks.shape == (3, 32, 32)
     for mask in masks:  # white noise: 0.115, with a deviation of 0.004 at this size
@@ -164,10 +146,8 @@ def test_wronski_lowers_the_dithering_error(rule):
 
 
 def test_wronski_masks_do_not_depend_on_each_other():
-    together = wronski.optimise(16, [4, 5], 10, "descent")
-    assert np.allclose(together[1], wronski.optimise(16, [5], 10, "descent")[0], atol=1e-4)
-    with pytest.raises(TrainerError, match="rule"):
-        wronski.optimise(16, [1], 10, "newton")
+    together = wronski.optimise(16, [4, 5], 10)
+    assert np.allclose(together[1], wronski.optimise(16, [5], 10)[0], atol=1e-4)
 
 
 def test_threshold_error_is_the_librarys():
@@ -175,27 +155,6 @@ def test_threshold_error_is_the_librarys():
     values = table.ranks_of(ranks[None].astype(np.float32))[0]
     for sigma, key in ((1, "e_1"), (1.5, "e_1.5")):
         assert table.threshold_error(values, sigma) == pytest.approx(bluenoise.measure(ranks)[key], rel=1e-3)
-
-
-def test_ranks_of_breaks_ties_by_position():
-    values = np.array([[[0.5, 0.1], [0.5, 0.2]]], np.float32)
-    assert table.ranks_of(values).tolist() == [[[0.625, 0.125], [0.875, 0.375]]]
-
-
-def test_likeness():
-    noise = np.random.default_rng(1).random((4, 32, 32)).astype(np.float32)
-    assert table.likeness(noise) < 0.1  # the mean of six of 0.025 each
-    assert table.likeness(np.stack([noise[0], 1 - noise[0], noise[0]])) == pytest.approx(1)
-
-
-def test_error_diffusion_keeps_the_mean_and_beats_a_mask():
-    ramp = pictures.synthetic_pictures()["ramp"]
-    diffused = pictures.floyd_steinberg(ramp)
-    assert set(np.unique(diffused)) == {0, 1}
-    assert diffused.mean() == pytest.approx(ramp.mean(), abs=2e-3)
-    mask = table.ranks_of(bluenoise.mask((64, 64))[None].astype(np.float32))
-    error = pictures.blurred_errors(diffused[None], ramp, [1.0])
-    assert error[0, 0] < pictures.dithering_errors(mask, ramp, [1.0])[0, 0]
 
 
 def test_dithering_error_of_a_grey_picture_by_hand():

@@ -133,15 +133,6 @@ def test_the_line_moves_by_keys_and_pointer(small):
     assert abs(handle + 1 - stage - 0.75 * box[2]) < 1
 
 
-def test_blurring_smooths(small):
-    spread = ("(sigma => { element('distance').value = sigma; frame(); const w = 24, p = new Uint8Array(4 * w * w);"
-              " tracer.gl.readPixels(0, 30, w, w, tracer.gl.RGBA, tracer.gl.UNSIGNED_BYTE, p); return Array.from(p); })")
-    pictures = (np.array(small.value(f"{spread}({sigma})")).reshape(24, 24, 4)[..., :3] for sigma in (0, 1, 3))
-    # By rows and by columns; each pixel is as large as the screen's.
-    sharp, near, far = (np.array([np.diff(picture, axis=axis).std() for axis in (0, 1)]) for picture in pictures)
-    assert small.value("enlarged") == 1 and np.all(sharp > 3 * near) and np.all(near > 2 * far), (sharp, near, far)
-
-
 def test_a_paused_page_shows_a_picture(small):
     small.value("limitTo(16)")
     small.value("(element('restart').click(), frame(), element('pause').click())")
@@ -242,29 +233,6 @@ def test_a_moving_average_is_the_mean_of_few_frames_and_then_forgets(small):
     reference = np.clip(frames_of(small, "sum", 64, "blue") / 64, 0, 1)
     errors = [gaussian_filter(picture - reference, (1, 1, 0)).std() for picture in (white, blue)]
     assert errors[1] < 0.9 * errors[0] and errors[0] < 0.05, errors
-
-
-def test_history_follows_a_moving_camera(small):
-    """After 60 frames the picture is that of the place where the camera is, with far less noise than one frame has."""
-    moved = frames_of(small, "camera", 60, "blue")
-    small.value("(window.way = cameraAt, cameraAt = mode => way('camera', 59), 0)")
-    alone, reference = (frames_of(small, "sum", count, "blue") / count for count in (1, 64))
-    small.value("(cameraAt = way, 0)")
-    # The median, as edges and what the mirror shows lag.
-    moved, alone = (np.median(np.abs(gaussian_filter(np.clip(picture, 0, 1) - np.clip(reference, 0, 1), (1, 1, 0))))
-                    for picture in (moved, alone))
-    assert moved < 0.3 * alone, (moved, alone)
-
-
-def test_modes_are_chosen_on_the_page(small):
-    small.value("document.querySelector('#mode input[value=camera]').click()")
-    small.wait("tracer.mode === 'camera' && tracer.count > 3 && element('status').textContent.includes(', frame ')")
-    assert small.value("getComputedStyle(element('stepping')).display") == "none"
-    small.value("element('pause').click()")
-    small.wait("(frame(), element('pause').textContent) === 'Resume'")
-    small.value("document.querySelector('#mode input[value=sum]').click()")
-    small.wait("(limitTo(1), frame(), tracer.count) === 1 && tracer.mode === 'sum'")
-    assert small.value("getComputedStyle(element('stepping')).display") != "none"
 
 
 def test_the_page_survives_the_loss_of_its_device(small):

@@ -46,20 +46,3 @@ def test_the_site_opens_with_the_live_page_beside_the_text(browser, site, width,
     else:
         assert overlap[1] >= live[3] and live[2] - live[0] > 0.85 * width
     assert browser.happened("Runtime.exceptionThrown") == []
-
-
-def test_a_search_finds_guides_and_interfaces_before_reports(browser, site):
-    browser.open((site / "index.html").as_uri(), 1280, 844)
-    query = "document.querySelector('input[name=query]')"
-    found = "[...document.querySelectorAll('.md-search-result__item')].map(e => e.querySelector('a').getAttribute('href').split(/[?#]/)[0])"
-    browser.value(f"{query}.focus()")
-    for word in ("sampler", "mask"):
-        browser.value(f"{query}.value = '{word}', {query}.dispatchEvent(new Event('keyup')), {query}.dispatchEvent(new Event('input'))")
-        mark = "document.querySelector('.md-search-result mark').textContent.toLowerCase()"
-        browser.wait(f"{found}.length > 8 && {mark}.startsWith('{word}')")
-        addresses = browser.value(found)
-        sections = ["report" if "/docs/report/" in address else "guide" for address in addresses]
-        assert sections[:5] == ["guide"] * 5, addresses
-        assert "report" in sections  # still found
-        if word == "sampler":
-            assert addresses[0].endswith("docs/blue.html") and any(address.endswith("bn.h.html") for address in addresses[:5])

@@ -6,8 +6,9 @@ from __future__ import annotations
 import dataclasses
 import math
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 
 class TrainerError(Exception):
@@ -78,8 +79,8 @@ def need(condition: bool, message: str, value: object) -> None:
 
 
 def _fits(kind: str, value: Any) -> bool:
-    if kind == "bool":
-        return isinstance(value, bool)
+    if kind in ("bool", "str"):
+        return type(value).__name__ == kind
     if kind == "int":
         return isinstance(value, int) and not isinstance(value, bool)
     if kind == "float":
@@ -87,7 +88,7 @@ def _fits(kind: str, value: Any) -> bool:
     return isinstance(value, list) and all(_fits(kind[5:-1], item) for item in value)
 
 
-def _table(kind: type, name: str, given: Any) -> Any:
+def read_table(kind: type, name: str, given: Any) -> Any:
     need(isinstance(given, dict), f"{name} must be a table", given)
     fields = {field.name: field for field in dataclasses.fields(kind)}
     for key, value in given.items():
@@ -106,7 +107,7 @@ def from_dict(given: dict[str, Any]) -> Config:
     need(isinstance(given, dict), "a configuration must be a table", given)
     for key in given:
         need(key in kinds, f"the tables of a configuration are {', '.join(kinds)}", key)
-    config = Config(**{name: _table(kind, name, given.get(name, {})) for name, kind in kinds.items()})
+    config = Config(**{name: read_table(kind, name, given.get(name, {})) for name, kind in kinds.items()})
     need(config.loss.energy == 0 or config.model.channels == 2, "loss.energy needs model.channels = 2", config.loss.energy)
     return config
 
@@ -115,7 +116,11 @@ def to_dict(config: Config) -> dict[str, Any]:
     return dataclasses.asdict(config)
 
 
-def load(path: Path) -> Config:
+Kind = TypeVar("Kind")
+
+
+def load(path: Path, read: Callable[[dict[str, Any]], Kind]) -> Kind:
+    """What `read` makes of a TOML file."""
     try:
         with open(path, "rb") as file:
             given = tomllib.load(file)
@@ -124,6 +129,6 @@ def load(path: Path) -> Config:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise TrainerError(f"{path} is not valid TOML: {error}") from None
     try:
-        return from_dict(given)
+        return read(given)
     except TrainerError as error:
         raise TrainerError(f"{path}: {error}") from None

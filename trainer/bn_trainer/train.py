@@ -167,7 +167,7 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
     if folder is None:
         assert config_path is not None
         folder = default_folder(config_path)
-    config = configs.load(config_path) if config_path is not None else None
+    config = configs.load(config_path, configs.from_dict) if config_path is not None else None
     if threads:
         torch.set_num_threads(threads)
     where = torch.device(device)

@@ -25,7 +25,6 @@ import argparse
 import dataclasses
 import json
 import time
-import tomllib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Optional
@@ -34,9 +33,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ..config import TrainerError
+from ..config import TrainerError, load, read_table
 from ..files import write_atomically
-from ..train import default_folder
+from ..train import default_folder, trim_log
 
 CHECKPOINT_SECONDS = 30.0
 PROGRESS_SECONDS = 10.0
@@ -59,7 +58,7 @@ class PaperConfig:
     inputs: int = 32000
     seed: int = 0
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         if self.histogram not in ("mean", "sum"):
             raise TrainerError(f'histogram must be "mean" or "sum", not {self.histogram!r}')
         if self.size < 2 or self.batch < 1 or self.inputs < self.batch or self.epochs < 1:
@@ -76,23 +75,7 @@ class PaperConfig:
 
 def read_config(path: Path) -> PaperConfig:
     """A PaperConfig from a TOML file. Raises TrainerError for unknown or wrong settings."""
-    try:
-        with open(path, "rb") as file:
-            values = tomllib.load(file)
-    except OSError as error:
-        raise TrainerError(f"cannot read the configuration {path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise TrainerError(f"{path} is not valid TOML: {error}") from None
-    known = {field.name: type(field.default) for field in dataclasses.fields(PaperConfig)}
-    for name, value in values.items():
-        if name not in known:
-            raise TrainerError(f"{path}: unknown setting {name}")
-        if type(value) is not known[name] and not (known[name] is float and type(value) is int):
-            raise TrainerError(f"{path}: {name} must be of type {known[name].__name__}, not {value!r}")
-    try:
-        return PaperConfig(**values)
-    except TrainerError as error:
-        raise TrainerError(f"{path}: {error}") from None
+    return load(path, lambda given: read_table(PaperConfig, "a configuration", given))
 
 
 class Perceptron(torch.nn.Module):
@@ -258,7 +241,9 @@ def train(config: PaperConfig, folder: Path, iterations: Optional[int] = None, r
         run = PaperTraining(config)
     settings = json.dumps(dataclasses.asdict(config), indent=1) + "\n"
     write_atomically(folder / "config.json", lambda beside: beside.write_text(settings, encoding="utf-8"))
-    keep_log_until(log, run.iteration)
+    if run.iteration == 0:
+        write_atomically(log, lambda beside: beside.write_text("iteration,loss,uniform,histogram,blue\n"))
+    trim_log(log, run.iteration)
     end = config.iterations if iterations is None else min(iterations, config.iterations)
     first, started, saved, told = run.iteration, time.monotonic(), time.monotonic(), 0.0
     while run.iteration < end:
@@ -275,14 +260,6 @@ def train(config: PaperConfig, folder: Path, iterations: Optional[int] = None, r
             saved = now
             run.save(checkpoint)
     return run
-
-
-def keep_log_until(log: Path, iteration: int) -> None:
-    """Drops log rows that a killed run wrote after its last checkpoint; starts a new log with its header."""
-    rows = log.read_text(encoding="utf-8").splitlines()[1:] if log.exists() else []
-    rows = [row for row in rows if int(row.split(",")[0]) <= iteration]
-    text = "\n".join(["iteration,loss,uniform,histogram,blue", *rows]) + "\n"
-    write_atomically(log, lambda beside: beside.write_text(text, encoding="utf-8"))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

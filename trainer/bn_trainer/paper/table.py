@@ -188,7 +188,7 @@ def descent_figures(size: int, iterations: Sequence[int], count: int = 2) -> lis
     rows = []
     for steps in iterations:
         losses = []
-        masks = wronski.optimise(size, range(count), steps, progress=lambda _, loss, terms: losses.append(loss))
+        masks = wronski.optimise(size, range(count), steps, progress=losses.append)
         rows.append((steps, losses[-1], np.mean([bluenoise.measure(mask)["e_1"] for mask in masks])))
     return rows
 
