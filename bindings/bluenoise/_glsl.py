@@ -85,5 +85,5 @@ def _assigned(statement: str) -> str:
 
 def _expression(text: str) -> str:
     text = text.replace("BN_HALF_ROW(", "bn_draw_half_row(tables, ").replace("BN_ROW(", "bn_draw_row(tables, ")
-    text = text.replace("BN_WORD(", "tables.word(")
+    text = text.replace("BN_WORD(", "tables.word(").replace("BN_KEY_FACTOR(", "bn_draw_key_factor(").replace(" / ", " // ")
     return re.sub(r"\b(0x[0-9a-f]+|\d+)u\b", r"uint(\1)", text)
