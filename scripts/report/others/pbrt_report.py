@@ -99,7 +99,7 @@ class Report(OtherReport):
     def headline_rows(self, gains=None):
         """What `scripts/bench summary` reads: over the first scenes, in the form of gains.write_rows()."""
         gains = gains or next(iter(self.sets.values()))
-        found = [(gains.gain("blue", spp, measure, than), measure, spp, "blue", "best of pbrt" if than == BEST_PEER else than)
+        found = [(gains.gain("blue", spp, measure, than), measure.removesuffix("_0.0"), spp, "blue", "best of pbrt" if than == BEST_PEER else than)
                  for measure in MEASURES for spp in self.counts for than in (*self.own, BEST_PEER)]
         return [row_of(*row) for row in found if row[0]]
 

@@ -14,8 +14,8 @@ from ..measure.gains import BEST_PEER, read_rows
 
 COMMAND = "scripts/bench summary"
 COUNTS = (1, 3, 4, 6, 16, 64)
-MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "sigma 1.0", "displayed": "single pixels",
-            "rmse_2.1": "raw, sigma 2.1", "rmse_1.0": "sigma 1.0", "rmse": "single pixels"}
+MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "as displayed, sigma 1.0", "displayed": "as displayed, single pixels",
+            "rmse_2.1": "raw, sigma 2.1", "rmse_1.0": "raw, sigma 1.0", "rmse": "raw, single pixels"}
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
     ("our path tracer", "renders_headline.csv", "scripts/bench renders", {
