@@ -10,7 +10,7 @@ from report.samplers import paths
 
 bluenoise = pytest.importorskip("bluenoise")
 PROGRAM = paths.ROOT / "build/tests/bench/bench_splits"
-GUIDE = (Path(__file__).resolve().parents[2] / "docs" / "paths.md").read_text(encoding="utf-8")
+REPORT = (Path(__file__).resolve().parents[2] / "docs" / "report" / "paths.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", paths.EXPERIMENTS)
@@ -30,16 +30,16 @@ def test_all_ways_estimate_one_integral(name):
 
 @pytest.fixture(scope="module")
 def tables():
-    """{experiment: {way: [error at each count]}} of the guide."""
+    """{experiment: {way: [error at each count]}} of the report."""
     found = {}
     for name in paths.EXPERIMENTS:
-        text = GUIDE.split(f"<!-- table: {paths.COMMAND}: {name} -->\n")[1].split("<!-- end")[0]
+        text = REPORT.split(f"<!-- table: {paths.COMMAND}: {name} -->\n")[1].split("<!-- end")[0]
         rows = re.findall(r"^\| (.*?) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", text, re.M)
         found[name] = {way: [float(number) for number in numbers] for way, *numbers in rows}
     return found
 
 
-def test_the_guide_has_all_tables(tables):
+def test_the_report_has_all_tables(tables):
     for name, experiment in paths.EXPERIMENTS.items():
         assert list(tables[name]) == list(experiment(np.random.default_rng(0))), name
 

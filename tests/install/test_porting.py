@@ -258,30 +258,3 @@ int main() {
 
 def test_wavefront(build):
     assert run(build(wavefront_dot_hpp=listing("wavefront.hpp"), main_dot_cpp=WAVEFRONT)) == "0\n"
-
-
-LIGHTS = """
-#include <stdio.h>
-#include "lights.h"
-int main(void) {
-    const float cdf[] = {0.125f, 0.125f, 0.25f, 0.5f, 0.625f, 0.75f, 1.0f};
-    const float below[] = {0, 0.125f, 0.125f, 0.25f, 0.5f, 0.625f, 0.75f};
-    const uint32_t triangles[] = {1, 5, 2, 3, 4, 12, 100};
-    int wrong = 0;
-    for (int i = 0; i < 1 << 24; i += 7) {
-        uint32_t triangle;
-        const float before = (float)i / (1 << 24);
-        float u[2] = {before, 0.5f};
-        const uint32_t k = pick(cdf, triangles, 7, u, &triangle);
-        const float back = ((float)triangle + u[0]) / (float)triangles[k] * (cdf[k] - below[k]) + below[k];
-        wrong += !(u[0] >= 0 && u[0] < 1) || u[1] != 0.5f || k == 1 || triangle >= triangles[k];
-        wrong += back < before - 1e-6f || back > before + 1e-6f;
-    }
-    printf("%d\\n", wrong);
-    return 0;
-}
-"""
-
-
-def test_choice_of_a_light(build):
-    assert run(build(lights_dot_h=listing("lights.h"), main_dot_c=LIGHTS)) == "0\n"

@@ -4,7 +4,7 @@
 The camera pans, orbits and then stands still. What was accumulated is reprojected with the motion of the first surface, where that
 was in view, and clamped to what its neighbours show now, or not. Errors are those of pictures as displayed, after a blur of 1.0
 pixels, against references; flicker is the deviation over time while the camera stands still. With the package pyoidn, each frame
-is also denoised. It writes tables in docs/realtime.md and the picture docs/realtime.webp.
+is also denoised. It writes tables in docs/report/realtime.md and the picture docs/realtime.webp.
 """
 
 import argparse
@@ -275,7 +275,7 @@ def run(arguments):
     parser.add_argument("--fast", type=Path, metavar="FOLDER", help="as for scripts/bench realtime")
     parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="runs at a time (default 2)")
     parser.add_argument("--picture", type=Path, default=Path("docs/realtime.webp"), help=argparse.SUPPRESS)
-    add_options(parser, "docs/realtime.md")
+    add_options(parser, "docs/report/realtime.md")
     options = parser.parse_args(arguments)
     try:
         denoise, _ = denoiser.load()

@@ -3,7 +3,7 @@
 
 In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product
 of half-planes in four numbers. Single numbers are drawn as such (bn_ray_1d()). Slices of others' space-time masks are read from
-files, if you have some. It writes tables in docs/realtime.md, and all figures to docs/report/realtime.md and realtime.png.
+files, if you have some. It writes tables in docs/report/realtime.md, and realtime.png.
 """
 
 import argparse
@@ -17,7 +17,6 @@ from scipy import fft, ndimage
 import bluenoise
 
 from ..base.command import add_out, positive
-from ..base.files import write_text
 from ..base.palette import style
 from ..base.plots import plt, save
 from ..base.tables import add_options, md_table, write_or_print
@@ -214,18 +213,13 @@ def parts_table(result):
         [[part, given, *(f"{own[i, names.index(name)]:.2f}" for i, name in places)] for (part, given), own in result.items()])
 
 
-def page(result, ways, command):
-    text = ["# One sample a frame: all figures", "", "Errors (RMSE) over those of white noise, lower is better: of single frames, of the "
-            f"mean of the first {MEANS[0]} and {MEANS[1]}, and of moving averages that have settled, with the weight of the newest frame; "
-            "after Gaussian blurs of sigma pixels and box filters. In every pixel the integrand is the same. What the rows are: "
-            f"[realtime.md](../realtime.md). Printed by `{command}`.", ""]
+def all_figures(result, ways):
+    text = []
     for kind, (dimensions, _) in INTEGRANDS.items():
-        text += [f"## {kind.capitalize()}: {dimensions} number{'s' * (dimensions > 1)}", ""]
         rows = [[way, outcome, *(f"{value:.2f}" for value in over_white(result, kind, way)[i])]
                 for i, outcome in enumerate(OUTCOMES) for way in ways if way != "white"]
-        text += [md_table(["draws", "of", *FILTERS], rows), ""]
-    text += ["## Every frame", "", "![Error of each frame after sigma 1.0, against its number](realtime.png)", ""]
-    return "\n".join(text)
+        text += [f"### {kind.capitalize()}: {dimensions} number{'s' * (dimensions > 1)}", md_table(["draws", "of", *FILTERS], rows)]
+    return "\n\n".join(text)
 
 
 def draw_plot(result, ways, path):
@@ -253,17 +247,16 @@ def run(arguments):
                         help="PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...")
     parser.add_argument("--slices", type=Path, metavar="FOLDER", help="any other stack of numbered PNG files")
     add_out(parser)
-    add_options(parser, "docs/realtime.md")
+    add_options(parser, "docs/report/realtime.md")
     options = parser.parse_args(arguments)
-    ways, command = dict(WAYS), COMMAND
+    ways = dict(WAYS)
     for name, read in (("stbn", functools.partial(read_pack, "STBN")), ("fast", functools.partial(read_pack, "FAST")),
                        ("slices", read_stack)):
         if folder := getattr(options, name):
             ways[name.upper() if name != "slices" else "slices"] = read(folder)
-            command += f" --{name} FOLDER"
     result = measure(ways, options.seeds, options.integrands)
     if not options.print:
         draw_plot(result, ways, options.out / "realtime.png")
-        write_text(options.out / "realtime.md", page(result, ways, command))
     write_or_print(options, COMMAND, tables(result, ways))
+    write_or_print(options, f"{COMMAND}: all figures", all_figures(result, ways))
     write_or_print(options, f"{COMMAND}: parts of the screen", parts_table(measure_parts(options.seeds, options.integrands)))

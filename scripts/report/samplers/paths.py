@@ -2,7 +2,7 @@
 """Ways to draw the harder decisions of a path: `scripts/bench paths` measures what docs/paths.md advises
 
 It draws with the Python package. Every experiment is a small integrand, the same in all pixels, with several ways to draw its
-numbers; splitting is also measured on the path tracer's scene `penumbra`. The tables go to docs/paths.md.
+numbers; splitting is also measured on the path tracer's scene `penumbra`. The tables go to docs/report/paths.md.
 """
 
 import argparse
@@ -469,7 +469,7 @@ def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each integrand (default 2)")
     parser.add_argument("--only", choices=[*EXPERIMENTS, PENUMBRA], help="one experiment")
-    add_options(parser, "docs/paths.md")
+    add_options(parser, "docs/report/paths.md")
     options = parser.parse_args(arguments)
     for name in [options.only] if options.only else (*EXPERIMENTS, PENUMBRA):
         text = penumbra_table(options.seeds) if name == PENUMBRA else table(name, options.seeds)
