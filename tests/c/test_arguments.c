@@ -168,6 +168,19 @@ static void test_ranges(void) {
     CHECK(bn_anneal(&from, 4, 4, 2, ranks, 32) == BN_ERROR_BAD_DATA && ranks[31] == 16);
 }
 
+static void test_strings(void) {
+    for (bn_result a = -2; a < 12; ++a) {
+        CHECK(bn_result_string(a) != NULL && bn_result_string(a)[0] != '\0');
+        for (bn_result b = 0; b < a && a <= BN_ERROR_CANCELLED; ++b) {
+            CHECK(strcmp(bn_result_string(a), bn_result_string(b)) != 0);
+        }
+    }
+    char version[64];
+    snprintf(version, sizeof version, "%d.%d.%d", BN_VERSION_MAJOR, BN_VERSION_MINOR,
+             BN_VERSION_PATCH);
+    CHECK(strcmp(version, bn_version_string()) == 0);
+}
+
 /* Sizes of options that cannot be are refused before a byte behind them is read. */
 static void test_struct_sizes(void) {
     static const size_t bad[] = {0, 1, sizeof(size_t) - 1, 4097, (size_t)1 << 31, SIZE_MAX};
@@ -292,6 +305,7 @@ int main(void) {
     test_masks();
     test_numbers();
     test_ranges();
+    test_strings();
     test_progress();
     test_struct_sizes();
     test_the_shortest_structs();

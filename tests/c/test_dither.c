@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Dithering: the formula, exact ends, means, independent channels, light, bad input. */
+ * Dithering: the formula, exact ends, independent channels, light, bad input. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
@@ -92,38 +92,6 @@ static void test_formula_with_srgb(void) {
     }
 }
 
-/* The built-in mask holds every threshold once per tile, so means of flat tiles are right to half a
- * rank; a smooth ramp's stay within 0.001. */
-static void test_means(void) {
-    enum { size = 256 };
-    static float image[size * size * 3], out[size * size * 3];
-    for (int srgb = 0; srgb <= 1; ++srgb) {
-        for (int kind = 0; kind < 3; ++kind) {
-            for (int y = 0; y < size; ++y) {
-                for (int x = 0; x < size; ++x) {
-                    for (int c = 0; c < 3; ++c) {
-                        double ramp = (x + 0.5 * c) / size;
-                        double wave = 0.5 + 0.5 * sin(x * 0.05 + c) * sin(y * 0.031);
-                        double v = kind == 0 ? 0.31 + 0.07 * c : kind == 1 ? ramp : wave;
-                        image[(y * size + x) * 3 + c] = (float)(v > 1 ? 1 : v);
-                    }
-                }
-            }
-            bn_dither_options options = bn_dither_options_default();
-            options.srgb = srgb;
-            options.levels = 4;
-            CHECK(bn_dither(&options, image, size, size, 3, out, size * size * 3) == BN_SUCCESS);
-            for (int c = 0; c < 3; ++c) {
-                double difference = 0;
-                for (int i = c; i < size * size * 3; i += 3) {
-                    difference += srgb ? light(out[i]) - light(image[i]) : out[i] - image[i];
-                }
-                CHECK(fabs(difference / (size * size)) < 0.001);
-            }
-        }
-    }
-}
-
 /* With offsets, the channels of a flat colour are set together about as often as chance has it.
  * Their covariance over 4096 independent texels would have a standard deviation of 0.25 / 64; 6 of
  * them have a false-alarm rate below 1e-8 in each of 3 pairs. Without, they are the same. */
@@ -180,7 +148,6 @@ static void test_bad_input(void) {
 int main(void) {
     test_formula();
     test_formula_with_srgb();
-    test_means();
     test_channels();
     test_bad_input();
     return check_result();

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Numbers at which arithmetic goes wrong: every float that a draw can be, sums of 2^18 samples,
- * indices and coordinates at the ends of their types, extreme sigmas, ties everywhere. */
+ * indices and coordinates at the ends of their types, extreme sigmas. */
 #include "check.h"
 #include "masks.h"
 #include "samplers.h"
@@ -115,40 +115,10 @@ static void test_sigmas(void) {
     }
 }
 
-/* Equal values keep their order, however many there are; a flat picture on a threshold gives the
- * upper level where the rule floor(v + t) says so. */
-static void test_ties(void) {
-    enum { COUNT = 1 << 17, SIDE = 16, TEXELS = SIDE * SIDE };
-    static float values[COUNT];
-    static uint32_t ranks[COUNT];
-    static const float ties[] = {0, -0.0f, 1, -FLT_MAX, INFINITY, 1e-45f};
-    for (size_t t = 0; t < sizeof ties / sizeof *ties; ++t) {
-        size_t moved = 0;
-        for (int i = 0; i < COUNT; ++i) values[i] = ties[t];
-        CHECK(bn_ranks_from_values(values, COUNT, ranks) == BN_SUCCESS);
-        for (uint32_t i = 0; i < COUNT; ++i) moved += ranks[i] != i;
-        CHECK(moved == 0);
-    }
-    fill_white(ranks, TEXELS, 5);
-    bn_dither_options options = bn_dither_options_default();
-    options.mask_ranks = ranks;
-    options.mask_width = options.mask_height = SIDE;
-    for (int rank = 0; rank < TEXELS; rank += 15) {
-        float out[TEXELS];
-        int upper = 0;
-        /* 1 - (rank + 0.5) / TEXELS is exact. */
-        for (int i = 0; i < TEXELS; ++i) values[i] = 1 - ((float)rank + 0.5f) / TEXELS;
-        CHECK(bn_dither(&options, values, SIDE, SIDE, 1, out, TEXELS) == BN_SUCCESS);
-        for (int i = 0; i < TEXELS; ++i) upper += out[i] == 1;
-        CHECK(upper == TEXELS - rank);
-    }
-}
-
 int main(void) {
     test_every_float();
     test_running_sums();
     test_ends();
     test_sigmas();
-    test_ties();
     return check_result();
 }

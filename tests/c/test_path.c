@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * bn_path.h: paths drawn at random, with any number of rays, further numbers, splits inside splits
- * and loops. No two decisions share a number, are correlated or depend on what earlier rays drew. */
+ * and loops. No two decisions share a number or depend on what earlier rays drew. */
 #include <bn/bn_path.h>
 #include <math.h>
 #include <stdlib.h>
@@ -124,38 +124,6 @@ static void no_two_decisions_share_a_number(int32_t kind) {
     CHECK(most > 2000);
 }
 
-/* Several samples and frames of a pixel, without branches beyond their count. */
-static void nor_do_two_samples_or_frames(void) {
-    const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 11);
-    const int32_t x[PLACES] = {9, 1000, -77, 12345};
-    for (int place = 0; place < PLACES; ++place) {
-        count = 0;
-        for (uint32_t frame = 0; frame < 6; ++frame) {
-            for (uint32_t index = 0; index < 4; ++index) {
-                const bn_path path = bn_path_start(x[place], 5 * place, index, frame);
-                for (uint32_t number = 0; number < 5; ++number) {
-                    float u[4];
-                    bn_ray ray = bn_path_ray(&path, number);
-                    bn_split split = bn_ray_split(&ray, 3);
-                    bn_ray_draw(&sampler, &ray, u);
-                    put(place, u, 4);
-                    for (uint32_t k = 0; k < 3; ++k) {
-                        const bn_path branch = bn_split_path(&split, k);
-                        const bn_ray first = bn_path_ray(&branch, 0);
-                        bn_ray_draw(&sampler, &first, u);
-                        put(place, u, 4);
-                    }
-                    for (int k = 0; k < 5; ++k) {
-                        u[0] = bn_ray_1d(&sampler, &ray);
-                        put(place, u, 1);
-                    }
-                }
-            }
-        }
-    }
-    CHECK(count == 6 * 4 * 5 * (4 + 12 + 5) && shared() == 0);
-}
-
 /* The domains of a path: 64 rays, 64 decisions of each kind, and a split of each. */
 static int compare_words(const void *a, const void *b) {
     const uint32_t v = *(const uint32_t *)a, w = *(const uint32_t *)b;
@@ -224,68 +192,6 @@ static void the_next_ray_does_not_care(void) {
     }
 }
 
-/* All pairs of numbers of a path, over pixels, samples and seeds far apart. */
-static void decisions_are_uncorrelated(void) {
-    enum { TRIALS = 20000, SEEDS = 20, N = 60 };
-    static double sums[N][N], means[N];
-    for (uint32_t seed = 0; seed < SEEDS; ++seed) {
-        const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, seed);
-        for (int trial = 0; trial < TRIALS / SEEDS; ++trial) {
-            const bn_path path =
-                bn_path_start((int32_t)random_below(1u << 31), (int32_t)random_below(1u << 31),
-                              random_below(64), 0);
-            double centred[N];
-            count = 0;
-            for (uint32_t number = 0; number < 3; ++number) {
-                float u[4];
-                bn_ray ray = bn_path_ray(&path, number);
-                bn_split split = bn_ray_split(&ray, 2);
-                bn_rng noise = bn_ray_rng(&sampler, &ray);
-                bn_ray_draw(&sampler, &ray, u);
-                put(0, u, 4);
-                bn_ray_2d(&sampler, &ray, u);
-                put(0, u, 2);
-                bn_ray_4d(&sampler, &ray, u);
-                put(0, u, 4);
-                u[0] = bn_ray_1d(&sampler, &ray);
-                u[1] = bn_ray_1d(&sampler, &ray);
-                put(0, u, 2);
-                for (uint32_t k = 0; k < 3; ++k) {
-                    const bn_path branch = bn_split_path(&split, k);
-                    bn_ray first = bn_path_ray(&branch, 0);
-                    bn_ray_draw_where(&sampler, &first, u);
-                    if (k != 1) put(0, u, 2);
-                }
-                for (int i = 0; i < 4; ++i) {
-                    u[i] = bn_rng_1d(&noise);
-                    if (i == 3) u[i] = bn_rng_1d(&noise);
-                }
-                put(0, u, 4);
-            }
-            for (int i = 0; i < N; ++i) centred[i] = (numbers[0][i] - 0.5) * sqrt(12.0);
-            for (int i = 0; i < N; ++i) {
-                means[i] += centred[i];
-                for (int j = 0; j < i; ++j) sums[i][j] += centred[i] * centred[j];
-            }
-        }
-    }
-    CHECK(count == N);
-    double worst = 0, squares = 0;
-    for (int i = 0; i < N; ++i) {
-        CHECK(fabs(means[i]) < 5 * sqrt(TRIALS));
-        for (int j = 0; j < i; ++j) {
-            const double z = sums[i][j] / sqrt(TRIALS);
-            squares += z * z;
-            if (fabs(z) > worst) worst = fabs(z);
-        }
-    }
-    /* Of 1,770 standard normal numbers, one in 10,000 times the largest exceeds 5.4. */
-    printf("worst of the correlations: %.2f standard errors\n", worst);
-    CHECK(worst < 5.4);
-    squares /= N * (N - 1) / 2;
-    CHECK(squares > 0.85 && squares < 1.15);
-}
-
 /* A split of a fixed count is one sequence over all samples of the pixel. */
 static void a_split_is_one_sequence(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 5);
@@ -318,44 +224,11 @@ static void a_split_is_one_sequence(void) {
 
 /* ---- Collisions */
 
-static int ascending(const void *a, const void *b) {
-    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* How many of many frames give two families of one path the same hash: bn_domain_child() says once in a
- * million frames of 40 families. Here a path has 400, a hundred times the pairs, so 2.4 of 2^15
- * frames are expected; 12 or more have a probability of 2e-5. */
-static void test_collisions(void) {
-    enum { FRAMES = 1 << 15, BOUNCES = 16, FAMILIES = 25 * BOUNCES };
-    int frames = 0;
-    for (uint32_t frame = 0; frame < FRAMES; ++frame) {
-        const bn_path path = bn_path_start(0, 0, 0, frame);
-        uint32_t family[FAMILIES];
-        int n = 0, equal = 0;
-        for (uint32_t depth = 0; depth < BOUNCES; ++depth) {
-            const bn_ray ray = bn_path_ray(&path, 4 * depth);
-            family[n++] = ray.domain << 2;
-            for (uint32_t k = 0; k < FAMILIES / BOUNCES - 1; ++k) {
-                family[n++] = bn_ray_4d_domain(ray.domain, k) << 2;
-            }
-        }
-        qsort(family, FAMILIES, sizeof *family, ascending);
-        for (int i = 1; i < FAMILIES; ++i) equal += family[i] == family[i - 1];
-        frames += equal > 0;
-    }
-    printf("%d of %d frames have two families of one path in one\n", frames, FRAMES);
-    CHECK(frames < 12);
-}
-
 int main(void) {
-    test_collisions();
     CHECK(sizeof(bn_path) == 16);
     for (int32_t kind = 0; kind < KINDS; ++kind) no_two_decisions_share_a_number(kind);
-    nor_do_two_samples_or_frames();
     domains_do_not_collide();
     the_next_ray_does_not_care();
-    decisions_are_uncorrelated();
     a_split_is_one_sequence();
     return check_result();
 }

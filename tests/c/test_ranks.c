@@ -44,91 +44,25 @@ static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
     return wrong == 0;
 }
 
-typedef enum distribution {
-    UNIFORM,
-    BELL,
-    EQUAL,
-    ZEROS,
-    TWO_VALUES,
-    LEVELS,
-    OCTAVES,
-    ASCENDING,
-    DESCENDING,
-    OUTLIER,
-    DENORMAL,
-    INFINITIES,
-    EVERY_FLOAT,
-    DISTRIBUTIONS
-} distribution;
-
-static float value_of(distribution d, size_t i, uint32_t *state) {
-    const uint32_t random = next_random(state), sign = random << 31;
-    const float uniform = (float)(next_random(state) >> 8) * 0x1p-24f;
-    uint32_t bits = next_random(state);
-    float value;
-    switch (d) {
-    case UNIFORM:
-        return uniform;
-    case BELL:
-        return (float)((bits >> 16) + (bits & 0xffff)) + uniform - 65536;
-    case EQUAL:
-        return -7;
-    case ZEROS:
-        return sign ? -0.0f : 0.0f;
-    case TWO_VALUES:
-        return sign ? -1e20f : 0.5f;
-    case LEVELS:
-        return floorf(uniform * 256);
-    case OCTAVES:
-        return exp2f(30 * uniform);
-    case ASCENDING:
-        return (float)i;
-    case DESCENDING:
-        return -(float)i;
-    case OUTLIER:
-        return i == 1 ? 1e30f : uniform;
-    case INFINITIES:
-        return random % 100 < 5 ? (sign ? INFINITY : -INFINITY) : uniform;
-    case DENORMAL:
-        bits &= 0x807fffffu;
-        break;
-    default:
-        if ((bits & 0x7fffffffu) > 0x7f800000u) bits &= 0xff7fffffu;
-    }
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static void test_distributions(void) {
-    static const size_t counts[] = {1, 2, 3, 100, 4096, 65536, 65537, 70000, 1 << 20};
+/* Any floats, and few of them, so that there are ties. */
+static void test_many_values(void) {
+    static const size_t counts[] = {1, 2, 2047, 2049, 1 << 20};
     enum { most = 1 << 20 };
     float *values = malloc(most * sizeof *values);
     uint32_t *ranks = malloc(most * sizeof *ranks), state = 5;
-    for (int d = 0; d < DISTRIBUTIONS; ++d) {
-        for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
-            const size_t count = counts[c];
-            for (size_t i = 0; i < count; ++i) values[i] = value_of((distribution)d, i, &state);
-            CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
-            CHECK(are_ranks(values, count, ranks));
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
+        for (int few = 0; few < 2; ++few) {
+            for (size_t i = 0; i < counts[c]; ++i) {
+                uint32_t bits = few ? (next_random(&state) & 63u) << 26 : next_random(&state);
+                if ((bits & 0x7fffffffu) > 0x7f800000u) bits &= 0xff7fffffu; /* no NaN */
+                memcpy(&values[i], &bits, sizeof bits);
+            }
+            CHECK(bn_ranks_from_values(values, counts[c], ranks) == BN_SUCCESS);
+            CHECK(are_ranks(values, counts[c], ranks));
         }
     }
     free(values);
     free(ranks);
-}
-
-/* A NaN at either end. */
-static void test_large_bad_input(void) {
-    enum { count = 20000 };
-    static float values[count];
-    static uint32_t ranks[count];
-    for (size_t at = 0; at < count; at += count - 1) {
-        size_t touched = 0;
-        values[at] = at == 0 ? NAN : -NAN;
-        CHECK(bn_ranks_from_values(values, count, ranks) == BN_ERROR_BAD_DATA);
-        for (size_t i = 0; i < count; ++i) touched += ranks[i] != 0;
-        CHECK(touched == 0);
-        values[at] = 0;
-    }
 }
 
 static void test_bad_input(void) {
@@ -165,9 +99,8 @@ static void test_to_float(void) {
 
 int main(void) {
     test_against_counting();
-    test_distributions();
+    test_many_values();
     test_bad_input();
-    test_large_bad_input();
     test_to_float();
     return check_result();
 }

@@ -312,31 +312,6 @@ static void test_independence(void) {
     }
 }
 
-/* Estimates go on improving: from 16 samples on, the error of a smooth integrand over pixels falls at
- * least as fast as Sobol' sequences promise (for white noise, as the square root). */
-static void test_convergence(void) {
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 4);
-        double limit = INFINITY;
-        for (uint32_t count = 16; count <= 4096; count *= 16) {
-            double square = 0.0;
-            for (int32_t pixel = 0; pixel < 64; ++pixel) {
-                const uint32_t domain = bn_domain_child(BN_DOMAIN_ROOT, (uint32_t)pixel % 16u);
-                double sum = 0.0;
-                for (uint32_t i = 0; i < count; ++i) {
-                    float u[4];
-                    bn_sample_4d(&s, pixel, 3 * pixel, i, domain, u);
-                    sum += u[0] * u[1] + u[2] * u[3] - 0.5;
-                }
-                square += sum * sum / ((double)count * count) / 64.0;
-            }
-            double error = sqrt(square);
-            CHECK(error < limit);
-            limit = (count == 16 ? error : limit) * (kind == BN_SAMPLER_WHITE ? 0.4 : 0.15);
-        }
-    }
-}
-
 /* The first sample of kind MASK is the mask: its values, seen through every domain's shift. */
 static void test_mask_values(void) {
     enum { W = 6, H = 4, COUNT = W * H };
@@ -384,6 +359,5 @@ int main(void) {
     test_nets_of_squares();
     test_no_repeats();
     test_independence();
-    test_convergence();
     return check_result();
 }
