@@ -19,8 +19,8 @@
 
 namespace {
 
-// Closed standard streams get a file that takes nothing, so that no picture gets their number and
-// with it their text.
+// Opens /dev/null for each standard stream that is closed. Otherwise a picture could get the
+// stream's number, and then its text too.
 void occupy_closed_streams() {
     for (int descriptor = 0; descriptor < 3; ++descriptor)
         if (fcntl(descriptor, F_GETFD) < 0) open("/dev/null", O_RDONLY);

@@ -15,7 +15,7 @@
  *
  * Steps. A draw is a multiple of 2^-24 and represents the step of that width above it. What is left
  * is the middle of the step, stretched and rounded down to a multiple of 2^-24. It is always below
- * 1. A choice that was certain leaves a draw as it was. An item that is w steps wide leaves w
+ * 1. A choice of probability 1 leaves the draw as it was. An item that is w steps wide leaves w
  * different numbers, spread evenly: an item with a share of 1/256 leaves 16 bits. Choose from what
  * is left again as long as that is enough.
  *

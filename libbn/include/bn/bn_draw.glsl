@@ -80,8 +80,8 @@ struct bn_uint2 {
 };
 #endif
 
-/* Four words in a row. An entry of two words is read with the two that follow it, for which nobody
- * asks. */
+/* Four words in a row. An entry of two words comes with the two words that follow it, which are not
+ * used. */
 #ifndef BN_ROW
 #define BN_ROW(at) bn_draw_row(BN_PASS_TABLE at)
 BN_FUNCTION bn_uint4 bn_draw_row(BN_TABLE BN_UINT at) {

@@ -40,13 +40,13 @@
  * itself is as blue as the first, and the error falls with nearly every sample, not only from one
  * power of two to the next.
  *
- * Each copy of the tile also adds (XOR) random digits to its samples, from the first on, others for
- * each member. So over seeds and domains each sample is uniform: over the cells of eight digits in
- * all four dimensions, below that in each pair, where digits of (2, 3) repeat some of (0, 1). And the
- * errors of two copies have nothing in common.
+ * Each copy of the tile also adds (XOR) random digits to its samples, different ones for each
+ * member. So over seeds and domains each sample is uniform: in its first eight digits jointly in all
+ * four dimensions, in later ones in each pair, as those of (2, 3) repeat some of (0, 1). The errors
+ * of two copies are not correlated.
  *
- * Dimensions (0, 1) of member 0 are made for the position in the pixel: their errors are also
- * evenly distributed along rows and columns, the direction of most edges in a picture.
+ * Draw the position in the pixel from dimensions (0, 1) of member 0: their errors also cancel along
+ * rows and columns, the direction of most edges in a picture.
  *
  * COST
  *

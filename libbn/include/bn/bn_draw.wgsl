@@ -27,8 +27,8 @@ const BN_POINTS_AT = 6272u; /* [256][member][4]: the first 256 points, by revers
 const BN_LATER_AT = 10368u; /* [6][16][member][4]: digits of bits 8 to 31 of an index, by fours */
 const BN_WORD_COUNT = 11904u;
 
-/* Four words in a row. An entry of two words is read with the two that follow it, for which nobody
- * asks. */
+/* Four words in a row. An entry of two words comes with the two words that follow it, which are not
+ * used. */
 fn bn_draw_row(at: u32) -> vec4u {
     var row: vec4u;
     row.x = bn_words[at];

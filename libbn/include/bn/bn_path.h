@@ -27,8 +27,8 @@
  * the branches of the path, whose own would differ.
  *
  * Every further decision takes what bn_ray_1d(), bn_ray_2d() and bn_ray_4d() hand out. Each kind has
- * a sequence of its own below the ray, so a number more never shifts the pairs, nor another ray's
- * numbers. Domains are hashes, so two decisions can meet by chance: bn_domain_child() says how seldom.
+ * a sequence of its own below the ray, so a further number never shifts the pairs, nor the numbers of
+ * another ray. (Domains are hashes: bn_domain_child() says how seldom two are equal.)
  * Pixels that drew differently at one ray agree again at the next.
  * A number and then a pair, such as a light and the point on it, are u[2] and (u[0], u[1]) of
  * bn_ray_4d().
