@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * libbn: blue noise for path tracers. This header is the manual of the library: samples whose error
- * is distributed as blue noise over the screen, dither masks, and measures of both. (bn_ and BN_ mean
- * blue noise. OpenSSL's BN_ means big numbers; no name is in both.)
+ * is distributed as blue noise over the screen, dither masks, and measures of both. (bn_ and BN_
+ * mean blue noise. OpenSSL's BN_ means big numbers; no name is in both.)
  *
  * Other parts have headers of their own: bn_path.h has the decisions of a path by name, where a
  * renderer starts, and bn.hpp the same for C++17. bn_draw.h has the draws as inline functions,
