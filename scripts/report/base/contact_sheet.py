@@ -29,16 +29,16 @@ def preview(rgb, exposure=0.0):
     return Image.fromarray(np.floor(255 * encoded + 0.5).astype(np.uint8))
 
 
-def before_and_after(columns, part, after):
-    """A column for each picture of {label of two lines: linear radiance}, pixel by pixel: its part (left, top, width, height), and the same
-    of after(picture) below."""
+def before_and_after(columns, part, *after):
+    """A column for each picture of {label of two lines: linear radiance}, pixel by pixel: its part (left, top, width, height), and below the
+    same of each after(picture)."""
     left, top, width, height = part
-    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + 2 * height + GAP), BACKGROUND)
+    figure = Image.new("RGB", (len(columns) * (width + GAP) - GAP, BAR + (1 + len(after)) * (height + GAP) - GAP), BACKGROUND)
     draw, font = ImageDraw.Draw(figure), ImageFont.load_default(14)
     for i, (text, picture) in enumerate(columns.items()):
         x = i * (width + GAP)
         draw.multiline_text((x + width / 2, BAR / 2), text, INK, font, anchor="mm", align="center", spacing=2)
-        for row, shown in enumerate((picture, after(picture))):
+        for row, shown in enumerate((picture, *(each(picture) for each in after))):
             figure.paste(preview(shown[top:top + height, left:left + width]), (x, BAR + row * (height + GAP)))
     return figure
 

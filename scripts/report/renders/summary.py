@@ -25,7 +25,7 @@ PARTS = (
         "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
 )
 # What the README shows of it: of errors as displayed in our path tracer, these rows.
-SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PEER: BEST_PEER, "sobol-global": "one Sobol' sequence over the screen"}
+SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PEER: BEST_PEER, "sobol-global": "global Sobol'"}
 
 
 # Equal quality: file, measure, and the count at which white noise has the error to be reached.
