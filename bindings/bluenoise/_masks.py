@@ -344,7 +344,7 @@ def _auto(
 
 
 def auto_method(shape: tuple[int, ...], channels: int) -> tuple[MaskMethod, dict[str, Any]]:
-    """The method that "auto" takes, and its options, as docs/report/neural.md recommends. The choice depends on shape and
+    """The method that "auto" takes, and its options, as docs/report/masks.md recommends. The choice depends on shape and
     channels alone. The bits do not depend on the machine either, except with two channels, which the network makes."""
     if channels == 1:
         large = len(shape) == 2 and math.prod(shape) > _AUTO_LARGE

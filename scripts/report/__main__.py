@@ -12,7 +12,7 @@ from .base.command import run_or_say_why
 PARTS = {
     "samplers": ("samplers", "paths"),
     "realtime": ("realtime", "moving"),
-    "masks": ("masks", "neural", "points"),
+    "masks": ("masks", "points"),
     "renders": ("renders", "summary", "denoise", "picture", "adaptive"),
     "others": ("mitsuba", "pbrt", "cycles", "web"),
     "pages": ("convergence",),

@@ -23,7 +23,6 @@
  *
  * Steps are at irrational places: nets are exact at multiples of 1/16. One run of a sampler is
  * stopped at every count; zorder, which is made for one count, gets a run of its own for each.
- * --every measures every count from 1 to 64, at sigma 2.1 alone.
  * sobol4d is the path tracer's. OpenQMC's samplers are measured too in builds with -DBN_OPENQMC=DIR. --samples writes what a
  * sampler draws in second members of 16 families instead, as float32 [16][128][128][SPP][4]
  * without a header. The protocol is that of Heitz and Belcour, "Distributing Monte Carlo Errors as
@@ -38,9 +37,9 @@
 #include "bench_openqmc.h"
 
 enum { SIZE = 128, PIXELS = SIZE * SIZE, MARGIN = 8, INTEGRANDS = 48, DOMAINS = 16, MEMBERS = 4 };
-enum { KINDS = 6, SIGMAS = 4, MOST = 256, EVERY = 64, COUNTS = EVERY };
+enum { KINDS = 6, SIGMAS = 4, MOST = 256, COUNTS = 14 };
 static const double sigmas[SIGMAS] = {2.1, 1.0, 0.0, INFINITY};
-static uint32_t counts[COUNTS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
+static const uint32_t counts[COUNTS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, MOST};
 
 typedef enum figure {
     HALF_PLANES_01,
@@ -347,8 +346,8 @@ static double blurred_rmse(const float *errors, double sigma, int directions) {
     return sqrt(square / ((SIZE - 2 * MARGIN) * (SIZE - 2 * MARGIN)));
 }
 
-/* Mean RMSE of a figure at the first n counts and the first `blurs` sigmas. */
-static void measure(const source *s, figure what, int domains, int n, int blurs,
+/* Mean RMSE of a figure at the first n counts. */
+static void measure(const source *s, figure what, int domains, int n,
                     double rmse[COUNTS][SIGMAS]) {
     memset(rmse, 0, COUNTS * sizeof *rmse);
     for (int domain = 0; domain < domains; ++domain) {
@@ -361,7 +360,7 @@ static void measure(const source *s, figure what, int domains, int n, int blurs,
         }
         for (int k = 0; k < INTEGRANDS; ++k) {
             for (int c = 0; c < n; ++c) {
-                for (int i = 0; i < blurs; ++i) {
+                for (int i = 0; i < SIGMAS; ++i) {
                     rmse[c][i] += blurred_rmse(images[k][c], sigmas[i], f[k].directions) /
                                   (INTEGRANDS * domains);
                 }
@@ -374,7 +373,6 @@ static void measure(const source *s, figure what, int domains, int n, int blurs,
 
 static const char usage[] =
     "usage: bench_samplers [--max-spp N] [--domains N] [--samplers NAME,...]\n"
-    "                      [--figures NAME,...] [--every]\n"
     "       bench_samplers --samples NAME SPP\n";
 
 static int refuse(void) {
@@ -398,9 +396,9 @@ int main(int argc, char **argv) {
         {"white", BN_SAMPLER_WHITE, NULL}, {"sobol", BN_SAMPLER_SOBOL, NULL},
         {"sobol4d", 0, &sobol4d},          {"zorder", BN_SAMPLER_ZORDER, NULL},
         {"mask", BN_SAMPLER_MASK, NULL},   {"blue", BN_SAMPLER_BLUE, NULL}};
-    int known_count = KINDS, n = 0, blurs = SIGMAS;
+    int known_count = KINDS, n = 0;
     unsigned long max_spp = MOST, domains = DOMAINS;
-    const char *samplers = NULL, *figures = NULL;
+    const char *samplers = NULL;
     char *end = "";
     for (int i = 0; i < bench_peer_count; ++i)
         known[known_count++] = (source){bench_peers[i].name, 0, &bench_peers[i]};
@@ -413,12 +411,6 @@ int main(int argc, char **argv) {
         return refuse();
     }
     for (int a = 1; a < argc; a += 2) {
-        if (strcmp(argv[a], "--every") == 0) {
-            for (uint32_t i = 0; i < EVERY; ++i) counts[i] = i + 1u;
-            blurs = 1;
-            --a;
-            continue;
-        }
         if (a + 1 == argc) return refuse();
         if (strcmp(argv[a], "--max-spp") == 0)
             max_spp = strtoul(argv[a + 1], &end, 10);
@@ -426,24 +418,21 @@ int main(int argc, char **argv) {
             domains = strtoul(argv[a + 1], &end, 10);
         else if (strcmp(argv[a], "--samplers") == 0)
             samplers = argv[a + 1];
-        else if (strcmp(argv[a], "--figures") == 0)
-            figures = argv[a + 1];
         else
             return refuse();
         if (*end != '\0') return refuse();
     }
-    while (n < COUNTS && counts[n] > 0 && counts[n] <= max_spp) ++n;
+    while (n < COUNTS && counts[n] <= max_spp) ++n;
     if (n == 0 || domains == 0 || domains > DOMAINS) return refuse();
 
     printf("sampler,figure,spp,sigma,rmse\n");
     for (int s = 0; s < known_count; ++s) {
         for (int what = 0; what < FIGURES; ++what) {
             double rmse[COUNTS][SIGMAS];
-            if (!is_listed(samplers, known[s].name) || !is_listed(figures, figure_names[what]))
-                continue;
-            measure(&known[s], (figure)what, (int)domains, n, blurs, rmse);
+            if (!is_listed(samplers, known[s].name)) continue;
+            measure(&known[s], (figure)what, (int)domains, n, rmse);
             for (int c = 0; c < n; ++c) {
-                for (int i = 0; i < blurs; ++i) {
+                for (int i = 0; i < SIGMAS; ++i) {
                     printf("%s,%s,%u,%.1f,%.6g\n", known[s].name, figure_names[what], counts[c],
                            sigmas[i], rmse[c][i]);
                 }

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FIGURE = r"(?<![\d.])\d*\.\d\d(?!\d)"
 # Page, how its paragraph begins, and the page of the tables.
 CLAIMS = [("docs/mitsuba.md", "*A part of the Cornell box", "docs/mitsuba.md"), ("docs/mitsuba.md", "Figures are root mean", "docs/mitsuba.md"),
-          ("docs/realtime.md", "- **Masks win**", "docs/realtime.md"), ("docs/realtime.md", "- **`blue` wins**", "docs/report/realtime.md"),
+          ("docs/report/realtime.md", "- **Masks win**", "docs/report/realtime.md"), ("docs/report/realtime.md", "- **`blue` wins**", "docs/report/realtime.md"),
           ("examples/cycles/README.md", "As displayed, Tabulated", "docs/report/cycles.md"),
           ("docs/report/samplers.md", "After a blur of", "docs/report/samplers.md")]
 

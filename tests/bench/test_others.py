@@ -3,6 +3,7 @@
 threads, seeds and the wavefront integrator. That builds them, which takes a quarter of an hour each the first time."""
 
 import os
+import re
 import subprocess
 from types import SimpleNamespace
 
@@ -13,12 +14,10 @@ from report.base.files import read_exr, write_exr
 from report.others import (
     cycles,
     cycles_build,
-    cycles_report,
     cycles_scenes,
     other_renderer,
     pbrt,
     pbrt_build,
-    pbrt_report,
     pbrt_scenes,
 )
 from report.renders.renderer import RenderError
@@ -26,7 +25,7 @@ from report.renders.renderer import RenderError
 
 def test_crops_stay_where_they_are():
     """They were placed before anything was rendered."""
-    assert [view.bounds[::2] for view in pbrt_scenes.crops("cornell", "fresh")] == [(713, 700), (451, 472)]
+    assert [view.bounds[::2] for view in pbrt_scenes.crops("room", "fresh")] == [(887, 210), (864, 581)]
 
 
 @pytest.fixture
@@ -80,27 +79,21 @@ class Made:
 
 
 def made_of(*scenes):
-    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), seeds=4, views="held-out", counts=pbrt.COUNTS, command="scripts/bench pbrt --pbrt DIR")
+    options = SimpleNamespace(samplers=list(pbrt.SAMPLERS), scenes=scenes, seeds=4, counts=pbrt.COUNTS, command="scripts/bench pbrt --pbrt DIR")
     views = [view for scene in scenes for view in pbrt_scenes.crops(scene, "fresh")]
     references = {view: other_renderer.Reference(np.zeros((2, 2, 3)), dict.fromkeys(other_renderer.MEASURES, 0.001), 4096, 1.0) for view in views}
-    return pbrt_report.Report(options, Made(), references, ("A remark.",))
+    return pbrt.Report(options, Made(), references, ("A remark.",))
 
 
 def test_ratios_are_over_blue():
-    made = made_of("cornell", "room")
-    gains = made.sets["Scenes of ours"]
-    assert {view.scene for view in gains.views} == {"room"}
-    gain = gains.gain("blue", 6, "rmse_2.1", "zsobol")
+    made = made_of("hair", "room")
+    assert {view.scene for view in made.gains.views} == {"room"} and list(made.sets) == ["Scenes of ours", "Hair"]
+    gain = made.gains.gain("blue", 6, "rmse_2.1", "zsobol")
     assert (gain.value, gain.low, gain.high) == pytest.approx((2, 2, 2))
     text = made.text()
-    assert text.index("## Scenes of ours") < text.index("## Tuning scenes") and "A remark." in text
-    assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary()
-    assert "2.00 (2.00 to 2.00)" in text and "None" not in text and " nan" not in text and "## Hair" not in text
-    assert "## Hair" in made_of("hair", "room").text()
-    # Time to an error: blue needs a quarter of the samples; independent's take half the time.
-    assert made.equal_error(gains, "rmse_2.1", "sobol").value == pytest.approx(4)
-    assert made.equal_error(gains, "rmse_2.1", "independent").value == pytest.approx(2)
-    assert "| `independent` | 1.00 | 1.00 |" in made.times_table("") and "| `blue` | 2.00 | 2.00 |" in made.times_table("")
+    assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary() and made.summary().startswith("Scenes of ours: 1; crops: 2; seeds: 4.")
+    assert "2.00 (2.00 to 2.00)" in text and "A remark." in text and "None" not in text and " nan" not in text and "Exposed and" in text
+    assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
 
 
 def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
@@ -120,7 +113,7 @@ def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
     cycles.run(["--cycles", str(checkout), "--program", str(program), "--scenes", "monkey", "--spp", "4", "--seeds", "2", "--jobs", "2",
                 "--out", "docs/report", "--guide", str(guide)])
     text = (tmp_path / "docs/report/cycles.md").read_text()
-    assert "## Stopped early" in text and "## Adaptive sampling" in text and "`monkey`: Cycles'" in text
+    assert "## Stopped early" in text and "## Adaptive sampling" in text and "monkey: Cycles'" in text
     assert "| Tabulated Sobol |" in guide.read_text() and (tmp_path / "out/cycles/cycles.csv").is_file()
     assert (tmp_path / "docs/cycles.jpg").is_file()
 
@@ -138,7 +131,7 @@ def pbrt_program():
 def picture(pbrt_program, tmp_path_factory):
     folder = tmp_path_factory.mktemp("pictures")
 
-    def picture(scene="motion", bounds=(600, 640, 400, 430), spp=4, seed=1, threads=1, sampler="blue", more=(), edit=lambda text: text):
+    def picture(scene="room", bounds=(600, 640, 400, 430), spp=4, seed=1, threads=1, sampler="blue", more=(), edit=lambda text: text):
         path = pbrt_scenes.write_files(folder, pbrt_scenes.SCENES[scene], sampler, pbrt.SAMPLERS[sampler])
         path.write_text(edit(path.read_text()))
         out = folder / "out.exr"
@@ -165,7 +158,7 @@ def test_crops_threads_and_seeds(picture):
 def test_the_wavefront_integrator_renders_the_same(picture):
     """Up to the first surface's light and direction the two ask for the same; their arithmetic differs in the last digits."""
     def once(text):
-        return text.replace('"integer maxdepth" [ 5 ]', '"integer maxdepth" [ 1 ]').replace('"integer maxdepth" 5', '"integer maxdepth" 1')
+        return re.sub('"integer maxdepth" [0-9]+', '"integer maxdepth" 1', text)
 
     ours, theirs = picture(edit=once), picture(edit=once, more=["--wavefront"])
     assert np.mean(np.abs(ours - theirs) > 1e-3 * (1 + ours)) < 0.01
@@ -173,7 +166,7 @@ def test_the_wavefront_integrator_renders_the_same(picture):
     assert np.mean(np.abs(ours - other) > 1e-3 * (1 + ours)) > 0.5
 
 
-@pytest.mark.parametrize("scene", ["skin", "fog", "room"])
+@pytest.mark.parametrize("scene", ["skin", "depth", "room"])
 def test_both_integrators_agree_with_another_sampler(picture, scene):
     """The means of a patch; at 64 samples they differ by a few per cent."""
     wanted = picture(scene, spp=64, sampler="independent").mean()
@@ -205,4 +198,4 @@ def test_pictures_differ_by_their_seeds_alone(cycles_program, tmp_path):
 def test_what_patterns_are_told(cycles_program, tmp_path, sampler):
     """Blue noise of Cycles depends on it, as the table of pictures that stop early needs; `blue` does not."""
     told_four, told_more = (cycles_picture(cycles_program, tmp_path, cycles.integrator(sampler, told, 1), 4) for told in (4, 64))
-    assert np.array_equal(told_four, told_more) == (sampler not in cycles_report.PREVIEW)
+    assert np.array_equal(told_four, told_more) == (sampler not in cycles.PREVIEW)

@@ -6,9 +6,6 @@ import json
 import re
 
 import pytest
-
-pytest.importorskip("flip_evaluator")
-
 from report.__main__ import main as bench
 from report.base.files import read_exr
 from report.measure.image_error import rmse
@@ -36,7 +33,7 @@ def test_tiny_run_to_the_page(pathtracer, tmp_path, capsys):
         (sampler, spp) for sampler in ("white", "sobol", "blue") for spp in (1, 2, 3, 4)]
     reference, _ = read_exr(next((tmp_path / "cache/libbn/references").rglob("cornell-16x16-sobol-32.exr")))
     for row in rows:
-        assert 0 < float(row["flip"]) < 1 and float(row["seconds"]) > 0
+        assert float(row["seconds"]) > 0
         image, _ = read_exr(out / f"{row['sampler']}_{row['spp']}.exr")
         assert float(row["rmse_2.1"]) == pytest.approx(rmse(image, reference, 2.1), rel=1e-4)
     text = (out / "report.html").read_text(encoding="utf-8")

@@ -9,7 +9,6 @@ import pytest
 from report.samplers import paths
 
 bluenoise = pytest.importorskip("bluenoise")
-PROGRAM = paths.ROOT / "build/tests/bench/bench_splits"
 REPORT = (Path(__file__).resolve().parents[2] / "docs" / "report" / "paths.md").read_text(encoding="utf-8")
 
 
@@ -53,15 +52,3 @@ def test_what_the_guide_advises_is_best(tables):
     splitting = list(tables["splitting"].values())
     fixed, running, others = splitting[0][2], splitting[3][2], [row[2] for row in splitting[4:]]
     assert running < 1.15 * fixed and running < min(others) * 2 / 3
-
-
-@pytest.mark.parametrize("varies", paths.VARIES)
-def test_splitting_in_a_scene(varies):
-    """In one small crop: no way is biased, and going on where earlier samples ended is better than a domain for each branch."""
-    if not PROGRAM.is_file():
-        pytest.skip("bench_splits is not built")
-    found = paths.penumbra_errors(PROGRAM, varies, 4, paths.CROPS[:1], (48, 36), 1024)
-    assert found["from"][16] < 0.75 * found["domains"][16]
-    means = [np.mean([paths.split_pictures(PROGRAM, varies, way, seed, 16, paths.CROPS[0])[-1].mean() for seed in range(4)])
-             for way in (*paths.WAYS, "generator", "white")]
-    assert np.ptp(means) < 0.003 * np.mean(means)

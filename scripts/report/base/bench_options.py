@@ -1,32 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options shared by the `scripts/bench` commands that compare rendered pictures."""
 
+import argparse
 import importlib.util
 import os
 from pathlib import Path
 
-from ..renders import variants
+from ..renders import variants, views
 from . import peers
-from .command import add_out, add_pathtracer, positive
+from .command import add_pathtracer, positive
 
-# Options that say where to read and write, not what to measure.
-PLACES = ("--out", "--pages", "--pathtracer", "--jobs")
+# Options that say where to read and write, or how often, not what to measure.
+PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--program")
+FOLDERS = ("--openqmc", "--pbrt", "--luxcore", "--cycles")  # whose name a report does not show
 
 
-def arguments_that_count(arguments):
-    """The options that a report quotes: what is measured, not where."""
-    result, skip = [], False
-    for word in arguments:
-        if skip:
-            skip = False
-        elif word in PLACES:
-            skip = True
-        elif word == "--openqmc":
-            result += ["--openqmc", "DIR"]
-            skip = True
-        elif word.partition("=")[0] not in (*PLACES, "--retime"):
-            result.append("--openqmc=DIR" if word.startswith("--openqmc=") else word)
-    return result
+def command_shown(command, arguments):
+    """The command line that a report quotes: what is measured, not where."""
+    words, result = iter(arguments), [f"scripts/bench {command}"]
+    for word in words:
+        name, equals, _ = word.partition("=")
+        if name in (*PLACES, *FOLDERS) and not equals:
+            next(words, None)
+        if name in FOLDERS:
+            result += [name, "DIR"]
+        elif name not in (*PLACES, "--retime", "--no-flip"):
+            result.append(word)
+    return " ".join(result)
 
 
 def find_onnxruntime():
@@ -47,21 +47,27 @@ def add_common_options(parser, reference_spp, pages):
                         help=f"samples per pixel of references, a multiple of 32 (default {reference_spp})")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
                         help="pictures to render at a time, one thread each (default: one per core)")
-    parser.add_argument("--no-flip", action="store_true", help="skip HDR-FLIP")
-    add_out(parser)
-    parser.add_argument("--pages", type=Path, default=Path(pages), metavar="FOLDER",
-                        help=f"folder for contact sheets and large tables (default {pages})")
+    parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
+    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
+    parser.add_argument("--no-flip", action="store_true", help=argparse.SUPPRESS)  # of earlier versions, which had FLIP
+    parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
+    parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
+    parser.set_defaults(default_pages=Path(pages), lights=None)
     add_pathtracer(parser)
     peers.add_option(parser)
 
 
 def finish_options(parser, options, command, arguments):
-    """Checks the options of add_common_options() and derives labels and command from them."""
+    """Checks the options of add_common_options() and derives folders, labels and command from them. What is not
+    of the shown views, or a trial, goes to the folder of large tables alone."""
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
+    place = Path() if options.views == views.SHOWN else Path(options.views)
+    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place / (options.lights or "")
+    options.out = options.out or (options.pages if options.quick or options.lights or place.name else Path("docs/report"))
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
     if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
         parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
     if "mask, neural" in options.labels and not find_onnxruntime():
         parser.error("mask-neural needs ONNX Runtime: run pip install onnxruntime, or remove it from --samplers")
-    options.command = f"scripts/bench {command}" + "".join(f" {word}" for word in arguments_that_count(arguments))
+    options.command = command_shown(command, arguments)

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the mask generators, time against error: `scripts/bench masks` writes docs/report/masks.*
 
-Times every generator, and those of other libraries if given, and writes their results as CSV, the tables in
-masks.md and plots of time against error, time against size, and spectra.
+Times the library's generators and networks at sizes up to 2048, on one thread and on all, and those of other libraries if given.
+Writes the tables and the plot of masks.md, docs/neural.png with masks, spectra and thresholded patterns, and the table of methods in
+docs/masks.md.
 """
 
 import argparse
+import dataclasses
+import functools
+import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,122 +23,120 @@ import numpy as np
 import bluenoise
 
 from ..base.command import add_out
-from ..base.files import read_rows, write_rows, write_text
+from ..base.contact_sheet import enlarged_part, grey, sheet
+from ..base.files import read_rows, write_image, write_rows, write_text
 from ..base.plots import plt, save
-from ..base.tables import md_table
+from ..base.tables import md_table, update_table
+from . import vectors
 
+ROOT = Path(__file__).resolve().parents[3]
+SIZES, QUICK_SIZES = (64, 128, 256, 512, 1024, 2048), (64, 128)
+PLAIN = 128  # width and height of peers' masks, and of those in the plot of error against time
 ERRORS = ("e_0.75", "e_1", "e_1.5", "e_2")
-FIELDS = ("method", "options", "width", "height", "depth", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
-LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64),
-          (127, 128))
-COLOURS = {"white": "0.6", "void-and-cluster, sigma 1.5": "tab:blue", "void-and-cluster, sigma 1.9": "tab:cyan",
-           "relax": "tab:green", "anneal": "tab:orange",
-           "builtin": "tab:red", "textbook, sigma 1.5": "black"}
-PEER_SIZE = 128  # width and height of peers' masks, and of those in the plot of error against time
-PEER_COLOURS = ("tab:purple", "tab:brown", "tab:pink", "tab:olive")
+FIELDS = ("method", "options", "width", "threads", "repeats", "seconds", "cpu_seconds", *ERRORS)
+LEVELS = ((1, 128), (1, 64), (1, 32), (1, 16), (1, 8), (1, 4), (1, 2), (3, 4), (7, 8), (15, 16), (31, 32), (63, 64), (127, 128))
+NETWORKS = {"network": "neural.onnx", "fast network": "neural_fast.onnx", "vector network": "neural_vector.onnx"}
+#: Of the methods to choose from: their rows' options, windows of an endless plane, channels, and equal bits on every machine.
+CHOICES = {
+    "void-and-cluster": ("", "no", "1", "yes"),
+    "relax": ("", "no", "1", "yes"),
+    "network": ("", "yes", "1", "in practice"),
+    "fast network": ("", "yes", "1", "in practice"),
+    "vector network": ("", "yes", "2", "no"),
+    "anneal": ("1000 sweeps", "no", "1 to 4", "yes"),
+}
+CHOICE_SIZES = (64, 256, 1024, 2048)
+PLANE_FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")
 
 
-def row_of(method, options, shape, threads, times, masks=()):
-    """times: (wall-clock, CPU) seconds of each run. Errors are means over the masks."""
-    depth, height, width = (1, *shape)[-3:]
-    errors = [f"{statistics.mean(bluenoise._core.mask_error(ranks, float(key[2:])) for ranks in masks):.5f}" if masks else "" for key in ERRORS]
-    medians = (f"{statistics.median(column):.6f}" for column in zip(*times))
-    return dict(zip(FIELDS, (method, options, width, height, depth, threads, len(times), *medians, *errors)))
+@dataclasses.dataclass(frozen=True)
+class Method:
+    name: str
+    options: str
+    make: Callable  # make(size, seed, threads)
+    sizes: tuple = SIZES
+    many_threads: bool = False
+    most_repeats: int = 20
+    timed: bool = True
 
 
-def measure(quick):
-    """The rows of all methods. The first run of each is not counted: it meets cold memory."""
+def network(model, channels=1):
+    """make() of a Method: masks of a network, with a generator for each number of threads."""
+    generator = functools.cache(lambda threads: bluenoise.NeuralGenerator(model, threads=threads, channels=channels))
+    return lambda size, seed, threads: generator(threads).mask((size, size), seed=seed)
+
+
+def mask(**options):
+    """make() of a Method on one thread."""
+    return lambda size, seed, threads: bluenoise.mask((size, size), seed=seed, **options)
+
+
+def methods():
+    return [
+        Method("white", "", mask(method="white")),
+        Method("void-and-cluster", "", mask()),
+        Method("void-and-cluster", "sigma 1.9", mask(sigma=1.9), (PLAIN,), timed=False),
+        Method("relax", "", lambda size, seed, threads: bluenoise.mask((size, size), method="relax", seed=seed, threads=threads), many_threads=True),
+        *(Method("anneal", f"{sweeps} sweeps", mask(method="anneal", sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
+          for sweeps, most, repeats in ((100, 256, 3), (1000, 128, 1), (10000, 128, 1))),
+        Method("builtin", "", lambda size, seed, threads: bluenoise.mask((size, size), method="builtin"), (16, 32, 64, 128, 256), timed=False),
+        *(Method(name, "", network(ROOT / "libbn/data" / file, 1 + (name == "vector network")), many_threads=True)
+          for name, file in NETWORKS.items()),
+    ]
+
+
+# ---- Measuring
+
+def errors_of(masks):
+    """{error: mean over masks and their channels} for ERRORS."""
+    channels = [channel for ranks in masks for channel in ranks.reshape(-1, *ranks.shape[-2:])]
+    return {key: statistics.mean(bluenoise._core.mask_error(ranks, float(key[2:])) for ranks in channels) for key in ERRORS}
+
+
+def row_of(method, options, width, threads, repeats, seconds, found):
+    """seconds: (wall-clock, CPU)."""
+    return dict(zip(FIELDS, (method, options, width, threads, repeats, *(f"{value:.6f}" for value in seconds),
+                             *(f"{error:.5f}" for error in found.values()))))
+
+
+def measure(sizes, threads, quick):
+    """Rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
     rows = []
-
-    def job(method, options, shape, repeats, threads=1, **given):
-        times, masks = [], []
-        if method == "relax":
-            given["threads"] = threads
-        for seed in (0, *range(repeats)):
-            wall, cpu = time.perf_counter(), time.process_time()
-            masks.append(bluenoise.mask(shape, method=method, **({} if method == "builtin" else {"seed": seed, **given})))
-            times.append((time.perf_counter() - wall, time.process_time() - cpu))
-        # Errors of large masks take longer than the masks, and hardly differ between seeds.
-        kept = masks[1:2] if shape[-1] >= 512 else masks[1:]
-        rows.append(row_of(method, options, shape, threads, times[1:], kept if len(shape) == 2 else ()))
-        print(f"bench: {label(rows[-1])}, {'x'.join(map(str, shape))}", file=sys.stderr)
-
-    for size in (64, 128, 256) if quick else (64, 128, 256, 512, 1024):
-        shape, repeats = (size, size), {64: 20, 128: 20, 256: 9, 512: 5}.get(size, 3)
-        job("white", "", shape, repeats)
-        for sigma in (1.5, 1.9):
-            job("void-and-cluster", f"sigma {sigma}", shape, repeats, sigma=sigma)
-        for threads in (1, 2):
-            job("relax", "", shape, repeats, threads)
-        for sweeps in () if size > 128 else (100,) if quick else (100, 1000, 10000):
-            job("anneal", f"{sweeps} sweeps", shape, 1 if sweeps > 100 else 3, sweeps=sweeps)
-    for size in (16, 32, 64, 128, 256):
-        job("builtin", "", (size, size), 1)
-    if not quick:
-        job("void-and-cluster", "sigma 1.5", (64, 64, 64), 3, sigma=1.5)
+    for size in (16, 32, *sizes):
+        jobs = [(method, count) for method in methods() if size in method.sizes and not (quick and method.most_repeats == 1)
+                for count in ((1, threads) if method.many_threads and threads > 1 else (1,))]
+        repeats = 2 if quick else {64: 20, 128: 20, 256: 9, 512: 5, 1024: 3}.get(size, 1)
+        times, masks = [[] for _ in jobs], [[] for _ in jobs]
+        # The first run of the fast ones is a warm-up, which makes no difference at the largest sizes.
+        for seed in range(-1 if size < 2048 else 0, repeats):
+            for (method, count), own, made in zip(jobs, times, masks):
+                if seed < 0 and method.most_repeats < 20 or seed >= method.most_repeats:
+                    continue
+                wall, cpu = time.perf_counter(), time.process_time()
+                ranks = method.make(size, max(seed, 0), count)
+                if seed >= 0:
+                    own.append((time.perf_counter() - wall, time.process_time() - cpu))
+                    # Errors of large masks take longer than the masks, and hardly differ between seeds.
+                    if len(made) < (1 if size >= 512 else repeats):
+                        made.append(ranks)
+        for (method, count), own, made in zip(jobs, times, masks):
+            rows.append(row_of(method.name, method.options, size, count, len(own), map(min, zip(*own)), errors_of(made)))
+            print(f"bench: {size}x{size} {label(rows[-1])}", file=sys.stderr)
     return rows
 
 
-def run_peer(name, command, size, repeats):
+def run_peer(name, command):
     """A row for another library's generator. `command WIDTH HEIGHT FILE` writes ranks to FILE as little-endian 32-bit
     integers and prints the wall-clock time and the CPU time it took, in seconds."""
     seconds = []
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ranks"
-        for _ in range(repeats):
-            result = subprocess.run([*command.split(), str(size), str(size), str(path)], stdout=subprocess.PIPE,
-                                    text=True, check=False)
+        for _ in range(3):
+            result = subprocess.run([*command.split(), str(PLAIN), str(PLAIN), str(path)], stdout=subprocess.PIPE, text=True, check=False)
             if result.returncode != 0:
                 sys.exit(f"bench: the peer {name} ({command}) failed with status {result.returncode}")
             seconds.append([float(word) for word in result.stdout.split()[-2:]])
-        return row_of(name, "", (size, size), 1, seconds, [np.fromfile(path, "<u4").reshape(size, size)])
-
-
-def textbook(size, sigma, seed):
-    """Void-and-cluster as Ulichney published it, in double precision, for comparison: three phases, a random initial
-    pattern of a tenth of the texels, an untruncated Gaussian on the torus, no optimisations."""
-    offsets = np.minimum(np.arange(size), size - np.arange(size))
-    gaussian = np.exp(-(offsets[:, None] ** 2 + offsets[None, :] ** 2) / (2 * sigma**2))
-    rng = np.random.default_rng(seed)
-    ones, ranks, n = np.zeros((size, size), bool), np.zeros((size, size), np.uint32), size * size
-
-    def around(index):
-        return np.roll(gaussian, np.unravel_index(index, gaussian.shape), (0, 1))
-
-    def tightest(pattern, energy):
-        return np.argmax(np.where(pattern, energy, -np.inf))
-
-    initial = rng.choice(n, n // 10, replace=False)
-    ones.flat[initial] = True
-    energy = sum(around(index) for index in initial)
-    while True:
-        cluster = tightest(ones, energy)
-        ones.flat[cluster] = False
-        energy = energy - around(cluster)
-        void = tightest(~ones, -energy)
-        ones.flat[void] = True
-        energy = energy + around(void)
-        if void == cluster:
-            break
-    pattern, remaining = ones.copy(), energy.copy()
-    for rank in range(len(initial) - 1, -1, -1):
-        cluster = tightest(pattern, remaining)
-        pattern.flat[cluster] = False
-        remaining -= around(cluster)
-        ranks.flat[cluster] = rank
-    for rank in range(len(initial), n // 2):
-        void = tightest(~ones, -energy)
-        ones.flat[void] = True
-        energy += around(void)
-        ranks.flat[void] = rank
-    zeros = ~ones
-    energy = gaussian.sum() - energy
-    for rank in range(n // 2, n):
-        cluster = tightest(zeros, energy)
-        zeros.flat[cluster] = False
-        energy -= around(cluster)
-        ranks.flat[cluster] = rank
-    return ranks
+        return row_of(name, "", PLAIN, 1, 3, map(statistics.median, zip(*seconds)), errors_of([np.fromfile(path, "<u4").reshape(PLAIN, PLAIN)]))
 
 
 def low_frequency(masks):
@@ -141,155 +144,164 @@ def low_frequency(masks):
     power 1."""
     height, width = masks[0].shape
     frequency = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None, :])
-    powers = []
     for numerator, denominator in LEVELS:
         level = numerator / denominator
         low = (frequency > 0) & (frequency < np.sqrt(min(level, 1 - level)) / 2)
-        mean = []
-        for ranks in masks:
-            pattern = (ranks < level * ranks.size).astype(float)
-            pattern -= pattern.mean()
-            mean.append((np.abs(np.fft.fft2(pattern)) ** 2)[low].mean() / (pattern**2).sum())
-        powers.append(statistics.mean(mean))
-    return powers
+        patterns = np.array([ranks < level * ranks.size for ranks in masks]) - np.float64(level)
+        powers = np.abs(np.fft.fft2(patterns)) ** 2 / (patterns**2).sum((1, 2), keepdims=True)
+        yield powers[:, low].mean()
 
+
+def plane(quick):
+    """Rows with PLANE_FIELDS: seconds for windows of an endless plane side by side, of which nothing could be reused, on the processor
+    and, if there is one, on a GPU."""
+    extent, windows, cores = 256 if quick else 2048, 2 if quick else 4, os.cpu_count() or 1
+    for name in ("network", "fast network"):
+        for provider, threads in (*(("cpu", count) for count in sorted({1, cores})), ("cuda", 0)):
+            try:
+                generator = bluenoise.NeuralGenerator(ROOT / "libbn/data" / NETWORKS[name], threads=threads, provider=provider)
+            except bluenoise.RuntimeMissingError:
+                if provider == "cpu":
+                    raise
+                continue
+            count = windows * (8 if provider == "cuda" else 1)
+            generator.window(-extent, 0, extent, extent, seed=1)  # sets up the provider
+            begun = time.perf_counter()
+            for i in range(count):
+                generator.window(i * extent, 0, extent, extent, seed=1)
+            yield dict(zip(PLANE_FIELDS, (name, "processor" if provider == "cpu" else "GPU", threads or min(cores, 4), extent, count,
+                                          f"{time.perf_counter() - begun:.9f}")))
+
+
+# ---- Tables, the plot and the picture
 
 def label(row):
-    name = row["method"]
-    if row["options"]:
-        name += f", {row['options']}"
-    if row["method"] == "relax":
-        name += f", {row['threads']} thread" + ("s" if int(row["threads"]) > 1 else "")
-    return name
+    name = row["method"] + (f", {row['options']}" if row["options"] else "")
+    return name + (f", {row['threads']} threads" if int(row["threads"]) > 1 else "")
 
 
 def time_text(seconds):
     return f"{1e6 * seconds:.0f} us" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
 
 
+def is_timed(row):
+    return next((method.timed for method in methods() if (method.name, method.options) == (row["method"], row["options"])), True)
+
+
 def table(rows):
     lines = []
     for row in rows:
-        texels = int(row["width"]) * int(row["height"]) * int(row["depth"])
         seconds, cpu = float(row["seconds"]), float(row["cpu_seconds"])
-        times = [time_text(seconds), time_text(cpu), f"{1e9 * cpu / texels:.0f} ns"]
-        if row["method"] == "builtin":
-            times = ["baked", "", ""]
-        errors = [f"{float(row[key]):.4f}" if row[key] else "" for key in ERRORS]
-        lines.append([label(row), *times, *errors])
-    return md_table(["method", "time", "CPU time", "per texel", "E_0.75", "E_1", "E_1.5", "E_2"], lines)
+        times = [time_text(seconds), time_text(cpu), f"{1e9 * cpu / int(row['width']) ** 2:.0f} ns"] if is_timed(row) else ["", "", ""]
+        lines.append([label(row), *times, *(f"{float(row[key]):.4f}" for key in ERRORS)])
+    return md_table(["method", "time", "CPU time", "per texel", *(key.upper() for key in ERRORS)], lines)
 
 
-def colour_of(row, peers):
-    for name, colour in COLOURS.items():
-        if label(row).startswith(name):
-            return colour
-    return PEER_COLOURS[peers.index(row["method"]) % len(PEER_COLOURS)]
+def choice_rows(rows, method):
+    return [row for row in rows if (row["method"], row["options"]) == (method, CHOICES[method][0])]
 
 
-def plot_times(rows, peers, size, path):
-    figure, axes = plt.subplots(1, 3, figsize=(15, 4.6))
-    at_size = [row for row in rows if int(row["width"]) == size and row["depth"] in ("1", 1) and row["method"] != "white"]
-    for axis, key in zip(axes, ("e_1", "e_1.5")):
-        for row in at_size:
-            if row["method"] == "builtin":
-                axis.axhline(float(row[key]), color=COLOURS["builtin"], linestyle="--", label="builtin (baked)")
-                continue
-            name = label(row)
-            axis.plot(1e3 * float(row["cpu_seconds"]), float(row[key]), "o", color=colour_of(row, peers),
-                      label=name)
-        axis.set(xscale="log", xlabel="CPU time in ms", ylabel=f"E_{key[2:]}", title=f"{size}x{size}: error {key[2:]} against time")
+def choice_table(rows, threads):
+    """What each method can do, for docs/masks.md."""
+    lines = []
+    for method, (options, *abilities) in CHOICES.items():
+        own = choice_rows(rows, method)
+        if own:
+            quality = next((row for row in own if int(row["width"]) == PLAIN), own[0])
+            cells = [f"{float(quality[key]):.4f}" for key in ("e_1", "e_1.5")]
+            for size in CHOICE_SIZES:
+                at = [row for row in own if int(row["width"]) == size]
+                best = [row for row in at if int(row["threads"]) == threads] or at
+                cells.append(time_text(float(best[0]["seconds"])) if best else "")
+            lines.append([", ".join(filter(None, (method, options))), *cells, *abilities])
+    return md_table(["method", "E_1", "E_1.5", *(f"{size}x{size}" for size in CHOICE_SIZES), "windows", "channels", "same bits"], lines, 3)
+
+
+def plot(rows, path):
+    """Error against time per texel, and time against size, of the methods of CHOICES."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6))
+    for i, method in enumerate(CHOICES):
+        best = {}
+        for row in choice_rows(rows, method):
+            width, taken = int(row["width"]), 1e3 * float(row["seconds"])
+            best[width] = min(taken, best.get(width, taken))
+            if width == PLAIN and int(row["threads"]) == 1:
+                left.plot(1e6 * float(row["cpu_seconds"]) / width**2, float(row["e_1"]), "o", color=f"C{i}", label=label(row))
+        right.plot(list(best), list(best.values()), ".-", color=f"C{i}")
+    left.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (lower is better)",
+             title=f"error against time, {PLAIN}x{PLAIN}, one thread")
+    right.set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="milliseconds", title="time of a mask, all cores")
+    left.legend(fontsize=9)
+    for axis in (left, right):
         axis.grid(True, which="both", alpha=0.25)
-    axes[0].legend(fontsize=7)
-    flat = [row for row in rows if row["depth"] in ("1", 1) and row["method"] not in ("white", "builtin")]
-    for name in dict.fromkeys(label(row) for row in flat if row["method"] != "anneal"):
-        chosen = [row for row in flat if label(row) == name]
-        axes[2].plot([int(row["width"]) for row in chosen], [1e3 * float(row["cpu_seconds"]) for row in chosen],
-                     marker="o", markersize=3, color=colour_of(chosen[0], peers), label=name,
-                     linestyle=":" if chosen[0]["threads"] in ("2", 2) else "-")
-    axes[2].set(xscale="log", yscale="log", xlabel="width = height in texels", ylabel="CPU time in ms", title="time against size")
-    axes[2].grid(True, which="both", alpha=0.25)
-    axes[2].legend(fontsize=7)
     save(figure, path)
 
 
-def plot_spectra(groups, path):
-    """Radially averaged power spectra of the masks and of their thresholded patterns at two grey levels."""
-    figure, axes = plt.subplots(1, 3, figsize=(15, 4.2))
-    for name, masks in groups.items():
-        size = masks[0].shape[0]
-        frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.fftfreq(size)[None, :])
-        ring = np.floor(frequency * size + 0.5).astype(int).ravel()
-        for axis, level in zip(axes, (None, 1 / 16, 1 / 2)):
-            power = 0
-            for ranks in masks:
-                values = ranks.astype(float) if level is None else (ranks < level * ranks.size).astype(float)
-                values -= values.mean()
-                power = power + np.abs(np.fft.fft2(values)).ravel() ** 2 / (values**2).sum() / len(masks)
-            radial = np.bincount(ring, power) / np.bincount(ring)
-            steps = np.arange(1, len(radial))
-            axis.plot(steps / size, radial[1:], label=name, color=COLOURS.get(name))
-            axis.set(xlabel="cycles per texel", title="ranks" if level is None else f"thresholded at {level:g}")
-            axis.set(yscale="log", ylim=(1e-3, 8))
-            axis.grid(True, which="both", alpha=0.25)
-    axes[0].set_ylabel("power, white = 1")
-    axes[0].legend(fontsize=7)
-    save(figure, path)
+def picture(groups, path):
+    """One row per kind of mask: the upper left quarter, the mean spectrum, grey from 0 to 2 times white noise, and three grey levels."""
+    rows = []
+    for masks in groups.values():
+        values, side = bluenoise.to_float(masks[0]), masks[0].shape[0]
+        power = np.fft.fftshift(np.mean([bluenoise.power_spectrum(ranks) for ranks in masks], axis=0))
+        parts = [256 * values, *(np.where(values < level, 0, 255) for level in (1 / 16, 1 / 4, 1 / 2))]
+        images = [enlarged_part(grey(np.uint8(part)), (0, 0, side // 2, side // 2), 2) for part in parts]
+        rows.append([[image] for image in (images[0], grey(np.uint8(np.clip(power * 127.5, 0, 255))), *images[1:])])
+    write_image(path, sheet(rows, list(groups), ["ranks", "power spectrum", "1/16", "1/4", "1/2"]).convert("L"))
 
 
-def level_table(groups):
-    return md_table(["mask", *(f"{a}/{b}" for a, b in LEVELS)],
-                    [[name, *(f"{power:.3f}" for power in low_frequency(masks))] for name, masks in groups.items()])
+def plane_lines(rows):
+    def number(value):
+        return np.format_float_positional(value, precision=3, fractional=False, trim="-")
+
+    lines = []
+    for row in rows:
+        nanoseconds = 1e9 * float(row["seconds"]) / (int(row["windows"]) * int(row["extent"]) ** 2)
+        lines.append([row["network"], row["device"], str(row["threads"]), number(nanoseconds), number(1 / nanoseconds)])
+    return [f"Windows of {rows[0]['extent']}x{rows[0]['extent']} side by side, into main memory, on one core and on all"
+            + (":" if any(row["device"] == "GPU" for row in rows) else "; no GPU was available for this run:"), "",
+            md_table(["network", "on", "threads", "nanoseconds per texel", "gigatexels per second"], lines)]
 
 
-def generated_masks(size, quick):
-    count = 2 if quick else 8
-    groups = {
-        "void-and-cluster, sigma 1.5": [bluenoise.mask((size, size), seed=seed) for seed in range(count)],
-        "textbook, sigma 1.5": [textbook(size, 1.5, seed) for seed in range(count)],
-    }
-    groups["relax"] = [bluenoise.mask((size, size), method="relax", seed=seed) for seed in range(count)]
-    groups["builtin"] = [bluenoise.mask((size, size), method="builtin")]
-    return groups
+def answer(rows, threads):
+    """What the report found, in a paragraph."""
+    size = max(int(row["width"]) for row in rows if int(row["width"]) <= 1024 and row["method"] == "network")
+
+    def of(method):
+        own = [row for row in choice_rows(rows, method) if int(row["width"]) == size]
+        return f"{time_text(min(float(row['seconds']) for row in own))} for an E_1 of {float(own[0]['e_1']):.4f}"
+
+    white = next(float(row["e_1"]) for row in rows if row["method"] == "white")
+    return (f"At {size}x{size}, on {threads} threads, `void-and-cluster` takes {of('void-and-cluster')}, `relax` {of('relax')}, the network "
+            f"{of('network')}; white noise has {white:.4f}. So for a single mask the network is not the best tool: the other two have the same "
+            "bits everywhere and need no ONNX Runtime. It is for windows of a plane without end or period, and for two channels that are blue "
+            "together, for which annealing takes far longer. [masks.md](../masks.md) says which method to take.")
 
 
-def answer(rows):
-    """What the tables say about one size, in a sentence for each method."""
-    sizes = [int(row["width"]) for row in rows if row["method"] == "relax"]
-    size = 256 if 256 in sizes else max(sizes)
+def report_text(rows, threads, command, sections):
+    parts = ["# Masks: time against error", "", f"Printed by `{command}`.", "", answer(rows, threads), "",
+             "![Error against time, time against size](masks.png)", "", "## Which method", "",
+             "Wall-clock time on all cores, for those methods that can use several. *Windows*: of an endless plane. *Channels*: vectors that are "
+             "blue each and together. *Same bits*: on every machine; for networks, see bn/neural.h. All methods make any size.", "",
+             choice_table(rows, threads), "",
+             "`bluenoise mask --method auto` chooses by shape and channels: for one channel, relaxation for two-dimensional masks of more "
+             "than 512x512 texels and void-and-cluster otherwise; for two, the vector network; for more, annealing with 100 sweeps.", "",
+             "## Every size", "",
+             "Times are minima over repeats (of other libraries, medians of three) of wall-clock time and of CPU time, summed over threads, on 1 "
+             f"thread unless stated otherwise ({threads} are all cores); the methods for one size were interleaved. Time per texel is CPU time. "
+             "Errors are means of `bn_mask_error` over seeds; lower is better. `builtin` masks were annealed for minutes.", ""]
+    for size in sorted({int(row["width"]) for row in rows}):
+        parts += [f"### {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
+    for title, lines in sections.items():
+        parts += [f"## {title}", "", *lines, ""]
+    return "\n".join(parts)
 
-    def of(method, options):
-        own = [row for row in rows if (row["method"], row["options"]) == (method, options) and int(row["width"]) == size
-               and int(row["depth"]) == 1]
-        fastest = min(own, key=lambda row: float(row["seconds"]))
-        return f"{time_text(float(fastest['seconds']))} for an E_1 of {float(fastest['e_1']):.4f}"
 
-    return (f"A mask of {size}x{size} texels takes void-and-cluster {of('void-and-cluster', 'sigma 1.5')} and relaxation {of('relax', '')}; "
-            f"white noise has {next(float(row['e_1']) for row in rows if row['method'] == 'white'):.4f}. "
-            "[masks.md](../masks.md) says which method to take.")
-
-
-def report_text(rows, groups, anisotropies, command):
-    parts = ["# Masks: time against error", "", f"Printed by `{command}`.", "", answer(rows), "",
-             "![Time against error and size](masks_times.png)", "",
-             "Times are medians of wall-clock time and of CPU time (summed over threads, and more",
-             "reliable on a busy machine); time per texel is CPU time. Errors are means of `bn_mask_error` over seeds; lower",
-             "is better. One thread unless stated otherwise; `white` is white noise.", ""]
-    for size in sorted({int(row["width"]) for row in rows if row["depth"] in ("1", 1)}):
-        chosen = [row for row in rows if int(row["width"]) == size and row["depth"] in ("1", 1)]
-        parts += [f"## {size}x{size}", "", table(chosen), ""]
-    deep = [row for row in rows if row["depth"] not in ("1", 1)]
-    if deep:
-        parts += ["## 64x64x64", "", table(deep), ""]
-    parts += ["## Every grey level", "",
-              "Power of thresholded masks below half the principal frequency, relative to white noise, compared with",
-              "void-and-cluster as published, in double precision without optimisations (`textbook`), 64x64:", "",
-              level_table(groups), "",
-              "![Radially averaged power spectra](masks_spectra.png)", "",
-              "## Anisotropy", "",
-              "Anisotropy of the mean spectrum of 16 masks of 128x128, in dB; 16 perfectly isotropic masks have -12:", ""]
-    parts += [f"* {name}: {value:.1f}" for name, value in anisotropies.items()]
-    return "\n".join(parts) + "\n"
+def kept(path, again, make):
+    """The rows that make() gives, kept in a CSV; with `again` those that are there."""
+    if not again:
+        rows = list(make())
+        write_rows(path, list(rows[0]), rows)
+    return read_rows(path)
 
 
 def run(arguments):
@@ -297,29 +309,40 @@ def run(arguments):
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
-    parser.add_argument("--quick", action="store_true", help="sizes up to 256 only")
-    parser.add_argument("--again", action="store_true", help="keep the times in masks.csv and redo everything else")
+    parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
+    parser.add_argument("--again", action="store_true", help="keep the times in masks*.csv and redo everything else")
+    parser.add_argument("--guide", type=Path, default=ROOT / "docs" / "masks.md", help=argparse.SUPPRESS)
     add_out(parser)
     options = parser.parse_args(arguments)
+    peers = [peer.partition("=") for peer in options.peer]
+    if not all(command for _, _, command in peers):
+        parser.error("--peer must be NAME=COMMAND")
+    threads, quick = os.cpu_count() or 1, options.quick
 
-    rows = read_rows(options.out / "masks.csv") if options.again else measure(options.quick)
-    methods = ("white", "builtin", "void-and-cluster", "relax", "anneal")
-    peers = list(dict.fromkeys(row["method"] for row in rows if row["method"] not in methods))
-    for peer in options.peer:
-        name, _, command = peer.partition("=")
-        if not command:
-            parser.error(f"--peer must be NAME=COMMAND, not {peer}")
-        peers.append(name)
-        rows.append(run_peer(name, command, PEER_SIZE, 1 if options.quick else 3))
-    write_rows(options.out / "masks.csv", FIELDS, rows)
-    plot_times(rows, peers, PEER_SIZE, options.out / "masks_times.png")
-    groups = generated_masks(64, options.quick)
-    plot_spectra(groups, options.out / "masks_spectra.png")
-    anisotropies = {
-        method: bluenoise.anisotropy([bluenoise.mask((128, 128), method=method, seed=seed) for seed in range(16)])
-        for method in ("void-and-cluster", "relax", "white")
+    rows = kept(options.out / "masks.csv", options.again, lambda: [
+        *measure(QUICK_SIZES if quick else SIZES, threads, quick), *(run_peer(name, command) for name, _, command in peers)])
+    plot(rows, options.out / "masks.png")
+    generator, count = bluenoise.NeuralGenerator(), 2 if quick else 16
+    groups = {"network": [generator.mask((128, 128), seed=seed) for seed in range(count)],
+              **{name: [bluenoise.mask((128, 128), method=name, seed=seed) for seed in range(count)] for name in ("void-and-cluster", "relax", "white")}}
+    picture({name: masks for name, masks in groups.items() if name != "relax"}, options.out.parent / "neural.png")
+    levels = {**groups, "builtin": [bluenoise.mask((128, 128), method="builtin")]}
+    sections = {
+        "Every grey level": [
+            "Power of thresholded masks of 128x128 below half the principal frequency, relative to white noise:", "",
+            md_table(["mask", *(f"{a}/{b}" for a, b in LEVELS)],
+                     [[name, *(f"{power:.3f}" for power in low_frequency(masks))] for name, masks in levels.items()]), "",
+            "In masks of one channel, libbn itself orders the points of the lightest and darkest patterns, which `relax` and the networks space "
+            "poorly. In windows, patterns below about 1/32 and above 31/32 are far less blue.", "",
+            f"Anisotropy of the mean spectrum of {count} masks, in dB (perfectly isotropic masks have {-10 * np.log10(count):.0f}): "
+            + ", ".join(f"{name} {bluenoise.anisotropy(masks):.1f}" for name, masks in groups.items()) + "."],
+        "Vectors": vectors.lines_of(kept(options.out / "masks_vectors.csv", options.again, lambda: vectors.measure(32 if quick else 128, quick))),
+        "An endless plane": plane_lines(kept(options.out / "masks_plane.csv", options.again, lambda: plane(quick))),
     }
-    command = "scripts/bench masks" + "".join(f' --peer "{name}=COMMAND"' for name in peers)
-    text = report_text(rows, groups, anisotropies, command)
+    known = {method.name for method in methods()}
+    others = dict.fromkeys(row["method"] for row in rows if row["method"] not in known)
+    text = report_text(rows, threads, "scripts/bench masks" + "".join(f' --peer "{name}=COMMAND"' for name in others), sections)
     write_text(options.out / "masks.md", text)
+    if not quick:
+        update_table(options.guide, "scripts/bench masks", choice_table(rows, threads))
     print(text)

@@ -7,6 +7,8 @@ of one thread, so that other work on the machine matters little. Between counts 
 
 import dataclasses
 import math
+import os
+import platform
 import statistics
 import tempfile
 from pathlib import Path
@@ -22,6 +24,16 @@ from .ratios import seconds_to_error
 TARGETS = (16, 64)
 MEASURE = "displayed_2.1"
 COST_SPP, ROUNDS = 32, 5
+
+
+def machine():
+    """One line that describes the machine."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{(models or [platform.processor() or platform.machine()])[0]}, {os.cpu_count()} processors"
 
 
 def _seconds(program, view, variant, spp, folder):

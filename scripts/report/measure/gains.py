@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base import files
 from ..base.peers import PEERS
+from ..base.tables import md_table
 
 DRAWS, BOOTSTRAP_SEED, LEVEL = 2000, 20_231, 0.95
 # A ratio counts only where the smaller error is at least this many times the reference's own error.
@@ -38,6 +39,17 @@ class Gain:
     def text(self):
         """For example "1.83 (1.70 to 1.95)"."""
         return f"{self.value:.2f} ({self.low:.2f} to {self.high:.2f})"
+
+
+def value_text(gain):
+    return f"{gain.value:.2f}"
+
+
+def table(head, counts, rows, cell=Gain.text):
+    """Markdown from {name: function(count) -> Gain or None}; names without any are left out."""
+    found = {name: [of(count) for count in counts] for name, of in rows.items()}
+    return md_table([head, *map(str, counts)], [
+        [name, *(cell(gain) if gain else "" for gain in gains)] for name, gains in found.items() if any(gains)])
 
 
 def mean_of(group):
@@ -98,7 +110,7 @@ class Gains:
         return not errors or math.sqrt(np.mean(np.square(errors))) >= VISIBLE
 
     def is_judged(self, view, label, spp, measure):
-        """Whether the reference is accurate enough for this cell. FLIP has no such test."""
+        """Whether the reference is accurate enough for this cell."""
         errors, own = self.cells.get(view, label, spp, measure), self.references[view].own.get(measure, 0.0)
         return math.sqrt(np.mean(np.square(errors))) >= REFERENCE_MARGIN * own
 

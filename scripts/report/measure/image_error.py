@@ -25,8 +25,6 @@ WHAT_FOR = {
                  "above white count as white.",
     "trimmed": "Trimmed relative RMSE divides each pixel's error by the reference's luminance and excludes the 0.1 % of pixels "
                "that are too bright by the largest factor. It weighs dark and bright areas equally and ignores fireflies.",
-    "flip": "HDR-FLIP models the difference an observer sees when alternating between picture and reference, over all relevant "
-            "exposures. It includes contrast sensitivity and colour, and so is a check on the other measures.",
 }
 TRIMMED_SHARE = 0.001
 # Share of the mean luminance that keeps black pixels from dominating relative errors.
@@ -64,8 +62,6 @@ def rmse(image, reference, sigma=0.0, edge="mirror"):
 
 def measure_name(name):
     """The name of a measure for people."""
-    if name == "flip":
-        return "mean FLIP"
     kind, _, sigma = name.partition("_")
     return f"{KINDS[kind]} after sigma {sigma}" if sigma else f"{KINDS[kind]}, unblurred"
 

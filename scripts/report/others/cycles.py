@@ -7,8 +7,8 @@ and with adaptive sampling, and measured against references. All is cached in ~/
 """
 
 import argparse
-import dataclasses
 import hashlib
+import math
 import os
 import tempfile
 from pathlib import Path
@@ -17,23 +17,42 @@ import numpy as np
 
 from ..base.command import positive
 from ..base.files import read_exr
+from ..base.tables import md_table
+from ..measure.gains import bootstrap
 from ..renders.judge import Cells
 from ..renders.renderer import RenderError
 from .cycles_build import TAG, build
-from .cycles_report import ADAPTIVE, ADAPTIVE_SPP, PREVIEW, PREVIEW_SPP, Report
-from .cycles_scenes import SCENES, SIZE, View, text
-from .other_renderer import REFERENCE_SEED, OtherRun, add_options, finish_options, processor_seconds, write_picture, write_report
+from .cycles_scenes import SCENES, SIZE, ZOOM, View, text
+from .other_renderer import (
+    EXPOSED,
+    HEADLINE,
+    REFERENCE_SEED,
+    OtherReport,
+    OtherRun,
+    Task,
+    add_options,
+    finish_options,
+    name_of,
+    processor_seconds,
+    write_picture,
+)
 
 # Values of Cycles' `sampling_pattern`: its default, its two kinds of blue noise, and that of examples/cycles.
-SAMPLERS = ("tabulated_sobol", "blue_noise_first", "blue_noise_pure", "blue")
+NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
+SAMPLERS = (*NAMES, "blue")
 SEEDS = 4
 # What the page begins with.
 PICTURE = {"tabulated_sobol": "Tabulated Sobol", "blue": "blue"}
 PICTURE_SCENE, PICTURE_SPP, PICTURE_PART = "monkey", 4, (24, 0, 144, 144)
 REFERENCE_SPP = 2048
 REFERENCE_SAMPLER = "sobol_burley"  # which hashes pixel, dimension and seed
-PIXELS = SIZE[0] * SIZE[1]
+ADAPTIVE, ADAPTIVE_SPP = 0.05, 128  # threshold, samples at most
+# Patterns that have to be told the number of samples, told so many, and stopped before.
+PREVIEW, PREVIEW_SPP = ("blue_noise_first", "blue_noise_pure"), 64
+TOLD = {f"{than} {PREVIEW_SPP}": f"{NAMES[than]}, told {PREVIEW_SPP}" for than in PREVIEW}
 
+
+# ---- Running Cycles
 
 def integrator(sampler, spp, seed, threshold=None):
     """Attributes of Cycles' integrator; a threshold turns adaptive sampling on."""
@@ -58,29 +77,10 @@ def render(program, checkout, scene, settings, out, spp=0, counts=False):
     return seconds
 
 
-@dataclasses.dataclass(frozen=True)
-class Task:
-    """All pictures of one view, pattern and seed; with a threshold one adaptive picture. The pattern is told the count of each picture,
-    or `told`."""
-
-    view: View
-    sampler: str
-    seed: int
-    counts: tuple
-    threshold: float = 0.0
-    told: int = 0
-
-    @property
-    def label(self):
-        return f"{self.sampler} {self.told or self.threshold}" if self.told or self.threshold else self.sampler
-
-    @property
-    def cost(self):
-        return PIXELS * (sum(self.counts) + 40 * len(self.counts))  # starting Cycles takes as long as some samples
-
-
 class CyclesRun(OtherRun):
     """Renders tasks, or finds their results in the cache."""
+
+    reference = REFERENCE_SAMPLER
 
     def __init__(self, program, checkout, jobs):
         super().__init__(program, "cycles", jobs)
@@ -105,9 +105,6 @@ class CyclesRun(OtherRun):
     def reference_key(self, view, spp):
         return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
 
-    def reference_task(self, view, spp):
-        return Task(view, REFERENCE_SAMPLER, 0, ())
-
     def picture(self, path, reference):
         """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
         pictures = {}
@@ -117,6 +114,72 @@ class CyclesRun(OtherRun):
                 render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
                 pictures[name] = read_exr(out)[0]
         write_picture(path, pictures, reference.picture, PICTURE_PART)
+
+
+# ---- The report
+
+class Report(OtherReport):
+    TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
+    INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
+samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`, less than 1 that `blue` has more. They are geometric
+means over scenes and seeds; in brackets is the 95 % interval of a bootstrap over both. Errors are root mean squares over the pixels and
+channels of pictures of {SIZE[0]}x{SIZE[1]} pixels, the middle of ones {ZOOM} times as wide, after a Gaussian blur or without. *As displayed*
+clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so that the mean luminance of the reference is
+{EXPOSED}; *raw* does neither.
+"""
+    METHOD = f"""Cycles is at {TAG}. The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles'
+`sampling_pattern`, which are told the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is
+not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample 0 into the
+middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
+
+References are means of two pictures by `sobol_burley` with seeds of their own, so their errors are independent of all others'. Half the
+difference of the two is a reference's own error. A scene counts where the error of `blue` is at least three times that; where a cell is
+empty, the reference is too noisy."""
+
+    def adaptive_ratio(self, name, than):
+        """Mean and interval, as a text, of a figure of adaptive pictures, the other's over that of `blue`."""
+        scenes = []
+        for view in self.gains.views:
+            own, other = (self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, name) for label in ("blue", than))
+            if own and other and min(*own, *other) > 0:
+                scenes.append(np.log(other) - np.log(own))
+        return "{:.2f} ({:.2f} to {:.2f})".format(*map(math.exp, bootstrap(scenes))) if scenes else ""
+
+    def sections(self):
+        early = [spp for spp in self.counts if spp < PREVIEW_SPP]
+        found = {"Stopped early": [
+            f"As a preview shows them: told {PREVIEW_SPP} samples, of which so many have been taken. `blue` is not told.", "",
+            *(line for measure in HEADLINE for line in (f"{name_of(measure).capitalize()}:", "", self.ratios(self.gains, measure, early, TOLD), ""))]}
+        samples = {label: [np.mean(own) for view in self.gains.views if (own := self.cells.get(view, f"{label} {ADAPTIVE}", ADAPTIVE_SPP, "samples"))]
+                   for label in self.samplers}
+        if any(samples.values()):
+            found["Adaptive sampling"] = [
+                f"A threshold of {ADAPTIVE}, at most {ADAPTIVE_SPP} samples, which is also what the patterns are told, with Cycles' default minimum. "
+                "Cycles splits a pixel's samples into two halves by bits of the index and stops where they agree: if the halves of a pattern are "
+                "better spread, they agree sooner, though its error may not be less.", "",
+                md_table(["pattern", "mean samples", "samples over `blue`'s", *(f"error over `blue`'s, {name_of(measure)}" for measure in HEADLINE)], [
+                    [self.name(label), f"{np.mean(samples[label]):.1f}", *(self.adaptive_ratio(name, label) if label != "blue" else ""
+                                                                         for name in ("samples", *HEADLINE))] for label in self.samplers])]
+        return found
+
+    def answer(self):
+        """Three sentences."""
+        counts = [n for n in (1, 4, 16, 64) if n in self.counts]
+
+        def of(than, measure=HEADLINE[0], most=math.inf):
+            return ", ".join(value.partition(" ")[0] for value in (
+                gain.text() if gain else "?" for gain in (self.gains.gain("blue", spp, measure, than) for spp in counts if spp < most)))
+
+        said = {than: f"{of(than)} times{{}} (raw {of(than, HEADLINE[1])})" for than in NAMES}
+        samples, error = (self.adaptive_ratio(name, "tabulated_sobol") for name in ("samples", HEADLINE[0]))
+        last = (f"With adaptive sampling and a threshold of {ADAPTIVE}, Tabulated Sobol takes {samples} times the samples of `blue` and ends "
+                f"with {error} times its error. " if samples and error else "")
+        return (f"At {', '.join(map(str, counts))} samples, Tabulated Sobol, the default of Cycles' stand-alone program, has "
+                f"{said['tabulated_sobol'].format(' the error of `blue` as displayed')}. Told the number of samples, Cycles' blue noise has "
+                f"{said['blue_noise_pure'].format(' with *pure*')} and {said['blue_noise_first'].format(' with *first*')}. Told {PREVIEW_SPP} and stopped "
+                f"before, as in a preview, *pure* has {of(f'blue_noise_pure {PREVIEW_SPP}', most=PREVIEW_SPP)} times and *first* "
+                f"{of(f'blue_noise_first {PREVIEW_SPP}', most=PREVIEW_SPP)} times. "
+                f"{last}A sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
 
 
 # ---- The command
@@ -145,15 +208,13 @@ and results are cached there, and a run that was interrupted resumes.""")
 def run(arguments):
     options = parse_options(arguments)
     program = options.program or build(options.cycles, options.jobs)
-    work = CyclesRun(program, options.cycles, options.jobs)
-    views = [View(name) for name in options.scenes]
-    references = work.references(views, dict.fromkeys(views, options.reference_spp))
-    seeds = range(1, options.seeds + 1)
+    work, views, seeds = CyclesRun(program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
+    references = work.references(dict.fromkeys(views, options.reference_spp))
+    early = tuple(n for n in options.counts if n < PREVIEW_SPP)
     tasks = [Task(view, sampler, seed, options.counts) for view in views for sampler in SAMPLERS for seed in seeds]
-    tasks += [Task(view, sampler, seed, tuple(n for n in options.counts if n < PREVIEW_SPP), told=PREVIEW_SPP) for view in views
-              for sampler in PREVIEW for seed in seeds]
-    tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), threshold) for view in views for sampler in SAMPLERS for seed in seeds
-              for threshold in ADAPTIVE if not options.no_adaptive]
-    cells = Cells(work.results(references, tasks))
-    if write_report(options, "cycles", Report(options, cells, references, SAMPLERS), views):
+    tasks += [Task(view, sampler, seed, early, told=PREVIEW_SPP) for view in views for sampler in PREVIEW for seed in seeds]
+    if not options.no_adaptive:
+        tasks += [Task(view, sampler, seed, (ADAPTIVE_SPP,), ADAPTIVE) for view in views for sampler in SAMPLERS for seed in seeds]
+    report = Report(options, Cells(work.results(references, tasks)), references, SAMPLERS, NAMES, {"Scenes": SCENES})
+    if report.write("cycles", report.summary({**NAMES, **TOLD})):
         work.picture(options.pictures / "cycles.jpg", references[View(PICTURE_SCENE)])

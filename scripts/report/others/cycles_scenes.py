@@ -88,6 +88,10 @@ class View:
     name: str = "middle"
 
     @property
+    def size(self):
+        return SIZE
+
+    @property
     def label(self):
         return self.scene
 

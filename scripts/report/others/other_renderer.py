@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the comparisons in other people's renderers share: runs of their programs, references, options, and tables."""
+"""What the comparisons in other people's renderers share: runs of their programs, references, options, and the report."""
 
 import argparse
 import dataclasses
+import functools
 import hashlib
 import math
 import os
@@ -14,22 +15,25 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.bench_options import arguments_that_count
+from ..base.bench_options import command_shown
 from ..base.command import positive
 from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_rows, write_text
 from ..base.progress import Progress, duration
 from ..base.tables import md_table, update_table
 from ..base.whole_files import written_beside
+from ..measure import gains
+from ..measure.gains import Gains
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..renders.judge import Run, Store
 from ..renders.renderer import RenderError, cache_folder
 
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
-MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in SIGMAS)
+MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in reversed(SIGMAS))
 EXPOSED = 0.25  # the mean luminance of the reference of an exposed picture
 HEADLINE = ("displayed_2.1", "rmse_2.1")
+SPREAD_COUNTS = (1, 4, 16, 64)
 FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds", *MEASURES)
 # References come from a sampler that hashes pixel, dimension and seed: with seeds of their own, their errors are independent of all
 # others'.
@@ -41,11 +45,11 @@ def errors(picture, reference):
     stops = np.log2(EXPOSED / max(float(np.mean(reference @ LUMINANCE)), 1e-9))
     pictures = {"rmse": (picture, reference), "displayed": (displayed(picture), displayed(reference)),
                 "exposed": (displayed(picture, stops), displayed(reference, stops))}
-    return {name: rmse(*pictures[name.rpartition("_")[0]], float(name.rpartition("_")[2])) for name in MEASURES}
+    return {f"{kind}_{sigma}": rmse(*pictures[kind], sigma) for kind in KINDS for sigma in SIGMAS}
 
 
 def name_of(measure):
-    kind, _, sigma = measure.rpartition("_")
+    kind, _, sigma = measure.partition("_")
     return KINDS[kind] + (f", after sigma {sigma}" if float(sigma) else ", unblurred")
 
 
@@ -77,11 +81,33 @@ class Reference:
         return hashlib.sha256(self.picture.tobytes()).hexdigest()
 
 
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """All pictures of one view, sampler and seed; with a threshold one adaptive picture. The sampler is told the count of each picture,
+    or `told`."""
+
+    view: object
+    sampler: str
+    seed: int
+    counts: tuple
+    threshold: float = 0.0
+    told: int = 0
+
+    @property
+    def label(self):
+        return f"{self.sampler} {self.told or self.threshold}" if self.told or self.threshold else self.sampler
+
+    @property
+    def cost(self):
+        # Starting a program takes as long as about ten samples.
+        return self.view.size[0] * self.view.size[1] * sum(count + 10 for count in self.counts)
+
+
 class OtherRun(Run):
     """Renders tasks in another renderer, or finds their results in the cache of a folder.
 
-    A subclass has builds, key(), render(task, spp, seed, out), which returns processor seconds, and reference_key(view, spp), and
-    reference_task(view, spp), whose seeds are REFERENCE_SEED and the next.
+    A subclass has key(), render(task, spp, seed, out), which returns processor seconds, reference_key(view, spp), and `reference`, the
+    sampler of references, whose seeds are REFERENCE_SEED and the next.
     """
 
     def __init__(self, program, folder, jobs):
@@ -103,29 +129,28 @@ class OtherRun(Run):
                              **errors(picture, reference.picture), **self.more(task, spp, out)})
         return rows, {}
 
-    def reference(self, view, spp):
+    def reference_of(self, view, spp):
         """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
-        key, task = self.reference_key(view, spp), self.reference_task(view, spp)
+        key = self.reference_key(view, spp)
         found = self.store.load(key)
         if not found:
             halves, seconds = [], 0.0
             with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
                 for half in range(2):
                     out = Path(folder) / "out.exr"
-                    seconds += self.render(task, spp // 2, REFERENCE_SEED + half, out)
+                    seconds += self.render(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half, out)
                     halves.append(read_exr(out)[0])
             found = [{"seconds": seconds}], {"halves": np.array(halves)}
             self.store.save(key, *found)
         (row,), arrays = found
         first, second = arrays["halves"]
-        own = {name: error / 2 for name, error in errors(first, second).items()}
-        return Reference((first + second) / 2, own, spp, row["seconds"])
+        return Reference((first + second) / 2, {name: error / 2 for name, error in errors(first, second).items()}, spp, row["seconds"])
 
-    def references(self, views, counts):
+    def references(self, counts):
         """{view: Reference} with so many samples, {view: count}, `jobs` at a time."""
         progress, done, found, pool = Progress(sum(counts.values()), "spp"), 0, {}, ThreadPoolExecutor(self.jobs)
         try:
-            for view, reference in zip(views, pool.map(lambda view: self.reference(view, counts[view]), views)):
+            for view, reference in zip(counts, pool.map(lambda view: self.reference_of(view, counts[view]), counts)):
                 found[view] = reference
                 done += counts[view]
                 progress(f"reference of {view.label}", done)
@@ -133,17 +158,6 @@ class OtherRun(Run):
             pool.shutdown(cancel_futures=True)
             progress.close()
         return found
-
-
-def rows_of(cells, views):
-    """One row per view, sampler and count: root mean squares over seeds, for a CSV."""
-    rows = []
-    for (view, label, spp), cell in cells.values.items():
-        if view in views:
-            rows.append({"scene": view.scene, "view": view.name, "sampler": label, "spp": spp, "seeds": len(cell["seconds"]),
-                         "seconds": f"{np.median(cell['seconds']):.4g}",
-                         **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in MEASURES}})
-    return rows
 
 
 def write_picture(path, pictures, reference, part, sigma=2.1):
@@ -154,20 +168,6 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
     figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
     with written_beside(path) as beside:
         figure.save(beside, quality=95, subsampling=0)
-
-
-def write_report(options, name, report, views):
-    """Writes NAME.md and the CSV of all figures, and prints the report. In docs/report the guide's table changes, too; returns whether."""
-    write_rows(options.pages / f"{name}.csv", FIELDS, rows_of(report.cells, set(views)))
-    text = report.text()
-    write_text(options.out / f"{name}.md", text)
-    whole = options.out.resolve() == Path("docs/report").resolve()
-    if whole:
-        update_table(options.guide, f"scripts/bench {name}", report.summary())
-    print(text)
-    print(f"Written: {options.out}/{name}.md and {options.pages}/{name}.csv. References took "
-          f"{duration(sum(reference.seconds for reference in report.references.values()))} of processor time once.", file=sys.stderr)
-    return whole
 
 
 # ---- Options
@@ -189,7 +189,7 @@ def add_options(parser, name, scenes, seeds):
 
 def finish_options(parser, options, name, arguments, whole, known):
     """whole: the options that the whole comparison leaves alone, which only goes to docs/report; known: {option of names: names}."""
-    options.whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
+    is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
     for option, names in known.items():
         chosen = getattr(options, option).split(",") if getattr(options, option) else list(names)
         for one in chosen:
@@ -199,47 +199,60 @@ def finish_options(parser, options, name, arguments, whole, known):
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
-    options.out = options.out or (Path("docs/report") if options.whole else options.pages)
-    options.command = command_shown(f"scripts/bench {name}", arguments, f"--{name}")
-    return options
+    options.out = options.out or (Path("docs/report") if is_whole else options.pages)
+    options.command = command_shown(name, arguments)
 
 
-def command_shown(command, arguments, checkout):
-    """The command line for the report: `checkout` is the option whose folder is not shown."""
-    shown = arguments_that_count(arguments)
-    for i, word in enumerate(shown):
-        if word in (checkout, "--luxcore"):
-            shown[i + 1:i + 2] = ["DIR"]
-        elif word == "--program":
-            del shown[i:i + 2]
-    return " ".join([command, *shown])
-
-
-# ---- Tables
+# ---- The report
 
 class OtherReport:
-    """options: of finish_options(); references: {view: Reference}. names: {sampler: what it is called}; base: the one that times are
-    relative to; pixels: of a view."""
+    """A page about another renderer. A subclass has TITLE, INTRO, METHOD, SCENES ({name: with what it shows}), SPREAD (what its tables of
+    scenes compare with) and answer(), and may have further sections().
 
-    def __init__(self, options, cells, references, samplers, names, base, pixels):
+    options: of finish_options(); references: {view: Reference}; samplers: that were compared, blue the last, after the one that times
+    are relative to, the first. thans: {what blue is compared with: its name}; sets: {title: scenes} over which figures are."""
+
+    def __init__(self, options, cells, references, samplers, thans, sets):
         self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
-        self.samplers, self.own = tuple(samplers), tuple(name for name in samplers if name != "blue")
-        self.names, self.base, self.pixels = names, base, pixels
+        self.samplers, self.thans, self.sets = tuple(samplers), thans, {}
+        for title, scenes in sets.items():
+            own = Gains(cells, {view: reference for view, reference in references.items() if view.scene in scenes}, self.samplers)
+            own.peers = self.samplers[:-1]
+            if own.views:
+                self.sets[title] = own
+        self.title, self.gains = next(iter(self.sets.items()))
 
     def name(self, label):
-        return self.names.get(label, f"`{label}`")
+        return self.thans.get(label, f"`{label}`")
 
-    def ratios(self, gains, head, thans, counts, measure, cell=lambda gain: gain.text()):
-        """One row per sampler and name of `thans`: its error over blue's; measure: one, or several for (raw) in brackets."""
-        rows = []
-        for than, name in thans:
-            if isinstance(measure, str):
-                found = [gains.gain("blue", spp, measure, than) for spp in counts]
-                rows.append([name, *(cell(gain) if gain else "" for gain in found)])
-            else:
-                found = [[gains.gain("blue", spp, one, than) for one in measure] for spp in counts]
-                rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
-        return md_table([head, *map(str, counts)], rows)
+    def ratios(self, own, measure, counts=None, thans=None):
+        """One row per sampler: its error over blue's."""
+        return gains.table("error over `blue`'s, at spp", counts or self.counts, {
+            name: functools.partial(lambda than, spp: own.gain("blue", spp, measure, than), than) for than, name in (thans or self.thans).items()})
+
+    def summary(self, thans=None):
+        """The table of the guide, over the first set: as displayed, and in brackets raw."""
+        views, rows = self.gains.views, []
+        for than, name in (thans or self.thans).items():
+            found = [[self.gains.gain("blue", spp, measure, than) for measure in HEADLINE] for spp in self.counts]
+            rows.append([name, *(f"{shown.value:.2f} ({raw.value:.2f})" if shown and raw else "" for shown, raw in found)])
+        scenes = len({view.scene for view in views})
+        crops = f"; crops: {len(views)}" if len(views) > scenes else ""
+        return (f"{self.title}: {scenes}{crops}; seeds: {self.options.seeds}.\n\n"
+                + md_table(["error over `blue`'s, at spp", *map(str, self.counts)], rows))
+
+    def scenes_table(self, own, measure, than):
+        """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
+        counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
+        for scene in dict.fromkeys(view.scene for view in own.views):
+            views, row = tuple(view for view in own.views if view.scene == scene), [f"{scene}: {self.SCENES[scene].what}"]
+            for spp in counts:
+                whole = own.gain("blue", spp, measure, than, views)
+                each = [gain.value for gain in (own.gain("blue", spp, measure, than, (view,)) for view in views) if gain]
+                spread = f" ({min(each):.2f} to {max(each):.2f})" if len(each) > 1 else ""
+                row.append(f"{whole.value:.2f}{spread}" if whole else "")
+            rows.append(row)
+        return md_table([f"{self.name(than)} over `blue`", *map(str, counts)], rows)
 
     def rate(self, view, label):
         """Processor seconds per sample of all pixels, without what starting the program takes."""
@@ -248,20 +261,66 @@ class OtherReport:
         return max((seconds[1] - seconds[0]) / max(last - first, 1), 1e-9)
 
     def time(self, label):
-        """Processor time per sample over the base's, the geometric mean over views."""
-        return math.exp(statistics.mean(math.log(self.rate(view, label) / self.rate(view, self.base)) for view in self.references))
+        """Processor time per sample over that of the first sampler, the geometric mean over views."""
+        return statistics.geometric_mean(self.rate(view, label) / self.rate(view, self.samplers[0]) for view in self.references)
 
-    def times_table(self, head):
+    def times_table(self):
         rows = []
         for label in self.samplers:
-            micro = [1e6 * self.rate(view, label) / self.pixels for view in self.references]
+            micro = [1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references]
             rows.append([self.name(label), f"{self.time(label):.2f}", f"{statistics.median(micro):.2f}"])
-        return md_table([head, f"processor time over {self.name(self.base)}'s", "median, µs per sample"], rows)
-
-    def rms(self, view, label, spp, measure):
-        return math.sqrt(np.mean(np.square(self.cells.get(view, label, spp, measure))))
+        return md_table(["sampler", f"processor time over {self.name(self.samplers[0])}'s", "median, µs per sample"], rows)
 
     def own_share(self, view, measure):
         """A reference's own error over the smallest of any sampler at the largest count."""
-        least = min(self.rms(view, label, self.counts[-1], measure) for label in self.samplers)
+        least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure)))) for label in self.samplers)
         return self.references[view].own[measure] / least if least else math.nan
+
+    def references_table(self):
+        rows = []
+        for scene in dict.fromkeys(view.scene for view in self.references):
+            views = [view for view in self.references if view.scene == scene]
+            rows.append([scene, str(self.references[views[0]].spp),
+                         *(f"{max(self.own_share(view, measure) for view in views):.2f}" for measure in HEADLINE)])
+        return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
+
+    def sections(self):
+        """{heading: lines} of further sections."""
+        return {}
+
+    def text(self):
+        parts = [self.TITLE, "", self.answer(), "", self.INTRO]
+        for title, own in self.sets.items():
+            parts += [f"## {title}", ""]
+            for measure in MEASURES:
+                if any(own.gain("blue", spp, measure, self.samplers[0]) for spp in self.counts):
+                    parts += [f"{name_of(measure).capitalize()}:", "", self.ratios(own, measure), ""]
+        for heading, lines in self.sections().items():
+            parts += [f"## {heading}", "", *lines, ""]
+        parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}; in brackets, the smallest and the greatest of a scene's crops.", ""]
+        for own in self.sets.values():
+            for than in self.SPREAD:
+                if than in self.thans:
+                    parts += [self.scenes_table(own, HEADLINE[0], than), ""]
+        return "\n".join([
+            *parts, "## Time", "", "Processor seconds of one thread, without what starting the program takes. On a machine with other work a few "
+            "per cent mean nothing.", "", self.times_table(), "",
+            "## How it was measured", "", f"`{self.options.command}`, {self.options.seeds} seeds. {self.METHOD}", "",
+            f"Own errors are those of references over the smallest error of any sampler at {self.counts[-1]} samples, the greatest of a "
+            "scene's crops.", "", self.references_table()]) + "\n"
+
+    def write(self, name, guide):
+        """Writes NAME.md and the CSV of all figures, and prints the report. In docs/report the guide's table changes, too; returns whether."""
+        write_rows(self.options.pages / f"{name}.csv", FIELDS, [
+            {"scene": view.scene, "view": view.name, "sampler": label, "spp": spp, "seeds": len(cell["seconds"]),
+             "seconds": f"{np.median(cell['seconds']):.4g}", **{one: f"{np.sqrt(np.mean(np.square(cell[one]))):.6g}" for one in MEASURES if one in cell}}
+            for (view, label, spp), cell in self.cells.values.items()])
+        text = self.text()
+        write_text(self.options.out / f"{name}.md", text)
+        whole = self.options.out.resolve() == Path("docs/report").resolve()
+        if whole:
+            update_table(self.options.guide, f"scripts/bench {name}", guide)
+        print(text)
+        print(f"Written: {self.options.out}/{name}.md and {self.options.pages}/{name}.csv. References took "
+              f"{duration(sum(reference.seconds for reference in self.references.values()))} of processor time once.", file=sys.stderr)
+        return whole

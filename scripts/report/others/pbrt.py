@@ -8,131 +8,100 @@ sampler at 1 to 64 samples per pixel and several seeds, and measured against ref
 """
 
 import argparse
-import dataclasses
 import hashlib
 import sys
 import tempfile
-import threading
 from pathlib import Path
 
 from ..base.files import read_exr
 from ..measure import gains
+from ..measure.gains import BEST_PEER, row_of
 from ..renders.judge import Cells
 from . import lux_scenes
-from .other_renderer import REFERENCE_SEED, OtherRun, add_options, finish_options, processor_seconds, write_picture, write_report
+from .other_renderer import (
+    EXPOSED,
+    HEADLINE,
+    MEASURES,
+    REFERENCE_SEED,
+    OtherReport,
+    OtherRun,
+    Task,
+    add_options,
+    finish_options,
+    name_of,
+    processor_seconds,
+    write_picture,
+)
 from .pbrt_build import COMMIT, build
-from .pbrt_report import Report
-from .pbrt_scenes import CROP, HELD_OUT, SCENES, TUNING, crops, write_files
+from .pbrt_scenes import CROP, HEIGHT, PROBES, SCENES, WIDTH, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
-VIEWS = {"held-out": {**dict.fromkeys(lux_scenes.SCENES), **HELD_OUT}, "tuning": TUNING}
+LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # which hashes pixel, dimension and seed
 COUNTS = (1, 2, 3, 4, 6, 16, 64)
 SEEDS = 4
 MINUTES = 30  # of the whole comparison on two cores
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
-REFERENCE_LINE = 'Sampler "paddedsobol"'
-PROBES = ("motion", "skin", "room")  # between them they draw all that a path can draw
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/pbrt.jpg", "penumbra", 6
 PICTURE_BOUNDS, PICTURE_PART = (460, 780, 280, 520), (60, 30, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
+SPECTRAL = "hair"
+SETS = {"Scenes from LuxCoreRender": tuple(lux_scenes.SCENES), "Scenes of ours": tuple(name for name in SCENES if name != SPECTRAL),
+        "Hair": (SPECTRAL,)}
 
 
 # ---- Running pbrt
 
-def render(program, scene_file, bounds, spp, seed, out):
+def render(program, scene, sampler, bounds, spp, seed, out):
     """Renders into `out`; returns the processor seconds."""
-    command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
-               "--pixelbounds", ",".join(map(str, bounds)), "--outfile", str(out), str(scene_file)]
-    return processor_seconds(command, f"pbrt failed on {scene_file}")
-
-
-@dataclasses.dataclass(frozen=True)
-class Task:
-    """All pictures of one view, sampler and seed."""
-
-    view: object
-    label: str
-    seed: int
-    counts: tuple
-
-    @property
-    def cost(self):
-        # Starting pbrt takes as long as about eight samples.
-        return CROP[0] * CROP[1] * sum(count + 8 for count in self.counts)
-
-
-class Files:
-    """The scenes as files, one per sampler, in a folder that is removed at the end."""
-
-    def __init__(self, luxcore):
-        self._folder = tempfile.TemporaryDirectory(prefix="libbn-pbrt-")
-        if luxcore:
-            SCENES.update(lux_scenes.scenes(luxcore, self._folder.name))
-        self._lock, self._paths = threading.Lock(), {}
-
-    def path(self, scene, name, line):
-        with self._lock:
-            if (scene, name) not in self._paths:
-                self._paths[scene, name] = write_files(self._folder.name, SCENES[scene], name, line)
-            return self._paths[scene, name]
-
-    def close(self):
-        self._folder.cleanup()
-
-
-class Builds:
-    """Identifies a sampler by the pixels of small pictures that it renders."""
-
-    def __init__(self, program, files, store):
-        self.program, self.files, self.store = program, files, store
-        self._sha256 = hashlib.sha256(Path(program).read_bytes()).hexdigest()
-        self._found = {}
-
-    def key(self, label):
-        if label not in self._found:
-            key = {"probe": [label, SAMPLERS.get(label, REFERENCE_LINE), [SCENES[name].text("") for name in PROBES]], "program": self._sha256}
-            found = self.store.load(key)
-            if not found:
-                found = self._probe(label), {}
-                self.store.save(key, *found)
-            self._found[label] = found[0]
-        return self._found[label]
-
-    def _probe(self, label):
-        digest = hashlib.sha256()
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            out = Path(folder) / "probe.exr"
-            for name in PROBES:
-                for spp, bounds in ((1, (560, 720, 440, 584)), (3, (600, 640, 500, 540)), (64, (620, 640, 500, 518))):
-                    render(self.program, self.files.path(name, label, SAMPLERS.get(label, REFERENCE_LINE)), bounds, spp, 1, out)
-                    digest.update(read_exr(out)[0].tobytes())
-        return digest.hexdigest()
+    with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
+        path = write_files(folder, scene, sampler, LINES[sampler])
+        command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
+                   "--pixelbounds", ",".join(map(str, bounds)), "--outfile", str(out), str(path)]
+        return processor_seconds(command, f"pbrt failed on {scene.name}")
 
 
 class PbrtRun(OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
-    def __init__(self, program, jobs, luxcore):
+    reference = "reference"
+
+    def __init__(self, program, jobs):
         super().__init__(program, "pbrt", jobs)
-        self.files = Files(luxcore)
-        self.builds = Builds(program, self.files, self.store)
+        self._sha256, self._builds = hashlib.sha256(Path(program).read_bytes()).hexdigest(), {}
+
+    def build(self, label):
+        """Identifies a sampler by the pixels of small pictures that it renders."""
+        if label not in self._builds:
+            key = {"probe": [label, LINES[label], [scene.text("") for scene in PROBES]], "program": self._sha256}
+            found = self.store.load(key)
+            if not found:
+                found = self._probe(label), {}
+                self.store.save(key, *found)
+            self._builds[label] = found[0]
+        return self._builds[label]
+
+    def _probe(self, label):
+        digest = hashlib.sha256()
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            out = Path(folder) / "probe.exr"
+            for scene in PROBES:
+                for spp, bounds in ((1, (560, 720, 440, 584)), (3, (600, 640, 500, 540)), (64, (620, 640, 500, 518))):
+                    render(self.program, scene, label, bounds, spp, 1, out)
+                    digest.update(read_exr(out)[0].tobytes())
+        return digest.hexdigest()
 
     def key(self, task, reference):
         return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,
-                "counts": task.counts, "build": self.builds.key(task.label)}
+                "counts": task.counts, "build": self.build(task.label)}
 
     def render(self, task, spp, seed, out):
-        line = REFERENCE_LINE if task.label == "reference" else SAMPLERS[task.label]
-        return render(self.program, self.files.path(task.view.scene, task.label, line), task.view.bounds, spp, seed, out)
+        return render(self.program, SCENES[task.view.scene], task.sampler, task.view.bounds, spp, seed, out)
 
     def reference_key(self, view, spp):
-        return {"reference": SCENES[view.scene].text(REFERENCE_LINE), "bounds": view.bounds, "spp": spp, "build": self.builds.key("reference")}
-
-    def reference_task(self, view, spp):
-        return Task(view, "reference", 0, ())
+        return {"reference": SCENES[view.scene].text(LINES["reference"]), "bounds": view.bounds, "spp": spp, "build": self.build(self.reference)}
 
 
 class PbrtCells(Cells):
@@ -143,16 +112,65 @@ class PbrtCells(Cells):
 
 
 def make_picture(program, path, reference_spp):
-    scene = SCENES[PICTURE_SCENE]
     with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
-        def picture(name, spp, seed, line):
+        def picture(name, spp, seed):
             out = Path(folder) / "out.exr"
-            render(program, write_files(folder, scene, name, line), PICTURE_BOUNDS, spp, seed, out)
+            render(program, SCENES[PICTURE_SCENE], name, PICTURE_BOUNDS, spp, seed, out)
             return read_exr(out)[0]
 
-        pictures = {name: picture(name, PICTURE_SPP, 1, SAMPLERS[name]) for name in PICTURE_SAMPLERS}
-        reference = picture("reference", reference_spp, REFERENCE_SEED, REFERENCE_LINE)
-    write_picture(path, pictures, reference, PICTURE_PART)
+        pictures = {name: picture(name, PICTURE_SPP, 1) for name in PICTURE_SAMPLERS}
+        write_picture(path, pictures, picture(PbrtRun.reference, reference_spp, REFERENCE_SEED), PICTURE_PART)
+
+
+# ---- The report
+
+class Report(OtherReport):
+    """remarks: of pbrt_build.Built."""
+
+    TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", BEST_PEER)
+    INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
+ratios, pbrt's sampler over `blue`, at the same `--spp`: 1.20 means that pbrt's sampler has 1.20 times the
+error of `blue`, less than 1 that `blue` has more. They are geometric means over scenes, crops and seeds; in brackets is the 95 %
+interval of a bootstrap over all three.
+
+Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x{CROP[1]} pixels from pictures of {WIDTH}x{HEIGHT}, after
+a Gaussian blur or without. *As displayed* clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so
+that the mean luminance of a crop's reference is {EXPOSED}; *raw* does neither. Hashes of the names place the crops. Nothing was chosen
+or tuned by these crops, nor by any of LuxCoreRender's scenes. Two other crops of `{SPECTRAL}` prompted how wavelengths are spread, so it
+is apart.
+
+`zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture. *Best
+of pbrt's* is the best of those here, chosen at each count afterwards.
+"""
+    METHOD = f"""pbrt-v4 is at commit `{COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
+is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
+pixel for all seeds. LuxCoreRender's scenes keep their meshes, cameras, lamps, plain colours and images; its skies and suns became an
+image of ours, layered and procedural materials simple ones, and what its checkout lacks is left out.
+
+References are means of two pictures by `paddedsobol`. It hashes pixel, dimension and seed, and the references have seeds of their
+own, so their errors are independent of all others'. Half the difference of the two pictures is a reference's own error. A crop
+counts where the error of `blue` is at least three times that."""
+
+    def __init__(self, options, cells, references, remarks):
+        self.METHOD += "".join(f" {remark}" for remark in remarks)
+        own = [name for name in options.samplers if name != "blue"]
+        super().__init__(options, cells, references, (*own, "blue"), {**{name: f"`{name}`" for name in own}, BEST_PEER: "best of pbrt's"}, SETS)
+
+    def headline_rows(self):
+        """What `scripts/bench summary` reads: over the first scenes, in the form of gains.write_rows()."""
+        found = [(self.gains.gain("blue", spp, measure, than), measure.removesuffix("_0.0"), spp, "blue", "best of pbrt" if than == BEST_PEER else than)
+                 for measure in MEASURES for spp in self.counts for than in self.thans]
+        return [row_of(*row) for row in found if row[0]]
+
+    def answer(self):
+        """Where blue is ahead of pbrt's default, of its global Sobol' and of the best, and where not."""
+        parts = []
+        for title, own in self.sets.items():
+            found = {than: ", ".join(f"{gain.value:.2f} at {spp}" for spp in self.counts if (gain := own.gain("blue", spp, HEADLINE[0], than)))
+                     for than in ("zsobol", "sobol", BEST_PEER) if than in self.thans}
+            said = "; ".join(f"{self.name(than)} {text}" for than, text in found.items() if text)
+            parts.append(f"{title}, {name_of(HEADLINE[0])}, error over `blue`'s: {said}.")
+        return "\n\n".join(parts)
 
 
 # ---- The command
@@ -168,19 +186,17 @@ and that of LuxCoreRender with:
 The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The whole
 comparison then takes about {MINUTES} minutes on two cores the first time. Builds, references and results are cached there: a run
 that was interrupted resumes, and a change of libbn renders only `blue` again.""")
+    known = (*lux_scenes.SCENES, *SCENES)
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
-    parser.add_argument("--views", choices=tuple(VIEWS), default="held-out",
-                        help="held-out: scenes and crops that nothing was chosen by (default); tuning: scenes of ours to choose by")
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
-    add_options(parser, "pbrt", {**VIEWS["held-out"], **TUNING}, SEEDS)
+    add_options(parser, "pbrt", known, SEEDS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
     options = parser.parse_args(arguments)
-    finish_options(parser, options, "pbrt", arguments, ("samplers", "views"), {"scenes": VIEWS[options.views], "samplers": SAMPLERS})
+    finish_options(parser, options, "pbrt", arguments, ("samplers",), {"scenes": known, "samplers": SAMPLERS})
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
-    if not options.luxcore:
-        options.scenes = [name for name in options.scenes if name not in lux_scenes.SCENES]
+    options.scenes = [name for name in options.scenes if options.luxcore or name in SCENES]
     options.crops, options.reference_share = (1, 0.125) if options.quick else (None, 1.0)
     return options
 
@@ -190,18 +206,18 @@ def run(arguments):
     built = build(options.pbrt, options.jobs) if not options.program else None
     if options.picture:
         return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 8)
-    work = PbrtRun(options.program or built.program, options.jobs, options.luxcore)
-    try:
-        views = [view for name in options.scenes for view in crops(name, "fresh" if options.views == "held-out" else "tuning")[:options.crops]]
-        references = work.references(views, {
+    work = PbrtRun(options.program or built.program, options.jobs)
+    with tempfile.TemporaryDirectory(prefix="libbn-lux-") as folder:
+        if options.luxcore:
+            SCENES.update(lux_scenes.scenes(options.luxcore, folder))
+        views = [view for name in options.scenes for view in crops(name, "fresh")[:options.crops]]
+        references = work.references({
             view: max(64, int(SCENES[view.scene].reference_spp * options.reference_share) // 2 * 2) for view in views})
         tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))
                  for view in views for label in options.samplers for seed in range(1, options.seeds + 1)]
         cells = PbrtCells(work.results(references, tasks))
-    finally:
-        work.files.close()
     if "blue" not in options.samplers:
         return print(f"Rendered without `blue`, to be compared later: {len(tasks)} runs are in the cache.", file=sys.stderr)
     report = Report(options, cells, references, built.remarks if built else ())
-    if write_report(options, "pbrt", report, views):
+    if report.write("pbrt", report.summary()):
         gains.write_rows(options.out / "pbrt_headline.csv", report.headline_rows())

@@ -25,7 +25,6 @@ from ..base.command import add_pathtracer, names_of, parse_size, positive, split
 from ..base.contact_sheet import enlarged_part, grey, preview, sheet
 from ..base.files import write_exr, write_image, write_rows, write_text
 from ..base.palette import plain_numbers, style
-from ..measure.flip import mean_flip
 from ..measure.gains import REFERENCE_MARGIN
 from ..measure.image_error import (
     LUMINANCE,
@@ -44,29 +43,23 @@ from ..renders.renderer import REFERENCE_PARTS, run_pathtracer, scene_label
 from ..renders.variants import OPTION_NAMES, VARIANTS
 from ..renders.views import View
 
-MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1", "flip": "FLIP"}
-PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE", "flip": "mean FLIP"}
+MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
+PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE"}
 ERROR = "rmse_2.1"  # what is shown beside the pictures
-# FLIP takes longer than the renders themselves and hardly differs between seeds; with fewer seeds, intervals are too wide.
-FLIP_SEEDS, SEEDS_FOR_RATIO = 3, 3
+SEEDS_FOR_RATIO = 3  # with fewer seeds, intervals are too wide
 SAMPLERS = ("white", "sobol", "blue")
 # scripts/demo: all counts are steps of one run, which is where padded Sobol' falls back. The scene is dark except for its lamp.
 DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries": (1, 3, 4, 16), "start": 3, "exposure": 1.0,
-        "seeds": 6, "flip": False, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
+        "seeds": 6, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
 
 
 class Pictures(Run):
     """A judge.Run that keeps every picture of the first seed, and the seconds that rendering took."""
 
-    def key(self, task, reference):
-        return {**super().key(task, reference), "flip": self.flip and task.seed < FLIP_SEEDS}
-
     def measure(self, task, reference):
         rows, kept = [], {}
         for spp, picture, attributes in pictures_of(self.program, task):
             rows.append({"spp": spp, "seconds": attributes["seconds"], **all_errors(picture, reference.picture, reference.exposure)})
-            if self.flip and task.seed < FLIP_SEEDS:
-                rows[-1]["flip"] = mean_flip(picture, reference.picture)
             if task.keep_pictures:
                 kept[str(spp)] = picture
         return rows, kept
@@ -106,7 +99,7 @@ def gallery(samplers, errors, previews, part):
 
 def plots(rows, errors):
     """SVG: error reduction over the first sampler, errors against samples and time, power spectra at the last count."""
-    samplers, measures = list(rows), [name for name in PLOTTED if name in next(iter(rows.values()))[0]]
+    samplers, measures = list(rows), list(PLOTTED)
     figure = Figure(figsize=(14, 11), layout="constrained")
     axes = figure.subplots(3, len(measures), squeeze=False)
     for column, measure in enumerate(measures):
@@ -201,7 +194,7 @@ def summary(cells, view, samplers, counts):
     """{sampler: one row per count}: medians over seeds, which are robust to fireflies, and under "each" the errors ERROR of every seed."""
     def row(label, spp):
         cell = cells.values[view, label, spp]
-        return {"spp": spp, **{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES) if name in cell}, "each": cell[ERROR]}
+        return {"spp": spp, **{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES)}, "each": cell[ERROR]}
 
     return {label: [row(label, spp) for spp in counts] for label in samplers}
 
@@ -216,7 +209,7 @@ def texts(rows, counts):
     for spp in counts:
         for label, own in rows.items():
             row = next(row for row in own if row["spp"] == spp)
-            lines.append([label, str(spp), f"{row['seconds']:.3f}", *(f"{row[name]:.5f}" if name in row else "" for name in MEASURES),
+            lines.append([label, str(spp), f"{row['seconds']:.3f}", *(f"{row[name]:.5f}" for name in MEASURES),
                           f"{row[ERROR] / last[spp]:.2f}" if last[spp] else ""])
     return lines
 
@@ -229,12 +222,12 @@ def text_table(lines):
 def notes_of(options, reference, last):
     notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
              "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
-             "visible from a distance. As displayed, pictures are exposed and clipped first. FLIP is the mean of HDR-FLIP. Seconds count "
-             "rendering only, on one thread."]
+             "visible from a distance. As displayed, pictures are exposed and clipped first. Seconds count rendering only, "
+             "on one thread."]
     found = {sampler: fireflies(picture) for sampler, picture in last.items()}
     if any(found.values()):
         notes.append(f"Fireflies at {options.counts[-1]} samples per pixel: {', '.join(f'{count} with {name}' for name, count in found.items())}. "
-                     "These few pixels can dominate the RMSE, which then says little about the rest of the picture; FLIP is hardly affected.")
+                     "These few pixels can dominate the RMSE, which then says little about the rest of the picture.")
     own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
     return [*notes, f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
             "that are unreliable."]
@@ -252,7 +245,7 @@ def parse_options(arguments):
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest number of samples per pixel (default 64)")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
     parser.add_argument("--seeds", type=positive, default=5, metavar="N",
-                        help=f"seeds over which medians are taken (default 5; FLIP: at most {FLIP_SEEDS})")
+                        help="seeds over which medians are taken (default 5)")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the pictures, in stops")
     parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
                         help=f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS} (default 2048)")
@@ -267,7 +260,7 @@ def parse_options(arguments):
     counts = tuple(sorted({n for k in range(17) for n in (2**k, 3 * 2**k) if n < options.spp} | {options.spp}))
     shown = [*[n for n in (1, 4, 16, 64, 256) if n < options.spp][-3:], options.spp]
     vars(options).update({"more": more, "counts": counts, "shown": counts, "galleries": shown, "printed": shown,
-                          "start": shown[min(1, len(shown) - 1)], "flip": True, **(DEMO if options.demo else {})})
+                          "start": shown[min(1, len(shown) - 1)], **(DEMO if options.demo else {})})
     if options.reference_spp % REFERENCE_PARTS:
         parser.error(f"--reference-spp must be a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
     if not re.fullmatch(r"[A-Za-z0-9_-]+", options.scene) and not Path(options.scene).is_file():
@@ -287,7 +280,7 @@ def run(arguments):
         (options.out / f".probe{suffix}").unlink(missing_ok=True)
     references = render_references(options.pathtracer, (view,), options.reference_spp)
     tasks = [Task(view, label, seed, options.counts, seed == 0) for seed in range(options.seeds) for label in options.samplers]
-    work = Pictures(options.pathtracer, "convergence", options.counts[-1], options.jobs, options.flip)
+    work = Pictures(options.pathtracer, "convergence", options.counts[-1], options.jobs)
     cells, reference = Cells(work.results(references, tasks)), references[view]
     rows = summary(cells, view, options.samplers, options.counts)
     pictures = {(label, spp): picture for (_, label, spp), picture in cells.pictures.items()}

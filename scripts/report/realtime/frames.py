@@ -74,56 +74,25 @@ class MovedMask:
 
 # The sets of the public packs that hold uniform numbers, and their channels: STBN's scalars and two-vectors (Wolfe et al., 2022),
 # FAST's (Donnelly et al., 2024).
-PACKS = {"STBN": {r"stbn_(scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
+PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
          "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}}
 
 
-def read_slices(files, channels):
-    """float32 [depth][height][width][channels]: the middles of the steps that the files' integers stand for."""
-    slices = []
-    for path in files:
-        try:
-            with Image.open(path) as image:
-                most, pixels = (65536, np.array(image)) if image.mode.startswith("I") else (256, np.array(image))
-        except OSError:
-            raise CommandError(f"{path} is not a picture") from None
-        pixels = pixels.reshape(*pixels.shape[:2], -1)
-        if pixels.shape[-1] < channels or (slices and pixels.shape[:2] != slices[0].shape[:2]):
-            raise CommandError(f"{path} must have {channels} channel{'s' * (channels > 1)} and the size of the slices before it")
-        slices.append((pixels[..., :channels] + np.float32(0.5)) / np.float32(most))
-    return np.stack(slices).astype(np.float32)
-
-
-def stacks(folder):
-    """{name: files in order} of the PNG files NAME_0.png, NAME_1.png ... in a folder."""
-    found = {}
-    for path in Path(folder).glob("*.png"):
-        if match := re.fullmatch(r"(.*?)_?(\d+)\.png", path.name):
-            found.setdefault(match[1], {})[int(match[2])] = path
-    for name, files in found.items():
-        if sorted(files) != list(range(min(files), min(files) + len(files))):
-            raise CommandError(f"{folder} lacks slices of {name}: it has {len(files)} of those from {min(files)} to {max(files)}")
-    return {name: [files[i] for i in sorted(files)] for name, files in sorted(found.items())}
-
-
 def read_pack(pack, folder):
-    """Slices from a folder of "STBN" or "FAST"; with several sets of a kind, the first by name."""
-    found, chosen = stacks(folder), {}
+    """Slices from the PNG files NAME_0.png, NAME_1.png ... of "STBN" or "FAST" in a folder: the middles of the steps that their integers
+    stand for. With several sets of a kind, the first by name."""
+    stacks = []
     for pattern, channels in PACKS[pack].items():
-        for name, files in found.items():
-            if re.fullmatch(pattern, name) and channels not in chosen:
-                chosen[channels] = read_slices(files, channels)
-    if not chosen:
+        found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
+                       if (match := re.fullmatch(rf"({pattern}?)_(\d+)\.png", path.name)))
+        files = [path for name, _, path in found if name == found[0][0]]
+        if files:
+            try:
+                pixels = np.stack([np.asarray(Image.open(path)) for path in files])
+            except (OSError, ValueError) as error:
+                raise CommandError(f"cannot read the slices of {found[0][0]} in {folder}: {error}") from None
+            steps_of = np.float32(256 if pixels.dtype.itemsize == 1 else 65536)
+            stacks.append((pixels.reshape(*pixels.shape[:3], -1)[..., :channels] + np.float32(0.5)) / steps_of)
+    if not stacks:
         raise CommandError(f"{folder} has no PNG files named like {' or '.join(PACKS[pack])}, with a number at the end")
-    return Slices(*chosen.values())
-
-
-def read_stack(folder):
-    """Slices from any folder of numbered PNG files: of one channel where they are grey, otherwise of two, red and green."""
-    found = stacks(folder)
-    if len(found) != 1:
-        raise CommandError(f"{folder} must hold one set of PNG files, NAME_0.png, NAME_1.png ..., not {len(found)}")
-    (files,) = found.values()
-    with Image.open(files[0]) as image:
-        bands = np.array(image.convert("RGB")) if image.mode in ("RGB", "RGBA", "P") else np.zeros((1, 1, 3))
-    return Slices(read_slices(files, 2 if np.any(bands[..., 0] != bands[..., 1]) else 1))
+    return Slices(*stacks)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One sample a frame: `scripts/bench realtime` measures the noise that frames and averages of frames have
 
-In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product
-of half-planes in four numbers. Single numbers are drawn as such (bn_ray_1d()). Slices of others' space-time masks are read from
+In every pixel of a frame the integrand is the same: a step in one number, a half-plane in a pair, a product of half-planes in four
+numbers. Single numbers are drawn as such (bn_ray_1d()). Slices of others' space-time masks are read from
 files, if you have some. It writes tables in docs/report/realtime.md, and realtime.png.
 """
 
@@ -22,7 +22,7 @@ from ..base.plots import plt, save
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import blurred
 from ..samplers.paths import half_planes, inside
-from .frames import Draws, MovedMask, read_pack, read_stack
+from .frames import Draws, MovedMask, read_pack
 
 COMMAND = "scripts/bench realtime"
 SIZE, FRAMES = 128, 128
@@ -56,35 +56,14 @@ GIVEN = {
 
 # ---- Integrands: (values of numbers (..., dimensions), their mean)
 
-def middles(n):
-    return (np.arange(n, dtype=np.float32) + np.float32(0.5)) / np.float32(n)
-
-
-def of_pairs(values):
-    return values, float(np.mean(values(np.stack(np.meshgrid(middles(2048), middles(2048)), -1)), dtype=np.float64))
-
-
 def step(random):
     edge = np.float32(random.uniform(0.1, 0.9))
     return lambda u: u[..., 0] < edge, float(edge)
 
 
-def ramp(random):
-    start, width = random.uniform(-0.2, 0.4), random.uniform(0.5, 1.0)
-
-    def values(u):
-        return np.clip((u[..., 0] - np.float32(start)) / np.float32(width), 0, 1)
-
-    return values, float(np.mean(values(middles(2**20)[:, None]), dtype=np.float64))
-
-
 def half_plane(random):
-    return of_pairs(functools.partial(inside, half_planes(random, 1)[0]))
-
-
-def disc(random):
-    middle, radius = random.uniform(0.2, 0.8, 2).astype(np.float32), np.float32(random.uniform(0.2, 0.5))
-    return of_pairs(lambda u: np.sum((u - middle) ** 2, -1) < radius**2)
+    values, middles = functools.partial(inside, half_planes(random, 1)[0]), (np.arange(2048, dtype=np.float32) + np.float32(0.5)) / 2048
+    return values, float(np.mean(values(np.stack(np.meshgrid(middles, middles), -1)), dtype=np.float64))
 
 
 def product(random):
@@ -92,7 +71,7 @@ def product(random):
     return lambda u: first(u[..., :2]) & second(u[..., 2:]), a * b
 
 
-INTEGRANDS = {"step": (1, step), "ramp": (1, ramp), "half-plane": (2, half_plane), "disc": (2, disc), "product": (4, product)}
+INTEGRANDS = {"step": (1, step), "half-plane": (2, half_plane), "product": (4, product)}
 
 
 # ---- Errors: averages and filters are linear, so both are applied to spectra
@@ -245,15 +224,13 @@ def run(arguments):
     parser.add_argument("--stbn", type=Path, metavar="FOLDER", help="PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...")
     parser.add_argument("--fast", type=Path, metavar="FOLDER",
                         help="PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...")
-    parser.add_argument("--slices", type=Path, metavar="FOLDER", help="any other stack of numbered PNG files")
     add_out(parser)
     add_options(parser, "docs/report/realtime.md")
     options = parser.parse_args(arguments)
     ways = dict(WAYS)
-    for name, read in (("stbn", functools.partial(read_pack, "STBN")), ("fast", functools.partial(read_pack, "FAST")),
-                       ("slices", read_stack)):
+    for name in ("stbn", "fast"):
         if folder := getattr(options, name):
-            ways[name.upper() if name != "slices" else "slices"] = read(folder)
+            ways[name.upper()] = read_pack(name.upper(), folder)
     result = measure(ways, options.seeds, options.integrands)
     if not options.print:
         draw_plot(result, ways, options.out / "realtime.png")

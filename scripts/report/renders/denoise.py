@@ -8,31 +8,120 @@ of `scripts/bench renders`. Results are cached in ~/.cache/libbn, so an interrup
 
 import argparse
 import dataclasses
-from pathlib import Path
 
+import numpy as np
+
+from ..base import peers
 from ..base.bench_options import add_common_options, finish_options
 from ..base.command import positive
 from ..base.files import read_first_half, write_text
+from ..base.plots import finish, plt, save
+from ..base.tables import md_table
 from ..measure import equal_quality, gains
-from . import denoise_report, denoiser, speed, variants, views
-from .denoiser import DenoisedRun
+from ..measure.gains import BEST_PEER, Gains, gain_of
+from . import denoiser, variants, views
+from .denoiser import MEASURES, PRIMARY_RAYS, WAYS, DenoisedRun
 from .judge import Cells, plan, render_references
 from .renders import REFERENCE_SPP
 
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
 LABELS = ("white", "sobol", "blue")
+SHOWN = ("relative", "displayed_2.1")
+TIME_MEASURE = f"plain:{equal_quality.MEASURE}"
+
+
+class Report:
+    """cells: judge.Cells with measures WAY:MEASURE; costs: of equal_quality.costs(), or None."""
+
+    def __init__(self, options, cells, references, version, costs=None):
+        self.options, self.cells, self.references = options, cells, references
+        self.version, self.costs, self.counts, self.labels = version, costs, options.counts, options.labels
+        self.scenes = tuple(dict.fromkeys(view.scene for view in references))
+        self.gains = Gains(cells, references, options.labels)
+
+    def gain(self, way, measure, than="sobol", scene=None, label="blue"):
+        """function(count) -> Gain over all scenes or one; None if nothing was measured."""
+        views = tuple(view for view in self.references if scene in (None, view.scene))
+        return lambda spp: self.gains.gain(label, spp, f"{way}:{measure}", than, views)
+
+    def of_way(self, way, measure, label):
+        """function(count) -> Gain: how many times smaller the error is than with `plain`, for the same sampler."""
+        def gain(spp):
+            pairs = {view: [self.cells.get(view, label, spp, f"{name}:{measure}") for name in ("plain", way)] for view in self.references}
+            return gain_of({view: np.log(plain) - np.log(own) for view, (plain, own) in pairs.items() if plain and own and min(*plain, *own) > 0})
+
+        return gain
+
+    def rows(self):
+        times = equal_quality.rows(self.gains, self.costs, self.counts, TIME_MEASURE) if self.costs else []
+        return [*self.gains.rows(self.counts, [f"{way}:{name}" for way in WAYS for name in MEASURES]), *times]
+
+    def short(self, measure):
+        """What the denoiser leaves of the advantage, in a paragraph."""
+        parts = []
+        for than in ("white", "sobol", *([BEST_PEER] if self.gains.peers else [])):
+            found = [gain for spp in self.counts if (gain := self.gain("plain", measure, than)(spp))]
+            parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} times less than {than if than == BEST_PEER else f'`{than}`'}")
+        cells = [gain for scene in self.scenes for spp in self.counts if (gain := self.gain("plain", measure, "sobol", scene)(spp))]
+        return (f"After Open Image Denoise, {MEASURES[measure]}, at {', '.join(map(str, self.counts))} samples: the error of `blue` is "
+                f"{'; '.join(parts)}. Against `sobol`, by scene and count, it is smaller beyond doubt in {sum(gain.low > 1 for gain in cells)} "
+                f"cases and larger in {sum(gain.high < 1 for gain in cells)}.")
+
+    def text(self):
+        options, counts = self.options, self.counts
+        parts = [
+            "# After denoising", "", f"Printed by `{options.command}` with Open Image Denoise (pyoidn {self.version}).", "",
+            self.short("displayed"), "", self.short("displayed_2.1"), "", "![sobol / blue after the denoiser](denoise.png)", "",
+            f"{len(self.references)} crops of {len(self.scenes)} built-in scenes (the set *{options.views}*, {views.SETS[options.views]}), "
+            f"{options.seeds} seed{'s' * (options.seeds > 1)} of each, against references with {options.reference_spp} samples per pixel. Crops are "
+            "denoised by themselves. Ratios say how many times smaller the error is: geometric means over scenes, pictures, crops and seeds, with "
+            "the 95 % interval of a bootstrap over all four. Relative RMSE divides the difference by the reference plus a tenth of its mean. A "
+            "view is excluded from ratios for which its reference is too noisy."
+            + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
+            "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
+            f"Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from {PRIMARY_RAYS} "
+            "primary rays, which end at the first surface. Take albedo and normal from the same rays and declare them noise-free. What that gains:", ""]
+        for measure in SHOWN:
+            parts += [gains.table(MEASURES[measure], counts, {f"{label}, `plain` / `{way}`": self.of_way(way, measure, label)
+                                                              for label in ("sobol", "blue") for way in list(WAYS)[1:]}), ""]
+        if self.costs:
+            parts += ["## Time to reach an error", "", "As in [renders.md](renders.md), for pictures from the denoiser (`plain`), without "
+                      "its own time, which is the same for all.", "",
+                      md_table(*equal_quality.table_rows(self.gains, self.costs, counts, TIME_MEASURE)), ""]
+        parts += ["## Every scene", ""]
+        for way in WAYS:
+            for measure in SHOWN:
+                rows = {scene: self.gain(way, measure, "sobol", scene) for scene in self.scenes}
+                parts += [f"### `{way}`, {MEASURES[measure]}", "", gains.table("sobol / blue", counts, {**rows, "**all**": self.gain(way, measure)}), ""]
+        parts += ["## All samplers", ""]
+        for way in WAYS:
+            for measure, name in MEASURES.items():
+                rows = {label: self.gain(way, measure, "white", None, label) for label in self.labels if label != "white"}
+                if self.gains.peers:
+                    rows[f"{BEST_PEER} / blue"] = self.gain(way, measure, BEST_PEER)
+                parts += [f"### `{way}`, {name}", "", gains.table("white / sampler", counts, rows), ""]
+        return "\n".join(parts)
+
+    def draw(self, path):
+        figure, axes = plt.subplots(1, len(WAYS), figsize=(4 * len(WAYS), 3.6), sharey=True)
+        for axis, way in zip(axes, WAYS):
+            for scene in (*self.scenes, None):
+                found = {spp: gain for spp in self.counts if (gain := self.gain(way, "relative", "sobol", scene)(spp))}
+                axis.plot(list(found), [gain.value for gain in found.values()], marker="o", markersize=4, label=scene or "all",
+                          **({"color": "black", "linewidth": 2.2} if scene is None else {"linewidth": 1.2}))
+            axis.axhline(1, color="0.5", linewidth=.8)
+            finish(axis, way, "samples per pixel")
+        axes[0].set_ylabel("relative RMSE, sobol / blue")
+        axes[-1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.02, 0.5))
+        save(figure, path)
 
 
 def parse_options(arguments):
     parser = argparse.ArgumentParser(prog="scripts/bench denoise", description=__doc__.splitlines()[0])
     views.add_options(parser)
     parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count, at most 16 (default 16)")
-    parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
-    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
     add_common_options(parser, REFERENCE_SPP, "out/denoise")
-    parser.set_defaults(out=None)
     options = parser.parse_args(arguments)
-    options.out = options.out or (options.pages if options.quick or options.views != views.SHOWN else Path("docs/report"))
     options.samplers, options.chosen = LABELS, views.of(parser, options)
     finish_options(parser, options, "denoise", arguments)
     options.seeds = options.seeds or SEEDS
@@ -43,26 +132,19 @@ def parse_options(arguments):
 def with_own_errors(reference):
     """A judge.Reference whose own errors carry the names of the denoised measures."""
     own = denoiser.own_errors(reference.picture, read_first_half(reference.path), reference.exposure)
-    return dataclasses.replace(reference, own={f"{way}:{name}": error for way in denoiser.WAYS for name, error in own.items()})
+    return dataclasses.replace(reference, own={f"{way}:{name}": error for way in WAYS for name, error in own.items()})
 
 
 def run(arguments):
     options = parse_options(arguments)
-    work = DenoisedRun(options.pathtracer, max(options.counts), options.jobs, not options.no_flip, denoiser.load())
-    chosen = options.chosen
-    first_views = [next(view for view in chosen if view.scene == scene) for scene in options.scenes]
-    references = render_references(options.pathtracer, chosen, options.reference_spp)
-    tasks = plan(chosen, options.labels, {spp: options.seeds for spp in options.counts}, first_views)
-    results = work.results(references, tasks)
-    cells = Cells({task: (rows, {}) for task, (rows, _) in results.items()})
-    pictures = {(task.view, task.label, name): array.astype("float32")
-                for task, (_, kept) in results.items() for name, array in kept.items()}
+    work = DenoisedRun(options.pathtracer, max(options.counts), options.jobs, denoiser.load())
+    references = render_references(options.pathtracer, options.chosen, options.reference_spp)
+    tasks = plan(options.chosen, options.labels, {spp: options.seeds for spp in options.counts})
+    cells = Cells(work.results(references, tasks))
     cost = None if options.no_times else equal_quality.costs(
-        options.pathtracer, work.store, first_views, {label: variants.VARIANTS[label] for label in options.labels}, speed.machine(),
-        work.builds, options.retime)
-    report = denoise_report.Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, pictures,
-                                   work.version, cost)
-    report.draw(options.out, options.pages)
+        options.pathtracer, work.store, views.first_of_each(options.chosen), variants.of(options.labels), equal_quality.machine(), work.builds, options.retime)
+    report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, work.version, cost)
+    report.draw(options.out / "denoise.png")
     gains.write_rows(options.out / "denoise.csv", report.rows())
     text = report.text()
     write_text(options.out / "denoise.md", text)

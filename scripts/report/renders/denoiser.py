@@ -14,8 +14,7 @@ import numpy as np
 import OpenEXR
 
 from ..base.command import package
-from ..measure.flip import mean_flip
-from ..measure.image_error import displayed_rmse, relative_error, relative_rmse, trimmed_relative_rmse
+from ..measure.image_error import displayed_rmse, relative_rmse, trimmed_relative_rmse
 from .judge import Run
 from .renderer import progressive
 
@@ -25,10 +24,9 @@ WAYS = {
     "primary": "albedo and normal of additional primary rays, declared noise-free (`cleanAux`)",
     "apart": "as `primary`, with directly visible light added after denoising, from the same rays",
 }
-MEASURES = ("relative", "trimmed", "displayed", "displayed_2.1")
-FLIP_WAYS, FLIP_SEEDS = ("plain", "apart"), 2
+MEASURES = {"relative": "relative RMSE", "trimmed": "trimmed relative RMSE", "displayed": "RMSE as displayed, unblurred",
+            "displayed_2.1": "RMSE as displayed, after sigma 2.1"}
 PRIMARY_RAYS, PRIMARY_SAMPLER, PRIMARY_SEED = 16, "blue", 500_000
-WORST_SHARE = 0.001
 
 # All calls share one filter and its threads.
 _LOCK = threading.Lock()
@@ -64,7 +62,6 @@ class Layers:
     albedo: np.ndarray
     normal: np.ndarray
     lamps: np.ndarray
-    rays: float = 0.0  # per pixel
 
 
 def layers_of(program, view, sampler, seed, counts):
@@ -72,8 +69,8 @@ def layers_of(program, view, sampler, seed, counts):
     request = view.request(sampler, 1, seed)
     seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
     lamps = {spp: picture[..., :3] for spp, picture, _ in progressive(program, seen, counts, 1, read_layers)}
-    return {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp], attributes["rays"] / view.pixels)
-            for spp, whole, attributes in progressive(program, request, counts, 1, read_layers)}
+    return {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp])
+            for spp, whole, _ in progressive(program, request, counts, 1, read_layers)}
 
 
 def primary_rays(program, view, seed):
@@ -101,12 +98,6 @@ def errors(image, reference, exposure):
                for sigma in (0.0, 2.1)}}
 
 
-def worst_share(image, reference):
-    """The share of the squared relative error in the worst thousandth of the pixels."""
-    squares = np.sort(np.mean(relative_error(image, reference) ** 2, -1).ravel())
-    return float(squares[-max(1, int(WORST_SHARE * squares.size)):].sum() / max(squares.sum(), 1e-300))
-
-
 def own_errors(reference, first_half, exposure):
     """{measure: error} of the reference itself: half the difference between the means of its two halves."""
     second_half = 2 * np.asarray(reference, np.float64) - first_half
@@ -116,32 +107,19 @@ def own_errors(reference, first_half, exposure):
 class DenoisedRun(Run):
     """A judge.Run that measures pictures after denoising, in all WAYS."""
 
-    def __init__(self, program, most_spp, jobs, flip, denoiser):
-        super().__init__(program, "denoised", most_spp, jobs, flip)
+    def __init__(self, program, most_spp, jobs, denoiser):
+        super().__init__(program, "denoised", most_spp, jobs)
         self.denoise, self.version = denoiser
 
     def key(self, task, reference):
         return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER],
-                "flip": self.flip and task.seed < FLIP_SEEDS,
                 "primary": self.builds.key(task.view, PRIMARY_SAMPLER)}
 
     def measure(self, task, reference):
-        """(rows, pictures): one row per sample count with measures named WAY:MEASURE; pictures if the task keeps them."""
+        """(rows with measures named WAY:MEASURE, no pictures)."""
         pictures = layers_of(self.program, task.view, task.variant.sampler, task.seed, task.counts)
         rays = primary_rays(self.program, task.view, task.seed)
-        rows, kept = [], {}
-        for spp, picture in pictures.items():
-            row = {"spp": spp, "rays": picture.rays / spp}
-            for way in WAYS:
-                image = denoised(self.denoise, way, picture, rays)
-                row.update({f"{way}:{name}": error
-                            for name, error in errors(image, reference.picture, reference.exposure).items()})
-                row[f"{way}:worst"] = worst_share(image, reference.picture)
-                if self.flip and task.seed < FLIP_SEEDS and way in FLIP_WAYS:
-                    row[f"{way}:flip"] = mean_flip(image, reference.picture)
-                if task.keep_pictures and spp <= 2 and way in FLIP_WAYS:
-                    kept[f"{spp} {way}"] = np.minimum(image, 65000).astype(np.float16)
-            if task.keep_pictures and spp <= 2:
-                kept[f"{spp} noisy"] = np.minimum(picture.colour, 65000).astype(np.float16)
-            rows.append(row)
-        return rows, kept
+        return [{"spp": spp, **{
+            f"{way}:{name}": error for way in WAYS
+            for name, error in errors(denoised(self.denoise, way, picture, rays), reference.picture, reference.exposure).items()}}
+            for spp, picture in pictures.items()], {}

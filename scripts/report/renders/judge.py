@@ -23,8 +23,7 @@ import numpy as np
 
 from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
 from ..base.progress import Progress
-from ..measure.flip import mean_flip
-from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
+from ..measure.image_error import LUMINANCE, MEASURES, all_errors, own_errors
 from .renderer import (
     REFERENCE_SEED,
     RenderError,
@@ -40,8 +39,6 @@ from .variants import VARIANTS
 from .views import View
 
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
-FLIP_SEEDS, FLIP_COUNTS = 2, (1, 4, 16, 64)
-SHOWN_COUNTS = (1, 4, 16, 64)  # whose pictures and spectra are kept
 KEPT_DAYS = 60
 FORMAT = 1  # of the cache; a new number invalidates it
 
@@ -164,8 +161,8 @@ def seeds_up_to(most_spp, seeds=SEEDS):
     return {spp: seeds for spp in COUNTS if spp <= most_spp}
 
 
-def plan(views, labels, seeds, kept=()):
-    """The tasks. kept: the views whose pictures of the first seed are kept."""
+def plan(views, labels, seeds):
+    """The tasks; seeds: {count: seeds}."""
     tasks = []
     for view in views:
         for label in labels:
@@ -173,7 +170,7 @@ def plan(views, labels, seeds, kept=()):
             for seed in range(min(max(seeds.values()), variant.most_seeds or max(seeds.values()))):
                 own = tuple(n for n, count in seeds.items() if seed < count)
                 if own:
-                    tasks.append(Task(view, label, seed, own, view in kept and seed == 0))
+                    tasks.append(Task(view, label, seed, own))
     return tasks
 
 
@@ -220,31 +217,17 @@ def pictures_of(program, task):
         yield from progressive(program, request, task.counts, 1)
 
 
-def wants_flip(task, spp, flip):
-    return flip and task.seed < FLIP_SEEDS and spp in FLIP_COUNTS
-
-
-def measure(program, task, reference, flip=True):
-    """(rows, pictures): one row per sample count, and the pictures if the task keeps them."""
-    rows, pictures = [], {}
-    for spp, picture, _ in pictures_of(program, task):
-        row = {"spp": spp, **all_errors(picture, reference.picture, reference.exposure),
-               "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))}
-        if wants_flip(task, spp, flip):
-            row["flip"] = mean_flip(picture, reference.picture)
-        if spp in SHOWN_COUNTS and task.seed < FLIP_SEEDS:
-            row["spectrum"] = radial_spectrum(luminance_error(picture, reference.picture))[1].tolist()
-        rows.append(row)
-        if task.keep_pictures and spp in SHOWN_COUNTS:
-            pictures[str(spp)] = np.minimum(picture, 65000).astype(np.float16)  # only for display
-    return rows, pictures
+def measure(program, task, reference):
+    """One row of figures per sample count."""
+    return [{"spp": spp, **all_errors(picture, reference.picture, reference.exposure), "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))}
+            for spp, picture, _ in pictures_of(program, task)]
 
 
 class Run:
     """Runs a set of tasks, or finds their results in the cache."""
 
-    def __init__(self, program, folder, most_spp, jobs, flip=True):
-        self.program, self.jobs, self.flip = program, jobs, flip
+    def __init__(self, program, folder, most_spp, jobs):
+        self.program, self.jobs = program, jobs
         self.store = Store(cache_folder() / folder)
         self.builds = Builds(program, most_spp, self.store)
 
@@ -252,12 +235,11 @@ class Run:
         view, variant = task.view, task.variant
         return {"view": view.key, "sampler": [variant.sampler, variant.declare, variant.mask],
                 "build": self.builds.key(view, task.label), "seed": task.seed, "counts": task.counts,
-                "exposure": reference.exposure, "pictures": task.keep_pictures,
-                "flip": any(wants_flip(task, spp, self.flip) for spp in task.counts)}
+                "exposure": reference.exposure, "pictures": task.keep_pictures, "flip": False}  # flip: as in caches of earlier versions
 
     def measure(self, task, reference):
         """(rows, pictures) of a task. A subclass that measures differently also extends key()."""
-        return measure(self.program, task, reference, self.flip)
+        return measure(self.program, task, reference), {}
 
     def results(self, references, tasks):
         """{task: (rows, pictures)}."""
@@ -325,8 +307,7 @@ class Cells:
 
     def write_csv(self, path):
         """One row per cell: root mean squares over seeds."""
-        measures = (*MEASURES, "flip")
-        write_rows(path, ["scene", "view", "width", "height", "sampler", "spp", "seeds", *measures], [
+        write_rows(path, ["scene", "view", "width", "height", "sampler", "spp", "seeds", *MEASURES], [
             {"scene": Path(view.scene).stem, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
-             "seeds": len(cell["rmse"]), **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in measures if name in cell}}
+             "seeds": len(cell["rmse"]), **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in MEASURES}}
             for (view, label, spp), cell in self.values.items()])

@@ -74,7 +74,7 @@ def every_count(options, others):
     labels = ("sobol", "sobol-global", "zorder", *others, "blue")
     references = render_references(options.pathtracer, chosen, REFERENCE_SPP)
     tasks = [Task(view, label, seed, COUNTS) for view in chosen for label in labels for seed in range(options.seeds)]
-    cells = Cells(Run(options.pathtracer, "picture", max(COUNTS), options.jobs, flip=False).results(references, tasks))
+    cells = Cells(Run(options.pathtracer, "picture", max(COUNTS), options.jobs).results(references, tasks))
 
     def logs(label, spp):
         return np.mean([np.log(cells.get(view, label, spp, MEASURE)) for view in chosen])
@@ -100,7 +100,7 @@ def draw_worst(options):
     """Writes worst.png, the median and the worst picture of WORST_OF seeds, and returns {sampler: errors, ascending}."""
     view = views.crops("core", (WORST_SCENE,))[0]
     references = render_references(options.pathtracer, (view,), REFERENCE_SPP)
-    work = Run(options.pathtracer, "picture", WORST_SPP, options.jobs, flip=False)
+    work = Run(options.pathtracer, "picture", WORST_SPP, options.jobs)
     found = {}
     for label in ("sobol", "blue"):
         tasks = [Task(view, label, seed, (WORST_SPP,)) for seed in range(WORST_OF)]

@@ -46,6 +46,11 @@ def add_option(parser, default=DEFAULT):
                              f"{', '.join(ALWAYS)} are always included")
 
 
+def of(labels):
+    """{label: Variant}."""
+    return {label: VARIANTS[label] for label in labels}
+
+
 def chosen(labels, peers=()):
     """Labels in the order of VARIANTS, including those that ratios need and the peers in the build."""
     return tuple(label for label in VARIANTS if label in labels or label in ALWAYS or label in peers)

@@ -145,6 +145,11 @@ def crops(name="core", scenes=SCENES, size=None, crop=CROP):
     return tuple(found)
 
 
+def first_of_each(chosen):
+    """The first view of each scene."""
+    return list({view.scene: view for view in reversed(chosen)}.values())[::-1]
+
+
 def of(parser, options):
     """The views that the options of add_options() ask for."""
     try:

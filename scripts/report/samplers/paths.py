@@ -2,13 +2,11 @@
 """Ways to draw the harder decisions of a path: `scripts/bench paths` measures what docs/paths.md advises
 
 It draws with the Python package. Every experiment is a small integrand, the same in all pixels, with several ways to draw its
-numbers; splitting is also measured on the path tracer's scene `penumbra`. The tables go to docs/report/paths.md.
+numbers. The tables go to docs/report/paths.md.
 """
 
 import argparse
 import itertools
-import subprocess
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +15,6 @@ import bluenoise
 from ..base.command import positive
 from ..base.tables import add_options, md_table, write_or_print
 from ..measure.image_error import rmse
-from ..renders import views
 
 COMMAND = "scripts/bench paths"
 SIZE, SIGMA = 128, 2.1
@@ -427,50 +424,11 @@ def table(name, seeds):
                     [[way, *(f"{row[count] / white[count]:.2f}" for count in COUNTS)] for way, row in found.items()])
 
 
-# ---- Splitting in a scene, by tests/bench/bench_splits.cpp
-
-ROOT = Path(__file__).resolve().parents[3]
-PENUMBRA = "penumbra"
-# The places of the core views, with the scene's own camera.
-CROPS, CROP = tuple(view.crop[:2] for view in views.crops("core", (PENUMBRA,), None, views.CROP)), views.CROP
-WAYS = {"fixed": "four branches of `next_split(4)`", "from": "two to six of `next_split_from(taken)`",
-        "domains": "two to six, a domain for each branch"}
-VARIES = {"points": "bright points take more", "print": "bright paths take more"}
-REFERENCE_SPP = 1024
-
-
-def split_pictures(program, varies, way, seed, spp, crop, size=CROP):
-    """(count, height, width): the means over 1, 4, 16 ... spp camera rays."""
-    done = subprocess.run([program, varies, way, *map(str, (seed, spp, *crop, *size))], capture_output=True, check=True)
-    return np.frombuffer(done.stdout, np.float32).reshape(-1, size[1], size[0])
-
-
-def penumbra_errors(program, varies, seeds, crops=CROPS, size=CROP, reference_spp=REFERENCE_SPP):
-    """{way: {count: error}} over white noise with four light samples: root mean squares over crops and seeds."""
-    squares = {way: np.zeros(len(COUNTS)) for way in (*WAYS, "white")}
-    for crop in crops:
-        reference = split_pictures(program, varies, "fixed", 1000, reference_spp, crop, size)[-1]
-        for way, total in squares.items():
-            for seed in range(seeds):
-                pictures = split_pictures(program, varies, way, seed, max(COUNTS), crop, size)
-                total += [rmse(picture, reference, SIGMA) ** 2 for picture in pictures]
-    return {way: dict(zip(COUNTS, np.sqrt(squares[way] / squares["white"]))) for way in WAYS}
-
-
-def penumbra_table(seeds):
-    program, rows = ROOT / "build/tests/bench/bench_splits", []
-    for varies, what in VARIES.items():
-        for way, row in penumbra_errors(program, varies, 4 * seeds).items():
-            rows.append([f"{what}: {WAYS[way]}", *(f"{row[count]:.2f}" for count in COUNTS)])
-    return md_table(["light samples in `penumbra`: how they are drawn", *(f"{count} spp" for count in COUNTS)], rows)
-
-
 def run(arguments):
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each integrand (default 2)")
-    parser.add_argument("--only", choices=[*EXPERIMENTS, PENUMBRA], help="one experiment")
+    parser.add_argument("--only", choices=EXPERIMENTS, help="one experiment")
     add_options(parser, "docs/report/paths.md")
     options = parser.parse_args(arguments)
-    for name in [options.only] if options.only else (*EXPERIMENTS, PENUMBRA):
-        text = penumbra_table(options.seeds) if name == PENUMBRA else table(name, options.seeds)
-        write_or_print(options, f"{COMMAND}: {name}", text)
+    for name in [options.only] if options.only else EXPERIMENTS:
+        write_or_print(options, f"{COMMAND}: {name}", table(name, options.seeds))

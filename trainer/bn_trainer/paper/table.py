@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reproduces the paper's Table I: `python -m bn_trainer table` writes docs/report/paper.md, paper.csv and paper.png.
+"""Reproduces the paper's Table I: `python -m bn_trainer table` writes docs/report/paper.md and paper.png.
 
 Pictures of 256x256 are dithered to 1 bit with tiled masks of each method. The error is the root mean square of the blurred
 difference between dithered and original picture (Gaussian, mirrored edges): mean and standard deviation over masks. A
@@ -11,9 +11,7 @@ thresholded patterns and similarity.
 from __future__ import annotations
 
 import argparse
-import csv
 import dataclasses
-import io
 import sys
 import textwrap
 import time
@@ -360,18 +358,6 @@ def contact_sheet(methods: list[Method], size: int) -> Image.Image:
     return sheet
 
 
-def csv_text(methods: list[Method], figures: list[dict[Any, float]]) -> str:
-    """Rows for `scripts/bench neural`: the paper's networks and Wronski's method."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["name", "size", "seconds", "threads", "e_1", "e_1.5", "flop_per_texel"])
-    for method, values in zip(methods, figures):
-        if method.kind in ("perceptron", "perceptron exact", "wronski"):
-            writer.writerow([method.name, method.size, f"{method.seconds:.6f}", 1, f"{values['e_1']:.5f}",
-                             f"{values['e_1.5']:.5f}", f"{method.flop_per_texel:.0f}"])
-    return out.getvalue()
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=Path, default=default_folder(Path("paper-64.toml")).parent,
                         help="folder that contains the run folders paper-64, paper-64-sum, paper-128 and paper-128-sum of "
@@ -413,9 +399,7 @@ def main(options: argparse.Namespace) -> None:
     descent = descent_figures(min(options.sizes), [max(1, n // 10), max(1, n // 3), n, 3 * n])
     tables = error_table(methods, list(pictures), errors, diffused, sigmas), figure_table(methods, figures)
     text = report_text(methods, figures, tables, descent, sigmas, options)
-    rows = csv_text(methods, figures)
     sheet = contact_sheet(methods, max(options.sizes)).quantize(64, dither=Image.Dither.NONE)  # a smaller file
     write_atomically(options.out / "paper.md", lambda path: path.write_text(text, encoding="utf-8"))
-    write_atomically(options.out / "paper.csv", lambda path: path.write_text(rows, encoding="utf-8"))
     write_atomically(options.out / "paper.png", lambda path: sheet.save(path, format="PNG"))
     print(text)

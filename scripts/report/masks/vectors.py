@@ -8,9 +8,8 @@ import numpy as np
 
 import bluenoise
 
-from ..base.files import read_rows, write_rows
+from ..base.tables import md_table
 
-FIELDS = ("method", "size", "seconds", "energy", "e_1", "near", "far")
 REACH = 6
 HALF_PLANES, SEED = 64, 3
 BLURS = (1.0, 2.1)
@@ -52,25 +51,21 @@ def half_plane_errors(values):
 
 
 def makers(size, quick):
-    """Name and function of the seed, with the number of seeds that there is time for."""
+    """Name, function of the seed, and the number of seeds that there is time for."""
     shape = (size, size)
 
     def scalars(method):
         return lambda seed: np.stack([bluenoise.mask(shape, method=method, seed=2 * seed + c) for c in range(2)])
-
-    def annealed(sweeps):
-        return lambda seed: bluenoise.mask(shape, method="anneal", channels=2, sweeps=sweeps, seed=seed)
 
     network = bluenoise.NeuralGenerator(channels=2, threads=1)
     yield "white noise", scalars("white"), 4
     yield "two masks of void-and-cluster", scalars("void-and-cluster"), 4
     yield "vector network", lambda seed: network.mask(shape, seed=seed), 4
     for sweeps, seeds in ((10, 2), (100, 2)) if quick else ((10, 4), (100, 2), (1000, 1)):
-        yield f"anneal, {sweeps} sweeps", annealed(sweeps), seeds
+        yield f"anneal, {sweeps} sweeps", lambda seed, n=sweeps: bluenoise.mask(shape, method="anneal", channels=2, sweeps=n, seed=seed), seeds
 
 
 def measure(size, quick):
-    rows = []
     for name, make, seeds in makers(size, quick):
         if "anneal" not in name:
             make(0)  # a warm-up
@@ -81,41 +76,24 @@ def measure(size, quick):
             times.append(time.process_time() - begun)
         near, far = np.mean([half_plane_errors((ranks + 0.5) / ranks[0].size) for ranks in masks], axis=0)
         error = np.mean([bluenoise.measure(channel)["e_1"] for ranks in masks for channel in ranks])
-        rows.append({"method": name, "size": size, "seconds": f"{min(times):.6f}",
-                     "energy": f"{np.mean([energy(ranks) for ranks in masks]):.6f}", "e_1": f"{error:.5f}",
-                     "near": f"{near:.6f}", "far": f"{far:.6f}"})
-        print(f"bench: vectors of {size}x{size}, {name}: {min(times):.3g} s", flush=True)
-    return rows
-
-
-def section(options):
-    """The lines of the report. Its figures are kept in neural_vectors.csv."""
-    path = options.out / "neural_vectors.csv"
-    if options.again:
-        rows = read_rows(path)
-    else:
-        rows = measure(32 if options.quick else 128, options.quick)
-        write_rows(path, FIELDS, rows)
-    return lines_of(rows)
+        yield {"method": name, "size": size, "seconds": f"{min(times):.6f}", "energy": f"{np.mean([energy(ranks) for ranks in masks]):.6f}",
+               "e_1": f"{error:.5f}", "near": f"{near:.6f}", "far": f"{far:.6f}"}
 
 
 def lines_of(rows):
-    number = {row["method"]: {key: float(row[key]) for key in FIELDS[1:]} for row in rows}
+    """Lines of Markdown from rows of measure()."""
+    number = {row.pop("method"): {key: float(value) for key, value in row.items()} for row in rows}
     (white, *_, last), size = number, int(rows[0]["size"])
-    best, network = number[last], number["vector network"]
-    lines = [f"Two channels of {size}x{size} texels on one thread. *Energy* is what `bn_anneal` minimises for two channels: the mean over",
-             "pairs of texels, weighted by exp(-distance^2 / 4), of exp(-|difference of values|). *Gain* is how much of the",
-             f"way from white noise to {last} a method goes. The last two columns are for a sampler that",
-             f"takes the vector of each pixel as its one sample: the error of {HALF_PLANES} random half-planes after a blur of",
-             f"{BLURS[0]:g} and {BLURS[1]:g} pixels, relative to white noise.", "",
-             f"| method | CPU time per texel | energy | gain | E_1 of a channel | half-planes, blur {BLURS[0]:g} | blur {BLURS[1]:g} |",
-             "| --- |" + " ---: |" * 6]
+    best, network, lines = number[last], number["vector network"], []
     for name, row in number.items():
         gain = (number[white]["energy"] - row["energy"]) / (number[white]["energy"] - best["energy"])
-        lines.append(f"| {name} | {1e6 * row['seconds'] / size**2:.3g} us | {row['energy']:.5f} | {gain:.1%} | {row['e_1']:.4f} | "
-                     f"{row['near'] / number[white]['near']:.3f} | {row['far'] / number[white]['far']:.3f} |")
-    share = best["seconds"] / network["seconds"]
-    lines += ["", f"The vector network takes 1/{share:.0f} of the time of {last}, and its",
-              f"energy is {network['energy'] / best['energy'] - 1:.2%} higher (that of white noise: "
-              f"{number[white]['energy'] / best['energy'] - 1:.2%})."]
-    return lines
+        lines.append([name, f"{1e6 * row['seconds'] / size**2:.3g} us", f"{row['energy']:.5f}", f"{gain:.1%}", f"{row['e_1']:.4f}",
+                      f"{row['near'] / number[white]['near']:.3f}", f"{row['far'] / number[white]['far']:.3f}"])
+    return [f"Two channels of {size}x{size} texels on one thread. *Energy* is what `bn_anneal` minimises for two channels: the mean over pairs of "
+            "texels, weighted by exp(-distance^2 / 4), of exp(-|difference of values|). *Gain* is how much of the way from white noise to "
+            f"{last} a method goes. The last two columns are for a sampler that takes the vector of each pixel as its one sample: the error of "
+            f"{HALF_PLANES} random half-planes after a blur of {BLURS[0]:g} and {BLURS[1]:g} pixels, relative to white noise.", "",
+            md_table(["method", "CPU time per texel", "energy", "gain", "E_1 of a channel", f"half-planes, blur {BLURS[0]:g}", f"blur {BLURS[1]:g}"],
+                     lines), "",
+            f"The vector network takes 1/{best['seconds'] / network['seconds']:.0f} of the time of {last}, and its energy is "
+            f"{network['energy'] / best['energy'] - 1:.2%} higher (that of white noise: {number[white]['energy'] / best['energy'] - 1:.2%})."]
