@@ -341,54 +341,39 @@ void bake_prefix_counts(const uint64_t *bits, int levels, int *counts) {
 
 enum { RADIUS = 7 };
 
-static void kernel_fill(float kernel[2 * RADIUS + 1], double sigma) {
+static void kernel_fill(float kernel[2 * RADIUS + 1]) {
     double k[2 * RADIUS + 1], total = 0;
     for (int d = -RADIUS; d <= RADIUS; ++d) {
-        total += k[d + RADIUS] = exp(-d * d / (2 * sigma * sigma));
+        total += k[d + RADIUS] = exp(-d * d / (2 * SIGMA * SIGMA));
     }
     for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / total);
 }
 
-double bake_blur_gain(int axes) {
+double bake_blur_gain(void) {
     float kernel[2 * RADIUS + 1];
     double sum = 0;
-    kernel_fill(kernel, (axes & BAKE_NARROW) != 0 ? 1.0 : SIGMA);
+    kernel_fill(kernel);
     for (int d = 0; d <= 2 * RADIUS; ++d) sum += (double)kernel[d] * kernel[d];
-    return (axes & 3) == 3 ? sum * sum : sum;
+    return sum * sum;
 }
 
-void bake_blur(const float *in, float *out, int side, int axes) {
-    static float kernels[2][2 * RADIUS + 1];
-    const int narrow = (axes & BAKE_NARROW) != 0;
-    float *const kernel = kernels[narrow];
-    float rows[PIXELS], line[SIDE + 2 * RADIUS], sum[SIDE];
-    if (kernel[0] == 0.0f) kernel_fill(kernel, narrow ? 1.0 : SIGMA);
-    for (int y = 0; y < side; ++y) {
-        const float *row = in + y * side;
-        if ((axes & 1) == 0) {
-            memcpy(rows + y * side, row, (size_t)side * sizeof *row);
-            continue;
-        }
-        for (int x = 0; x < side + 2 * RADIUS; ++x) line[x] = row[(x - RADIUS) & (side - 1)];
-        memset(sum, 0, sizeof sum);
+void bake_blur(const float in[CORNER * CORNER], float out[CORNER * CORNER]) {
+    static float kernel[2 * RADIUS + 1];
+    float rows[CORNER * CORNER] = {0}, line[CORNER + 2 * RADIUS];
+    if (kernel[0] == 0.0f) kernel_fill(kernel);
+    for (int y = 0; y < CORNER; ++y) {
+        const float *row = in + y * CORNER;
+        for (int x = 0; x < CORNER + 2 * RADIUS; ++x) line[x] = row[(x - RADIUS) & (CORNER - 1)];
         for (int d = 0; d <= 2 * RADIUS; ++d) {
-            float w = kernel[d];
-            for (int x = 0; x < side; ++x) sum[x] += w * line[x + d];
+            for (int x = 0; x < CORNER; ++x) rows[y * CORNER + x] += kernel[d] * line[x + d];
         }
-        memcpy(rows + y * side, sum, (size_t)side * sizeof *sum);
     }
-    for (int y = 0; y < side; ++y) {
-        if ((axes & 2) == 0) {
-            memcpy(out + y * side, rows + y * side, (size_t)side * sizeof *out);
-            continue;
-        }
-        memset(sum, 0, sizeof sum);
+    memset(out, 0, sizeof rows);
+    for (int y = 0; y < CORNER; ++y) {
         for (int d = 0; d <= 2 * RADIUS; ++d) {
-            const float *row = rows + ((y + d - RADIUS) & (side - 1)) * side;
-            float w = kernel[d];
-            for (int x = 0; x < side; ++x) sum[x] += w * row[x];
+            const float *row = rows + ((y + d - RADIUS) & (CORNER - 1)) * CORNER;
+            for (int x = 0; x < CORNER; ++x) out[y * CORNER + x] += kernel[d] * row[x];
         }
-        memcpy(out + y * side, sum, (size_t)side * sizeof *sum);
     }
 }
 

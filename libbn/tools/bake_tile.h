@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What the stages of bn_bake_sampler share: the table that is being made, test integrands, random
- * numbers, blurs, and the stages themselves. A stage is a list of parts; a part is a function of
- * the table before it, the seed and the effort alone, so that a run may end between any two of
- * them. */
+ * numbers, blurs, and the stages themselves, each a function of the table before it, the seed and the
+ * effort alone. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
@@ -14,6 +13,7 @@
 enum {
     SIDE = 64,            /* of the tile, in pixels */
     PIXELS = SIDE * SIDE, /* as many labels */
+    CORNER = 32,          /* of the tile, in which most stages measure: as many pixels wide */
     BLOCKS = PIXELS / 16, /* of 4 x 4 pixels, whose labels share their upper bits */
     MEMBERS = 4,
     POINTS = 256,
@@ -31,8 +31,6 @@ typedef struct {
 typedef struct {
     uint64_t seed;
     double effort;
-    /* Called now and then with what share of the part is done. */
-    void (*progress)(double share);
 } bake_options;
 
 /* ---- Memory and random numbers ---- */
@@ -116,14 +114,12 @@ void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, in
 /* How many of the first 2^l bits are set, for l = 0 ... 6 with one word, 8 with four. */
 void bake_prefix_counts(const uint64_t *bits, int levels, int *counts);
 
-/* ---- Images, toroidal, `side` pixels wide ---- */
+/* ---- Images of the corner, toroidal ---- */
 
-/* Gaussian of SIGMA along rows (1), columns (2) or both (3), cut off at 7 pixels; with BAKE_NARROW of one
- * pixel. */
-enum { BAKE_NARROW = 4 };
-void bake_blur(const float *in, float *out, int side, int axes);
+/* Gaussian of SIGMA, cut off at 7 pixels. */
+void bake_blur(const float in[CORNER * CORNER], float out[CORNER * CORNER]);
 /* By how much it lowers the mean square of white noise. */
-double bake_blur_gain(int axes);
+double bake_blur_gain(void);
 double bake_mean_square(const float *image, int count);
 
 /* What errors of two pixels add to the energy, by their distance: the autocorrelation of the blur
@@ -146,11 +142,6 @@ void bake_start(bake_table *table, const bake_options *options);
 void bake_scramble(bake_table *table, const bake_options *options, int member, int pair);
 /* Scramblings of a member for smooth integrands, those of half-planes kept. */
 void bake_smooth(bake_table *table, const bake_options *options, int member);
-/* Geometric means of the errors of other smooth integrands in single pixels over those of Sobol', by
- * kind, and the worst of single dimensions. */
-enum { BAKE_SMOOTH_KINDS = 5 };
-void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LEVELS],
-                        double worst[LEVELS]);
 /* The order of the samples of a member against those of the members before it. */
 void bake_order(bake_table *table, const bake_options *options, int member);
 /* Which labels each block has, for all members. */
@@ -169,8 +160,6 @@ typedef struct bake_planes bake_planes;
 bake_planes *bake_planes_make(bake_random *r, int planes);
 void bake_planes_measure(bake_planes *s, const pole_vectors *v, int pair, const uint16_t *label,
                          int planes, int levels, double *blurred, double *raw);
-/* Prints what a table is worth on other integrands. */
-void bake_report(const bake_table *table);
 
 /* ---- Features: what labels are compared by ---- */
 

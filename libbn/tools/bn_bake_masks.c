@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Bakes a built-in mask: long annealing from void-and-cluster, in steps of falling temperature.
- *
- * After every step the state is written beside the output, and a run that finds such a file goes on
- * from it; the result does not depend on interruptions. */
+ * Bakes a built-in mask: long annealing from void-and-cluster, in steps of falling temperature. */
 #include <bn/bn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,20 +28,6 @@ static int write_ranks(const char *path, const uint32_t *ranks, size_t count) {
     return good && rename(beside, path) == 0;
 }
 
-static int read_ranks(const char *path, uint32_t *ranks, size_t count) {
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) return 0;
-    int good = 1;
-    for (size_t i = 0; i < count && good; ++i) {
-        int low = fgetc(file), high = fgetc(file);
-        good = high != EOF;
-        ranks[i] = (uint32_t)low | (uint32_t)high << 8;
-    }
-    good = good && fgetc(file) == EOF;
-    fclose(file);
-    return good;
-}
-
 /* start * ratio^(step / STEPS) without the library's pow, which differs between machines. */
 static double temperature(int step) {
     static const double ratio = 0.8759; /* (END / START)^(1 / STEPS), rounded */
@@ -63,13 +46,12 @@ static void print_quality(uint32_t size, const uint32_t *ranks, size_t count) {
         }
     }
     printf("\n");
-    fflush(stdout);
 }
 
 int main(int argc, char **argv) {
-    if (argc < 4 || argc > 5 || (argc == 5 && strcmp(argv[4], "--verbose") != 0)) {
+    if (argc != 4) {
         fprintf(stderr,
-                "Usage: bn_bake_masks SIZE SWEEPS OUTPUT.u16 [--verbose]\n"
+                "Usage: bn_bake_masks SIZE SWEEPS OUTPUT.u16\n"
                 "SIZE is 2 to 256; SWEEPS in all, in %d steps\n",
                 STEPS);
         return 2;
@@ -78,20 +60,12 @@ int main(int argc, char **argv) {
     const uint32_t sweeps = (uint32_t)strtoul(argv[2], NULL, 10);
     if (size < 2 || size > 256) return fail("SIZE must be 2 to 256, not", argv[1]);
     if (sweeps < STEPS) return fail("too few SWEEPS:", argv[2]);
-    if (strlen(argv[3]) > PATH_SIZE - 40) return fail("OUTPUT is too long:", argv[3]);
+    if (strlen(argv[3]) >= PATH_SIZE) return fail("OUTPUT is too long:", argv[3]);
     const size_t count = (size_t)size * size;
     uint32_t *ranks = malloc(count * sizeof *ranks);
     if (ranks == NULL) return fail("no memory for SIZE", argv[1]);
     bn_result result = bn_void_and_cluster(NULL, size, size, 1, ranks, count);
-    if (result != BN_SUCCESS) return fail(bn_result_string(result), "in void-and-cluster");
-    char state[PATH_SIZE] = "";
-    int step = 0;
-    for (int i = STEPS - 1; i > 0 && step == 0; --i) {
-        snprintf(state, sizeof state, "%s.%u.step%d", argv[3], sweeps, i);
-        if (read_ranks(state, ranks, count)) step = i;
-    }
-    if (step == 0) state[0] = '\0';
-    while (step < STEPS) {
+    for (int step = 0; step < STEPS && result == BN_SUCCESS; ++step) {
         bn_anneal_options options = bn_anneal_options_default();
         options.start_from_ranks = 1;
         options.start_temperature = temperature(step);
@@ -100,16 +74,9 @@ int main(int argc, char **argv) {
         options.seed = (uint64_t)step;
         options.order_ends = step + 1 == STEPS;
         result = bn_anneal(&options, size, size, 1, ranks, count);
-        if (result != BN_SUCCESS) return fail(bn_result_string(result), "in annealing");
-        char next[PATH_SIZE];
-        ++step;
-        if (argc == 5) print_quality(size, ranks, count);
-        snprintf(next, sizeof next, "%s.%u.step%d", argv[3], sweeps, step);
-        if (!write_ranks(step < STEPS ? next : argv[3], ranks, count))
-            return fail("cannot write", next);
-        if (state[0] != '\0') remove(state);
-        memcpy(state, next, sizeof state);
     }
+    if (result != BN_SUCCESS) return fail("cannot make the mask:", bn_result_string(result));
+    if (!write_ranks(argv[3], ranks, count)) return fail("cannot write", argv[3]);
     print_quality(size, ranks, count);
     free(ranks);
     return 0;
