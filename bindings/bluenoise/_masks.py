@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import inspect
+import functools
 import math
 import sys
-from typing import Any, Callable, Literal, Optional, Union, overload
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -27,81 +27,33 @@ _LEAST_MEMORY = 12
 _AUTO_LARGE, _AUTO_SWEEPS = 512 * 512, 100
 
 
-# One overload for each method, so that editors complete its options and type checkers check them. A test compares them
-# with the functions below.
-@overload
-def mask(
-    shape: Shape,
-    *,
-    method: Literal["void-and-cluster"] = "void-and-cluster",
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    sigma: float = 1.5,
-    initial_fraction: float = 0.1,
-    progress: Optional[Progress] = None,
-) -> Ranks: ...
-@overload
-def mask(
-    shape: Shape,
-    *,
-    method: Literal["relax"],
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    threads: int = 0,
-    progress: Optional[Progress] = None,
-) -> Ranks: ...
-@overload
-def mask(
-    shape: Shape,
-    *,
-    method: Literal["anneal"],
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    sigma: float = 1.0,
-    far_sigma: Optional[float] = None,
-    far_weight: float = 1.0,
-    value_sigma: float = 1.0,
-    start_temperature: float = 4e-4,
-    end_temperature: float = 2e-6,
-    sweeps: int = 1000,
-    order_ends: bool = True,
-    channels: int = 1,
-    start_from_ranks: Optional[npt.ArrayLike] = None,
-    progress: Optional[Progress] = None,
-) -> Ranks: ...
-@overload
-def mask(
-    shape: Shape,
-    *,
-    method: Literal["neural"],
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    model: Union[None, PathLike, bytes] = None,
-    runtime: Optional[PathLike] = None,
-    threads: int = 0,
-    provider: Optional[NeuralProvider] = None,
-    channels: int = 0,
-    progress: Optional[Progress] = None,
-) -> Ranks: ...
-@overload
-def mask(
-    shape: Shape,
-    *,
-    method: Literal["auto"],
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    channels: int = 1,
-    progress: Optional[Progress] = None,
-) -> Ranks: ...
-@overload
-def mask(
-    shape: Shape,
-    *,
-    method: MaskMethod,
-    seed: Seed = 0,
-    out: Optional[Ranks] = None,
-    progress: Optional[Progress] = None,
-) -> Ranks: ...
+# The options of the library's methods and how they are checked; a name stands for the value of that option.
+_LIBRARY: dict[str, dict[str, Sequence[Any]]] = {
+    "void-and-cluster": {
+        "sigma": (arguments.real, 0.25, 16),
+        "initial_fraction": (arguments.real, 0, 0.5, False),
+    },
+    "relax": {"threads": (arguments.integer, *arguments.UINT32)},
+    "anneal": {
+        "sigma": (arguments.real, 0.25, 4),
+        "far_sigma": (arguments.real, "sigma", 4),
+        "far_weight": (arguments.real, 0, sys.float_info.max),
+        "value_sigma": (arguments.real, 0.01, 100),
+        "start_temperature": (arguments.real, 0, 1, False),
+        "end_temperature": (arguments.real, 0, "start_temperature", False),
+        "sweeps": (arguments.integer, *arguments.UINT32),
+        "order_ends": (lambda _, value: bool(value),),
+    },
+}
+# Method -> the names of its options.
+METHODS: dict[str, tuple[str, ...]] = {
+    "auto": ("channels", "progress"),
+    **{method: (*options, "progress") for method, options in _LIBRARY.items()},
+    "neural": ("model", "runtime", "threads", "provider", "channels", "progress"),
+    "white": ("progress",),
+    "builtin": ("progress",),
+}
+METHODS["anneal"] += ("channels", "start_from_ranks")
 
 
 def mask(
@@ -206,7 +158,9 @@ def mask(
         if name not in METHODS[method]:
             having = ", ".join(repr(each) for each in METHODS if name in METHODS[each])
             raise TypeError(f"method {method!r} has no option {name} (given as {value!r}); {having} have it")
-    return _MAKERS[method](extents, seed, out, **options)
+    makers = {"auto": _auto, "anneal": _anneal, "neural": _neural, "white": _white, "builtin": _builtin}
+    make: Any = makers[method] if method in makers else functools.partial(_by_library, method)
+    return make(extents, seed, out, **options)  # type: ignore[no-any-return]
 
 
 def _result(shape: tuple[int, ...], out: Optional[Ranks], method: str) -> Ranks:
@@ -215,97 +169,53 @@ def _result(shape: tuple[int, ...], out: Optional[Ranks], method: str) -> Ranks:
     return arguments.output(out, shape, np.uint32)
 
 
-def _void_and_cluster(
-    shape: tuple[int, ...],
-    seed: Seed,
-    out: Optional[Ranks],
-    *,
-    sigma: float = 1.5,
-    initial_fraction: float = 0.1,
-    progress: Optional[Progress] = None,
-) -> Ranks:
-    ranks = _result(shape, out, "void-and-cluster")
-    options = _core.VoidAndClusterOptions()
-    options.sigma = arguments.real("sigma", sigma, 0.25, 16)
-    options.initial_fraction = arguments.real("initial_fraction", initial_fraction, 0, 0.5, low_included=False)
-    options.seed = arguments.seed(seed)
-    _core.void_and_cluster(ranks.reshape((1,) * (3 - len(shape)) + shape), options, arguments.callback("progress", progress))
-    return ranks
-
-
 def _check_flat(shape: tuple[int, ...], method: str) -> None:
     if len(shape) > 2:
         raise ValueError(f"shape for method {method!r} must be (n,) or (h, w), not {shape}")
 
 
-def _start_from(ranks: Ranks, given: Optional[npt.ArrayLike], channels: int = 1) -> None:
-    """Copies the ranks to start from, if there are any, into the array for the result, and checks the copy."""
-    if given is None:
-        return
+def _by_library(
+    method: str, shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, progress: Optional[Progress] = None, channels: int = 1,
+    start_from_ranks: Optional[npt.ArrayLike] = None, **given: Any
+) -> Ranks:
+    if method == "relax":
+        _check_flat(shape, method)
+    ranks = _result(shape if channels == 1 else (channels, *shape), out, method)
+    make, options = {
+        "void-and-cluster": (_core.void_and_cluster, _core.VoidAndClusterOptions()),
+        "relax": (_core.relax, _core.RelaxOptions()),
+        "anneal": (_core.anneal, _core.AnnealOptions()),
+    }[method]
+    for name, (check, *limits) in _LIBRARY[method].items():
+        if name in given:
+            bounds = (getattr(options, limit) if isinstance(limit, str) else limit for limit in limits)
+            setattr(options, name, check(name, given[name], *bounds))
+    if start_from_ranks is not None:
+        _start_from(ranks, start_from_ranks, channels)
+        options.start_from_ranks = 1
+    options.seed = arguments.seed(seed)
+    extents = shape if len(shape) == 3 else (channels, *(1,) * (2 - len(shape)), *shape)
+    make(ranks.reshape(extents), options, arguments.callback("progress", progress))
+    return ranks
+
+
+def _anneal(
+    shape: tuple[int, ...], seed: Seed, out: Optional[Ranks], *, channels: int = 1, **given: Any
+) -> Ranks:
+    _check_flat(shape, "anneal")
+    far_sigma = max(_FAR_SIGMA, arguments.real("sigma", given.get("sigma", 1), *_LIBRARY["anneal"]["sigma"][1:]))
+    channels = arguments.integer("channels", channels, 1, 4)
+    return _by_library("anneal", shape, seed, out, channels=channels, **{"far_sigma": far_sigma, **given})
+
+
+def _start_from(ranks: Ranks, given: npt.ArrayLike, channels: int) -> None:
+    """Copies the ranks to start from into the array for the result, and checks the copy."""
     start = arguments.array("start_from_ranks", given)
     if start.shape != ranks.shape:
         raise ValueError(f"start_from_ranks must have shape {ranks.shape}, not {start.shape}")
     np.copyto(ranks, arguments.integers("start_from_ranks", start, np.uint32, *arguments.UINT32))
     for channel in ranks.reshape(channels, -1):
         arguments.permutation("start_from_ranks", channel)
-
-
-def _relax(
-    shape: tuple[int, ...],
-    seed: Seed,
-    out: Optional[Ranks],
-    *,
-    threads: int = 0,
-    progress: Optional[Progress] = None,
-) -> Ranks:
-    _check_flat(shape, "relax")
-    ranks = _result(shape, out, "relax")
-    options = _core.RelaxOptions()
-    options.threads = arguments.integer("threads", threads, 0, arguments.UINT32[1])
-    options.seed = arguments.seed(seed)
-    _core.relax(ranks.reshape((1,) * (3 - len(shape)) + shape), options, arguments.callback("progress", progress))
-    return ranks
-
-
-def _anneal(
-    shape: tuple[int, ...],
-    seed: Seed,
-    out: Optional[Ranks],
-    *,
-    sigma: float = 1.0,
-    far_sigma: Optional[float] = None,
-    far_weight: float = 1.0,
-    value_sigma: float = 1.0,
-    start_temperature: float = 4e-4,
-    end_temperature: float = 2e-6,
-    sweeps: int = 1000,
-    order_ends: bool = True,
-    channels: int = 1,
-    start_from_ranks: Optional[npt.ArrayLike] = None,
-    progress: Optional[Progress] = None,
-) -> Ranks:
-    _check_flat(shape, "anneal")
-    channels = arguments.integer("channels", channels, 1, 4)
-    result = shape if channels == 1 else (channels, *shape)
-    sigma = arguments.real("sigma", sigma, 0.25, 4)
-    if far_sigma is None:
-        far_sigma = max(sigma, _FAR_SIGMA)
-    start = arguments.real("start_temperature", start_temperature, 0, 1, low_included=False)
-    ranks = _result(result, out, "anneal")
-    _start_from(ranks, start_from_ranks, channels)
-    options = _core.AnnealOptions()
-    options.sigma = sigma
-    options.far_sigma = arguments.real("far_sigma", far_sigma, sigma, 4)
-    options.far_weight = arguments.real("far_weight", far_weight, 0, sys.float_info.max)
-    options.value_sigma = arguments.real("value_sigma", value_sigma, 0.01, 100)
-    options.start_temperature = start
-    options.end_temperature = arguments.real("end_temperature", end_temperature, 0, start, low_included=False)
-    options.sweeps = arguments.integer("sweeps", sweeps, 0, arguments.UINT32[1])
-    options.order_ends = bool(order_ends)
-    options.start_from_ranks = start_from_ranks is not None
-    options.seed = arguments.seed(seed)
-    _core.anneal(ranks.reshape((channels,) + (1,) * (2 - len(shape)) + shape), options, arguments.callback("progress", progress))
-    return ranks
 
 
 def _neural(
@@ -340,7 +250,7 @@ def _auto(
 ) -> Ranks:
     count = arguments.integer("channels", channels, 1, 4)
     method, options = auto_method(shape, count)
-    return _MAKERS[method](shape, seed, out, progress=progress, **options)
+    return mask(shape, method=method, seed=seed, out=out, progress=progress, **options)
 
 
 def auto_method(shape: tuple[int, ...], channels: int) -> tuple[MaskMethod, dict[str, Any]]:
@@ -398,22 +308,6 @@ def _builtin(
     np.copyto(ranks, builtin)
     report(progress, 1.0)
     return ranks
-
-
-_MAKERS: dict[str, Callable[..., Ranks]] = {
-    "auto": _auto,
-    "void-and-cluster": _void_and_cluster,
-    "relax": _relax,
-    "anneal": _anneal,
-    "neural": _neural,
-    "white": _white,
-    "builtin": _builtin,
-}
-
-# Method -> the names of its options.
-METHODS = {
-    name: tuple(inspect.signature(maker).parameters)[3:] for name, maker in _MAKERS.items()
-}
 
 
 def to_float(ranks: npt.ArrayLike, count: Optional[int] = None) -> npt.NDArray[np.float32]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from typing import Any, Callable, Literal, Optional, overload
+from typing import Any, Callable, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -25,38 +25,6 @@ _RECENT = 16  # points after which the tree is built again
 _CELLS = 12  # per spacing of points, of the grid that sorts out candidates
 _MAX_CELLS = 2048  # along one side
 _LEAST_THROWN = 16  # points at a time, for Poisson disks
-
-
-@overload
-def points(
-    n: int,
-    *,
-    method: Literal["best-candidate"] = "best-candidate",
-    seed: Seed = 0,
-    progress: Optional[Progress] = None,
-    candidates: int = 1,
-) -> Points: ...
-@overload
-def points(
-    n: int,
-    *,
-    method: Literal["poisson-disk"],
-    seed: Seed = 0,
-    progress: Optional[Progress] = None,
-    candidates: int = 30,
-) -> Points: ...
-@overload
-def points(
-    n: int,
-    *,
-    method: Literal["mask"],
-    seed: Seed = 0,
-    progress: Optional[Progress] = None,
-    mask: Optional[npt.ArrayLike] = None,
-    jitter: bool = True,
-) -> Points: ...
-@overload
-def points(n: int, *, method: PointsMethod, seed: Seed = 0, progress: Optional[Progress] = None) -> Points: ...
 
 
 def points(
