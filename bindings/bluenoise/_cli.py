@@ -18,7 +18,7 @@ import threading
 import unicodedata
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable, Iterator, Mapping, NoReturn, Optional, Sequence, get_args
+from typing import Any, Callable, Iterable, Iterator, Mapping, NoReturn, Optional, Sequence, get_args
 
 import numpy as np
 
@@ -36,7 +36,6 @@ _imported()
 
 _POINTS_SUFFIXES = (".csv", ".npy")
 _SPECTRUM_SUFFIXES = (".png", ".svg", ".pdf", ".csv", ".npy")
-_OPTIONS = ("sigma", "initial_fraction", "sweeps", "channels", "model", "runtime", "threads", "provider")
 _EXAMPLES = """\
 examples:
   bluenoise mask --size 128 -o mask.png          make a mask of 128x128
@@ -178,21 +177,10 @@ def _parser() -> argparse.ArgumentParser:
         description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    command.add_argument("--channels", type=_integer, metavar="N",
-                         help="auto, anneal: 1 to 4 jointly blue channels; neural: 1 or 2, or those of --model (default 1)")
     command.add_argument("--method", default="void-and-cluster", choices=METHODS,
                          help="default void-and-cluster; auto chooses by size and channels")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    command.add_argument("--sigma", type=float,
-                         help="void-and-cluster, anneal: width of the Gaussian in texels")
-    command.add_argument(
-        "--initial-fraction", type=float, help="void-and-cluster: share of texels in the initial pattern (default 0.1)"
-    )
-    command.add_argument("--sweeps", type=_integer, help="anneal: trial swaps per texel (default 1000)")
-    command.add_argument("--model", type=Path, metavar="FILE", help="neural: an ONNX file (default: a built-in network)")
-    command.add_argument("--runtime", type=Path, metavar="FILE", help="neural: the ONNX Runtime library")
-    command.add_argument("--threads", type=_integer, help="relax, neural: number of threads (default: one per core)")
-    command.add_argument("--provider", choices=get_args(NeuralProvider), help="neural: run on the processor (default) or a GPU")
+    _add_options(command, _MASK_OPTIONS, METHODS)
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     command.add_argument("--json", action="store_true", help="describe the mask as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
@@ -245,9 +233,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
     command.add_argument("--method", default="best-candidate", choices=POINTS_METHODS, help="default best-candidate")
     command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    command.add_argument("--candidates", type=_integer, metavar="N",
-                         help="best-candidate (default 1), poisson-disk (30): more are slower and better")
-    command.add_argument("--mask", type=Path, metavar="FILE", help="mask: its texels of the lowest ranks are the points")
+    _add_options(command, _POINTS_OPTIONS, POINTS_METHODS)
     command.add_argument("--json", action="store_true", help="describe the points as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
     _add_output(command, _POINTS_SUFFIXES, "csv")
@@ -343,6 +329,29 @@ def _seed(text: str) -> int:
     return arguments.seed(None) if text == "random" else _integer(text)
 
 
+# Options of single methods; the help begins with their names.
+_MASK_OPTIONS: dict[str, dict[str, Any]] = {
+    "sigma": {"type": float, "help": "width of the Gaussian in texels"},
+    "initial_fraction": {"type": float, "help": "share of texels in the initial pattern (default 0.1)"},
+    "sweeps": {"type": _integer, "help": "trial swaps per texel (default 1000)"},
+    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue channels, 1 to 4; neural: 1 or 2, or those of --model (default 1)"},
+    "model": {"type": Path, "metavar": "FILE", "help": "an ONNX file (default: a built-in network)"},
+    "runtime": {"type": Path, "metavar": "FILE", "help": "the ONNX Runtime library"},
+    "threads": {"type": _integer, "help": "number of threads (default: one per core)"},
+    "provider": {"choices": get_args(NeuralProvider), "help": "run on the processor (default) or a GPU"},
+}
+_POINTS_OPTIONS: dict[str, dict[str, Any]] = {
+    "candidates": {"type": _integer, "metavar": "N", "help": "more are slower and better (default 1, poisson-disk 30)"},
+    "mask": {"type": Path, "metavar": "FILE", "help": "its texels of the lowest ranks are the points"},
+}
+
+
+def _add_options(command: argparse.ArgumentParser, options: Mapping[str, Any], known: Mapping[str, Sequence[str]]) -> None:
+    for name, words in options.items():
+        methods = ", ".join(method for method in known if name in known[method])
+        command.add_argument(f"--{name.replace('_', '-')}", **{**words, "help": f"{methods}: {words['help']}"})
+
+
 class _Bar:
     """Shows percentages on a terminal."""
 
@@ -377,7 +386,7 @@ def _output(options: argparse.Namespace, suffixes: Sequence[str], source: Option
     return path, suffix
 
 
-def _given(options: argparse.Namespace, names: Sequence[str], known: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+def _given(options: argparse.Namespace, names: Iterable[str], known: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     """The options of these names that are given, if the method is one of those that are known to have them."""
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     for name in given:
@@ -394,12 +403,12 @@ def _mask(options: argparse.Namespace) -> None:
         raise ValueError(f"a three-dimensional mask does not fit in {suffix}; write .npy")
     if suffix == ".exr":
         _files.openexr()
-    given = _given(options, _OPTIONS, METHODS)
+    given = _given(options, _MASK_OPTIONS, METHODS)
     method = options.method
     if method == "auto":
         method, chosen = auto_method(shape, arguments.integer("channels", given.get("channels", 1), 1, 4))
         given.update(chosen)
-    shown = {name: given[name] for name in _OPTIONS if name in given and name not in ("threads", "runtime", "provider")}
+    shown = {name: given[name] for name in _MASK_OPTIONS if name in given and name not in ("threads", "runtime", "provider")}
     make: Callable[..., arguments.Ranks] = make_mask
     ranks = make(shape, method=method, seed=options.seed, progress=_progress(options.quiet), **given)
     channels = ranks.shape[0] if ranks.ndim > len(shape) else 1
@@ -489,7 +498,7 @@ def _write_textures(options: argparse.Namespace) -> None:
 
 def _points(options: argparse.Namespace) -> None:
     path, suffix = _output(options, _POINTS_SUFFIXES, options.mask)
-    given = _given(options, ("candidates", "mask"), POINTS_METHODS)
+    given = _given(options, _POINTS_OPTIONS, POINTS_METHODS)
     if "mask" in given:
         given["mask"] = _files.ranked(options.mask, _files.load_mask(options.mask), False, "bluenoise.load(..., rank=True)")
     make: Callable[..., Any] = make_points

@@ -181,11 +181,12 @@ def _by_library(
     if method == "relax":
         _check_flat(shape, method)
     ranks = _result(shape if channels == 1 else (channels, *shape), out, method)
-    make, options = {
+    library: dict[str, tuple[Any, Any]] = {
         "void-and-cluster": (_core.void_and_cluster, _core.VoidAndClusterOptions()),
         "relax": (_core.relax, _core.RelaxOptions()),
         "anneal": (_core.anneal, _core.AnnealOptions()),
-    }[method]
+    }
+    make, options = library[method]
     for name, (check, *limits) in _LIBRARY[method].items():
         if name in given:
             bounds = (getattr(options, limit) if isinstance(limit, str) else limit for limit in limits)

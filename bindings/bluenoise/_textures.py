@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import os
 import shutil
 import struct
 import tempfile
@@ -88,67 +87,32 @@ _UNFINISHED = ".bluenoise-"
 @contextmanager
 def _filled(folder: Path) -> Iterator[Path]:
     """Yields an empty folder. What it holds at the end moves to `folder`, which is made if it does not exist; after an error
-    nothing of it is left. Only what was moved is ever removed."""
+    nothing of it is left."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder} exists and is not a folder")
+    if not folder.absolute().parent.is_dir():
+        raise FileNotFoundError(f"the folder {folder.absolute().parent} does not exist")
     there = folder.is_dir()
-    if not there:
-        if not folder.absolute().parent.is_dir():
-            raise FileNotFoundError(f"the folder {folder.absolute().parent} does not exist")
-        with contextlib.suppress(FileExistsError):  # another run has made it
-            folder.mkdir()
-    moved: list[Path] = []
+    folder.mkdir(exist_ok=True)
     try:
-        with _alone(folder):
-            # A run that was killed may have left its unfinished files.
-            others = sorted(path.name for path in folder.iterdir() if not path.name.startswith(_UNFINISHED))
-            if others:
-                raise FileExistsError(f"{folder} has other files, such as {others[0]}; give the name of a new folder, or of an empty one")
-            with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=folder) as beside:
-                yield Path(beside)
-                made = sorted(Path(beside).iterdir())
-                for path in made:
-                    _refuse_existing(folder / path.name)
-                for path in made:
-                    _refuse_existing(folder / path.name)
-                    os.rename(path, folder / path.name)
-                    moved.append(folder / path.name)
+        _refuse_others(folder)
+        with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=folder) as beside:
+            yield Path(beside)
+            _refuse_others(folder)
+            for path in sorted(Path(beside).iterdir()):
+                path.rename(folder / path.name)
     except BaseException:
-        for path in moved:
-            if path.is_dir():
-                shutil.rmtree(path)
-            else:
-                path.unlink(missing_ok=True)
         if not there:
-            with contextlib.suppress(OSError):  # not empty: another run's, or the user's
+            with contextlib.suppress(OSError):  # not empty: others have put something there
                 folder.rmdir()
         raise
 
 
-def _refuse_existing(path: Path) -> None:
-    if os.path.lexists(path):
-        raise FileExistsError(f"{path} has been made meanwhile; nothing was written")
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """One run in a folder at a time, where the system has locks for folders."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        yield
-        return
-    lock = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise FileExistsError(f"another run is writing to {folder}") from None
-        except OSError:  # a file system without locks
-            pass
-        yield
-    finally:
-        os.close(lock)
+def _refuse_others(folder: Path) -> None:
+    # A run that was killed may have left its unfinished files.
+    others = sorted(path.name for path in folder.iterdir() if not path.name.startswith(_UNFINISHED))
+    if others:
+        raise FileExistsError(f"{folder} has other files, such as {others[0]}; give the name of a new folder, or of an empty one")
 
 
 # ---- Masks
