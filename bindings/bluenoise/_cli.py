@@ -334,7 +334,7 @@ _MASK_OPTIONS: dict[str, dict[str, Any]] = {
     "sigma": {"type": float, "help": "width of the Gaussian in texels"},
     "initial_fraction": {"type": float, "help": "share of texels in the initial pattern (default 0.1)"},
     "sweeps": {"type": _integer, "help": "trial swaps per texel (default 1000)"},
-    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue channels, 1 to 4; neural: 1 or 2, or those of --model (default 1)"},
+    "channels": {"type": _integer, "metavar": "N", "help": "jointly blue ones, 1 to 4; neural: 1 or 2, or those of --model (default 1)"},
     "model": {"type": Path, "metavar": "FILE", "help": "an ONNX file (default: a built-in network)"},
     "runtime": {"type": Path, "metavar": "FILE", "help": "the ONNX Runtime library"},
     "threads": {"type": _integer, "help": "number of threads (default: one per core)"},
