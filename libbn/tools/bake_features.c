@@ -245,8 +245,16 @@ static int fewer(const bake_options *options, int full, int least) {
     return n > least ? n : least;
 }
 
-void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_options *options,
-                          int member, int what) {
+/* Projects `count` rows, which are freed. */
+static void make_features(bake_features *f, error_matrix *m, int count, int step, int width) {
+    f->width = width;
+    f->rows = bake_allocate((size_t)count * width, sizeof *f->rows);
+    project(m->rows, count, step, m->stride, width, f->rows);
+    free(m->rows);
+}
+
+void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
+                            int member, int what) {
     /* At 1, 2, 4 ... 256 samples, then at the counts between. */
     static const double
         plane_weight[LEVELS + PARTIALS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
@@ -320,31 +328,14 @@ void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_
             }
         }
     }
-    e->width = m.stride;
-    e->rows = m.rows;
-}
-
-/* Projects `count` rows, which are freed. */
-static void make_features(bake_features *f, bake_features errors, int count, int step, int width) {
-    f->width = width;
-    f->rows = bake_allocate((size_t)count * width, sizeof *f->rows);
-    project(errors.rows, count, step, errors.width, width, f->rows);
-    free(errors.rows);
-}
-
-void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
-                            int member, int what) {
-    bake_features errors;
-    bake_errors_of_label(&errors, table, options, member, what);
     const int most = what == FEATURES_OWN ? 336 : what >= FEATURES_SINGLE ? 128 : 80;
-    int width = fewer(options, most, 32) / LANES * LANES;
-    make_features(f, errors, PIXELS, 1, width);
+    make_features(f, &m, PIXELS, 1, fewer(options, most, 32) / LANES * LANES);
 }
 
 enum { PLACES = BLOCKS * 16 * 16 };
 
-void bake_errors_of_two(bake_features *e, const bake_table *table, const bake_options *options,
-                        int first, int second) {
+void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
+                          int first, int second) {
     /* Of the counts between powers of two, the first few. */
     enum { FEW_LEVELS = 7, FEW_PARTIALS = 7, MOST = 40 };
     enum { COLUMNS = FEW_LEVELS + FEW_PARTIALS };
@@ -389,15 +380,7 @@ void bake_errors_of_two(bake_features *e, const bake_table *table, const bake_op
         }
     }
     weigh(&m, PLACES, 0, COLUMNS, weight);
-    e->width = m.stride;
-    e->rows = m.rows;
+    make_features(f, &m, PLACES, 5, fewer(options, 112, 32) / LANES * LANES);
     free(bits[0]);
     free(bits[1]);
-}
-
-void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
-                          int first, int second) {
-    bake_features errors;
-    bake_errors_of_two(&errors, table, options, first, second);
-    make_features(f, errors, PLACES, 5, fewer(options, 112, 32) / LANES * LANES);
 }

@@ -21,7 +21,7 @@ static void exchange(pole_vectors *v, int pair) {
     }
 }
 
-void bake_exchange(bake_table *table) {
+static void exchange_coordinates(bake_table *table) {
     for (int member = 0; member < MEMBERS; ++member) {
         if (!(member & 1)) exchange(&table->member[member], 1);
         if (member & 2) exchange(&table->member[member], 0);
@@ -44,5 +44,5 @@ void bake_finish(bake_table *table, const bake_options *options) {
             }
         }
     }
-    bake_exchange(table);
+    exchange_coordinates(table);
 }

@@ -37,7 +37,19 @@ typedef struct {
 
 /* ---- Terms, kernels and products ---- */
 
-int bake_terms(int which, bake_term terms[BAKE_MOST_TERMS]) {
+/* A term of the energy of a member's labels: inner products of features, times a weight and the sum
+ * of kernels along two axes (the same once if the second is 0). Those of two members have the kernel
+ * of the term before them. */
+typedef struct {
+    int what, other; /* the other member of FEATURES_OF_TWO */
+    double weight;
+    int axes[2];
+    double narrow;
+} bake_term;
+
+enum { MOST_TERMS = 5 };
+
+static int make_terms(int which, bake_term terms[MOST_TERMS]) {
     const int member = which;
     int n = 0;
     if (which >= MEMBERS) {
@@ -277,8 +289,8 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
         free(t.group[i].gram);
     }
     t.groups = 0;
-    bake_term terms[BAKE_MOST_TERMS];
-    int count = bake_terms(member, terms);
+    bake_term terms[MOST_TERMS];
+    int count = make_terms(member, terms);
     feature_group *g = NULL;
     for (const bake_term *term = terms; term < terms + count; ++term) {
         bake_features f;
@@ -301,7 +313,7 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
 }
 
 void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts) {
-    uint16_t *label = bake_labels_of(table, member);
+    uint16_t *label = member < MEMBERS ? table->label[member] : table->single[member - MEMBERS];
     static arrangement *t;
     static int prepared = -1;
     if (prepared != member) {

@@ -60,9 +60,8 @@ uint32_t bake_morton(uint32_t x, uint32_t y);
  * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
 void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
 
-/* The words of bn_tables(), and a table with the same words; 0 if no table has them. */
+/* The words of bn_tables(). */
 void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]);
-int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]);
 
 /* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
  * of a domain in a copy of the tile, and of a pixel from the seventeenth on. */
@@ -146,14 +145,11 @@ void bake_smooth(bake_table *table, const bake_options *options, int member);
 void bake_order(bake_table *table, const bake_options *options, int member);
 /* Which labels each block has, for all members. */
 void bake_blocks(bake_table *table, const bake_options *options);
-/* The labels of member `which`, or from MEMBERS on those of single numbers in a dimension. */
-uint16_t *bake_labels_of(bake_table *table, int which);
-/* Part `part` of `parts` of the arrangement of these. */
+/* Part `part` of `parts` of the arrangement of the labels of member `which`, or from MEMBERS on of those
+ * of single numbers in a dimension. */
 void bake_labels(bake_table *table, const bake_options *options, int which, int part, int parts);
 /* Lower digits, and which coordinate is which: what the search does not look at. */
 void bake_finish(bake_table *table, const bake_options *options);
-/* The latter alone. Twice, it changes nothing. */
-void bake_exchange(bake_table *table);
 /* Errors of half-planes on one pair at the counts of LEVELS over those of Sobol', after the blur and
  * in the pixel: for stages that must keep them. */
 typedef struct bake_planes bake_planes;
@@ -163,7 +159,7 @@ void bake_planes_measure(bake_planes *s, const pole_vectors *v, int pair, const 
 
 /* ---- Features: what labels are compared by ---- */
 
-/* Rows of `width` numbers: errors, or features, their projection to a multiple of 16. */
+/* Rows of `width` numbers, a multiple of 16: errors, projected. */
 typedef struct {
     int width;
     float *rows;
@@ -180,28 +176,11 @@ enum {
 
 /* Of a label, a row for each of PIXELS: half-planes and products, steps of dimension 0 or 1 of the
  * pair (0, 1), steps in the pairs whose axes must be alike, or steps and bumps of one dimension. */
-void bake_errors_of_label(bake_features *e, const bake_table *table, const bake_options *options,
-                          int member, int what);
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what);
 /* Of products over two members, a row for each block and two places in it, the first member's place
  * outside. */
-void bake_errors_of_two(bake_features *e, const bake_table *table, const bake_options *options,
-                        int first, int second);
 void bake_features_of_two(bake_features *f, const bake_table *table, const bake_options *options,
                           int first, int second);
-
-/* A term of the energy of a member's labels: inner products of features, times a weight and the sum
- * of kernels along two axes (the same once if the second is 0). Those of two members have the kernel
- * of the term before them. */
-typedef struct {
-    int what, other; /* the other member of FEATURES_OF_TWO */
-    double weight;
-    int axes[2];
-    double narrow;
-} bake_term;
-
-enum { BAKE_MOST_TERMS = 5 };
-int bake_terms(int which, bake_term terms[BAKE_MOST_TERMS]);
 
 #endif
