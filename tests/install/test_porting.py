@@ -77,9 +77,9 @@ def limits():
     text = " ".join(GUIDE.split("A correct\n")[1].split("Where in these")[0].split())
     number = r"(-?[\d.]*\d)"
     found = re.search(rf"{number} to {number} at 1 spp, {number} to {number} at 4 and {number} to {number} at 16, "
-                      rf"up to {number} repeats, \*shared\* between {number} and {number}, \*first\* {number} to {number} and "
-                      rf"\*apart\* {number} to {number}", text).groups()
-    numbers = [float(number) for number in found[:6] + ("0",) + found[6:]]
+                      rf"up to {number} repeats, \*shared\* between {number} and {number}, \*first\* {number} and \*apart\* {number}\.",
+                      text).groups()
+    numbers = [float(number) for number in found[:6] + ("0",) + found[6:9] + 2 * found[9:10] + 2 * found[10:]]
     return list(zip(numbers[::2], numbers[1::2]))
 
 
