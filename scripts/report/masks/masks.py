@@ -2,8 +2,7 @@
 """Compares the mask generators, time against error: `scripts/bench masks` writes docs/report/masks.*
 
 Times the library's generators and networks at sizes up to 2048, on one thread and on all, and those of other libraries if given.
-Writes the tables and the plot of masks.md, docs/neural.png with masks, spectra and thresholded patterns, and the table of methods in
-docs/masks.md.
+Writes the tables and the plot of masks.md, and docs/neural.png with masks, spectra and thresholded patterns.
 """
 
 import argparse
@@ -26,7 +25,7 @@ from ..base.command import add_out
 from ..base.contact_sheet import enlarged_part, grey, sheet
 from ..base.files import read_rows, write_image, write_rows, write_text
 from ..base.plots import plt, save
-from ..base.tables import md_table, update_table
+from ..base.tables import md_table
 from . import vectors
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -202,7 +201,7 @@ def choice_rows(rows, method):
 
 
 def choice_table(rows, threads):
-    """What each method can do, for docs/masks.md."""
+    """What each method can do."""
     lines = []
     for method, (options, *abilities) in CHOICES.items():
         own = choice_rows(rows, method)
@@ -311,7 +310,6 @@ def run(arguments):
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
     parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
     parser.add_argument("--again", action="store_true", help="keep the times in masks*.csv and redo everything else")
-    parser.add_argument("--guide", type=Path, default=ROOT / "docs" / "masks.md", help=argparse.SUPPRESS)
     add_out(parser)
     options = parser.parse_args(arguments)
     peers = [peer.partition("=") for peer in options.peer]
@@ -343,6 +341,4 @@ def run(arguments):
     others = dict.fromkeys(row["method"] for row in rows if row["method"] not in known)
     text = report_text(rows, threads, "scripts/bench masks" + "".join(f' --peer "{name}=COMMAND"' for name in others), sections)
     write_text(options.out / "masks.md", text)
-    if not quick:
-        update_table(options.guide, "scripts/bench masks", choice_table(rows, threads))
     print(text)
