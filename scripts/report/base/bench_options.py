@@ -2,7 +2,6 @@
 """Options shared by the `scripts/bench` commands that compare rendered pictures."""
 
 import argparse
-import importlib.util
 import os
 from pathlib import Path
 
@@ -29,17 +28,6 @@ def command_shown(command, arguments):
     return " ".join(result)
 
 
-def find_onnxruntime():
-    """Points BN_ONNXRUNTIME to the installed package onnxruntime, unless it is set already. False if there is none."""
-    if os.environ.get("BN_ONNXRUNTIME"):
-        return True
-    spec = importlib.util.find_spec("onnxruntime")
-    found = sorted((Path(spec.origin).parent / "capi").glob("libonnxruntime.so*")) if spec and spec.origin else []
-    if found:
-        os.environ["BN_ONNXRUNTIME"] = str(found[0])
-    return bool(found)
-
-
 def add_common_options(parser, reference_spp, pages):
     """Options shared by `renders` and `denoise`."""
     parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
@@ -52,7 +40,7 @@ def add_common_options(parser, reference_spp, pages):
     parser.add_argument("--no-flip", action="store_true", help=argparse.SUPPRESS)  # of earlier versions, which had FLIP
     parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
-    parser.set_defaults(default_pages=Path(pages), lights=None)
+    parser.set_defaults(default_pages=Path(pages))
     add_pathtracer(parser)
     peers.add_option(parser)
 
@@ -63,11 +51,9 @@ def finish_options(parser, options, command, arguments):
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     place = Path() if options.views == views.SHOWN else Path(options.views)
-    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place / (options.lights or "")
-    options.out = options.out or (options.pages if options.quick or options.lights or place.name else Path("docs/report"))
+    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place
+    options.out = options.out or (options.pages if options.quick or place.name else Path("docs/report"))
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
     if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
         parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
-    if "mask, neural" in options.labels and not find_onnxruntime():
-        parser.error("mask-neural needs ONNX Runtime: run pip install onnxruntime, or remove it from --samplers")
     options.command = command_shown(command, arguments)

@@ -10,7 +10,6 @@ STYLES = {
     "sobol-global": ("#e08214", "D"),
     "zorder": ("#009e73", "^"),
     "mask": ("#cc79a7", "v"),
-    "mask, neural": ("#56b4e9", "D"),
     "blue": ("#0050b0", "o"),
     "openqmc-pmjbn": ("#e69f00", "X"),
     "openqmc-sobolbn": ("#8c564b", "*"),

@@ -5,7 +5,6 @@ The errors are those of the report, at every count, seed and crop; the cost of a
 of one thread, so that other work on the machine matters little. Between counts both are interpolated on logarithmic axes.
 """
 
-import dataclasses
 import math
 import os
 import platform
@@ -38,7 +37,7 @@ def machine():
 
 def _seconds(program, view, variant, spp, folder):
     """Processor seconds of one run with one thread."""
-    request = view.request(variant.sampler, spp, mask=variant.mask, declared=spp if variant.declare else 0)
+    request = view.request(variant.sampler, spp, declared=spp if variant.declare else 0)
     command = [program, *request.arguments(), "--threads", 1, "--quiet", "-o", Path(folder) / "timed.exr"]
     return processor_seconds([str(word) for word in command], program)
 
@@ -50,7 +49,7 @@ def costs(program, store, views, variants, machine, builds, retime=False):
     1 + COST_SPP samples; runs are interleaved, and medians taken over ROUNDS.
     """
     key = {"costs": [view.key for view in views], "builds": [[builds.key(view, label) for label in variants] for view in views],
-           "variants": [dataclasses.astuple(variant) for variant in variants.values()], "machine": machine,
+           "variants": [variant.key for variant in variants.values()], "machine": machine,
            "settings": [COST_SPP, ROUNDS]}
     found = None if retime else store.load(key)
     if not found:
@@ -99,10 +98,10 @@ def rows(gains, cost, counts, measure=MEASURE, targets=TARGETS):
     return [row_of(gain, f"seconds:{measure}", at, label, "white") for at, label, gain in found if gain]
 
 
-def table_rows(gains, cost, counts, measure=MEASURE, targets=TARGETS, more=None):
-    """(header, rows) of texts; more(label): texts of further columns, under the names more(None)."""
+def table_rows(gains, cost, counts, measure=MEASURE, targets=TARGETS):
+    """(header, rows) of texts."""
     header = ["sampler", "seconds a sample", *(text for at in targets if at in counts for text in (
-        f"seconds to white's error at {at}", "times less than white")), *(more(None) if more else ())]
+        f"seconds to white's error at {at}", "times less than white"))]
     lines = []
     for label in gains.labels:
         line = [label, f"{statistics.geometric_mean(value for (_, name), value in cost.items() if name == label):.3g}"]
@@ -112,5 +111,5 @@ def table_rows(gains, cost, counts, measure=MEASURE, targets=TARGETS, more=None)
                 gain = time_gain(gains, cost, counts, label, measure, at)
                 line += [f"{statistics.geometric_mean(own for own, _ in found):.3g}" if found else "not reached",
                          gain.text() if gain and label != "white" else ""]
-        lines.append(line + (more(label) if more else []))
+        lines.append(line)
     return header, lines

@@ -40,7 +40,7 @@ from ..measure.image_error import (
 from ..measure.ratios import ratio
 from ..renders.judge import Cells, Run, Task, pictures_of, render_references
 from ..renders.renderer import REFERENCE_PARTS, run_pathtracer, scene_label
-from ..renders.variants import OPTION_NAMES, VARIANTS
+from ..renders.variants import OWN
 from ..renders.views import View
 
 MEASURES = {"rmse": "RMSE", "rmse_1.0": "sigma 1.0", "rmse_2.1": "sigma 2.1", "displayed_2.1": "displayed, sigma 2.1"}
@@ -240,8 +240,8 @@ def parse_options(arguments):
         prog="scripts/convergence", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
         epilog="Arguments after -- are passed to the path tracer: scripts/convergence my.gltf -- --env sky.exr")
     parser.add_argument("scene", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
-    parser.add_argument("--samplers", type=names_of("sampler", OPTION_NAMES), default=SAMPLERS, metavar="A,B,...",
-                        help=f"samplers out of {', '.join(OPTION_NAMES)} (default {','.join(SAMPLERS)})")
+    parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
+                        help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest number of samples per pixel (default 64)")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
     parser.add_argument("--seeds", type=positive, default=5, metavar="N",
@@ -255,7 +255,6 @@ def parse_options(arguments):
     add_pathtracer(parser)
     arguments, more = split_more(arguments)
     options = parser.parse_args(arguments)
-    options.samplers = [OPTION_NAMES[name] for name in options.samplers]
     options.out = options.out or Path("out/convergence") / scene_label(options.scene)
     counts = tuple(sorted({n for k in range(17) for n in (2**k, 3 * 2**k) if n < options.spp} | {options.spp}))
     shown = [*[n for n in (1, 4, 16, 64, 256) if n < options.spp][-3:], options.spp]
@@ -274,8 +273,7 @@ def run(arguments):
     options.out.mkdir(parents=True, exist_ok=True)
     # Try names and options with one sample before spending hours on a reference.
     for label in options.samplers:
-        request = view.request(VARIANTS[label].sampler, 1, mask=VARIANTS[label].mask)
-        run_pathtracer(options.pathtracer, [*request.arguments(), "--quiet", "-o", options.out / ".probe.exr"])
+        run_pathtracer(options.pathtracer, [*view.request(label, 1).arguments(), "--quiet", "-o", options.out / ".probe.exr"])
     for suffix in (".exr", ".png"):
         (options.out / f".probe{suffix}").unlink(missing_ok=True)
     references = render_references(options.pathtracer, (view,), options.reference_spp)
@@ -285,7 +283,7 @@ def run(arguments):
     rows = summary(cells, view, options.samplers, options.counts)
     pictures = {(label, spp): picture for (_, label, spp), picture in cells.pictures.items()}
     for (label, spp), picture in pictures.items():
-        path = options.out / f"{label.replace(', ', '-')}_{spp}.exr"
+        path = options.out / f"{label}_{spp}.exr"
         write_exr(path, picture, {"sampler": label, "spp": spp, "scene": options.scene})
         write_image(path.with_suffix(".png"), preview(picture, options.exposure))
     notes = notes_of(options, reference, {label: pictures[label, options.counts[-1]] for label in options.samplers})

@@ -133,7 +133,7 @@ class Builds:
         at = (view.scene, label)
         if at not in self._found:
             variant = VARIANTS[label]
-            key = {"probe": [view.scene, dataclasses.astuple(variant), self.most_spp], "program": self._program_sha256,
+            key = {"probe": [view.scene, variant.key, self.most_spp], "program": self._program_sha256,
                    "files": files_beside(view.scene)}
             found = self.store.load(key)
             if not found:
@@ -145,7 +145,7 @@ class Builds:
     def _probe(self, view, variant):
         counts = [n for n in COUNTS if n <= self.most_spp]
         declared = counts if variant.declare else [0]
-        requests = [Request(variant.sampler, spp, 1, view.scene, *size, declared=n, mask=variant.mask)
+        requests = [Request(variant.sampler, spp, 1, view.scene, *size, declared=n)
                     for n in declared for spp, size in ((1, (160, 144)), (n or counts[-1], (20, 18)))]
         digest = hashlib.sha256()
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
@@ -187,8 +187,7 @@ def reference_folder(view):
 
 def render_reference(program, view, spp, report=lambda share: None):
     """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
-    plain = dataclasses.replace(view, lights=())
-    request = plain.request("sobol", spp, REFERENCE_SEED)
+    request = view.request("sobol", spp, REFERENCE_SEED)
     return load_reference(make_reference(program, request, reference_folder(view), report), view)
 
 
@@ -209,7 +208,7 @@ def render_references(program, views, spp):
 def pictures_of(program, task):
     """Yields (spp, picture, attributes) for each sample count of a task."""
     variant = task.variant
-    request = task.view.request(variant.sampler, 1, task.seed, mask=variant.mask)
+    request = task.view.request(variant.sampler, 1, task.seed)
     if variant.declare:
         for n in task.counts:
             yield from progressive(program, dataclasses.replace(request, declared=n), [n], 1)
@@ -233,7 +232,7 @@ class Run:
 
     def key(self, task, reference):
         view, variant = task.view, task.variant
-        return {"view": view.key, "sampler": [variant.sampler, variant.declare, variant.mask],
+        return {"view": view.key, "sampler": [variant.sampler, variant.declare, ""],
                 "build": self.builds.key(view, task.label), "seed": task.seed, "counts": task.counts,
                 "exposure": reference.exposure, "pictures": task.keep_pictures, "flip": False}  # flip: as in caches of earlier versions
 

@@ -65,7 +65,6 @@ class Request:
     first_sample: int = 0
     exposure: float | str = 0.0  # of the preview, in stops, or "auto"
     declared: int = 0  # sample count passed to the sampler; 0: none
-    mask: str = ""  # for the sampler "mask"; empty: the path tracer's default
     more: tuple = ()  # further options of the path tracer
 
     def arguments(self):
@@ -73,13 +72,13 @@ class Request:
                 "--seed", str(self.seed), "--size", f"{self.width}x{self.height}",
                 "--first-sample", str(self.first_sample), "--exposure", str(self.exposure),
                 *(["--declare", str(self.declared)] if self.declared else []),
-                *(["--mask", self.mask] if self.mask else []), *self.more]
+                *self.more]
 
     def key(self):
         """Everything that determines the picture, for a record, without unused options."""
         # A list, as records have it when they are read again.
         key = {**dataclasses.asdict(self), "more": list(self.more)}
-        return {name: value for name, value in key.items() if value or name not in ("declared", "mask", "more")}
+        return {name: value for name, value in key.items() if value or name not in ("declared", "more")}
 
 
 def progressive(program, request, counts, threads=None, read=read_exr):

@@ -9,7 +9,6 @@ cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a ch
 """
 
 import argparse
-import dataclasses
 
 from ..base.bench_options import add_common_options, finish_options
 from ..base.command import positive
@@ -29,12 +28,10 @@ def parse_options(arguments):
     variants.add_option(parser)
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest sample count, at most 64 (default 64)")
     add_common_options(parser, REFERENCE_SPP, "out/renders")
-    parser.add_argument("--lights", choices=["coin"], help="one direction off each surface, by a coin, as many small renderers do")
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     options = parser.parse_args(arguments)
     finish_options(parser, options, "renders", arguments)
-    lights = ("--lights", options.lights) if options.lights else ()
-    options.chosen = tuple(dataclasses.replace(view, lights=lights) for view in views.of(parser, options))
+    options.chosen = views.of(parser, options)
     options.seeds = seeds_up_to(options.spp, options.seeds or (QUICK_SEEDS if options.quick else SEEDS))
     return options
 

@@ -144,20 +144,10 @@ class Report:
     def times_text(self):
         if not self.costs:
             return "This run did not measure times (`--no-times`)."
-        path = self.options.out / "denoise.csv"
-        rows = gains.read_rows(path) if path.is_file() else {}
-        at = equal_quality.TARGETS[0]
-        denoised = {label: rows[key].text() for label in self.labels
-                    if (key := (f"seconds:plain:{equal_quality.MEASURE}", at, label, "white")) in rows}
-
-        def more(label):
-            return ([denoised.get(label, "")] if label else [f"after denoising, at {at}"]) if denoised else []
-
         return (f"On {self.machine}: processor seconds for a million pixels until the error, {measure_name(equal_quality.MEASURE)}, is that of white "
                 f"noise at {' and at '.join(map(str, equal_quality.TARGETS))} samples per pixel: geometric means over crops, with the 95 % interval "
                 "of the bootstrap. The cost of a sample is measured in a crop of every scene, as a median of interleaved runs of one thread. "
-                + ("The last column is the same for pictures from Open Image Denoise (denoise.md), without its own time. " if denoised else "")
-                + "\n\n" + md_table(*equal_quality.table_rows(self.gains, self.costs, self.counts, more=more)))
+                + "\n\n" + md_table(*equal_quality.table_rows(self.gains, self.costs, self.counts)))
 
     def references_text(self):
         last, most = max(self.counts), []

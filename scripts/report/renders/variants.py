@@ -16,8 +16,12 @@ class Variant:
 
     sampler: str
     declare: bool = False
-    mask: str = ""
     most_seeds: int | None = None
+
+    @property
+    def key(self):
+        """For caches, of which those of earlier versions had one field more."""
+        return [self.sampler, self.declare, "", self.most_seeds]
 
 
 VARIANTS = {
@@ -26,24 +30,19 @@ VARIANTS = {
     "zorder": Variant("zorder", declare=True),
     # The mask provides the first sample; from 4 samples on this is nearly the same as sobol.
     "mask": Variant("mask", most_seeds=SIDE_SEEDS),
-    "mask, neural": Variant("mask", mask="neural", most_seeds=SIDE_SEEDS),
     "sobol-global": Variant("sobol-global"),  # in builds with Boost
     **{name: Variant(name) for name in PEERS},
     "blue": Variant("blue"),
 }
 ALWAYS = ("white", "sobol", "blue")  # headlines say how much less error blue has than the others
 DEFAULT = ("white", "sobol", "sobol-global", "zorder", "mask", "blue")
-# Names on the command line contain no comma.
-OPTION_NAMES = {name.replace(", ", "-"): name for name in VARIANTS if name not in PEERS}
+OWN = tuple(name for name in VARIANTS if name not in PEERS)
 
 
 def add_option(parser, default=DEFAULT):
     """Adds --samplers; chosen(options.samplers, peers) gives the labels."""
-    names = {label: name for name, label in OPTION_NAMES.items()}
-    parse = names_of("sampler", OPTION_NAMES)
-    parser.add_argument("--samplers", type=lambda text: [OPTION_NAMES[name] for name in parse(text)], default=default, metavar="A,B,...",
-                        help=f"samplers out of {', '.join(OPTION_NAMES)} (default {','.join(names[label] for label in default)}); "
-                             f"{', '.join(ALWAYS)} are always included")
+    parser.add_argument("--samplers", type=names_of("sampler", OWN), default=default, metavar="A,B,...",
+                        help=f"samplers out of {', '.join(OWN)} (default {','.join(default)}); {', '.join(ALWAYS)} are always included")
 
 
 def of(labels):
