@@ -16,7 +16,7 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from pages import links, search_order  # noqa: E402
+from pages import links  # noqa: E402
 
 log = logging.getLogger("mkdocs.hooks.pages")
 
@@ -74,6 +74,12 @@ def folder_page(path):
 # ---- Hooks
 
 
+def pages(nav):
+    """The paths in a part of the navigation."""
+    for entry in nav if isinstance(nav, list) else nav.values() if isinstance(nav, dict) else [nav]:
+        yield from [entry] if isinstance(entry, str) else pages(entry)
+
+
 def on_files(files, config):
     """Replaces what MkDocs found in docs/, but not the files of the theme, by the files of the repository that the site needs."""
     site = Files([file for file in files if file.src_dir != config.docs_dir])
@@ -97,7 +103,7 @@ def on_files(files, config):
                 if not linked.endswith(".md") and (ROOT / linked).exists() and linked not in others:
                     others.append(linked)
 
-    for path in search_order.pages(config.nav):
+    for path in pages(config.nav):
         page(path, InclusionLevel.INCLUDED)
     static = list((ROOT / "docs").rglob("*"))
     live = ROOT / config.extra["live_page"]
@@ -125,7 +131,9 @@ def on_page_markdown(markdown, page, config, files):
         if not links.is_external(target) and not files.get_file_from_path(linked) and files.get_file_from_path(f"{linked}.md"):
             address, hash_mark, _ = target.partition("#")
             markdown = markdown[:start] + address.rstrip("/") + ".md" + hash_mark + anchor + markdown[end:]
-    page.meta.setdefault("search", {"boost": search_order.boost(path, config.nav)})
+    # A search shows first how to use libbn, then what was measured, and last what is linked to.
+    rank = 0.05 if path not in pages(config.nav) else 0.2 if path.startswith("docs/report/") else 1 if "/" not in path else 5
+    page.meta.setdefault("search", {"boost": rank})
     if page.is_homepage:
         # The navigation would hold this page alone, and the live page takes the place of the table of contents.
         page.meta["hide"] = ["navigation", "toc"]

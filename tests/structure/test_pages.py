@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from pages import links, search_order  # noqa: E402
+from pages import links  # noqa: E402
 
 INCLUDE = ROOT / "libbn" / "include" / "bn"
 
@@ -37,14 +37,6 @@ def test_every_page_is_in_the_navigation():
     nav = set(re.findall(r"^ +- [^:\n]+: (\S+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.M))
     pages = {path for path in markdown_files() if not path.startswith(".")}
     assert (pages - nav, [path for path in nav - pages if not (ROOT / path[:-3]).exists()]) == (set(), [])
-
-
-def test_a_search_shows_guides_and_interfaces_before_reports():
-    titles = re.findall(r"^  - ([^:\n]+):$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8").split("\nhooks:")[0], re.M)
-    assert titles == list(dict.fromkeys(titles)) and set(titles) == set(search_order.SECTIONS)
-    nav = [{"Home": "README.md"}, {"Guides": [{"a": "a.md"}]}, {"Python": [{"b": "b.md"}]}, {"Reports": [{"c": ["c.md", {"d": "d.md"}]}]}]
-    boosts = [search_order.boost(path, nav) for path in ("a.md", "b.md", "README.md", "c.md", "d.md", "other.md")]
-    assert boosts[0] > boosts[2] > 10 * boosts[3] and boosts[1] > boosts[2] and boosts[3] == boosts[4] > boosts[5]
 
 
 def test_the_python_page_has_every_name_and_says_what_it_is():
