@@ -39,6 +39,10 @@ def _sequence(index: _Words, count: int, k: _Words) -> _Words:
     return np.asarray(at, np.uint32)
 
 
+def _counter(k: int) -> int:
+    return arguments.integer("k", k, *_MOST)
+
+
 class _OnceOnly:
     """What hands out numbers: a copy would hand out the same ones again."""
 
@@ -175,43 +179,66 @@ class Ray(_OnceOnly):
         """(..., 2): the second pair of ``draw`` alone."""
         return self._draw(self._domain, 1)
 
+    def draw_1d(self, k: int) -> _Floats:
+        """(...): single number ``k`` of the ray, from 0, by an explicit counter: what call k + 1 of ``next_1d`` gives. The same
+        at every call. So are ``draw_2d``, ``draw_4d``, ``split`` and ``rng``; a loop and a split of one ``k`` are one decision."""
+        return self._singles(_counter(k))[..., k & 1]
+
+    def draw_2d(self, k: int) -> _Floats:
+        """(..., 2): pair ``k``."""
+        return self._draw(_core.ray_2d_domain(self._domain, _counter(k)), k & 1)
+
+    def draw_4d(self, k: int) -> _Floats:
+        """(..., 4): four ``k``."""
+        return self._draw(_core.ray_4d_domain(self._domain, _counter(k)))
+
+    def split(self, k: int, count: int) -> Split:
+        """Split ``k``, into ``count`` branches."""
+        count = arguments.integer("count", count, *arguments.UINT32)
+        return Split(self, self._split_domain(_counter(k)), max(count, 1), count)
+
+    def rng(self, k: int) -> Rng:
+        """The numbers of loop ``k``."""
+        return Rng(self, self._split_domain(_counter(k)))
+
     def next_1d(self) -> _Floats:
         """(...): the next single number, arranged for decisions that take one. Four in a row are stratified together in the
         pixel; every other one costs nothing."""
         k = self._1d
         self._1d += 1
         if k & 1 == 0:
-            self._kept = self._draw(_core.ray_1d_domain(self._domain, k), 2 + ((k & 3) >> 1))
+            self._kept = self._singles(k)
         return self._kept[..., k & 1]
 
     def next_2d(self) -> _Floats:
         """(..., 2): the next pair. Two in a row are stratified together."""
-        k = self._2d
         self._2d += 1
-        return self._draw(_core.ray_2d_domain(self._domain, k), k & 1)
+        return self.draw_2d(self._2d - 1)
 
     def next_4d(self) -> _Floats:
         """(..., 4): two pairs whose effects multiply, or a number, the third, and a pair, the first two."""
-        k = self._4d
         self._4d += 1
-        return self._draw(_core.ray_4d_domain(self._domain, k))
+        return self.draw_4d(self._4d - 1)
 
     def next_split(self, count: int) -> Split:
         """A split into ``count`` branches, each a path of its own. ``count``, from 0 to 2**32 - 1, where 0 counts as 1, is
         the same for all samples of a pixel; where it varies, ``next_split_from`` is better."""
-        count = arguments.integer("count", count, *arguments.UINT32)
-        return Split(self, self._next_domain(), max(count, 1), count)
+        split = self.split(self._splits, count)
+        self._splits += 1
+        return split
 
     def next_split_from(self, first: npt.ArrayLike) -> Split:
         """A split into any number of branches. ``first``, an integer or an array that broadcasts with ``shape``, is the
         number of branches that the earlier samples of the pixel took here: 0 for its first sample."""
         taken = _kept("first", first, np.uint32, *arguments.UINT32)
         _together("the ray and first", self.shape, taken.shape)
-        return Split(self, self._next_domain(), 0, None, taken)
+        self._splits += 1
+        return Split(self, self._split_domain(self._splits - 1), 0, None, taken)
 
     def next_rng(self) -> Rng:
         """The numbers of a loop without bound, such as tracking through a medium."""
-        return Rng(self, self._next_domain())
+        self._splits += 1
+        return self.rng(self._splits - 1)
 
     def keyed(self, key: npt.ArrayLike) -> Ray:
         """A part of the ray with a key, from 0 to 2**32 - 1, such as the number of a primitive that may be transparent: a
@@ -230,9 +257,11 @@ class Ray(_OnceOnly):
             setattr(other, name, getattr(self, name))
         return other
 
-    def _next_domain(self) -> _Words:
-        k = self._splits
-        self._splits += 1
+    def _singles(self, k: int) -> _Floats:
+        """The pair that holds number k."""
+        return self._draw(_core.ray_1d_domain(self._domain, k), 2 + ((k & 3) >> 1))
+
+    def _split_domain(self, k: int) -> _Words:
         return np.asarray(_core.ray_split_domain(self._domain, k), np.uint32)
 
     def _draw(self, domain: _Words, pair: Any = None) -> _Floats:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import copy
 
 import numpy as np
 import numpy.typing as npt
@@ -11,22 +11,26 @@ from scipy.stats import qmc
 
 from . import _arguments as arguments
 from . import _core
-
-if TYPE_CHECKING:
-    from ._sampler import Sampler
+from ._sampler import Sampler
 
 
 class SamplerEngine(qmc.QMCEngine):  # type: ignore[misc]
-    """The samples of one pixel; see ``Sampler.qmc``."""
+    """The samples of one pixel; see ``Sampler.qmc``. With a ``seed``, those of a sampler of that seed."""
 
-    def __init__(self, sampler: Sampler, d: int, pixel: tuple[int, int] = (0, 0)) -> None:
+    def __init__(self, sampler: Sampler, d: int, pixel: tuple[int, int] = (0, 0), *, seed: arguments.Seed = None) -> None:
         d = arguments.integer("d", d, 1, 2**31 - 1)
         try:
             x, y = pixel
         except (TypeError, ValueError):
             raise ValueError(f"pixel must be (x, y), not {pixel!r}") from None
         super().__init__(d=d)
+        if seed is not None:
+            sampler = Sampler(sampler.kind, seed=seed, samples_per_pixel=sampler.samples_per_pixel, mask=sampler.mask)
         self._sampler = sampler
+        # scipy.integrate.qmc_quad() makes engines with these arguments and seeds that descend from this one's.
+        self._init_quad = {"sampler": sampler, "d": d, "pixel": pixel}
+        self.rng_seed = np.random.default_rng(sampler.seed)
+        self.rng = copy.deepcopy(self.rng_seed)
         self._x = arguments.integer("pixel", x, *arguments.INT32)
         self._y = arguments.integer("pixel", y, *arguments.INT32)
 

@@ -81,6 +81,11 @@ static bn_ort_status *create(void **object, size_t size) {
     return status;
 }
 
+static int get_error_code(const bn_ort_status *status) {
+    (void)status;
+    return state.error_code;
+}
+
 static bn_ort_status *create_env(int level, const char *name, bn_ort_env **env) {
     (void)name;
     state.log_level = level;
@@ -241,6 +246,7 @@ RELEASE(release_options, bn_ort_session_options)
 RELEASE(release_cuda, bn_ort_cuda_options)
 
 static const bn_ort_api table = {
+    .get_error_code = get_error_code,
     .create_env = create_env,
     .disable_telemetry_events = disable_telemetry,
     .create_session_from_array = create_session,

@@ -7,6 +7,7 @@
 
 typedef struct fake_state {
     int calls, fail_at; /* of the functions that can fail; the one numbered fail_at does */
+    int error_code;     /* of all statuses */
     int living;         /* objects, statuses too */
     int spoil_from;     /* from this call on, outputs end with spoil_with; 0: never */
     float spoil_with;

@@ -19,6 +19,7 @@ int main(void) {
 #define CHECK_ENTRY(ours, theirs) CHECK(offsetof(bn_ort_api, ours) == offsetof(OrtApi, theirs))
 
 int main(void) {
+    CHECK_ENTRY(get_error_code, GetErrorCode);
     CHECK_ENTRY(create_env, CreateEnv);
     CHECK_ENTRY(disable_telemetry_events, DisableTelemetryEvents);
     CHECK_ENTRY(create_session_from_array, CreateSessionFromArray);
@@ -49,6 +50,9 @@ int main(void) {
     CHECK((int)BN_ORT_FLOAT == (int)ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT);
     CHECK((int)BN_ORT_ARENA_ALLOCATOR == (int)OrtArenaAllocator);
     CHECK((int)BN_ORT_MEMORY_DEFAULT == (int)OrtMemTypeDefault);
+    CHECK((int)BN_ORT_INVALID_PROTOBUF == (int)ORT_INVALID_PROTOBUF);
+    CHECK((int)BN_ORT_NOT_IMPLEMENTED == (int)ORT_NOT_IMPLEMENTED);
+    CHECK((int)BN_ORT_INVALID_GRAPH == (int)ORT_INVALID_GRAPH);
     return check_result();
 }
 

@@ -32,6 +32,20 @@ def test_paths_have_the_bits_of_c():
     assert hash_of(found) == table()["paths"]
 
 
+def test_explicit_counters_are_those_of_the_calls():
+    path = Path(Sampler(seed=2), np.arange(4), 7, [[0], [9]])
+    ray, counted = path.ray(1), path.ray(1)
+    for k in range(6):
+        np.testing.assert_array_equal(ray.draw_1d(k), counted.next_1d())
+        np.testing.assert_array_equal(ray.draw_2d(k), counted.next_2d())
+        np.testing.assert_array_equal(ray.draw_4d(k), counted.next_4d())
+        if k & 1:
+            np.testing.assert_array_equal(ray.split(k, 3)[k].ray(0).draw(), counted.next_split(3)[k].ray(0).draw())
+        else:
+            np.testing.assert_array_equal(ray.rng(k).next_1d(), counted.next_rng().next_1d())
+    np.testing.assert_array_equal(ray.next_1d(), ray.draw_1d(0))  # explicit ones count nothing
+
+
 def test_shapes_broadcast():
     sampler = Sampler(seed=3)
     y, x = np.mgrid[0:4, 0:5]
@@ -102,6 +116,8 @@ def test_paths_keep_their_pixels():
         (lambda p: p.ray(0).next_split_from(2**32 - 1)[1], ValueError, ["k", str(2**32)]),
         (lambda p: len(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
         (lambda p: list(p.ray(0).next_split_from(0)), TypeError, ["next_split_from", "length"]),
+        (lambda p: p.ray(0).draw_1d(-1), ValueError, ["k", "-1"]),
+        (lambda p: p.ray(0).split(2**28, 1), ValueError, ["k", str(2**28)]),
         (lambda p: p.ray(0).keyed(-1), ValueError, ["key", "-1"]),
         (lambda p: p.ray(0).keyed([0, 1]), ValueError, ["key", "(2,)"]),
         (lambda p: p.first_light(0), ValueError, ["count", "0"]),

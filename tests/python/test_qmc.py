@@ -34,6 +34,14 @@ def test_discrepancy_is_low():
     assert qmc.discrepancy(points) < qmc.discrepancy(white) / 10
 
 
+def test_scipy_integrates_with_independent_samplers():
+    integrate = pytest.importorskip("scipy.integrate")
+    found = [integrate.qmc_quad(lambda x: x[0] * x[1], [0, 0], [1, 2], n_estimates=6, n_points=256, qrng=Sampler(seed=seed).qmc(2))
+             for seed in (1, 1, 2)]
+    assert found[0] == found[1] != found[2]
+    assert all(0 < each.standard_error < 1e-3 and abs(each.integral - 1) < 6 * each.standard_error for each in found)
+
+
 def test_the_end_of_the_indices_and_bad_arguments():
     engine = Sampler().qmc(1).fast_forward(2**32 - 1)
     assert engine.random(1).shape == (1, 1)

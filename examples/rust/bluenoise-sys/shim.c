@@ -66,6 +66,26 @@ void bn_rs_ray_4d(const bn_sampler *sampler, bn_ray *ray, float out[4]) {
     bn_ray_4d(sampler, ray, out);
 }
 
+float bn_rs_ray_1d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
+    return bn_ray_1d_at(sampler, ray, k);
+}
+
+void bn_rs_ray_2d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k, float out[2]) {
+    bn_ray_2d_at(sampler, ray, k, out);
+}
+
+void bn_rs_ray_4d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k, float out[4]) {
+    bn_ray_4d_at(sampler, ray, k, out);
+}
+
+bn_split bn_rs_ray_split_at(const bn_ray *ray, uint32_t k, uint32_t count) {
+    return bn_ray_split_at(ray, k, count);
+}
+
+bn_rng bn_rs_ray_rng_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
+    return bn_ray_rng_at(sampler, ray, k);
+}
+
 void bn_rs_path_first_light(const bn_sampler *sampler, const bn_path *path, uint32_t count,
                             uint32_t k, float out[2]) {
     bn_path_first_light(sampler, path, count, k, out);

@@ -131,7 +131,9 @@ static bn_result try_model(const bn_neural *n) {
         const bn_tensor output = {values, n->model.channels, extent, extent};
         fill_noise(0, 0, 0, outer, outer, 0, 0, noise);
         result = bn_runtime_run(n->runtime, &input, n->model.output, &output);
-        if (result != BN_SUCCESS || !all_finite(values, count)) result = BN_ERROR_BAD_DATA;
+        /* The processor runs every good model; a GPU may fail. */
+        if (result != BN_SUCCESS && n->provider == BN_PROVIDER_CPU) result = BN_ERROR_BAD_DATA;
+        if (result == BN_SUCCESS && !all_finite(values, count)) result = BN_ERROR_BAD_DATA;
     }
     bn_free(noise);
     bn_free(values);
@@ -139,8 +141,8 @@ static bn_result try_model(const bn_neural *n) {
 }
 
 /* Chooses how many texels a tile may have. */
-static bn_result choose_most_texels(bn_neural *n, bn_provider provider, const void *bytes,
-                                    size_t size) {
+static bn_result choose_most_texels(bn_neural *n, const void *bytes, size_t size) {
+    const bn_provider provider = n->provider;
     const uint32_t margins = 2 * n->model.radius;
     uint32_t extent = BN_TILE_EXTENT;
     bn_result result = BN_SUCCESS;
@@ -158,15 +160,6 @@ static bn_result choose_most_texels(bn_neural *n, bn_provider provider, const vo
     }
     n->tile_most_texels = extent * extent;
     return result == BN_ERROR_UNSUPPORTED ? BN_SUCCESS : result;
-}
-
-/* Opens the model, which has been read, and tries it. */
-static bn_result open_runtime(bn_neural *n, const bn_neural_options *o, bn_provider provider,
-                              const void *bytes, size_t size) {
-    bn_result result = choose_most_texels(n, provider, bytes, size);
-    if (result != BN_SUCCESS) return result;
-    result = bn_runtime_open(o->runtime_path, provider, bytes, size, &n->runtime);
-    return result == BN_SUCCESS ? try_model(n) : result;
 }
 
 static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
@@ -194,16 +187,11 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
         const uint32_t outer = BN_TILE_EXTENT + 2 * n->model.radius;
         result = bn_onnx_memory_check(bytes, size, outer, outer, BN_MODEL_MOST_ELEMENTS);
     }
+    if (result == BN_SUCCESS) result = choose_most_texels(n, bytes, size);
     if (result == BN_SUCCESS) {
-        result = open_runtime(n, o, n->provider, bytes, size);
-        /* A GPU that is missing or fails looks like a bad model. The processor can tell. */
-        if (result == BN_ERROR_BAD_DATA && n->provider != BN_PROVIDER_CPU) {
-            bn_runtime_close(n->runtime);
-            n->runtime = NULL;
-            result = open_runtime(n, o, BN_PROVIDER_CPU, bytes, size);
-            if (result == BN_SUCCESS) result = BN_ERROR_RUNTIME;
-        }
+        result = bn_runtime_open(o->runtime_path, n->provider, bytes, size, &n->runtime);
     }
+    if (result == BN_SUCCESS) result = try_model(n);
     bn_free(from_file);
     return result;
 }

@@ -169,6 +169,17 @@ static int done(const bn_ort_api *api, bn_ort_status *status) {
     return 0;
 }
 
+/* What is wrong with a session that could not be made, by the status, which is released. A processor
+ * runs every good model; a GPU may be missing, or lack an operator. */
+static bn_result blame(const bn_ort_api *api, bn_ort_status *status, bn_provider provider) {
+    const int code = api->get_error_code(status);
+    api->release_status(status);
+    return provider == BN_PROVIDER_CPU || code == BN_ORT_INVALID_PROTOBUF ||
+                   code == BN_ORT_NOT_IMPLEMENTED || code == BN_ORT_INVALID_GRAPH
+               ? BN_ERROR_BAD_DATA
+               : BN_ERROR_RUNTIME;
+}
+
 /* The function table of a library; NULL if it is too old or not ONNX Runtime. Checks the version
  * first, because a library that is asked for an unknown version prints a message. */
 static const bn_ort_api *get_table(bn_ort_get_api_base entry) {
@@ -221,10 +232,13 @@ static bn_result open_session(bn_runtime *r, bn_provider provider, const void *m
     }
     if (good && provider == BN_PROVIDER_CUDA) good = add_cuda(api, options);
     bn_result result = good ? BN_SUCCESS : BN_ERROR_RUNTIME;
-    if (good &&
-        !done(api, api->create_session_from_array(r->env, model, size, options, &r->session))) {
-        r->session = NULL;
-        result = BN_ERROR_BAD_DATA;
+    if (good) {
+        bn_ort_status *status =
+            api->create_session_from_array(r->env, model, size, options, &r->session);
+        if (status != NULL) {
+            r->session = NULL;
+            result = blame(api, status, provider);
+        }
     }
     api->release_session_options(options);
     return result;

@@ -11,9 +11,9 @@ typedef struct bn_runtime bn_runtime;
 typedef enum bn_provider { BN_PROVIDER_CPU, BN_PROVIDER_CUDA } bn_provider;
 
 /* Loads ONNX Runtime from library_path (NULL: searches as bn_neural_open describes) and opens the
- * model, whose bytes are not kept. Errors: RUNTIME (no runtime, one that cannot be used, or one without the provider), BAD_DATA (it
- * rejects the model, or finds no device for the provider), OUT_OF_MEMORY, UNSUPPORTED (this system
- * cannot load libraries). */
+ * model, whose bytes are not kept. Errors: RUNTIME (no runtime, or one that cannot be used or lacks the
+ * provider; no device for it, or one that cannot run all of the model), BAD_DATA (it rejects the
+ * model), OUT_OF_MEMORY, UNSUPPORTED (this system cannot load libraries). */
 bn_result bn_runtime_open(const char *library_path, bn_provider provider, const void *model,
                           size_t size, bn_runtime **runtime);
 void bn_runtime_close(bn_runtime *runtime);

@@ -34,12 +34,17 @@ enum {
     BN_ORT_OPTIMISE_ALL = 99,
     BN_ORT_FLOAT = 1,
     BN_ORT_ARENA_ALLOCATOR = 1,
-    BN_ORT_MEMORY_DEFAULT = 0
+    BN_ORT_MEMORY_DEFAULT = 0,
+    BN_ORT_INVALID_PROTOBUF = 7, /* codes of statuses that blame the model */
+    BN_ORT_NOT_IMPLEMENTED = 9,
+    BN_ORT_INVALID_GRAPH = 10
 };
 
 /* Functions that can fail return NULL or a status to release. */
 typedef struct bn_ort_api {
-    bn_ort_gap gap_0[3];
+    bn_ort_gap gap_0[1];
+    int(BN_ORT_CALL *get_error_code)(const bn_ort_status *status);
+    bn_ort_gap gap_2[1];
     bn_ort_status *(BN_ORT_CALL *create_env)(int log_level, const char *name, bn_ort_env **env);
     bn_ort_gap gap_4[2];
     bn_ort_status *(BN_ORT_CALL *disable_telemetry_events)(const bn_ort_env *env);

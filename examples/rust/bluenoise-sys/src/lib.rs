@@ -131,6 +131,11 @@ extern "C" {
     pub fn bn_rs_ray_1d(sampler: *const bn_sampler, ray: *mut bn_ray) -> f32;
     pub fn bn_rs_ray_2d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
     pub fn bn_rs_ray_4d(sampler: *const bn_sampler, ray: *mut bn_ray, out: *mut f32);
+    pub fn bn_rs_ray_1d_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32) -> f32;
+    pub fn bn_rs_ray_2d_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32, out: *mut f32);
+    pub fn bn_rs_ray_4d_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32, out: *mut f32);
+    pub fn bn_rs_ray_split_at(ray: *const bn_ray, k: u32, count: u32) -> bn_split;
+    pub fn bn_rs_ray_rng_at(sampler: *const bn_sampler, ray: *const bn_ray, k: u32) -> bn_rng;
     pub fn bn_rs_path_first_light(sampler: *const bn_sampler, path: *const bn_path, count: u32, k: u32, out: *mut f32);
     pub fn bn_rs_path_time(sampler: *const bn_sampler, path: *const bn_path, out: *mut f32);
     pub fn bn_rs_ray_rng(sampler: *const bn_sampler, ray: *mut bn_ray) -> bn_rng;

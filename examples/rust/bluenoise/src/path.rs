@@ -90,6 +90,36 @@ impl<'s> Ray<'s> {
         out
     }
 
+    /// Single number `k` of the ray, from 0, by an explicit counter: what call k + 1 of [`next_1d`](Ray::next_1d) gives. The
+    /// same at every call, and so are its relatives. A loop and a split of the same `k` are one decision.
+    pub fn draw_1d(&self, k: u32) -> f32 {
+        unsafe { sys::bn_rs_ray_1d_at(&self.sampler.state, &self.state, k) }
+    }
+
+    /// Pair `k`.
+    pub fn draw_2d(&self, k: u32) -> [f32; 2] {
+        let mut out = [0.0; 2];
+        unsafe { sys::bn_rs_ray_2d_at(&self.sampler.state, &self.state, k, out.as_mut_ptr()) }
+        out
+    }
+
+    /// Four `k`.
+    pub fn draw_4d(&self, k: u32) -> [f32; 4] {
+        let mut out = [0.0; 4];
+        unsafe { sys::bn_rs_ray_4d_at(&self.sampler.state, &self.state, k, out.as_mut_ptr()) }
+        out
+    }
+
+    /// Split `k`, into `count` branches.
+    pub fn split(&self, k: u32, count: u32) -> Split<'s> {
+        Split { sampler: self.sampler, state: unsafe { sys::bn_rs_ray_split_at(&self.state, k, count) } }
+    }
+
+    /// The numbers of loop `k`.
+    pub fn rng(&self, k: u32) -> Rng {
+        Rng { state: unsafe { sys::bn_rs_ray_rng_at(&self.sampler.state, &self.state, k) } }
+    }
+
     /// The next single number. Numbers for further decisions are new at every call.
     pub fn next_1d(&mut self) -> f32 {
         unsafe { sys::bn_rs_ray_1d(&self.sampler.state, &mut self.state) }

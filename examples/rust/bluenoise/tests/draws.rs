@@ -100,6 +100,19 @@ fn rays_hand_out_what_the_layout_says() {
                     assert_eq!(ray.draw_where(), draw(domain)[..2]);
                     assert_eq!(ray.draw_light(), draw(domain)[2..]);
                     for k in 0..9 {
+                        let explicit = path.ray(depth);
+                        let mut counted = path.ray(depth);
+                        (0..k).for_each(|_| {
+                            drop((counted.next_1d(), counted.next_2d(), counted.next_4d(), counted.next_rng()))
+                        });
+                        assert_eq!(explicit.draw_1d(k), counted.next_1d());
+                        assert_eq!(explicit.draw_2d(k), counted.next_2d());
+                        assert_eq!(explicit.draw_4d(k), counted.next_4d());
+                        assert_eq!(explicit.rng(k).next_1d(), counted.next_rng().next_1d());
+                        assert_eq!(
+                            explicit.split(k + 1, 4).path(1).ray(0).draw(),
+                            counted.next_split(4).path(1).ray(0).draw()
+                        );
                         let singles = c.singles(x, y, index, child(domain, k & !3));
                         assert_eq!(ray.next_1d(), singles[k as usize & 3]);
                         let pair = k as usize % 2 * 2;
