@@ -127,68 +127,91 @@ Imath::Box2i box(const Crop &crop) {
     return {{crop.x0, crop.y0}, {crop.x1 - 1, crop.y1 - 1}};
 }
 
-template <typename Attribute>
-auto attribute(const Imf::Header &header, const char *name) {
-    const auto *found = header.findTypedAttribute<Attribute>(name);
-    if (!found) throw Error(std::string("it was not written by this program: it has no ") + name);
-    return found->value();
+// The attributes that parts of one picture do not share.
+template <typename Attributes, typename Visit>
+void own_attributes(Attributes &a, Visit visit) {
+    visit("spp", a.spp);
+    visit("firstSample", a.first_sample);
+    visit("endSample", a.end_sample);
+    visit("exposure", a.exposure);
+    visit("seconds", a.seconds);
+    visit("rays", a.ray_count);
+    visit("threads", a.threads);
+    visit("samplingShare", a.sampling_share);
 }
 
-// Numbers that may not fit the format's integers, signed 32-bit, are stored as text.
-uint64_t count_attribute(const Imf::Header &header, const char *name, uint64_t largest) {
-    const std::string text = attribute<Imf::StringAttribute>(header, name);
-    uint64_t value = 0;
-    const char *end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end || value > largest)
-        throw Error(std::string("its ") + name + " is '" + printable(text) + "'");
-    return value;
-}
+struct WriteAttribute {
+    Imf::Header &header;
+
+    void operator()(const char *name, const std::string &text) const {
+        header.insert(name, Imf::StringAttribute(text));
+    }
+    void operator()(const char *name, uint32_t value) const {
+        header.insert(name, Imf::IntAttribute(static_cast<int>(value)));
+    }
+    // Does not fit the format's integers, signed 32-bit.
+    void operator()(const char *name, uint64_t value) const {
+        (*this)(name, std::to_string(value));
+    }
+    void operator()(const char *name, double value) const {
+        header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
+    }
+    void operator()(const char *name, float value) const {
+        (*this)(name, static_cast<double>(value));
+    }
+    void operator()(const char *name, bool value) const { (*this)(name, uint32_t{value}); }
+};
+
+struct ReadAttribute {
+    const Imf::Header &header;
+
+    template <typename Attribute>
+    auto found(const char *name) const {
+        const auto *attribute = header.findTypedAttribute<Attribute>(name);
+        if (!attribute)
+            throw Error(std::string("it was not written by this program: it has no ") + name);
+        return attribute->value();
+    }
+    void operator()(const char *name, std::string &text) const {
+        text = found<Imf::StringAttribute>(name);
+    }
+    void operator()(const char *name, uint32_t &value) const {
+        const int number = found<Imf::IntAttribute>(name);
+        if (number < 0) throw Error(std::string("its ") + name + " is negative");
+        value = static_cast<uint32_t>(number);
+    }
+    void operator()(const char *name, uint64_t &value) const {
+        const auto text = found<Imf::StringAttribute>(name);
+        const char *end = text.data() + text.size();
+        const auto [stop, error] = std::from_chars(text.data(), end, value);
+        if (error != std::errc() || stop != end)
+            throw Error(std::string("its ") + name + " is '" + printable(text) + "'");
+    }
+    void operator()(const char *name, float &value) const {
+        value = found<Imf::FloatAttribute>(name);
+        if (!std::isfinite(value)) throw Error(std::string("its ") + name + " is not finite");
+    }
+    void operator()(const char *name, double &value) const { // of time
+        float number = 0;
+        (*this)(name, number);
+        if (number < 0) throw Error(std::string("its ") + name + " is negative");
+        value = static_cast<double>(number);
+    }
+    void operator()(const char *name, bool &value) const {
+        uint32_t number = 0;
+        (*this)(name, number);
+        value = number != 0;
+    }
+};
 
 ExrHead read_head(const Imf::Header &header) {
     ExrHead head{};
     read_windows(header, head.full_width, head.full_height, head.crop);
-    const auto text = [&](const char *name) {
-        return attribute<Imf::StringAttribute>(header, name);
-    };
-    const auto whole = [&](const char *name) {
-        const int value = attribute<Imf::IntAttribute>(header, name);
-        if (value < 0) throw Error(std::string("its ") + name + " is negative");
-        return static_cast<uint32_t>(value);
-    };
     ExrAttributes &a = head.attributes;
-    a.scene = text("scene");
-    a.camera = text("camera");
-    a.environment = text("environment");
-    a.sampler = text("sampler");
-    a.mask = text("mask");
-    a.inputs = text("inputs");
-    a.draws = whole("draws");
-    a.spp = whole("spp");
-    a.declared_spp = static_cast<uint32_t>(count_attribute(header, "declaredSpp", UINT32_MAX));
-    a.first_sample = static_cast<uint32_t>(count_attribute(header, "firstSample", UINT32_MAX));
-    a.end_sample = count_attribute(header, "endSample", uint64_t{1} << 32);
-    if (a.end_sample < a.first_sample) throw Error("its samples end before they begin");
-    a.max_depth = whole("maxDepth");
-    a.light_samples = whole("lightSamples");
-    a.single_scatter = whole("singleScatter") != 0;
-    a.photometric = whole("photometric") != 0;
-    a.seed = count_attribute(header, "seed", UINT64_MAX);
-    const auto real = [&](const char *name) {
-        const float value = attribute<Imf::FloatAttribute>(header, name);
-        if (!std::isfinite(value)) throw Error(std::string("its ") + name + " is not finite");
-        return value;
-    };
-    a.noise = {};
-    if (header.findTypedAttribute<Imf::FloatAttribute>("noise"))
-        a.noise = {real("noise"), whole("minSpp"), real("noiseExposure")};
-    a.exposure = real("exposure");
-    a.seconds = static_cast<double>(real("seconds"));
-    a.ray_count = count_attribute(header, "rays", UINT64_MAX);
-    a.threads = whole("threads");
-    a.sampling_share = static_cast<double>(real("samplingShare"));
-    if (a.seconds < 0 || a.sampling_share < 0)
-        throw Error("its seconds or samplingShare are negative");
+    exr_settings(a, ReadAttribute{header});
+    own_attributes(a, ReadAttribute{header});
+    if (a.end_sample < a.first_sample || a.end_sample > uint64_t{1} << 32)
+        throw Error("its firstSample or endSample are impossible");
     return head;
 }
 
@@ -215,43 +238,11 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     const Imath::Box2i data = box(film.crop);
     Imf::Header header(display, data, 1, {0, 0}, 1, Imf::INCREASING_Y, Imf::ZIP_COMPRESSION);
 
-    const auto text = [&](const char *name, const std::string &value) {
-        header.insert(name, Imf::StringAttribute(value));
-    };
-    const auto count = [&](const char *name, uint32_t value) {
-        header.insert(name, Imf::IntAttribute(static_cast<int>(value)));
-    };
-    const auto real = [&](const char *name, double value) {
-        header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
-    };
-    text("scene", attributes.scene);
-    text("camera", attributes.camera);
-    text("environment", attributes.environment);
-    text("sampler", attributes.sampler);
-    text("mask", attributes.mask);
-    text("inputs", attributes.inputs);
-    count("draws", attributes.draws);
-    count("spp", attributes.spp);
-    text("declaredSpp", std::to_string(attributes.declared_spp));
-    text("firstSample", std::to_string(attributes.first_sample));
-    text("endSample", std::to_string(attributes.end_sample));
-    text("seed", std::to_string(attributes.seed));
-    count("maxDepth", attributes.max_depth);
-    count("lightSamples", attributes.light_samples);
-    count("singleScatter", attributes.single_scatter);
-    count("photometric", attributes.photometric);
-    if (attributes.noise.level > 0) {
-        real("noise", static_cast<double>(attributes.noise.level));
-        count("minSpp", attributes.noise.min_spp);
-        real("noiseExposure", static_cast<double>(attributes.noise.exposure));
-    }
-    real("exposure", static_cast<double>(attributes.exposure));
-    real("seconds", attributes.seconds);
-    text("rays", std::to_string(attributes.ray_count));
-    count("threads", attributes.threads);
-    real("samplingShare", attributes.sampling_share);
-    text("software", std::string("libbn pathtracer ") + bn_version_string());
-    text("bnVersion", bn_version_string()); // the format itself uses the name "version"
+    const WriteAttribute write{header};
+    exr_settings(attributes, write);
+    own_attributes(attributes, write);
+    write("software", std::string("libbn pathtracer ") + bn_version_string());
+    write("bnVersion", std::string(bn_version_string())); // the format itself uses "version"
 
     std::vector<Plane> planes = film_planes(film);
     std::vector<uint32_t> counts;

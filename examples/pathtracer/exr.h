@@ -23,18 +23,40 @@ struct ExrAttributes {
     std::string scene, camera, environment, sampler, mask;
     std::string inputs; // InputRecord::text() of the files of scene, environment and mask
     uint32_t draws;     // BN_DRAW_TABLE_VERSION of what drew its samples
-    uint32_t spp;       // the highest count of any pixel
-    uint32_t declared_spp, first_sample, max_depth, light_samples;
+    uint64_t declared_spp, seed;
+    uint32_t max_depth, light_samples;
     bool single_scatter, photometric;
     NoiseSettings noise; // its level is 0 without adaptive sampling
-    uint64_t end_sample; // all sample numbers are below this
-    uint64_t seed;
-    float exposure; // of the preview, in stops
-    double seconds; // of rendering
+
+    uint32_t spp;                      // the highest count of any pixel
+    uint64_t first_sample, end_sample; // all sample numbers are below the latter
+    float exposure;                    // of the preview, in stops
+    double seconds;                    // of rendering
     uint64_t ray_count;
     unsigned threads;
     double sampling_share; // of that time spent drawing samples, approximately
 };
+
+// Calls visit(name in the file, value) for the attributes that parts of one picture share.
+template <typename Attributes, typename Visit>
+void exr_settings(Attributes &a, Visit visit) {
+    visit("scene", a.scene);
+    visit("environment", a.environment);
+    visit("mask", a.mask);
+    visit("inputs", a.inputs); // the rest may follow from what is in them
+    visit("sampler", a.sampler);
+    visit("draws", a.draws);
+    visit("camera", a.camera);
+    visit("declaredSpp", a.declared_spp);
+    visit("seed", a.seed);
+    visit("maxDepth", a.max_depth);
+    visit("lightSamples", a.light_samples);
+    visit("noise", a.noise.level);
+    visit("minSpp", a.noise.min_spp);
+    visit("noiseExposure", a.noise.exposure);
+    visit("singleScatter", a.single_scatter);
+    visit("photometric", a.photometric);
+}
 
 // The bytes of an EXR file. Throws Error.
 std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes);

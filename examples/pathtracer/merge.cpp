@@ -3,8 +3,9 @@
 #include "merge.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <iomanip>
 #include <numeric>
+#include <sstream>
 
 #include "error.h"
 #include "input_file.h"
@@ -19,44 +20,18 @@ Crop around(const Crop &a, const Crop &b) {
     return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-std::string noise_text(const NoiseSettings &noise) {
-    if (!(noise.level > 0)) return "off";
-    char text[96];
-    std::snprintf(text, sizeof text, "%.9g from %u spp on at exposure %.9g",
-                  static_cast<double>(noise.level), noise.min_spp,
-                  static_cast<double>(noise.exposure));
-    return text;
-}
-
-using NamedSettings = std::vector<std::pair<const char *, std::string>>;
-
-// What parts of one picture must share, with names for the error message: the names of its files,
-// and the rest, which may follow from what is in them.
-NamedSettings names_of(const ExrHead &head) {
-    const ExrAttributes &a = head.attributes;
-    return {{"scene", a.scene}, {"environment", a.environment}, {"mask", a.mask}};
-}
+using NamedSettings = std::vector<std::pair<std::string, std::string>>;
 
 NamedSettings settings_of(const ExrHead &head) {
-    const ExrAttributes &a = head.attributes;
-    return {{"size", std::to_string(head.full_width) + "x" + std::to_string(head.full_height)},
-            {"sampler", a.sampler},
-            {"version of the draws", std::to_string(a.draws)},
-            {"camera", a.camera},
-            {"declared spp", std::to_string(a.declared_spp)},
-            {"seed", std::to_string(a.seed)},
-            {"max depth", std::to_string(a.max_depth)},
-            {"light samples", std::to_string(a.light_samples)},
-            {"noise", noise_text(a.noise)},
-            {"single scatter", a.single_scatter ? "on" : "off"},
-            {"photometric", a.photometric ? "on" : "off"}};
-}
-
-std::string first_difference(const NamedSettings &a, const NamedSettings &b) {
-    for (size_t i = 0; i < a.size(); ++i)
-        if (a[i].second != b[i].second)
-            return std::string(a[i].first) + " '" + a[i].second + "' and '" + b[i].second + "'";
-    return "";
+    NamedSettings settings;
+    const auto add = [&](const char *name, const auto &value) {
+        std::ostringstream text;
+        text << std::setprecision(9) << value;
+        settings.emplace_back(name, text.str());
+    };
+    exr_settings(head.attributes, add);
+    add("size", std::to_string(head.full_width) + "x" + std::to_string(head.full_height));
+    return settings;
 }
 
 // Adds a part's samples to a pixel of the picture, which starts at sample `first`.
@@ -75,10 +50,14 @@ void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first
 // Such as "seed '1' and '2'"; empty if both can be parts of one picture. Regions and sample ranges
 // are not compared.
 std::string settings_difference(const ExrHead &one, const ExrHead &other) {
-    std::string difference = first_difference(names_of(one), names_of(other));
-    if (difference.empty())
-        difference = inputs_difference(one.attributes.inputs, other.attributes.inputs);
-    return difference.empty() ? first_difference(settings_of(one), settings_of(other)) : difference;
+    const NamedSettings a = settings_of(one), b = settings_of(other);
+    for (size_t i = 0; i < a.size(); ++i) {
+        const auto &[name, value] = a[i];
+        if (value == b[i].second) continue;
+        if (name == "inputs") return inputs_difference(value, b[i].second);
+        return name + " '" + value + "' and '" + b[i].second + "'";
+    }
+    return "";
 }
 
 // Adds the rendering cost of a part.

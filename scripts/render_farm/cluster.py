@@ -53,9 +53,6 @@ def connect(address, workers):
     _quiet()
     with contextlib.ExitStack() as stack:
         if not address:
-            # Web pages that nobody asked for, on ports of their own.
-            for server in ("scheduler", "worker"):
-                dask.config.set({f"distributed.{server}.preload": [f"{__package__}.no_web_pages"]})
             # Processes started now ignore Ctrl-C, which is for this one: it ends them.
             before = signal.signal(signal.SIGINT, signal.SIG_IGN)
             try:

@@ -9,13 +9,12 @@ _MEANING = {b"n": b"\n", b"r": b"\r", b"\\": b"\\"}
 
 
 def hashes_of(listed):
-    """{path: SHA-256} of the lines of sha256sum. Comments name files that are looked for and are not there."""
+    """{path: SHA-256} of the lines of sha256sum."""
     found = {}
-    for line in os.fsencode(listed).split(b"\n"):
-        if line and not line.startswith(b"#"):
-            escaped = line.startswith(b"\\")
-            digest, _, name = line[escaped:].partition(b"  ")
-            if escaped:
-                name = _ESCAPE.sub(lambda e: _MEANING[e[1]] if e[1] else bytes([int(e[2], 16)]), name)
-            found[os.fsdecode(name)] = digest.decode()
+    for line in filter(None, os.fsencode(listed).split(b"\n")):
+        escaped = line.startswith(b"\\")
+        digest, _, name = line[escaped:].partition(b"  ")
+        if escaped:
+            name = _ESCAPE.sub(lambda e: _MEANING[e[1]] if e[1] else bytes([int(e[2], 16)]), name)
+        found[os.fsdecode(name)] = digest.decode()
     return found

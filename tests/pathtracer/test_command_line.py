@@ -107,17 +107,10 @@ def test_bad_arguments(pathtracer, row):
     pathtracer.failure("-o", "out.exr", *shlex.split(arguments), said=said.split(", "), timeout=20)
 
 
-@pytest.mark.parametrize(
-    ("output", "said"),
-    [
-        ("absent/out.exr", ["absent/out.exr", "No such file"]),
-        ("file/out.exr", ["file/out.exr", "Not a directory"]),
-        ("folder.exr", ["folder.exr", "regular"]),
-        ("preview.exr", ["preview.png", "regular"]),
-        ("out.png", ["out.png", ".exr"]),
-        ("", ["-o"]),
-    ],
-)
+@pytest.mark.parametrize(("output", "said"), [
+    ("absent/out.exr", ["absent/out.exr", "No such file"]), ("file/out.exr", ["file/out.exr", "Not a directory"]),
+    ("folder.exr", ["folder.exr", "regular"]), ("preview.exr", ["preview.png", "regular"]), ("out.png", ["out.png", ".exr"]),
+    ("", ["-o"])])
 def test_unwritable_output_is_found_before_rendering(pathtracer, output, said):
     (pathtracer.folder / "file").write_text("a file")
     for folder in ("folder.exr", "preview.png"):

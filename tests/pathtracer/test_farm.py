@@ -9,7 +9,6 @@ import json
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -57,8 +56,7 @@ def wait_for(condition, seconds=120):
 
 
 @pytest.mark.parametrize("crop", [(0, 0, 20, 9), (3, 2, 17, 9)])
-@pytest.mark.parametrize("tile", [(5, 4), (7, 100), (1, 3)])
-@pytest.mark.parametrize("samples", [None, 1, 4, 50])
+@pytest.mark.parametrize(("tile", "samples"), [((5, 4), None), ((7, 100), 4), ((1, 3), 1), ((5, 4), 50)])
 def test_parts_cover_each_sample_once(crop, tile, samples):
     counts = np.zeros((9, 20, 14), int)
     parts = split(crop, 3, 10, tile, samples)
@@ -68,7 +66,6 @@ def test_parts_cover_each_sample_once(crop, tile, samples):
     expected = np.zeros_like(counts)
     expected[crop[1]:crop[3], crop[0]:crop[2], 3:13] = 1
     assert np.array_equal(counts, expected)
-    assert sum(part.samples for part in parts) == expected.sum()
     assert len({part.file_name for part in parts}) == len(parts)
 
 
@@ -122,22 +119,6 @@ def test_the_list_of_inputs_is_read(pathtracer):
         done = subprocess.run([pathtracer.binary, "--mask", name, "--list-inputs"], cwd=pathtracer.folder, capture_output=True,
                               text=True, errors="surrogateescape", check=True)
         assert hashes_of(done.stdout) == {name: hashlib.sha256((pathtracer.folder / name).read_bytes()).hexdigest()}
-    assert hashes_of("# missing: a.mtl\n") == {}
-
-
-def test_a_full_disk_is_named(pathtracer, tmp_path):
-    """The limit stands for the disk: the write fails, not the opening, and that error knows no name."""
-    part, = split((0, 0, 64, 64), 0, 1, (64, 64))
-    data = pathtracer.render("--size", "64x64", *part.arguments())
-    program = ("import resource, signal, sys; from pathlib import Path; from render_farm import __main__ as farm\n"
-               "from render_farm.parts import Part, PartsFolder\n"
-               "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))\n"
-               "farm.run = lambda _: PartsFolder('a.exr', {}, '').add(Part(*map(int, sys.argv[2:])), Path(sys.argv[1]).read_bytes())\n"
-               "sys.exit(farm.main())")
-    assert data.stat().st_size > 5000
-    done = subprocess.run([sys.executable, "-c", program, data, *map(str, part)], cwd=tmp_path, capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": str(SCRIPTS)}, timeout=60, check=False)
-    assert done.returncode == 1 and done.stderr == f"farm: a.exr.parts/{part.file_name}: File too large\n", done
 
 
 def test_options_are_sorted(tmp_path, monkeypatch):
@@ -192,23 +173,6 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
 # ---- With a cluster on this machine
 
 
-def test_no_web_pages_are_served(monkeypatch):
-    psutil = pytest.importorskip("psutil", reason="scripts/farm has not installed Dask")
-    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
-    monkeypatch.setenv("PYTHONPATH", str(SCRIPTS))
-    listening, web = [], []
-    with cluster.connect(None, 1):
-        for process in [psutil.Process(), *psutil.Process().children(recursive=True)]:
-            listening += [found.laddr for found in process.net_connections(kind="tcp") if found.status == "LISTEN"]
-        for address in listening:
-            with socket.create_connection(address, timeout=10) as client, contextlib.suppress(OSError):
-                client.settimeout(2)
-                client.sendall(b"GET / HTTP/1.0\r\n\r\n")
-                if client.recv(16).startswith(b"HTTP/"):
-                    web.append(address)
-    assert len(listening) >= 2 and web == []
-
-
 def test_the_picture_is_one_machines(pathtracer):
     """A worker is killed with its task, the command interrupted, and started again."""
     psutil = pytest.importorskip("psutil", reason="scripts/farm has not installed Dask")
@@ -261,38 +225,22 @@ def test_parts_of_two_scenes_are_never_mixed(pathtracer):
     """Interrupted, and started again once a file has changed that only the path tracer's readers know of."""
     pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
     folder = pathtracer.folder
-    parts = folder / "out.exr.parts"
-    (folder / "t").mkdir()
-
-    def image(name, *colour):
-        (folder / name).write_bytes(encoded(np.full((4, 4, 3), colour)))
-
-    image("my wood.png", 200, 0, 0)
-    image("t/bumps.png", 128, 128, 255)
-    image("base.png", 200, 0, 0)
-    (folder / "m.mtl").write_text("newmtl m\nmap_Kd my wood.png\nnorm t\\bumps.png\n")
-    (folder / "a.obj").write_text("mtllib gone.mtl m.mtl\nv -9 0 9\nv 9 0 9\nv 0 0 -9\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n")
+    (folder / "base.png").write_bytes(encoded(np.full((4, 4, 3), (200, 0, 0))))
     g = textured_floor(lambda g: g.add("textures", source=g.add("images", uri="base.png")))
-    text = json.dumps(g.document(uri="a.bin")).replace("base.png", "ba\\u0073e.png")
-    (folder / "b.gltf").write_text(text)
+    (folder / "b.gltf").write_text(json.dumps(g.document(uri="a.bin")).replace("base.png", "ba\\u0073e.png"))
     (folder / "a.bin").write_bytes(g.bytes)
-    for scene, changes in [("a.obj", [("my wood.png", (0, 0, 200)), ("t/bumps.png", (200, 128, 200))]),
-                           ("b.gltf", [("base.png", (0, 0, 200))])]:
-        command = [*PICTURE, "--scene", scene, "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
-        farm = start(pathtracer, *command)
-        wait_for(lambda: farm.poll() is not None or list(parts.glob("*.exr")))
-        farm.send_signal(signal.SIGINT)
-        assert farm.communicate(timeout=120)[0] == "" and farm.returncode == 130
-        kept = sorted(parts.iterdir())
-        for name, colour in changes:
-            before = (folder / name).read_bytes()
-            image(name, *colour)
-            farm = start(pathtracer, *command)
-            out, message = farm.communicate(timeout=120)
-            assert farm.returncode == 1 and out == "" and "other settings, files or programs" in message, message
-            assert sorted(parts.iterdir()) == kept and not (folder / "out.exr").exists()
-            (folder / name).write_bytes(before)
-        shutil.rmtree(parts)
+    command = [*PICTURE, "--scene", "b.gltf", "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
+    farm = start(pathtracer, *command)
+    parts = folder / "out.exr.parts"
+    wait_for(lambda: farm.poll() is not None or list(parts.glob("*.exr")))
+    farm.send_signal(signal.SIGINT)
+    assert farm.communicate(timeout=120)[0] == "" and farm.returncode == 130
+    kept = sorted(parts.iterdir())
+    (folder / "base.png").write_bytes(encoded(np.full((4, 4, 3), (0, 0, 200))))
+    farm = start(pathtracer, *command)
+    out, message = farm.communicate(timeout=120)
+    assert farm.returncode == 1 and out == "" and "other settings, files or programs" in message, message
+    assert sorted(parts.iterdir()) == kept and not (folder / "out.exr").exists()
 
 
 def test_workers_with_another_program_are_refused(pathtracer):

@@ -56,9 +56,7 @@ def test_an_output_that_is_another_file_of_the_run_is_refused(pathtracer, inputs
 
 @pytest.mark.parametrize("loop", ["loop.exr", "loop.png", "folder/out.exr"])
 def test_a_loop_of_links_is_refused(pathtracer, loop):
-    for name in ("loop.exr", "loop.png", "folder"):
-        if loop.startswith(name):
-            (pathtracer.folder / name).symlink_to(name)
+    (pathtracer.folder / loop.partition("/")[0]).symlink_to(loop.partition("/")[0])
     pathtracer.failure(*SIZE, "-o", loop.replace(".png", ".exr"), said=[loop, "symbolic links"])
 
 
@@ -71,15 +69,12 @@ def test_temporary_files_have_names_that_nobody_knows(pathtracer):
         for name in ("out.exr", "out.png"):
             os.symlink("victim", f"{name}.part-{os.getpid()}")
 
+        os.umask(0o027)
+
     assert pathtracer.run(*SIZE, "-o", "out.exr", preexec_fn=prepare).returncode == 0
     assert victim.read_text() == "precious"
     for name in ("out.exr", "out.png"):
-        assert stat.S_ISREG((pathtracer.folder / name).lstat().st_mode)
-
-
-def test_outputs_obey_the_umask(pathtracer):
-    assert pathtracer.run(*SIZE, "-o", "out.exr", preexec_fn=lambda: os.umask(0o027)).returncode == 0
-    assert stat.S_IMODE((pathtracer.folder / "out.exr").stat().st_mode) == 0o640
+        assert (pathtracer.folder / name).lstat().st_mode == stat.S_IFREG | 0o640
 
 
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from pathtracer_driver import SAMPLERS, read_exr, read_layers
 from PIL import Image
-from scipy.ndimage import gaussian_filter
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
@@ -35,21 +34,6 @@ def test_ranges_add_up_and_seeds_and_samplers_differ(pathtracer):
         others = [second, pathtracer.image(*common, "--spp", 4, "--seed", 2**64 - 1), *firsts]
         assert all(np.mean(first != other) > 0.5 for other in others)
         firsts.append(first)
-
-
-def test_no_value_is_negative_or_not_finite(pathtracer):
-    for depth in (0, 1, 8, 64):
-        image = pathtracer.image("--size", "128x128", "--spp", 16, "--max-depth", depth)
-        assert np.isfinite(image).all()
-        assert (image >= 0).all()
-        assert image.max() >= 4
-
-
-def test_wide_and_tall_pictures_show_the_middle_alike(pathtracer):
-    square = pathtracer.image("--size", "48x48", "--spp", 64)
-    wide = pathtracer.image("--size", "80x48", "--spp", 64)[:, 16:64]
-    assert abs(square.mean() / wide.mean() - 1) < 0.02
-    assert np.abs(gaussian_filter(square - wide, (2, 2, 0))).max() < 0.3
 
 
 def test_attributes(pathtracer):
@@ -92,6 +76,11 @@ def test_layers(pathtracer):
     assert layers["depth.Z"][layers["A"] == 1].min() > 800
 
 
+def test_wide_pictures_show_the_middle_alike(pathtracer):
+    square, wide = (read_layers(pathtracer.render("--size", size, "--spp", 16))["depth.Z"] for size in ("48x48", "80x48"))
+    assert np.median(np.abs(wide[:, 16:64] - square)) < 1 and np.abs(wide[:, :48] - square).max() > 100
+
+
 def test_the_layer_of_variance_is_that_of_samples(pathtracer):
     arguments = ["--size", "24x24", "--spp", 1, "--crop", "4,4,12,12"]
     samples = np.stack([pathtracer.image(*arguments, "--first-sample", i) for i in range(6)])
@@ -100,16 +89,6 @@ def test_the_layer_of_variance_is_that_of_samples(pathtracer):
     np.testing.assert_allclose(variance, samples.var(axis=0, ddof=1, dtype=np.float64), rtol=1e-5, atol=1e-9)
     single = read_layers(pathtracer.render(*arguments))
     assert all((single[f"variance.{c}"] == 0).all() for c in "RGB")
-
-
-def test_what_lies_outside_is_empty(pathtracer):
-    """Beside the box there is nothing: no share, no depth, no normal."""
-    layers = read_layers(pathtracer.render("--size", "96x32", "--spp", 4))
-    outside = layers["A"] == 0
-    assert outside.any() and not outside.all()
-    for name, values in layers.items():
-        if name != "count":
-            assert (values[outside] == 0).all(), name
 
 
 def expected_preview(linear, exposure):
@@ -132,24 +111,10 @@ def test_preview(pathtracer, exposure):
     assert 0.2 < np.mean(difference > 0) < 0.8
 
 
-def test_the_neural_mask_is_another_one(pathtracer, monkeypatch):
-    package = importlib.util.find_spec("onnxruntime")
-    if package is None:
-        pytest.skip("no package onnxruntime")
-    (library,) = Path(package.origin).parent.glob("capi/libonnxruntime.so*")
-    monkeypatch.setenv("BN_ONNXRUNTIME", str(library))
-    common = ["--sampler", "mask", "--size", "80x64", "--spp", 1]
-    neural = pathtracer.image(*common, "--mask", "neural")
-    assert np.array_equal(neural, pathtracer.image(*common, "--mask", "neural"))
-    assert not np.array_equal(neural, pathtracer.image(*common, "--mask", "neural", "--seed", 1))
-    assert not np.array_equal(neural, pathtracer.image(*common))
-
-
-def test_the_builtin_mask_can_be_given_by_name_or_file(pathtracer):
+def test_masks(pathtracer, monkeypatch):
     common = ["--sampler", "mask", "--size", "80x64", "--spp", 2]
     default = pathtracer.image(*common)
     assert np.array_equal(default, pathtracer.image(*common, "--mask", "builtin"))
-
     ranks = np.random.default_rng(0).permutation(32 * 48).reshape(32, 48).astype(np.uint16)
     Image.fromarray(ranks).save(pathtracer.folder / "mask.png")
     Image.fromarray(40 * ranks).save(pathtracer.folder / "brighter.png")
@@ -157,6 +122,15 @@ def test_the_builtin_mask_can_be_given_by_name_or_file(pathtracer):
     assert np.mean(own != default) > 0.5
     # Only the order of the values counts.
     assert np.array_equal(own, pathtracer.image(*common, "--mask", "brighter.png"))
+    package = importlib.util.find_spec("onnxruntime")
+    if package is None:
+        pytest.skip("no package onnxruntime")
+    (library,) = Path(package.origin).parent.glob("capi/libonnxruntime.so*")
+    monkeypatch.setenv("BN_ONNXRUNTIME", str(library))
+    neural = pathtracer.image(*common, "--mask", "neural")
+    assert np.array_equal(neural, pathtracer.image(*common, "--mask", "neural"))
+    assert not np.array_equal(neural, pathtracer.image(*common, "--mask", "neural", "--seed", 1))
+    assert not np.array_equal(neural, default)
 
 
 def test_single_scattering_is_darker_and_said(pathtracer):
@@ -166,4 +140,4 @@ def test_single_scattering_is_darker_and_said(pathtracer):
     assert read_exr(whole)[1]["singleScatter"] == 0 and read_exr(one)[1]["singleScatter"] == 1
     same = pathtracer.image(*common, "--single-scatter")
     assert 0.9 < same.mean() / read_exr(whole)[0].mean() < 0.9999
-    assert "single scatter" in pathtracer.failure("--merge", whole, one, "-o", "out.exr")
+    pathtracer.failure("--merge", whole, one, "-o", "out.exr", said=["singleScatter"])

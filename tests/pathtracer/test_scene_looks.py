@@ -235,24 +235,17 @@ def test_masks_cut_out(pathtracer, even_sky):
 
 
 def test_normal_maps(pathtracer):
-    """A map that leans all normals to +x makes a floor as bright as one that leans."""
-    lean = np.array([0.6, 0, 0.8])
-    pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * lean)), np.uint8)
-    for to_light in (np.array([0, 1, 0]), np.sqrt(0.5) * np.array([1, 1, 0])):
+    """A map that leans all normals makes a floor as bright as one that leans: red to +x, green up in the picture, to -z."""
+    half = np.sqrt(0.5)
+    for lean, to_light, cosine in (((0.6, 0, 0.8), (0, 1, 0), 0.8), ((0.6, 0, 0.8), (half, half, 0), 1.4 * half),
+                                   ((0, 0.6, 0.8), (0, half, -half), 1.4 * half)):
         g = Gltf()
+        pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * np.array(lean))), np.uint8)
         material = g.material((0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
         g.node(mesh=g.mesh(QUAD, SIX, material, TEXCOORD_0=QUAD_COORDINATES))
-        g.light("point", 1e4 * np.pi, translation=[float(v) for v in 100 * to_light])
+        g.light("point", 1e4 * np.pi, translation=[100 * float(v) for v in to_light])
         image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
-        assert image[12, 12, 0] == pytest.approx(0.5 * np.dot(to_light, [0.6, 0.8, 0]), rel=0.01)
-    # Green is up in the picture, which is -z here.
-    pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * np.array([0, 0.6, 0.8]))), np.uint8)
-    g = Gltf()
-    material = g.material((0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
-    g.node(mesh=g.mesh(QUAD, SIX, material, TEXCOORD_0=QUAD_COORDINATES))
-    g.light("point", 1e4 * np.pi, translation=[0, 100 * float(np.sqrt(0.5)), -100 * float(np.sqrt(0.5))])
-    image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
-    assert image[12, 12, 0] == pytest.approx(0.5 * np.sqrt(0.5) * 1.4, rel=0.01)
+        assert image[12, 12, 0] == pytest.approx(0.5 * cosine, rel=0.01)
 
 
 # ---- Materials
@@ -315,17 +308,14 @@ def test_pictures_of_other_kinds(pathtracer, even_sky):
         np.testing.assert_allclose(read_exr(pathtracer.folder / "out.exr")[0], 1, atol=1e-3)
 
 
-@pytest.mark.parametrize(
-    "library, picture_name",
-    [(r"a.mtl", r".\tex\one.png"), (r".\lib\a.mtl", r"tex\one.png"), (r"  a.mtl", r'"C:\Users\me\one.png"'), (r"a\ b.mtl", r"tex/one.png")],
-)
+@pytest.mark.parametrize(("library", "picture_name"), [(r".\lib\a.mtl", r'"C:\Users\me\one.png"'), (r"a\ b.mtl", r".\tex\one.png")])
 def test_an_obj_of_windows(pathtracer, even_sky, library, picture_name):
     """Backslashes, quotes and disks in names; a space that a backslash keeps."""
     for folder in ("tex", "lib"):
         (pathtracer.folder / folder).mkdir()
     for name in ("tex/one.png", "one.png"):
         (pathtracer.folder / name).write_bytes(encoded(np.full((2, 2, 3), (255, 0, 0), np.uint8)))
-    for name in ("a.mtl", "lib/a.mtl", "a b.mtl"):
+    for name in ("lib/a.mtl", "a b.mtl"):
         (pathtracer.folder / name).write_text(f"newmtl a\nKd 1 1 1\nmap_Kd {picture_name}\r\n")
     path = pathtracer.folder / "a.obj"
     path.write_text(f"mtllib {library}\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 0 9 0\nvt 0 0\nf 1/1 2/1 3/1\n")
@@ -424,18 +414,6 @@ def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
         view = ["--eye", "0,0.5,0", "--target", "0,1,0", "--fov", 20, "--env", even_sky, "--max-depth", 2]
         image = picture(pathtracer, g, "--spp", 1, *view)
         assert (image < 0.01).all() if shows else (image > 0.99).all()
-
-
-def test_single_sided_surfaces_cast_shadows_either_way(pathtracer):
-    shadows = []
-    for card in (QUAD, QUAD[::-1]):
-        g = floor()
-        g.quads([0.2 * card + np.float32([0, 1, 0])], g.material((0.5, 0.5, 0.5)))
-        g.light("directional", 1, rotation=DOWN)
-        over_floor(g, 0.5, 1.4)  # below the card
-        shadows.append(picture(pathtracer, g, "--spp", 1, "--max-depth", 1))
-    assert (shadows[0] == 0).sum() > 200 and shadows[0].max() > 0.1
-    np.testing.assert_array_equal(shadows[0], shadows[1])
 
 
 def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
