@@ -29,7 +29,8 @@ uint32_t next_look(const NoiseSettings &noise, uint32_t count);
 // An estimate of the relative error of a block, all of whose pixels have the same count, 2 or more:
 // the root mean square, over pixels and channels, of the standard error of the mean as displayed,
 // over the mean as displayed plus a fiftieth of white. As displayed: exposed and clipped. The
-// standard error is that of independent samples, so that of most samplers is smaller.
+// standard error is that of independent samples, so that of most samplers is smaller. Uses layers
+// as the EXR stores them, so pictures that are resumed get the same answers.
 double displayed_error(const Film &film, const Crop &block, float exposure);
 
 // Whether a block with `count` samples in each pixel needs no more: always false between looks.

@@ -19,6 +19,7 @@
 #include "merge.h"
 #include "outputs.h"
 #include "render.h"
+#include "resume.h"
 #include "sampler.h"
 #include "scene.h"
 
@@ -110,7 +111,9 @@ void check_samples(const Options &options, const Scene &scene, const Sampler &sa
 ExrAttributes picture_settings(const Options &options, const Scene &scene) {
     ExrAttributes a{};
     a.scene = options.scene;
-    a.camera = camera_text(scene, scene.camera);
+    if (!scene.cameras.empty())
+        a.camera = "--camera " + std::to_string(options.camera.number.value_or(0)) + " ";
+    a.camera += camera_text(scene, scene.camera);
     a.environment = options.environment;
     a.sampler = options.sampler.name;
     a.draws = BN_DRAW_TABLE_VERSION;
@@ -137,6 +140,12 @@ void print_progress(double fraction, const RenderTotals &totals) {
         std::fprintf(stderr, "  %.0f s left   ",
                      std::ceil(totals.seconds * (1 - fraction) / fraction));
     std::fflush(stderr);
+}
+
+double sample_count(const Film &film) {
+    double samples = 0;
+    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+    return samples;
 }
 
 // What a run without --quiet prints about its picture. Takes the samples of the whole film.
@@ -177,7 +186,10 @@ std::string input_list(const Options &options) {
     return record.text();
 }
 
-int run_render(const Options &o) {
+int run_render(const Options &given) {
+    Options o = given;
+    std::optional<ExrHead> resumed;
+    if (!o.resume.empty()) resumed = resume_settings(o);
     check_file_names(o, setting_files(o));
     // Before and after: a file that changes meanwhile is an error.
     InputRecord record;
@@ -192,12 +204,15 @@ int run_render(const Options &o) {
     ExrAttributes attributes = picture_settings(o, scene);
     attributes.inputs = record.text();
     const Outputs outputs(o, o.scene);
+    Film film = resumed ? resume_film(o, *resumed, {o.width, o.height, crop, attributes})
+                        : film_create(o.width, o.height, crop);
+    if (o.noise > 0) film = film_with_crop(film, whole_blocks(crop, o.width, o.height));
+    const double samples_before = sample_count(film);
 
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator{&scene, geometry.get(), sampler.get(), o.max_depth};
-    const RenderSettings settings = {o.spp, o.first_sample, o.threads, attributes.noise};
-    Film film =
-        film_create(o.width, o.height, o.noise > 0 ? whole_blocks(crop, o.width, o.height) : crop);
+    const RenderSettings settings = {o.spp, o.first_sample, o.threads, attributes.noise,
+                                     o.time_limit};
     RenderTotals totals;
     const bool show_progress = !o.quiet && isatty(STDERR_FILENO);
     const auto progress = [&](double fraction, const RenderTotals &so_far) {
@@ -209,14 +224,14 @@ int run_render(const Options &o) {
     if (show_progress) std::fprintf(stderr, "\n");
 
     attributes.sampling_share = sampling_share(integrator, settings, film, totals);
-    double samples = 0; // with --noise, also of blocks that reach out of the crop
-    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
+    const double samples = sample_count(film) - samples_before; // also of blocks beyond the crop
     if (o.noise > 0) film = film_with_crop(film, crop);
     const SampleCounts counts = film_counts(film);
     attributes.spp = counts.most;
     attributes.end_sample = uint64_t{o.first_sample} + counts.most;
     attributes.seconds = totals.seconds;
     attributes.ray_count = totals.counters.rays;
+    if (resumed) add_part(attributes, resumed->attributes);
     outputs.write(film, attributes);
 
     if (!complete)
@@ -234,7 +249,7 @@ void run_merge(const Options &options) {
     std::vector<NamedFile> parts;
     for (const std::string &part : options.merge) parts.push_back({"--merge", part});
     check_file_names(options, parts);
-    const MergedPicture merged = merge_pictures(options.merge);
+    const MergedPicture merged = merge_pictures(options.merge, options.allow_changed);
     const Film &film = merged.film;
     const std::optional<Image> reference =
         load_reference(options.reference, film.full_width, film.full_height, film.crop);

@@ -35,33 +35,35 @@ NamedSettings settings_of(const ExrHead &head) {
 }
 
 // Adds a part's samples to a pixel of the picture, which starts at sample `first`.
-void add_part(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first,
-              const ExrHead &part, const std::string &path) {
+void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t first,
+                 const ExrHead &part, const std::string &path) {
     if (from.count == 0) return;
     const uint64_t next = first + to.count, begin = part.attributes.first_sample;
     if (begin > next)
         throw Error("samples " + std::to_string(next) + " to " + std::to_string(begin - 1) +
                     " of pixel " + std::to_string(x) + "," + std::to_string(y) +
                     " are missing before " + path + "; render them with " + "--first-sample " +
-                    std::to_string(next) + " --spp " + std::to_string(begin - next));
+                    std::to_string(next) + " --spp " + std::to_string(begin - next) +
+                    ", or --resume the picture that was stopped");
     film_merge(to, from);
 }
 
-// Such as "seed '1' and '2'"; empty if both can be parts of one picture. Regions and sample ranges
-// are not compared.
-std::string settings_difference(const ExrHead &one, const ExrHead &other) {
+} // namespace
+
+std::string settings_difference(const ExrHead &one, const ExrHead &other, bool allow_changed) {
     const NamedSettings a = settings_of(one), b = settings_of(other);
     for (size_t i = 0; i < a.size(); ++i) {
         const auto &[name, value] = a[i];
         if (value == b[i].second) continue;
-        if (name == "inputs") return inputs_difference(value, b[i].second);
-        return name + " '" + value + "' and '" + b[i].second + "'";
+        if (name != "inputs") return name + " '" + value + "' and '" + b[i].second + "'";
+        if (!allow_changed)
+            return inputs_difference(value, b[i].second) +
+                   " (--allow-changed mixes them all the same)";
     }
     return "";
 }
 
-// Adds the rendering cost of a part.
-void add_cost(ExrAttributes &to, const ExrAttributes &part) {
+void add_part(ExrAttributes &to, const ExrAttributes &part) {
     // Weighted by time, as if one machine had rendered everything.
     if (to.seconds + part.seconds > 0)
         to.sampling_share = (to.sampling_share * to.seconds + part.sampling_share * part.seconds) /
@@ -69,16 +71,15 @@ void add_cost(ExrAttributes &to, const ExrAttributes &part) {
     to.seconds += part.seconds;
     to.ray_count += part.ray_count;
     to.threads = std::max(to.threads, part.threads);
+    if (to.inputs != part.inputs) to.inputs.clear();
 }
 
-} // namespace
-
-MergedPicture merge_pictures(const std::vector<std::string> &paths) {
+MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_changed) {
     std::vector<ExrHead> heads;
     for (const std::string &path : paths) {
         const ExrHead head = exr_read_head(path);
         if (!heads.empty()) {
-            const std::string difference = settings_difference(head, heads[0]);
+            const std::string difference = settings_difference(head, heads[0], allow_changed);
             if (!difference.empty())
                 throw Error(path + " and " + paths[0] +
                             " are not parts of one picture: they differ in " + difference);
@@ -102,7 +103,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
         crop = around(crop, heads[i].crop);
         all.first_sample = std::min(all.first_sample, a.first_sample);
         all.end_sample = std::max(all.end_sample, a.end_sample);
-        add_cost(all, a);
+        add_part(all, a);
     }
     if (pixel_count(crop) > MAX_PIXELS)
         throw Error("the parts span more than " + std::to_string(MAX_PIXELS) +
@@ -119,8 +120,8 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths) {
         const Film part = exr_read_film(paths[i]);
         for (int y = part.crop.y0; y < part.crop.y1; ++y)
             for (int x = part.crop.x0; x < part.crop.x1; ++x)
-                add_part(film_pixel(merged.film, x, y), film_pixel(part, x, y), x, y,
-                         all.first_sample, heads[i], paths[i]);
+                add_samples(film_pixel(merged.film, x, y), film_pixel(part, x, y), x, y,
+                            all.first_sample, heads[i], paths[i]);
     }
     all.spp = film_counts(merged.film).most;
     return merged;

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <thread>
 
@@ -21,6 +22,7 @@ constexpr float MAX_STOPS = 64;
 constexpr uint32_t MAX_DEPTH = 1024;
 constexpr uint32_t MAX_THREADS = 1024;
 constexpr uint32_t MAX_LIGHT_SAMPLES = 256;
+constexpr double MAX_SECONDS = 1e7;
 constexpr double MIN_GIB = 0.25, MAX_GIB = 1e6;
 constexpr double MAX_COORDINATE = 1e15;
 constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
@@ -78,6 +80,7 @@ const std::map<std::string, bool Options::*> FLAGS = {
     {"--single-scatter", &Options::single_scatter},
     {"--photometric", &Options::photometric},
     {"--allow-outside", &Options::allow_outside},
+    {"--allow-changed", &Options::allow_changed},
     {"--list", &Options::list},
     {"--list-cameras", &Options::list_cameras},
     {"--list-inputs", &Options::list_inputs},
@@ -142,6 +145,12 @@ const std::map<std::string, void (*)(Options &, const Given &)> WITH_VALUE = {
          if (*o.max_memory > 0 && *o.max_memory < MIN_GIB)
              v.refuse("GiB, from 0.25 to 1000000, or 0 for no bound");
      }},
+    {"--resume", [](Options &o, const Given &v) { o.resume = v.text; }},
+    {"--time",
+     [](Options &o, const Given &v) {
+         o.time_limit = v.number(std::numeric_limits<double>::min(), MAX_SECONDS,
+                                 "seconds, more than 0 and at most 10000000");
+     }},
     {"--reference", [](Options &o, const Given &v) { o.reference = v.text; }},
     {"--exposure",
      [](Options &o, const Given &v) {
@@ -163,9 +172,13 @@ void check_noise(const Options &o) {
     if (o.auto_exposure || (!o.exposure && is_scene_file(o.scene)))
         throw Error("--noise has to know the exposure before rendering; set it with --exposure EV");
     if (o.first_sample > 0)
-        throw Error("--noise needs the first samples of a pixel; leave out --first-sample, and "
-                    "split the picture with --crop");
-    if (o.spp <= o.min_spp && o.given.count("--min-spp") == 0)
+        throw Error(o.given.count("--first-sample") > 0
+                        ? "--noise needs the first samples of a pixel; leave out --first-sample, "
+                          "and split the picture with --crop"
+                        : "--noise needs the first samples of a pixel, but " + o.resume +
+                              " begins with sample " + std::to_string(o.first_sample) +
+                              "; continue it without --noise");
+    if (o.spp <= o.min_spp && o.given.count("--min-spp") == 0 && o.resume.empty())
         throw Error("--noise looks at pixels from --min-spp " + std::to_string(o.min_spp) +
                     " on; give more --spp than that, or a smaller --min-spp");
     if (o.min_spp > o.spp && o.given.count("--min-spp") > 0)
@@ -173,15 +186,21 @@ void check_noise(const Options &o) {
                     std::to_string(o.spp));
 }
 
-// Checks options against each other.
+} // namespace
+
 void check_options(const Options &o) {
     if (o.output.empty()) throw Error("name the output with -o out.exr (see --help)");
     if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
         throw Error("the output must be named something.exr, not '" + o.output + "'");
     if (!o.merge.empty()) {
+        if (!o.resume.empty()) throw Error("--merge does not render; leave out --resume");
         if (o.noise > 0) throw Error("--merge does not render; leave out --noise");
         return;
     }
+    if (o.max_depth > MAX_DEPTH || o.light_samples.value_or(1) > MAX_LIGHT_SAMPLES ||
+        o.spp > MAX_SPP || !(o.noise <= 1) || o.min_spp < MIN_SPP || o.min_spp > MAX_SPP ||
+        std::abs(o.exposure.value_or(0)) > MAX_STOPS)
+        throw Error(o.resume + " has impossible settings"); // the command line is range-checked
     if (o.given.count("--lights") > 0 && o.given.count("--light-samples") > 0)
         throw Error(
             "--lights coin takes one direction off each surface; leave out --light-samples");
@@ -198,15 +217,14 @@ void check_options(const Options &o) {
                     std::to_string(UINT32_MAX));
 }
 
-} // namespace
-
 const char *options_help() {
     return R"(Usage: pathtracer [options] -o out.exr
        pathtracer --merge a.exr b.exr ... -o out.exr
+       pathtracer --resume a.exr --spp N -o out.exr
 
 Renders a scene with one of libbn's samplers to out.exr, and a preview to out.png beside it. Can also
-merge pictures of different regions (--crop) or different samples (--first-sample). When interrupted,
-it writes the picture so far.
+merge pictures of different regions (--crop) or different samples (--first-sample), and continue a
+picture that was stopped. When interrupted, it writes the picture so far.
 
   --scene NAME|FILE      the scene (default cornell): a built-in one (see --list), or a .gltf, .glb or .obj file
   --camera N             use the scene's camera number N (default 0); see --list-cameras
@@ -231,11 +249,14 @@ it writes the picture so far.
                          towards a light, as a coin decides
   --env FILE             replace the scene's environment by a latitude-longitude EXR, "sky" or "none"
   --photometric          the file's punctual lights are in candela and lux: divide them by 683
-  --allow-outside        let a scene file name files outside its folder
+  --allow-outside        let a scene file, or the picture of --resume, name files outside its folder
+  --allow-changed        let --resume and --merge mix pictures whose files differ in contents
   --single-scatter       leave multiple scattering out of rough materials and of fog
   --threads N            number of threads (default: number of cores)
   --max-memory GIB       end with an error before the program takes more memory than this (default: half of the
                          machine's; 0: no bound)
+  --resume a.exr         continue this picture, with its settings, to --spp N samples in each pixel
+  --time SECONDS         stop after this time; without --spp there is no other limit
   --reference ref.exr    print the error against this picture: RMSE, plain and after Gaussian filters
   --exposure EV|auto     exposure of the preview in stops; auto maps the average to middle grey
                          (default: auto for files, 0 for built-in scenes)
@@ -272,7 +293,9 @@ Options parse_options(int argc, const char *const *argv) {
         }
     }
     if (options.noise > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
-    if (!options.help && !options.list && !options.list_cameras && !options.list_inputs)
+    if (options.time_limit > 0 && options.given.count("--spp") == 0) options.spp = MAX_SPP;
+    if (!options.help && !options.list && !options.list_cameras && !options.list_inputs &&
+        (options.resume.empty() || !options.merge.empty()))
         check_options(options);
     return options;
 }

@@ -15,7 +15,7 @@ struct Options {
     std::string scene = "cornell";
     CameraChoice camera;
     SamplerSettings sampler;
-    uint32_t spp = 16;     // unless given: 1024 with --noise
+    uint32_t spp = 16;     // unless given: 1024 with --noise, the most with a time limit
     float noise = 0;       // relative error at which blocks stop; 0: never
     uint32_t min_spp = 16; // before the first look at a block
     uint32_t first_sample = 0;
@@ -25,13 +25,16 @@ struct Options {
     std::optional<uint32_t> light_samples; // if given; see Scene
     bool single_scatter = false;
     bool photometric = false;
-    bool allow_outside = false;       // scenes may name files outside their folder
-    std::string environment;          // an EXR file, or empty: the scene's own
-    unsigned threads;                 // default: one per core
+    bool allow_outside = false; // scenes and resumed pictures may name files outside their folder
+    bool allow_changed = false; // mix pictures whose files have changed
+    std::string environment;    // an EXR file, or empty: the scene's own
+    unsigned threads;           // default: one per core
     std::optional<double> max_memory; // GiB; default: half of the machine's; 0: no bound
+    double time_limit = 0;            // seconds; 0: none
     std::optional<float> exposure;    // stops, if given
     bool auto_exposure = false;       // if neither is given: on for files; built-in scenes use 0
     std::string reference;
+    std::string resume;             // a picture to continue, or empty
     std::set<std::string> given;    // options with a value that were given
     std::vector<std::string> merge; // parts to merge instead of rendering
     std::string output;
@@ -44,6 +47,9 @@ struct Options {
 
 // Throws Error. With --help or any --list..., checks nothing else.
 Options parse_options(int argc, const char *const *argv);
+
+// Checks options against each other; call it once a resumed picture's are known. Throws Error.
+void check_options(const Options &options);
 
 // The text of --help.
 const char *options_help();

@@ -161,6 +161,7 @@ std::vector<NamedFile> setting_files(const Options &o) {
 }
 
 void check_file_names(const Options &options, std::vector<NamedFile> inputs) {
+    if (!options.resume.empty()) inputs.push_back({"--resume", options.resume});
     if (!options.reference.empty()) inputs.push_back({"--reference", options.reference});
     const fs::path exr = options.output, png = preview_path(exr);
     const auto as = [](const fs::path &one, const fs::path &other) {
@@ -171,7 +172,8 @@ void check_file_names(const Options &options, std::vector<NamedFile> inputs) {
                     "; give another name");
     for (const NamedFile &output : {NamedFile{"-o", exr}, NamedFile{"the preview of -o", png}})
         for (const NamedFile &input : inputs)
-            if (is_same_file(output.path, input.path))
+            if (!(output.role == "-o" && input.role == "--resume") &&
+                is_same_file(output.path, input.path))
                 throw Error(output.role + " would overwrite " + output.path.string() + ", which " +
                             input.role + " reads" + as(output.path, input.path) +
                             "; give the output another name");

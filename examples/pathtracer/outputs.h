@@ -16,7 +16,7 @@
 std::vector<NamedFile> setting_files(const Options &options);
 
 // Throws Error if an output is also the other output, the reference, or one of `inputs`, under any
-// name.
+// name. Only the --resume picture may be replaced by -o.
 void check_file_names(const Options &options, std::vector<NamedFile> inputs);
 
 class Outputs {

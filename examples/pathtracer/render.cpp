@@ -62,13 +62,18 @@ void render_tile(const Job &job, const Crop &tile, uint32_t count, PathCounters 
         for (int x = tile.x0; x < tile.x1; ++x) render_pixel(job, x, y, count, counters);
 }
 
-// Up to the job's count, or to a look that finds enough samples. All pixels have the same count.
+// Up to the job's count, or to a look that finds enough samples. Pixels of a block that a resumed
+// picture does not have catch up with the others first.
 void render_block(const Job &job, const Crop &block, PathCounters &counters) {
     const NoiseSettings &noise = job.settings->noise;
-    uint32_t count = film_pixel(*job.film, block.x0, block.y0).count;
-    while (count < job.count && !is_done(noise, *job.film, block, count)) {
-        count = std::min(next_look(noise, count), job.count);
+    uint32_t count = 0;
+    for (int y = block.y0; y < block.y1; ++y)
+        for (int x = block.x0; x < block.x1; ++x)
+            count = std::max(count, film_pixel(*job.film, x, y).count);
+    for (;;) {
         render_tile(job, block, count, counters);
+        if (count >= job.count || is_done(noise, *job.film, block, count)) return;
+        count = std::min(next_look(noise, count), job.count);
     }
 }
 
@@ -195,10 +200,22 @@ bool render_frame(const Integrator &integrator, const RenderSettings &settings, 
                   RenderTotals &totals,
                   const std::function<void(double, const RenderTotals &)> &progress,
                   const volatile std::sig_atomic_t &interrupted) {
-    for (uint32_t count = 0; count < settings.spp;) {
-        const uint32_t next = std::min(next_count(count), settings.spp);
+    const SampleCounts counts = film_counts(film);
+    const double limit = settings.time_limit;
+    for (uint32_t count = counts.least; count < settings.spp;) {
+        uint32_t next = std::min(next_count(count), settings.spp);
+        if (limit > 0 && count > counts.least) { // no more than what should fit
+            const double fitting =
+                (limit - totals.seconds) / totals.seconds * (count - counts.least);
+            if (fitting < 1) break;
+            if (fitting < next - count) next = count + static_cast<uint32_t>(fitting);
+        }
+        next = std::max(limit > 0 && count == counts.least ? count + 1 : next, counts.most);
         const auto go_on = [&](double fraction, const RenderTotals &so_far) {
-            progress((count + fraction * (next - count)) / settings.spp, so_far);
+            const double samples = count + fraction * (next - count) - counts.least;
+            progress(std::max(samples / (settings.spp - counts.least),
+                              limit > 0 ? std::min(so_far.seconds / limit, 1.0) : 0),
+                     so_far);
             return !interrupted;
         };
         if (!render_until(integrator, settings, next, film, totals, go_on)) return false;

@@ -16,6 +16,7 @@ struct RenderSettings {
     uint32_t first_sample = 0; // index of the first
     unsigned threads = 1;
     NoiseSettings noise = {}; // with a level, the film's crop must consist of whole blocks
+    double time_limit = 0;    // seconds, after which no pass over the picture starts; 0: none
 };
 
 // Statistics of rendering.
@@ -24,8 +25,8 @@ struct RenderTotals {
     PathCounters counters;
 };
 
-// Fills an empty film, with fewer samples where blocks are done. Calls progress(fraction done,
-// totals) from the calling thread a few times per second. Returns false soon after `interrupted`
+// Fills a film, which may hold samples already, with fewer where blocks are done or time is up; at
+// least one pass runs, and after it all pixels have the same number. Calls progress(fraction done, totals) from the calling thread a few times per second. Returns false soon after `interrupted`
 // becomes non-zero: pixels then have different numbers of samples. The film does not depend on the
 // number of threads or the crop.
 bool render_frame(const Integrator &integrator, const RenderSettings &settings, Film &film,

@@ -3,6 +3,7 @@
 #include "scene_camera.h"
 
 #include <charconv>
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 
@@ -85,6 +86,25 @@ void aim(Scene &scene, Point3d eye, Point3d target) {
 }
 
 } // namespace
+
+CameraChoice camera_parse(const std::string &text) {
+    CameraChoice choice;
+    uint32_t number = 0;
+    int read = 0;
+    if (std::sscanf(text.c_str(), "--camera %" SCNu32 " %n", &number, &read) == 1)
+        choice.number = number;
+    Point3d eye, target;
+    double fov = 0;
+    if (std::sscanf(text.c_str() + read, "--eye %lf,%lf,%lf --target %lf,%lf,%lf --fov %lf", &eye.x,
+                    &eye.y, &eye.z, &target.x, &target.y, &target.z, &fov) != 7 ||
+        !(fov > 0 && fov < 180))
+        throw Error("the picture's camera is '" + text +
+                    "', which cannot be read; give the camera");
+    choice.eye = eye;
+    choice.target = target;
+    choice.fov = fov;
+    return choice;
+}
 
 void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
     if (choice.number) {

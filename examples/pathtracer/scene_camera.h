@@ -32,6 +32,9 @@ struct SceneOptions {
 // distance. Throws Error.
 void scene_choose_camera(Scene &scene, const CameraChoice &choice);
 
+// The choice that a text of options names, with or without a number. Throws Error.
+CameraChoice camera_parse(const std::string &text);
+
 // The options that reproduce a camera: "--eye 0,1,5 --target 0,0,0 --fov 40".
 std::string camera_text(const Scene &scene, const Camera &camera);
 

@@ -18,7 +18,7 @@ from .inputs import hashes_of
 from .parts import FarmError, PartsFolder, split
 
 # Options of the path tracer that make no sense for a part.
-REFUSED = ("--merge", "--noise", "--min-spp", "--list", "--list-cameras", "--list-inputs")
+REFUSED = ("--merge", "--resume", "--time", "--noise", "--min-spp", "--allow-changed", "--list", "--list-cameras", "--list-inputs")
 # They concern the whole picture.
 FOR_MERGING = ("--exposure", "--reference")
 FILES = ("--scene", "--env", "--mask", "--reference")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// EXR: as a reference, as an environment, and as a picture to merge.
+// EXR: as a reference, as an environment, and as a picture to merge or resume.
 #include "environment.h"
 #include "exr.h"
 #include "reader_fuzzer.h"

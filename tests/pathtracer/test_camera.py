@@ -24,7 +24,7 @@ def test_the_listed_camera_is_the_one_of_the_scene(pathtracer, scene):
     given = pathtracer.render("--scene", scene, *SMALL, *options_of(line))
     own = pathtracer.render("--scene", scene, *SMALL)
     assert_same(read_layers(given), read_layers(own))
-    assert read_exr(own)[1]["camera"] == " ".join(options_of(line))
+    assert read_exr(own)[1]["camera"] == "--camera 0 " + " ".join(options_of(line))
 
 
 def test_eye_target_and_angle(pathtracer):
@@ -45,11 +45,11 @@ def test_eye_target_and_angle(pathtracer):
 
 
 def test_what_is_not_given_stays(pathtracer):
-    own = "--eye 278,273,-800 --target 278,273,0 --fov "
+    own = "--camera 0 --eye 278,273,-800 --target 278,273,0 --fov "
     camera = lambda *arguments: read_exr(pathtracer.render(*SMALL, *arguments))[1]["camera"]
     assert camera("--fov", 20) == own + "20"
-    assert camera("--eye", "278,273,-900").startswith("--eye 278,273,-900 --target 278,273,0 --fov 39.3")
-    assert camera("--target", "0,0,0").startswith("--eye 278,273,-800 --target 0,0,0 --fov 39.3")
+    assert camera("--eye", "278,273,-900").startswith("--camera 0 --eye 278,273,-900 --target 278,273,0 --fov 39.3")
+    assert camera("--target", "0,0,0").startswith("--camera 0 --eye 278,273,-800 --target 0,0,0 --fov 39.3")
 
 
 def test_the_place_of_a_file_is_its_own(pathtracer):

@@ -69,6 +69,8 @@ BAD_ARGUMENTS = """
     --mask builtin                               | --mask, blue
     --sampler mask --mask absent.png             | absent.png
     --reference absent.exr                       | absent.exr
+    --time 0                                     | --time, '0'
+    --time inf                                   | --time, 'inf'
     --merge                                      | --merge
     --merge absent.exr                           | absent.exr
     --scene --size 512x512                       | --scene needs a value, '--size'

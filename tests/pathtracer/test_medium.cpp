@@ -96,30 +96,6 @@ void test_walks_against_integrals(const char *sampler_name) {
         }
 }
 
-// Where the density is the same everywhere, the distances flown are exponential.
-void test_even_medium() {
-    const Medium medium =
-        medium_create({0, 0, 0}, {10, 1, 1}, {16, 2, 2}, {1, 1, 1}, 0, [](Vec3) { return 0.5f; });
-    const bn::Sampler sampler(bn::Kind::white);
-    Mean passed[4];
-    for (uint32_t i = 0; i < 100000; ++i) {
-        bn::Rng numbers = bn::Path(sampler, 3, 5, i).ray(0).rng(0);
-        const float distance =
-            medium_free_flight(medium, {{-1, 0.5f, 0.5f}, {1, 0, 0}}, 1e9f, numbers);
-        for (int k = 0; k < 4; ++k) passed[k].add(distance - 1 > static_cast<float>(2 * k + 1));
-    }
-    bn::Rng none = bn::Path(sampler, 3, 5, 7).ray(0).rng(1), fresh = none;
-    const Ray along = {{-1, 0.5f, 0.5f}, {1, 0, 0}};
-    for (const float end : {0.5f, 2.0f, 7.0f, 50.0f}) {
-        const float depth = 0.5f * std::clamp(end - 1, 0.0f, 10.0f);
-        const float share = medium_transmittance(medium, along, end, none);
-        CHECK(std::abs(share / std::exp(-depth) - 1) < 1e-5f, "%g passes as far as %g",
-              static_cast<double>(share), static_cast<double>(end));
-    }
-    CHECK(none.next_1d() == fresh.next_1d(), "an even medium draws numbers");
-    for (int k = 0; k < 4; ++k) check_mean(passed[k], std::exp(-0.5 * (2 * k + 1)), "exponential");
-}
-
 // A ray that misses the box, or ends before it, meets nothing and draws nothing.
 void test_rays_that_miss() {
     const Medium medium = ramp_medium();
@@ -252,17 +228,6 @@ Pixels pixels_of(Scene &scene, uint32_t spp, uint32_t max_depth, const char *nam
     return result;
 }
 
-// Fog that only absorbs: the sky behind it is dimmed by the exponential of its depth.
-void test_absorption() {
-    Medium medium = medium_create({-9, -9, -1}, {9, 9, 1}, {8, 8, 24}, {0, 0, 0}, 0,
-                                  [](Vec3 p) { return 0.4f + 0.3f * std::abs(p.z); });
-    Scene scene = fog_alone(std::move(medium), 1);
-    scene_finish(scene);
-    const double depth = optical_depth(*scene.medium, {{1, 0, 6}, {0, 0, -1}}, 20);
-    const Pixels seen = pixels_of(scene, 128, 8);
-    check_mean(seen.mean, std::exp(-depth), "absorbing fog"); // the view is 3 degrees wide
-}
-
 // Fog that loses nothing under an even sky cannot be told from it; nor can a white ball in it.
 void test_furnace() {
     for (const float g : {0.0f, 0.8f, -0.5f})
@@ -339,11 +304,9 @@ int main() {
     geometry_thread_begin();
     test_walks_against_integrals("white");
     test_walks_against_integrals("blue");
-    test_even_medium();
     test_rays_that_miss();
     test_ranges();
     test_phase();
-    test_absorption();
     test_furnace();
     test_single_scatter();
     test_beam_of_a_lamp();

@@ -43,6 +43,7 @@ def inputs(pathtracer):
     (["--scene", "scene.glb", "-o", "scene.exr"], ["-o", "--scene", "scene.glb"]),
     (["--merge", "ref.exr", "-o", "ref.exr"], ["-o", "--merge", "ref.exr"]),
     (["--merge", "part-as.png", "-o", "part-as.exr"], ["preview of -o", "--merge", "part-as.png"]),
+    (["--resume", "part-as.png", "-o", "part-as.exr"], ["preview of -o", "--resume", "part-as.png"]),
     # Names of files that do not exist yet
     (["-o", "to-own.exr"], ["-o", "preview of -o", "to-own.png"]),
     (["--env", "absent.exr", "-o", "absent.exr"], ["-o", "--env", "absent.exr"]),

@@ -1,10 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures in parts: regions and ranges of samples merged, and the error against a reference."""
 
-import signal
-import subprocess
-import time
-
 import numpy as np
 import OpenEXR
 import pytest
@@ -77,23 +73,6 @@ def test_merge_refuses_gaps(pathtracer):
     pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, *OUT, said=["samples 0 to 0 of pixel 20,0"])
 
 
-def test_merge_refuses_what_an_interruption_left_out(pathtracer):
-    common = ["--size", "96x64", "--max-depth", 1]
-    path = pathtracer.folder / "stopped.exr"
-    for attempt in range(20):  # until the counts are uneven
-        program = pathtracer.start(*common, "--spp", 100000, "--quiet", "-o", path, stderr=subprocess.DEVNULL)
-        time.sleep(0.3 + 0.05 * attempt)
-        program.send_signal(signal.SIGINT)
-        assert program.wait(timeout=60) == 128 + signal.SIGINT
-        count = read_layers(path)["count"]
-        if count.min() < count.max():
-            break
-    least, most = int(count.min()), int(count.max())
-    assert least < most
-    rest = pathtracer.render(*common, "--first-sample", most, "--spp", 2)
-    pathtracer.failure("--merge", path, rest, *OUT, said=[f"samples {least} to {most - 1}"])
-
-
 def test_a_damaged_part_is_refused_or_merged(pathtracer):
     """Whatever bit of its header or its pixels has turned over: one line, or a picture."""
     begun, rest = (pathtracer.render("--size", "8x8", "--spp", 1, "--first-sample", n) for n in (0, 1))
@@ -104,7 +83,7 @@ def test_a_damaged_part_is_refused_or_merged(pathtracer):
         damaged = bytearray(whole)
         damaged[rng.integers(8, 1800 if i % 3 else len(whole))] ^= 1 << rng.integers(8)
         begun.write_bytes(damaged)
-        done = pathtracer.run("--merge", begun, rest, *OUT)
+        done = pathtracer.run(*(["--merge", begun, rest] if i % 2 else ["--resume", begun, "--spp", 2]), *OUT)
         assert done.returncode in (0, 1), done.stderr
         if done.returncode == 1:
             refused += 1

@@ -401,7 +401,7 @@ def test_only_regular_files_are_read(pathtracer, kind):
         path, _ = write(pathtracer, f"a.{end}")
         refused(pathtracer, "--scene", path, "--allow-outside", words=[f"a.{end}", "not a regular file"])
     for arguments in (["--scene", "whole.glb"], ["--scene", "whole.obj"], ["--env", "a.exr"], ["--reference", "a.exr"],
-                      ["--merge", "a.exr"], ["--sampler", "mask", "--mask", "a.png"]):
+                      ["--merge", "a.exr"], ["--resume", "a.exr"], ["--sampler", "mask", "--mask", "a.png"]):
         refused(pathtracer, *arguments, words=[arguments[-1], "not a regular file"])
 
 
@@ -486,6 +486,7 @@ def test_no_control_characters_reach_the_terminal(pathtracer):
     put(pathtracer.folder / "scene1.obj", "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
     begun = pathtracer.render(*size, "--scene", "scene1.obj")
     put(begun, begun.read_bytes().replace(b"scene1.obj", b"\x1b]0;1m.obj"))
+    assert "]0;1m.obj" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)
     assert "]0;1m.obj" in said("--merge", begun, pathtracer.render(*size), "-o", "out.exr", code=1)
 
 
