@@ -114,6 +114,7 @@ static int largest(span node, const char *name, uint64_t least, uint64_t *found)
     const int count = attribute_integers(node, name, integers);
     *found = least;
     for (int i = 0; i < count; ++i) {
+        /* So many were read. NOLINTNEXTLINE(*-core.UndefinedBinaryOperatorResult) */
         if (integers[i] < 0) return 0;
         *found = larger(*found, times(1, (uint64_t)integers[i]));
     }

@@ -100,8 +100,10 @@ bn_result bn_sample_wavefront(const bn_sampler *sampler, const bn_wavefront *wav
         const bn_draw_lanes part = part_of(&w, at, count, own);
         draw_any(sampler, first_pair ? 0 : 1, dimensions, &part, u);
         for (uint32_t d = 0; d < dimensions; ++d) {
-            for (size_t i = 0; out[d] != NULL && i < count; ++i)
+            for (size_t i = 0; out[d] != NULL && i < count; ++i) {
+                /* draw_any() writes all of them. NOLINTNEXTLINE(*-core.uninitialized.Assign) */
                 out[d][at + i] = u[dimensions * i + d];
+            }
         }
     }
     return BN_SUCCESS;
