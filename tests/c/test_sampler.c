@@ -132,24 +132,10 @@ static void test_forms(void) {
     }
 }
 
-static void test_block(void) {
+/* tests/simd/block_equals_single.c compares the bits. */
+static void test_block_arguments(void) {
     enum { W = 37, H = 11, N = 7, COUNT = W * H * N * 4 };
     static float out[COUNT];
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 11);
-        static const int32_t starts[][2] = {{0, 0}, {-3, 126}, {INT32_MAX - W + 1, INT32_MIN}};
-        static const uint32_t firsts[] = {0, 250, UINT32_MAX - N + 1};
-        for (int start = 0; start < 3; ++start) {
-            int32_t x0 = starts[start][0], y0 = starts[start][1];
-            CHECK(bn_sample_block(&s, x0, y0, W, H, firsts[start], N, 3, out, COUNT) == BN_SUCCESS);
-            for (int i = 0; i < W * H * N; ++i) {
-                float u[4];
-                bn_sample_4d(&s, x0 + i / N % W, y0 + i / N / W, firsts[start] + (uint32_t)(i % N),
-                             3, u);
-                CHECK(memcmp(u, out + 4 * i, sizeof u) == 0);
-            }
-        }
-    }
     const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 0);
     const bn_result invalid = BN_ERROR_INVALID_ARGUMENT, mismatch = BN_ERROR_SIZE_MISMATCH;
     CHECK(bn_sample_block(NULL, 0, 0, W, H, 0, N, 0, out, COUNT) == invalid);
@@ -354,7 +340,7 @@ int main(void) {
     test_making();
     test_struct_size();
     test_forms();
-    test_block();
+    test_block_arguments();
     test_nets();
     test_nets_of_squares();
     test_no_repeats();

@@ -262,27 +262,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, capsys, monkeypatch):
     assert out.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [out]
 
 
-@pytest.mark.parametrize("bits", [8, 16])
-@pytest.mark.parametrize("channels", [1, 2, 3, 4])
-def test_png_of_any_depth_and_channels(bits, channels, tmp_path, capsys):
-    out = tmp_path / "mask.png"
-    arguments = ["mask", "--size", "12x10", "--method", "anneal", "--sweeps", "3", "--channels", str(channels)]
-    assert main([*arguments, "--bits", str(bits), "-o", str(out)]) == 0
-    assert lines(capsys) == ([], [])
-    ranks = bluenoise.mask((10, 12), method="anneal", sweeps=3, channels=channels).reshape(channels, 10, 12)
-    with Image.open(out) as picture:
-        assert picture.size == (12, 10) and f"channels {channels}" in picture.info["Description"]
-        pixels = np.asarray(picture).reshape(10, 12, -1)
-    if bits == 16 and channels == 2:
-        pixels = pixels[:, :, [0, 3]]  # Pillow reads grey and alpha as RGBA
-    values = np.moveaxis((2 * ranks.astype(np.int64) + 1) * 2 ** (bits - 1) // 120, 0, -1)
-    if bits == 16 and channels > 1:
-        values >>= 8  # Pillow reads the upper eight bits
-        data = out.read_bytes()
-        assert data[24:26] == bytes([16, {2: 4, 3: 2, 4: 6}[channels]])
-    np.testing.assert_array_equal(pixels, values)
-
-
 @pytest.mark.parametrize(("channels", "names"), [(1, "Y"), (2, "RG"), (3, "RGB"), (4, "RGBA")])
 def test_exr(channels, names, tmp_path, capsys):
     exr = pytest.importorskip("OpenEXR")
@@ -300,18 +279,6 @@ def test_exr(channels, names, tmp_path, capsys):
         assert main(["measure", "--json", "--channel" if channels > 1 else "--json",
                      *([str(number)] if channels > 1 else []), str(out)]) == 0
         assert json.loads(capsys.readouterr().out)["e_1"] == bluenoise.measure(own)["e_1"]
-
-
-def test_json_describes_the_mask(tmp_path, capsys):
-    out = tmp_path / "mask.png"
-    assert main(["mask", "--size", "8x4", "--seed", "random", "--sigma", "1.25", "--json", "-o", str(out)]) == 0
-    first = json.loads(capsys.readouterr().out)
-    assert first["size"] == [8, 4] and first["bits"] == 16 and first["channels"] == 1
-    assert first["method"] == "void-and-cluster" and first["options"] == {"sigma": 1.25}
-    again = ["mask", "--size", "8x4", "--seed", str(first["seed"]), "--sigma", "1.25", "-o", str(tmp_path / "b.png")]
-    assert main(again) == 0 and out.read_bytes() == (tmp_path / "b.png").read_bytes()
-    assert main(["mask", "--size", "8x4", "--seed", "random", "--json", "-o", str(out)]) == 0
-    assert json.loads(capsys.readouterr().out)["seed"] != first["seed"]
 
 
 def test_spectrum_as_json(tmp_path, capsys):

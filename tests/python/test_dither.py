@@ -69,14 +69,6 @@ def test_mask_tiles_from_the_first_texel():
     assert (out[8:16, 12:24] == out[:8, :12]).all()
 
 
-def test_any_layout():
-    image = np.random.default_rng(2).random((20, 30, 3))
-    expected = dither(image)
-    assert (dither(np.asfortranarray(image)) == expected).all()
-    assert (dither(image[::-1])[:, 0] == dither(np.ascontiguousarray(image[::-1]))[:, 0]).all()
-    assert (dither(image.tolist()) == expected).all()
-
-
 @pytest.mark.parametrize(
     ("image", "options", "error", "words"),
     [
@@ -124,13 +116,6 @@ def test_values_as_a_mask_are_the_thresholds(shape, levels, srgb):
         assert found.dtype == np.float32 and (found != expected).mean() < 1e-3  # within rounding of a threshold
     for value in (0, 1):
         assert (dither(np.full(shape, value, np.float32), levels, mask=np.zeros((3, 3)), srgb=srgb) == value).all()
-
-
-def test_windows_of_a_plane_dither_alike_where_they_overlap():
-    plane = to_float(mask((40, 40), seed=2))
-    image = np.random.default_rng(1).random((40, 40))
-    whole = dither(image, mask=plane)
-    assert (dither(image[5:25, 8:30], mask=plane[5:25, 8:30]) == whole[5:25, 8:30]).all()
 
 
 @pytest.mark.parametrize("kind", [np.uint32, np.float32])
@@ -211,9 +196,3 @@ class TestPictures:
             dither(self.picture("RGB").convert("HSV"))
         with pytest.raises(ValueError, match="mode"):
             dither(self.Image.fromarray(np.array([[70000]], np.int32)))
-
-
-def test_mask_of_a_mask_sampler_works_here_too():
-    ranks = mask((16, 16), seed=5)
-    assert (dither(np.full((16, 16), 0.25), mask=ranks) == (ranks >= 192)).all()
-    assert bluenoise.Sampler("mask", mask=ranks).mask.shape == (16, 16)

@@ -192,14 +192,6 @@ def test_out(method):
     assert (stack[1] == out).all() and not stack[::2].any()
 
 
-def test_out_of_channels_and_of_a_start():
-    out = np.zeros((2, 8, 8), np.uint32)
-    assert (mask((8, 8), out=out, channels=2, **QUICK) is out) and (out == mask((8, 8), channels=2, **QUICK)).all()
-    start = mask((16, 16), seed=1)
-    expected = mask((16, 16), start_from_ranks=start, **QUICK)
-    assert (mask((16, 16), start_from_ranks=start, out=start, **QUICK) == expected).all()
-
-
 def read_only(array):
     array.setflags(write=False)
     return array
@@ -221,16 +213,6 @@ def test_bad_out(out, error, words):
         with pytest.raises(error) as caught:
             mask((8, 8), method=method, out=out)
         assert all(word in str(caught.value) for word in words), str(caught.value)
-
-
-def test_seed_sequences():
-    children = np.random.SeedSequence(5).spawn(2)
-    one, two = (mask((8, 8), method="white", seed=child) for child in children)
-    assert (one != two).any()
-    assert (mask((8, 8), method="white", seed=children[0]) == one).all()
-    assert (mask((8, 8), method="white", seed=np.random.SeedSequence(5).spawn(1)[0]) == one).all()
-    with pytest.raises(ValueError, match="seed must be 0"):
-        mask((64, 64), method="builtin", seed=children[0])
 
 
 @pytest.mark.parametrize("method", ["void-and-cluster", "relax", "anneal", "white", "neural"])

@@ -211,32 +211,6 @@ def test_signals_stop_a_large_mask():
     assert large.mask((16, 16)).shape == (16, 16)
 
 
-def test_a_call_inside_the_progress_of_another_leaves_it_its_own():
-    """The outer call still reports, to its end, and can be cancelled."""
-    outer, inner = NeuralGenerator(ONE, threads=1), NeuralGenerator(TWO, threads=1)
-    fractions, calls = [], []
-
-    def progress(fraction):
-        fractions.append(fraction)
-        if len(fractions) <= 2:
-            inner.window(0, 0, 64, 64)
-            inner.mask((32, 32), progress=calls.append)
-
-    outer.mask((1500, 1500), progress=progress)
-    assert len(fractions) > 3 and fractions == sorted(fractions) and fractions[-1] == 1
-    assert calls.count(1) == 2
-
-    def stop(fraction):
-        inner.window(0, 0, 16, 16)
-        fractions.append(fraction)
-        return len(fractions) == 2
-
-    fractions.clear()
-    with pytest.raises(bluenoise.CancelledError):
-        outer.mask((1500, 1500), progress=stop)
-    assert len(fractions) == 2
-
-
 def test_out(one):
     two = NeuralGenerator(TWO)
     for generator, shape in ((one, (30, 40)), (two, (2, 30, 40))):
@@ -305,13 +279,6 @@ def in_onnxruntime(folder, model, noise):
     environment = {**os.environ, "ORT_DISABLE_TELEMETRY": "1"}
     subprocess.run([sys.executable, "-c", program, *paths], input=model, check=True, env=environment)
     return np.load(paths[1])
-
-
-def test_onnxruntime_itself_agrees(tmp_path):
-    """Models and noise follow their documentation: the package onnxruntime gives the same output."""
-    noise = NeuralGenerator.noise(10 - RADIUS, -RADIUS, 90 + 2 * RADIUS, 70 + 2 * RADIUS, seed=4)
-    expected = np.clip(in_onnxruntime(tmp_path, TWO, noise), 0, 1 - 2**-24)
-    np.testing.assert_allclose(NeuralGenerator(TWO).window(10, 0, 90, 70, seed=4), expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["neural.onnx", "neural_fast.onnx", "neural_vector.onnx"])

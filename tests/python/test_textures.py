@@ -161,19 +161,6 @@ def test_examples_compile(pack, from_png, tmp_path):
         assert done.returncode == 0, done.stdout
 
 
-def test_formats_and_sizes_can_be_chosen(tmp_path, capsys):
-    folder = tmp_path / "empty"
-    (folder / ".bluenoise-killed").mkdir(parents=True)  # what a killed run leaves
-    assert main(["textures", str(folder), "--sizes", "16", "--formats", "ktx2", "--sweeps", "1", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
-    assert facts == json.loads((folder / "pack.json").read_text())
-    assert {path.suffix for path in (folder / "masks").iterdir()} == {".ktx2"}
-    again = tmp_path / "again"
-    assert main(["textures", str(again), "--sizes", "16", "--formats", "ktx2", "--sweeps", "1"]) == 0
-    assert (again / "pack.json").read_bytes() == (folder / "pack.json").read_bytes()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["again", "empty"]
-
-
 @pytest.mark.parametrize(("arguments", "status", "message"), [
     (["used"], 1, "other files, such as mine.txt"), (["file"], 1, "not a folder"), (["no/where"], 1, "does not exist"),
     (["new", "--sizes", "17"], 2, "'17'"),

@@ -27,8 +27,6 @@ static const int pairs[FAMILIES - 1][2] = {{0, 1}, {2, 3}, {0, 2}, {0, 3}, {1, 2
 
 /* ---- The reference */
 
-/* */
-
 /* Direction numbers of dimensions 0 to 3: dimension 0 is the radical inverse; the others follow
  * from a primitive polynomial (degree, inner coefficients) and first numbers m. */
 static uint32_t directions[4][32];
@@ -64,8 +62,6 @@ static void joe_kuo(uint32_t index, uint32_t key, float u[4]) {
 }
 
 /* ---- Integrands: a product of two factors, each of two dimensions */
-
-/* */
 
 enum { ONE, PLANE, DISC, BUMP, PRODUCT };
 
@@ -173,8 +169,6 @@ static integrand make_integrand(int family, int k) {
 }
 
 /* ---- The ratios */
-
-/* */
 
 /* Adds the squared errors of one pixel at every count, in units of white noise at one sample. */
 static void add_errors(const integrand *members, const float (*u)[4], double squares[COUNTS]) {

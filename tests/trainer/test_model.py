@@ -108,13 +108,6 @@ def test_the_eight_symmetries(channels):
         assert same(model.torus(change(noise)), change(values))
 
 
-@pytest.mark.parametrize("margin", [0, 3, 5, 6, 18])
-def test_margins_may_be_wider_than_the_torus(margin):
-    values = rand(2, 2, 5, 7)
-    ys, xs = (torch.arange(-margin, extent + margin) % extent for extent in (5, 7))
-    assert torch.equal(wrap(values, margin), values[:, :, ys][:, :, :, xs])
-
-
 @CHANNELS
 def test_all_parameters_are_in_the_vector(channels):
     model, other = network(channels), network(channels, seed=2)
@@ -130,13 +123,6 @@ def test_all_parameters_are_in_the_vector(channels):
         for name, spread in (("scale", 0.5), ("keep", 0.05), ("inner", 0.15), ("outer", 0.3), ("surround", 0.15),
                              ("sharpness", 0.3), ("sharpness_slope", 0.3)):
             assert torch.allclose(getattr(step, name), getattr(before, name) + spread, atol=1e-6), name
-
-
-def test_sharpness_can_be_left_alone():
-    model = Relaxation([2, 4])
-    frozen = torch.cat([torch.full((p.numel(),), "sharpness" in name) for name, p in model.named_parameters()])
-    assert torch.equal(model.spreads(False) == 0, frozen) and torch.equal(model.spreads(False)[~frozen], model.spreads()[~frozen])
-
 
 
 @CHANNELS

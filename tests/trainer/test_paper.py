@@ -66,26 +66,12 @@ def test_histogram_loss_by_hand():
     assert torch.allclose(masks.grad[0], torch.tensor([[0.5 - 1 / 3, 1 / 3 - 0.2], [-0.1, 0]]) * 2 / 4, atol=1e-6)
 
 
-def test_paper_loss_weighs_the_three():
-    masks = paper.white_noise(8, 1, range(2))
-    total, terms = paper.paper_loss(masks, TINY, paper.low_frequency_weights(8))
-    assert total.item() == pytest.approx(0.01 * terms["uniform"].item() + 2.2 * terms["histogram"].item()
-                                         + 0.1 * terms["blue"].item(), rel=1e-5)
-
-
 def test_white_noise_depends_on_its_index_alone():
     many = paper.white_noise(16, 5, range(100))
     assert torch.equal(many[40:42], paper.white_noise(16, 5, [40, 41]))
     assert not torch.equal(many[40], paper.white_noise(16, 6, [40])[0])
     assert many.min() >= -1 and many.max() < 1
     assert abs(many.mean()) < 5 * (1 / 3 / many.numel()) ** 0.5  # five deviations: false alarm below 1e-6
-
-
-def test_every_epoch_takes_every_input_once():
-    for epoch in range(2):
-        first = epoch * TINY.iterations_per_epoch
-        taken = np.concatenate([paper.batch_indices(TINY, first + i) for i in range(TINY.iterations_per_epoch)])
-        assert sorted(taken) == list(range(TINY.inputs))
 
 
 def test_training_lowers_the_loss(tmp_path):

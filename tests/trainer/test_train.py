@@ -98,20 +98,6 @@ def test_the_search_bears_noise():
     assert float((search.mean - TARGET).square().mean()) < 0.1**2
 
 
-def test_candidates_without_a_loss_are_the_worst():
-    search, other = search_of(), search_of()
-    for bad in (math.nan, math.inf):
-        losses = search.candidates().square().sum(1)
-        assert torch.equal(other.candidates(), search.candidates())
-        worst = losses.argsort()[-6:]
-        search.learn(losses)
-        losses[worst] = bad
-        other.learn(losses)
-        assert torch.equal(search.mean, other.mean)
-    search.learn(torch.full((12,), math.nan, dtype=torch.float64) + 0 * search.candidates()[:, 0])
-    assert search.mean.isfinite().all() and search.candidates().isfinite().all()
-
-
 def test_a_restored_search_goes_on_exactly():
     search, other = search_of(), search_of(step=0.2)
     for _ in range(5):
