@@ -225,6 +225,8 @@ static int print_rows(char rows[ROWS][LINE]) {
     for (uint32_t i = 0; i < MASK_WIDTH * MASK_HEIGHT; ++i) {
         ranks[i] = (i * 49u + 7u) % (MASK_WIDTH * MASK_HEIGHT);
     }
+    o.kind = BN_SAMPLER_MASK;
+    o.samples_per_pixel = 0;
     o.mask_ranks = ranks;
     o.mask_width = MASK_WIDTH;
     o.mask_height = MASK_HEIGHT;
