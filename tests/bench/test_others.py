@@ -32,11 +32,9 @@ def test_crops_stay_where_they_are():
 def checkout(tmp_path):
     """A folder that looks like Cycles."""
     folder = tmp_path / "cycles"
-    for name in ("src/kernel/sample", "src/app", "src/session", "lib/linux_x64", "examples"):
+    for name in ("src/kernel/sample", "examples"):
         (folder / name).mkdir(parents=True)
     (folder / "src/kernel/sample/pattern.h").write_text("first\n")
-    for path, before, _ in cycles_build.CHANGES:
-        (folder / path).write_text(f"before {before} after\n")
     (folder / "examples/scene_monkey.xml").write_text('<cycles>\n<camera type="perspective" fov="0.5"/>\n</cycles>\n')
     git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@b")
     for command in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
@@ -44,29 +42,11 @@ def checkout(tmp_path):
     return folder
 
 
-def test_a_copy_is_patched_and_what_is_the_same_stays(checkout, tmp_path, monkeypatch):
-    patch = tmp_path / "a.patch"
-    patch.write_text("--- a/src/kernel/sample/pattern.h\n+++ b/src/kernel/sample/pattern.h\n@@ -1 +1,2 @@\n first\n+second\n")
-    monkeypatch.setattr(cycles_build, "PATCH", patch)
-    folder = tmp_path / "cache"
-    folder.mkdir()
-    cycles_build.prepare(checkout, folder)
-    copy = folder / "src"
-    assert (copy / "src/kernel/sample/pattern.h").read_text() == "first\nsecond\n"
-    for path, _, after in cycles_build.CHANGES:
-        assert (copy / path).read_text() == f"before {after} after\n"
-    assert (copy / "src/kernel/sample/blue.h").read_text() == (cycles_build.OWN / "blue.h").read_text()
-    assert not (copy / "lib").exists() and (checkout / "src/kernel/sample/pattern.h").read_text() == "first\n"
-    # Again with another patch: only what it changes is new.
-    times = {path: path.stat().st_mtime_ns for path in copy.rglob("*") if path.is_file()}
-    patch.write_text(patch.read_text().replace("second", "third"))
-    cycles_build.prepare(checkout, folder)
-    assert {path.name for path, old in times.items() if path.stat().st_mtime_ns != old} == {"pattern.h"}
+def test_a_checkout_of_something_else_is_refused(checkout, tmp_path):
     with pytest.raises(RenderError, match=f"checkout {cycles_build.TAG}"):
         cycles_build.check(checkout)
     with pytest.raises(RenderError, match="is no checkout of pbrt-v4; run git clone --recursive"):
         pbrt_build.check(tmp_path)
-    assert pbrt_build.missing(tmp_path) == [pbrt_build.MASKS, pbrt_build.POINTS]
 
 
 class Made:

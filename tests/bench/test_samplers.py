@@ -48,13 +48,6 @@ def test_samples_are_uniform_and_differ(programs, pathtracer):
     assert len({samples.tobytes() for samples in drawn}) == len(drawn)
 
 
-@pytest.mark.parametrize("arguments", [["--samples", "pink", "1"], ["--samples", "blue", "0"], ["--peer", "x=y"],
-                                       ["--max-spp", "0"], ["--max-spp", "4x"], ["--domains", "17"], ["--figures"]])
-def test_wrong_arguments_get_the_usage(programs, arguments):
-    done = subprocess.run([programs["bench_samplers"], *arguments], check=False, capture_output=True, text=True)
-    assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("usage: bench_samplers")
-
-
 @pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a folder"),
                                              (["--openqmc", "nowhere"], "nowhere/include/oqmc/oqmc.h does not exist")])
 def test_bench_refuses_what_is_no_checkout(tmp_path, words, said):

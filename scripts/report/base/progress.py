@@ -36,11 +36,6 @@ class Progress:
             left = f"{rate:.3g} {self.unit}/s, {duration((self.total - done) / rate)} left" if rate else ""
             print(f"\r{100 * done / self.total:5.1f} %  {what}  {left}\033[K", end="", file=self.stream, flush=True)
 
-    def say(self, text):
-        """A line that stays, on standard output, above the progress."""
-        self.close()
-        print(text, flush=True)
-
     def close(self):
         if self.shown:
             print("\r\033[K", end="", file=self.stream, flush=True)

@@ -109,13 +109,6 @@ def relative_rmse(image, reference):
     return float(np.sqrt(np.mean(relative_error(image, reference) ** 2)))
 
 
-def fireflies(picture):
-    """The pixels more than ten times as bright as the second brightest of their neighbours and as the mean, as in the path tracer."""
-    light = picture @ LUMINANCE
-    second = ndimage.rank_filter(light, -2, footprint=[[1, 1, 1], [1, 0, 1], [1, 1, 1]], mode="constant")
-    return int(np.sum(light > 10 * np.maximum(second, light.mean())))
-
-
 def all_errors(image, reference, exposure=0.0):
     """{measure: error} for all of MEASURES."""
     errors = {"rmse": _difference(image, reference),

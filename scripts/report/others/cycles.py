@@ -119,7 +119,7 @@ class CyclesRun(OtherRun):
 # ---- The report
 
 class Report(OtherReport):
-    TITLE, SCENES, SPREAD = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure")
+    TITLE, SCENES, SPREAD, INTERVALS = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure"), HEADLINE
     INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
 samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`, less than 1 that `blue` has more. They are geometric
 means over scenes and seeds; in brackets is the 95 % interval of a bootstrap over both. Errors are root mean squares over the pixels and

@@ -212,6 +212,8 @@ class OtherReport:
     options: of finish_options(); references: {view: Reference}; samplers: that were compared, blue the last, after the one that times
     are relative to, the first. thans: {what blue is compared with: its name}; sets: {title: scenes} over which figures are."""
 
+    INTERVALS = MEASURES
+
     def __init__(self, options, cells, references, samplers, thans, sets):
         self.options, self.cells, self.references, self.counts = options, cells, references, options.counts
         self.samplers, self.thans, self.sets = tuple(samplers), thans, {}
@@ -226,9 +228,10 @@ class OtherReport:
         return self.thans.get(label, f"`{label}`")
 
     def ratios(self, own, measure, counts=None, thans=None):
-        """One row per sampler: its error over blue's."""
+        """One row per sampler: its error over blue's, with intervals for measures of INTERVALS."""
         return gains.table("error over `blue`'s, at spp", counts or self.counts, {
-            name: functools.partial(lambda than, spp: own.gain("blue", spp, measure, than), than) for than, name in (thans or self.thans).items()})
+            name: functools.partial(lambda than, spp: own.gain("blue", spp, measure, than), than) for than, name in (thans or self.thans).items()},
+            gains.Gain.text if measure in self.INTERVALS else gains.value_text)
 
     def summary(self, thans=None):
         """The table of the guide, over the first set: as displayed, and in brackets raw."""

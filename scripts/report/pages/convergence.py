@@ -32,7 +32,6 @@ from ..measure.image_error import (
     all_errors,
     blurred,
     error_image,
-    fireflies,
     luminance_error,
     radial_spectrum,
     spectrum_image,
@@ -219,17 +218,12 @@ def text_table(lines):
     return "".join(line[0].ljust(widths[0]) + "  " + "  ".join(c.rjust(w) for c, w in zip(line[1:], widths[1:])) + "\n" for line in lines)
 
 
-def notes_of(options, reference, last):
-    notes = [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
-             "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
-             "visible from a distance. As displayed, pictures are exposed and clipped first. Seconds count rendering only, "
-             "on one thread."]
-    found = {sampler: fireflies(picture) for sampler, picture in last.items()}
-    if any(found.values()):
-        notes.append(f"Fireflies at {options.counts[-1]} samples per pixel: {', '.join(f'{count} with {name}' for name, count in found.items())}. "
-                     "These few pixels can dominate the RMSE, which then says little about the rest of the picture.")
+def notes_of(options, reference):
     own = ", ".join(f"{reference.own[name]:.5f} ({MEASURES[name]})" for name in ("rmse", "rmse_1.0", "rmse_2.1"))
-    return [*notes, f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
+    return [f"Scene {options.scene}, {options.size[0]}x{options.size[1]} pixels: medians over {options.seeds} seeds. RMSE is the root mean square "
+            "over pixels and channels of linear radiance; sigma is the Gaussian blur, in pixels, before the error is measured: what remains "
+            "visible from a distance. As displayed, pictures are exposed and clipped first. Seconds count rendering only, on one thread.",
+            f"Reference: sampler sobol, {reference.spp} samples per pixel, a different seed. Its own error is about {own}; errors close to "
             "that are unreliable."]
 
 
@@ -286,7 +280,7 @@ def run(arguments):
         path = options.out / f"{label}_{spp}.exr"
         write_exr(path, picture, {"sampler": label, "spp": spp, "scene": options.scene})
         write_image(path.with_suffix(".png"), preview(picture, options.exposure))
-    notes = notes_of(options, reference, {label: pictures[label, options.counts[-1]] for label in options.samplers})
+    notes = notes_of(options, reference)
     fields = ("sampler", "spp", "seconds", *MEASURES)
     write_rows(options.out / "convergence.csv", fields,
                [{name: {**row, "sampler": label}.get(name, "") for name in fields} for label, own in rows.items() for row in own])

@@ -26,7 +26,7 @@ from .renders import REFERENCE_SPP
 
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
 LABELS = ("white", "sobol", "blue")
-SHOWN = ("relative", "displayed_2.1")
+SHOWN = ("relative", "displayed")
 TIME_MEASURE = f"plain:{equal_quality.MEASURE}"
 
 
