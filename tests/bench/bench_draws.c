@@ -6,14 +6,8 @@
  * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
  * indices, pixel after pixel. Forms: `single` calls bn_sample_4d() of the library; `inline` does the same
  * with that of bn_draw.h; `later` is `inline` with the indices 256, 496, 736 ... 3856; `peer` is another
- * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `domain`
- * calls bn_domain_child() alone, `block` calls bn_sample_block() for 16 indices of 64 x 24 pixels.
- *
- * Draws are of four dimensions; -1d, -2d and -second after `single`, `inline`, `many` and `peer` are
- * of dimension 0, of dimensions (0, 1) and of (2, 3) alone.
- *
- * Six rays, each with four numbers and two choices more: `ray` takes them from bn_path.h, and
- * `ray-by-hand` spells out the same domains; the time is for one ray.
+ * library in its own way (bench_openqmc.cpp, with -DBN_OPENQMC=DIR). And without domains: `block`
+ * calls bn_sample_block() for 16 indices of 64 x 24 pixels. Draws are of four dimensions.
  *
  * The same draws as the lanes of a wavefront, whose arguments and results are arrays: `lanes` calls
  * bn_sample_4d() of the library for each, `many` bn_sample_many() for all of them. `lanes-shuffled` and
@@ -24,19 +18,7 @@
  * falls out; `instances` is their number. */
 #include <bn/bn.h>
 
-/* Calls of the library, before bn_path.h puts inline functions in their place. */
-static inline float call_1d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                            uint32_t domain) {
-    return bn_sample_1d(sampler, x, y, index, domain);
-}
-static inline void call_2d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                           uint32_t domain, float out[2]) {
-    bn_sample_2d(sampler, x, y, index, domain, out);
-}
-static inline void call_pair(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
-                             uint32_t domain, uint32_t pair, float out[2]) {
-    bn_sample_pair(sampler, x, y, index, domain, pair, out);
-}
+/* The call of the library, before bn_path.h puts an inline function in its place. */
 static inline void call_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint32_t index,
                            uint32_t domain, float out[4]) {
     bn_sample_4d(sampler, x, y, index, domain, out);
@@ -91,61 +73,10 @@ typedef float form(const bn_sampler *sampler, int32_t y0, float *block);
 #define INLINE_CHILD bn_draw_domain_child(BN_DOMAIN_ROOT, key)
 
 FORM(draw_single, call_4d(sampler, x, y, index, CHILD, u))
-FORM(draw_single_1d, u[0] = call_1d(sampler, x, y, index, CHILD))
-FORM(draw_single_2d, call_2d(sampler, x, y, index, CHILD, u))
-FORM(draw_single_second, call_pair(sampler, x, y, index, CHILD, 1, u))
 FORM(draw_inline, bn_sample_4d(sampler, x, y, index, INLINE_CHILD, u))
-FORM(draw_inline_1d, u[0] = bn_sample_1d(sampler, x, y, index, INLINE_CHILD))
-FORM(draw_inline_2d, bn_sample_2d(sampler, x, y, index, INLINE_CHILD, u))
-FORM(draw_inline_second, bn_sample_pair(sampler, x, y, index, INLINE_CHILD, 1, u))
 
 /* From the first index on that the tables of BLUE do not hold. */
 FORM(draw_later, bn_sample_4d(sampler, x, y, 256 + 240 * index, INLINE_CHILD, u))
-
-/* The rays of a path, with two choices each. */
-static float draw_ray(const bn_sampler *sampler, int32_t y0, float *block) {
-    float sum = 0.0f;
-    (void)block;
-    for (int32_t y = y0; y < y0 + HEIGHT; ++y) {
-        for (int32_t x = 0; x < WIDTH; ++x) {
-            for (uint32_t index = 0; index < INDICES; ++index) {
-                const bn_path path = bn_path_start(x, y, index, 0);
-                for (uint32_t key = 0; key < DOMAINS; ++key) {
-                    float u[4];
-                    bn_ray ray = bn_path_ray(&path, key);
-                    bn_ray_draw(sampler, &ray, u);
-                    sum += u[0] + u[1] + u[2] + u[3];
-                    sum += bn_ray_1d(sampler, &ray);
-                    sum += bn_ray_1d(sampler, &ray);
-                }
-            }
-        }
-    }
-    return sum;
-}
-
-static float draw_ray_by_hand(const bn_sampler *sampler, int32_t y0, float *block) {
-    float sum = 0.0f;
-    (void)block;
-    FOR_DRAWS {
-        float u[4], choices[2];
-        const uint32_t ray = bn_draw_domain_child(BN_DOMAIN_ROOT, key < 3 ? key : key + 1);
-        bn_sample_4d(sampler, x, y, index, ray, u);
-        bn_sample_pair(sampler, x, y, index, bn_draw_domain_child(ray, 0), 2, choices);
-        sum += u[0] + u[1] + u[2] + u[3];
-        sum += choices[0];
-        sum += choices[1];
-    }
-    return sum;
-}
-
-static float draw_domain(const bn_sampler *sampler, int32_t y0, float *block) {
-    uint32_t domain = (uint32_t)y0;
-    (void)sampler;
-    (void)block;
-    for (uint32_t i = 0; i < DRAWS; ++i) domain = bn_domain_child(domain, i);
-    return (float)domain;
-}
 
 static float draw_block(const bn_sampler *sampler, int32_t y0, float *block) {
     if (bn_sample_block(sampler, 0, y0, WIDTH, HEIGHT * DOMAINS, 0, INDICES, 1, block, 4 * DRAWS) !=
@@ -190,21 +121,12 @@ static float lanes_of(const bn_sampler *sampler, const struct wavefront *w, floa
     return block[0] + block[4 * DRAWS - 1];
 }
 
-static float many_of(const bn_sampler *sampler, const struct wavefront *w, uint32_t dimensions,
-                     float *block) {
-    if (bn_sample_many(sampler, DRAWS, w->x, w->y, w->index, w->domain, dimensions, block,
-                       dimensions * DRAWS) != BN_SUCCESS) {
-        exit(1);
-    }
-    return block[0] + block[dimensions * DRAWS - 1];
-}
-
-static float second_pairs(const bn_sampler *sampler, const struct wavefront *w, float *block) {
-    if (bn_sample_many_pair(sampler, DRAWS, w->x, w->y, w->index, w->domain, 1, block, 2 * DRAWS) !=
+static float many_of(const bn_sampler *sampler, const struct wavefront *w, float *block) {
+    if (bn_sample_many(sampler, DRAWS, w->x, w->y, w->index, w->domain, 4, block, 4 * DRAWS) !=
         BN_SUCCESS) {
         exit(1);
     }
-    return block[0] + block[2 * DRAWS - 1];
+    return block[0] + block[4 * DRAWS - 1];
 }
 
 #define WAVEFRONT(name, call)                                                                      \
@@ -213,20 +135,16 @@ static float second_pairs(const bn_sampler *sampler, const struct wavefront *w, 
         return call;                                                                               \
     }
 
-WAVEFRONT(draw_many_1d, many_of(sampler, &in_order, 1, block))
-WAVEFRONT(draw_many_2d, many_of(sampler, &in_order, 2, block))
-WAVEFRONT(draw_many_second, second_pairs(sampler, &in_order, block))
 WAVEFRONT(draw_lanes, lanes_of(sampler, &in_order, block))
 WAVEFRONT(draw_lanes_shuffled, lanes_of(sampler, &shuffled, block))
-WAVEFRONT(draw_many, many_of(sampler, &in_order, 4, block))
-WAVEFRONT(draw_many_shuffled, many_of(sampler, &shuffled, 4, block))
+WAVEFRONT(draw_many, many_of(sampler, &in_order, block))
+WAVEFRONT(draw_many_shuffled, many_of(sampler, &shuffled, block))
 
 typedef struct row {
     const char *sampler, *form_name;
     form *draw; /* or null: */
     const bn_sampler *instance;
     const bench_peer *peer;
-    int peer_draw;
     double best;
 } row;
 
@@ -234,7 +152,7 @@ static void measure(row *r, unsigned round, float *block) {
     int32_t y0 = (int32_t)(round % 16u * HEIGHT);
     double start = now(), elapsed;
     sink = r->draw != NULL ? r->draw(r->instance, y0, block)
-                           : r->peer->draw[r->peer_draw](y0, WIDTH, HEIGHT, INDICES, DOMAINS);
+                           : r->peer->draw(y0, WIDTH, HEIGHT, INDICES, DOMAINS);
     elapsed = (now() - start) / DRAWS;
     if (elapsed < r->best) r->best = elapsed;
 }
@@ -244,27 +162,16 @@ int main(int argc, char **argv) {
         const char *name;
         form *draw;
     } forms[] = {{"single", draw_single},
-                 {"single-1d", draw_single_1d},
-                 {"single-2d", draw_single_2d},
-                 {"single-second", draw_single_second},
                  {"block", draw_block},
                  {"lanes", draw_lanes},
                  {"many", draw_many},
-                 {"many-1d", draw_many_1d},
-                 {"many-2d", draw_many_2d},
-                 {"many-second", draw_many_second},
                  {"lanes-shuffled", draw_lanes_shuffled},
                  {"many-shuffled", draw_many_shuffled},
                  /* Of the other kinds these are calls of the library. */
                  {"inline", draw_inline},
-                 {"inline-1d", draw_inline_1d},
-                 {"inline-2d", draw_inline_2d},
-                 {"inline-second", draw_inline_second},
-                 {"later", draw_later},
-                 {"ray", draw_ray},
-                 {"ray-by-hand", draw_ray_by_hand}};
-    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 7, PEER_DRAWS = 3 };
-    static row rows[FORMS * KINDS + 1 + PEER_DRAWS * BENCH_PEERS];
+                 {"later", draw_later}};
+    enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 2 };
+    static row rows[FORMS * KINDS + BENCH_PEERS];
     bn_sampler samplers[KINDS];
     unsigned rounds = 400;
     int count = 0;
@@ -284,14 +191,9 @@ int main(int argc, char **argv) {
                                   .best = 1e30};
         }
     }
-    rows[count++] = (row){"-", "domain", draw_domain, &samplers[0], NULL, 0, 1e30};
     for (int i = 0; i < bench_peer_count; ++i) {
-        const bench_peer *peer = &bench_peers[i];
-        static const char *const names[PEER_DRAWS] = {"peer-1d", "peer-2d", "peer"};
-        for (int k = 0; k < PEER_DRAWS; ++k) {
-            rows[count++] = (row){peer->name, names[k], NULL, NULL, peer, k, 1e30};
-            sink = peer->draw[k](0, 1, 1, 1, 1); /* fills its tables */
-        }
+        rows[count++] = (row){bench_peers[i].name, "peer", NULL, NULL, &bench_peers[i], 1e30};
+        sink = bench_peers[i].draw(0, 1, 1, 1, 1); /* fills its tables */
     }
     if (argc > 1) {
         char *end = argc == 3 && strcmp(argv[1], "--rounds") == 0 ? argv[2] : NULL;

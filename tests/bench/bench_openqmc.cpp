@@ -22,7 +22,7 @@ const void *cache() {
     return filled.data();
 }
 
-template <typename Sampler, int Dimensions>
+template <typename Sampler>
 float draw(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t domains) {
     const void *tables = cache<Sampler>();
     float sum = 0;
@@ -32,7 +32,7 @@ float draw(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t
                 const Sampler root(x, y, 0, static_cast<int>(index), tables);
                 for (uint32_t key = 0; key < domains; ++key) {
                     float u[4] = {};
-                    root.newDomain(static_cast<int>(key)).template drawSample<Dimensions>(u);
+                    root.newDomain(static_cast<int>(key)).template drawSample<4>(u);
                     sum += u[0] + u[1] + u[2] + u[3];
                 }
             }
@@ -58,7 +58,7 @@ void read_row(uint32_t seed, uint32_t parent, uint32_t key, int32_t y, int32_t w
 
 template <typename Sampler>
 constexpr bench_peer peer(const char *name) {
-    return {name, {draw<Sampler, 1>, draw<Sampler, 2>, draw<Sampler, 4>}, read_row<Sampler>};
+    return {name, draw<Sampler>, read_row<Sampler>};
 }
 
 } // namespace

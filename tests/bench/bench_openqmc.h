@@ -11,9 +11,9 @@ extern "C" {
 
 typedef struct bench_peer {
     const char *name; /* as the path tracer has it */
-    /* Draws of 1, 2 and 4 dimensions as a path makes them: `domains` for each index of each pixel of
-     * the rows from y0 on. The sum of all numbers, so that none is left out. */
-    float (*draw[3])(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t domains);
+    /* Draws of 4 dimensions as a path makes them: `domains` for each index of each pixel of the
+     * rows from y0 on. The sum of all numbers, so that none is left out. */
+    float (*draw)(int32_t y0, int32_t width, int32_t height, uint32_t indices, uint32_t domains);
     /* A row of pixels in a child of a child of the root, by these keys: out[width][count][4]. */
     void (*read_row)(uint32_t seed, uint32_t parent, uint32_t key, int32_t y, int32_t width,
                      uint32_t count, float *out);

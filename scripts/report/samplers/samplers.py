@@ -145,7 +145,7 @@ def plot_spp(rows, path):
 def draws_table(draws):
     forms = ("inline", "single", "block", "peer")
     found, rows = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}, []
-    for name in dict.fromkeys(row["sampler"] for row in draws if row["form"] != "domain"):
+    for name in dict.fromkeys(row["sampler"] for row in draws):
         cells = [f"{found[name, form]:.1f}" if (name, form) in found else "" for form in forms]
         ratio = f"{found[name, 'peer'] / found['blue', 'inline']:.2f}" if (name, "peer") in found else ""
         rows.append([name, *cells, ratio])
@@ -275,7 +275,7 @@ def run(arguments):
         rows, draws = map(read_or_say, files)
     else:
         others = peers.chosen(options.openqmc, options.pathtracer)
-        draws = [row for row in run_bench(options.draws, []) if not row["form"].startswith("peer") or row["sampler"] in others]
+        draws = [row for row in run_bench(options.draws, []) if row["form"] != "peer" or row["sampler"] in others]
         rows = run_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
         for path, found in zip(files, (rows, draws)):
             write_rows(path, list(found[0]), found)
