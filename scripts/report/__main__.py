@@ -27,7 +27,7 @@ def main(arguments):
     part, *options = arguments
     folder = next(folder for folder, parts in PARTS.items() if part in parts)
     module = importlib.import_module(f"report.{folder}.{part}")
-    run_or_say_why(module.run, options, "convergence" if part == "convergence" else "bench")
+    run_or_say_why(module.run, options, "demo" if part == "convergence" else "bench")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/convergence and scripts/demo: a tiny run with its page, and error messages."""
+"""scripts/demo: a tiny run with its page, and error messages."""
 
 import csv
 import json

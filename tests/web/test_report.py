@@ -16,7 +16,7 @@ def address(tmp_path_factory):
     """The page with noise for pictures."""
     folder, rng = tmp_path_factory.mktemp("report"), np.random.default_rng(4)
     reference = Reference(Path(), np.full((256, 256, 3), 0.5, np.float32), dict.fromkeys(convergence.MEASURES, 0.0), 0.0, 0.0, 64, 1.0)
-    options = convergence.parse_options(["cornell", "--demo", "--out", str(folder)])
+    options = convergence.parse_options(["--out", str(folder)])
     pictures = {(s, n): (reference.picture + rng.normal(0, e / n, (256, 256, 1))).astype(np.float32)
                 for s, e in ERRORS.items() for n in options.counts}
     rows = {s: [{"spp": n, "seconds": 0.1 * n, **dict.fromkeys(convergence.MEASURES, e / n),

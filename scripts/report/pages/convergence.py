@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How samplers converge on one scene, including your own: `scripts/convergence my.gltf`, and `scripts/demo` for the Cornell box
+"""How samplers converge on one scene, including your own: `scripts/demo my.gltf`; without a scene, on the Cornell box
 
 Renders a reference and progressive runs of each sampler, and measures the error at every count and seed. Writes report.html with a
 slider that compares two pictures, enlarged parts, error images and their spectra, and plots of error against samples and time; the
@@ -47,7 +47,7 @@ PLOTTED = {"rmse_2.1": "RMSE after a blur of 2.1 pixels", "rmse": "RMSE"}
 ERROR = "rmse_2.1"  # what is shown beside the pictures
 SEEDS_FOR_RATIO = 3  # with fewer seeds, intervals are too wide
 SAMPLERS = ("white", "sobol", "blue")
-# scripts/demo: all counts are steps of one run, which is where padded Sobol' falls back. The scene is dark except for its lamp.
+# Without a scene: all counts are steps of one run, which is where padded Sobol' falls back. The scene is dark except for its lamp.
 DEMO = {"counts": (*range(1, 17), 64), "shown": (*range(1, 17), 64), "galleries": (1, 3, 4, 16), "start": 3, "exposure": 1.0,
         "seeds": 6, "printed": (1, 2, 3, 4, 6, 8, 12, 16, 64)}
 
@@ -231,9 +231,9 @@ def notes_of(options, reference):
 
 def parse_options(arguments):
     parser = argparse.ArgumentParser(
-        prog="scripts/convergence", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
-        epilog="Arguments after -- are passed to the path tracer: scripts/convergence my.gltf -- --env sky.exr")
-    parser.add_argument("scene", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
+        prog="scripts/demo", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
+        epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
+    parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
                         help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest number of samples per pixel (default 64)")
@@ -244,16 +244,17 @@ def parse_options(arguments):
     parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
                         help=f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS} (default 2048)")
     parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="runs at a time, one thread each (default 2)")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/convergence/SCENE)")
-    parser.add_argument("--demo", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo, or out/demo/SCENE)")
     add_pathtracer(parser)
     arguments, more = split_more(arguments)
     options = parser.parse_args(arguments)
-    options.out = options.out or Path("out/convergence") / scene_label(options.scene)
+    settings = {} if options.scene else DEMO
+    options.out = options.out or Path("out/demo") / (scene_label(options.scene) if options.scene else "")
+    options.scene = options.scene or "cornell"
     counts = tuple(sorted({n for k in range(17) for n in (2**k, 3 * 2**k) if n < options.spp} | {options.spp}))
     shown = [*[n for n in (1, 4, 16, 64, 256) if n < options.spp][-3:], options.spp]
     vars(options).update({"more": more, "counts": counts, "shown": counts, "galleries": shown, "printed": shown,
-                          "start": shown[min(1, len(shown) - 1)], **(DEMO if options.demo else {})})
+                          "start": shown[min(1, len(shown) - 1)], **settings})
     if options.reference_spp % REFERENCE_PARTS:
         parser.error(f"--reference-spp must be a multiple of {REFERENCE_PARTS}, not {options.reference_spp}")
     if not re.fullmatch(r"[A-Za-z0-9_-]+", options.scene) and not Path(options.scene).is_file():
