@@ -17,6 +17,8 @@ namespace pbrt {
 
 // Takes a number and the pair after it from one domain of libbn: u[2] and then (u[0], u[1]). Wavelengths and
 // the position in the pixel share domain 0.
+// It is no bn::SequentialSampler, which numbers rays: pbrt numbers the dimensions of a whole path, and may start
+// at any of them.
 class BlueSampler {
   public:
     BlueSampler(int samplesPerPixel, uint64_t seed)

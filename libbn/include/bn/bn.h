@@ -157,6 +157,8 @@ BN_API uint32_t bn_domain_child(uint32_t domain, uint32_t key);
 /* Increases with every change of the tables or of the values drawn from them; see Reproducibility. */
 #define BN_DRAW_TABLE_VERSION 6u
 
+typedef int32_t bn_sampler_kind;
+
 enum {
     /* The sampler to use. Progressive: it needs no sample count. The error is blue over the screen
      * in both pairs of every domain. In each pixel, every prefix of 2^m samples is a (0, m, 2)-net
@@ -188,8 +190,7 @@ enum {
 
 typedef struct bn_sampler_options {
     size_t struct_size; /* sizeof(bn_sampler_options) */
-    /* BN_SAMPLER_...; default BN_SAMPLER_BLUE. */
-    int32_t kind;
+    bn_sampler_kind kind; /* default BN_SAMPLER_BLUE */
     /* Only for ZORDER: the number of samples it is tuned for, rounded up to a power of two, at most
      * 2^16; 0 (default) means 256. Later indices remain valid. The other kinds are good at every
      * count and ignore it. */
@@ -211,7 +212,7 @@ static inline bn_sampler_options bn_sampler_options_default(void) {
 /* A sampler: a value of 48 bytes, to be copied, kept and shared between threads as one likes. There
  * is nothing to destroy. The fields are the library's: make it with one of the next two functions. */
 typedef struct bn_sampler {
-    int32_t kind;
+    bn_sampler_kind kind;
     uint32_t log2_samples;    /* ZORDER: of the block of samples that every pixel owns */
     uint32_t seed[2];         /* hashed; see bn_sampler_seed() */
     const uint32_t *mask;     /* MASK: ranks, or NULL for the built-in mask */
@@ -222,7 +223,7 @@ typedef struct bn_sampler {
 
 /* A sampler of one of the kinds above; another number means BLUE. ZORDER is tuned for 256 samples,
  * and MASK uses the built-in mask. Cannot fail. */
-BN_CONSTEXPR bn_sampler bn_sampler_make(int32_t kind, uint64_t seed) {
+BN_CONSTEXPR bn_sampler bn_sampler_make(bn_sampler_kind kind, uint64_t seed) {
     bn_sampler sampler = {kind, 8, {0, 0}, NULL, (uint64_t)1 << 51, 0xfffffu, 64, 64};
     /* The finaliser of SplitMix64 (Steele, Lea and Flood, 2014) with Stafford's variant 13. */
     uint64_t v = seed + 0x9e3779b97f4a7c15u;
@@ -243,8 +244,8 @@ BN_API bn_result bn_sampler_init(bn_sampler *sampler, const bn_sampler_options *
 
 /* Draws sample number `index` of pixel (x, y) in a domain. The result depends on the arguments
  * alone, so the order of draws, threads, tiles, crops and restarts cannot change it. Coordinates
- * may be negative, and every index up to 2^32 - 1 gives a new sample. Draws need a sampler that was made.
- * They cannot fail, allocate nothing and take no locks.
+ * may be negative, and every index up to 2^32 - 1 gives a new sample. Draws take a sampler from one of
+ * the two functions above. They cannot fail, allocate nothing and take no locks.
  *
  * bn_sample_4d_u32() gives 32 random bits per dimension. The floats are out[i] = (u32[i] >> 8) *
  * 2^-24, always in [0, 1). The 1-D draw is dimension 0 of the 4-D draw and the 2-D draw dimensions
