@@ -183,7 +183,7 @@ static void sobol4d_read_row(uint32_t seed, uint32_t parent, uint32_t key, int32
     }
 }
 
-static const bench_peer sobol4d = {"sobol4d", {NULL, NULL, NULL}, sobol4d_read_row};
+static const bench_peer sobol4d = {"sobol4d", NULL, sobol4d_read_row};
 
 static int is_declared(const source *s) {
     return s->peer == NULL && s->kind == BN_SAMPLER_ZORDER;

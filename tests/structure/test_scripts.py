@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(path.name for path in (ROOT / "scripts").iterdir() if path.is_file() and os.access(path, os.X_OK))
-HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"], ["convergence", "cornell", "--help"],
+HELP = [*([name, "--help"] for name in SCRIPTS), ["bench", "samplers", "--help"], ["demo", "cornell", "--help"],
         ["demo", "--out", "--help"], ["farm", "--spp", "4", "-h"]]
 
 
