@@ -40,7 +40,7 @@ def add_common_options(parser, reference_spp, pages):
     parser.add_argument("--no-flip", action="store_true", help=argparse.SUPPRESS)  # of earlier versions, which had FLIP
     parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
-    parser.set_defaults(default_pages=Path(pages))
+    parser.set_defaults(default_pages=Path(pages), lights=None)
     add_pathtracer(parser)
     peers.add_option(parser)
 
@@ -51,8 +51,8 @@ def finish_options(parser, options, command, arguments):
     if options.reference_spp % 32:
         parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
     place = Path() if options.views == views.SHOWN else Path(options.views)
-    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place
-    options.out = options.out or (options.pages if options.quick or place.name else Path("docs/report"))
+    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place / (options.lights or "")
+    options.out = options.out or (options.pages if options.quick or options.lights or place.name else Path("docs/report"))
     options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
     if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
         parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")

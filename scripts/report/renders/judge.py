@@ -187,7 +187,7 @@ def reference_folder(view):
 
 def render_reference(program, view, spp, report=lambda share: None):
     """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
-    request = view.request("sobol", spp, REFERENCE_SEED)
+    request = dataclasses.replace(view, lights=()).request("sobol", spp, REFERENCE_SEED)
     return load_reference(make_reference(program, request, reference_folder(view), report), view)
 
 

@@ -4,11 +4,12 @@
 Renders crops of large pictures of every built-in scene with every sampler at 1 to 64 samples per pixel and 12 seeds,
 measures each against a reference, and measures the cost of a sample. Writes renders.md with its plot and
 renders_headline.csv to docs/report, and renders.csv to out/renders. With `--views` other than held-out everything goes to a folder of
-out/renders named after the set, with `--quick` (small crops, 4 seeds) to quick. References and results are
+out/renders named after the set, with `--quick` (small crops, 4 seeds) to quick, with `--lights coin` to coin. References and results are
 cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
 import argparse
+import dataclasses
 
 from ..base.bench_options import add_common_options, finish_options
 from ..base.command import positive
@@ -28,10 +29,12 @@ def parse_options(arguments):
     variants.add_option(parser)
     parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest sample count, at most 64 (default 64)")
     add_common_options(parser, REFERENCE_SPP, "out/renders")
+    parser.add_argument("--lights", choices=["coin"], help="one direction off each surface, by a coin, as many small renderers do")
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     options = parser.parse_args(arguments)
     finish_options(parser, options, "renders", arguments)
-    options.chosen = views.of(parser, options)
+    lights = ("--lights", options.lights) if options.lights else ()
+    options.chosen = tuple(dataclasses.replace(view, lights=lights) for view in views.of(parser, options))
     options.seeds = seeds_up_to(options.spp, options.seeds or (QUICK_SEEDS if options.quick else SEEDS))
     return options
 

@@ -49,6 +49,7 @@ class View:
     camera: tuple = ()  # options of the path tracer
     exposure: float = 0.0  # of the displayed picture, in stops
     crop: tuple = ()  # x0, y0, x1, y1 in pixels, half-open; empty: the whole picture
+    lights: tuple = ()  # options of the path tracer that leave the expected picture as it is
 
     @property
     def size(self):
@@ -72,7 +73,7 @@ class View:
 
     @property
     def options(self):
-        return (*self.camera, *(("--crop", ",".join(map(str, self.crop))) if self.crop else ()))
+        return (*self.camera, *(("--crop", ",".join(map(str, self.crop))) if self.crop else ()), *self.lights)
 
     @property
     def key(self):
