@@ -87,8 +87,8 @@ Film resume_film(const Options &options, const ExrHead &picture, const ExrHead &
     std::string difference = settings_difference(earlier, wanted, options.allow_changed);
     const Crop &had = picture.crop, &now = wanted.crop;
     if (difference.empty() && a.first_sample != b.first_sample) difference = "first sample";
-    if (difference.empty() && (had.x0 != now.x0 || had.y0 != now.y0 || had.x1 != now.x1 ||
-                               had.y1 != now.y1))
+    if (difference.empty() &&
+        (had.x0 != now.x0 || had.y0 != now.y0 || had.x1 != now.x1 || had.y1 != now.y1))
         difference = "crop";
     if (!difference.empty())
         throw Error(options.resume + " is not an earlier state of this picture: they differ in " +

@@ -189,7 +189,7 @@ enum {
 };
 
 typedef struct bn_sampler_options {
-    size_t struct_size; /* sizeof(bn_sampler_options) */
+    size_t struct_size;   /* sizeof(bn_sampler_options) */
     bn_sampler_kind kind; /* default BN_SAMPLER_BLUE */
     /* Only for ZORDER: the number of samples it is tuned for, rounded up to a power of two, at most
      * 2^16; 0 (default) means 256. Later indices remain valid. The other kinds are good at every

@@ -13,45 +13,28 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/portable_math.h"
-#include "simd/simd.h"
 #include <string.h>
-
-#if defined(__GNUC__)
-#define PREFETCH(address) __builtin_prefetch(address, 1)
-#else
-#define PREFETCH(address) ((void)(address))
-#endif
 
 static const double BN_ELIMINATE_SIGMA = 0.45; /* in spacings */
 static const double BN_ELIMINATE_REACH = 3;    /* in sigmas */
-static const double BN_ELIMINATE_STAGE =
-    0.5; /* share of the points that remain when the Gaussian widens */
+/* The share of the points that remain when the Gaussian widens. */
+static const double BN_ELIMINATE_STAGE = 0.5;
 
-enum {
-    BN_ELIMINATE_TABLE = 1024,
-    BN_ELIMINATE_BUCKETS = 1024,
-    /* All but one in some hundred points are removed while the square of the reach is less. */
-    BN_ELIMINATE_SQUARES = 2048
-};
+enum { BN_ELIMINATE_TABLE = 1024, BN_ELIMINATE_BUCKETS = 1024 };
 static const uint32_t BN_ELIMINATE_NONE = UINT32_MAX;
 
 typedef struct elimination {
     const uint32_t *extent;
-    const bn_simd *simd;
     /* The remaining points, in the order of their cells. A removed point is BN_ELIMINATE_NONE. The
      * energy of a point is the sum of the weights of its pairs. */
     uint32_t *point, *x, *y, *z, *energy;
     uint32_t *cell_of, *cell_start, *next, *scratch;
     size_t count;
     uint32_t cells[3];
-    uint64_t along[3]; /* cells per texel, times 2^32, rounded up; 0 for extents too large */
-    uint64_t scale;    /* from squared distance to table entry, times 2^32 */
+    uint64_t scale; /* from squared distance to table entry, times 2^32 */
     uint64_t bucket_scale;
     uint32_t bucket[BN_ELIMINATE_BUCKETS];
     uint32_t table[BN_ELIMINATE_TABLE + 1]; /* the last entry is 0 */
-    /* The weights of squared distances below `limit`, and a 0. The limit is 0 where they do not fit
-     * or where distances have to be measured on the torus. */
-    uint32_t weight[BN_ELIMINATE_SQUARES + 1], limit;
 } elimination;
 
 double bn_spacing(const uint32_t extent[3], size_t points) {
@@ -78,7 +61,6 @@ double bn_eliminate_spacing(double sigma) {
 }
 
 static uint32_t cell_along(const elimination *t, int axis, uint32_t at) {
-    if (t->along[axis] != 0) return (uint32_t)(at * t->along[axis] >> 32);
     return (uint32_t)((uint64_t)at * t->cells[axis] / t->extent[axis]);
 }
 
@@ -88,62 +70,38 @@ static uint64_t square_along(uint32_t a, uint32_t b, uint32_t extent) {
     return (uint64_t)d * d;
 }
 
-/* Visits the points of a range near `slot`. With `collect` it adds the weight of each pair to both
+/* A run of slots. */
+typedef struct range {
+    uint32_t first, last;
+} range;
+
+/* Visits the points of ranges near `slot`. With `collect` it adds the weight of each pair to both
  * points; otherwise it subtracts the weight from the others. Removed points are included, as
  * nothing reads their energies. */
-static void visit_torus(elimination *t, uint32_t slot, const bn_eliminate_range *r, int collect) {
+static void visit(elimination *t, uint32_t slot, const range *ranges, uint32_t count, int collect) {
     /* Local copies: the compiler cannot know that stores to the energies leave them alone. */
     const uint32_t width = t->extent[0], height = t->extent[1], depth = t->extent[2];
     const uint32_t *xs = t->x, *ys = t->y, *zs = t->z, x = xs[slot], y = ys[slot];
     const uint64_t scale = t->scale;
     uint32_t *energy = t->energy, sum = 0;
-    for (uint32_t other = r->first; other < r->last; ++other) {
-        uint64_t square = square_along(x, xs[other], width) + square_along(y, ys[other], height);
-        if (depth > 1) square += square_along(zs[slot], zs[other], depth);
-        const uint64_t entry = square * scale >> 32;
-        const uint32_t weight = t->table[entry < BN_ELIMINATE_TABLE ? entry : BN_ELIMINATE_TABLE];
-        energy[other] += collect ? weight : 0 - weight;
-        sum += weight;
-    }
-    if (collect) energy[slot] += sum;
-}
-
-/* The same with a distance in the plane, where t->limit is not 0. */
-static inline void visit_plane(elimination *t, uint32_t slot, const bn_eliminate_range *r,
-                               int collect) {
-    const uint32_t *xs = t->x, *ys = t->y, x = xs[slot] + r->x, y = ys[slot] + r->y;
-    const uint32_t *weights = t->weight, limit = t->limit;
-    uint32_t *energy = t->energy, sum = 0;
-    for (uint32_t other = r->first; other < r->last; ++other) {
-        const uint32_t dx = x - xs[other], dy = y - ys[other], square = dx * dx + dy * dy;
-        const uint32_t weight = weights[square < limit ? square : limit];
-        energy[other] += collect ? weight : 0 - weight;
-        sum += weight;
-    }
-    if (collect) energy[slot] += sum;
-}
-
-/* Visits the points of several ranges. */
-static inline void visit(elimination *t, uint32_t slot, const bn_eliminate_range *ranges,
-                         uint32_t count, int collect) {
-    if (t->limit != 0 && t->simd->eliminate_visit != NULL) {
-        const bn_eliminate_points points = {t->x, t->y, t->weight, t->energy, t->limit};
-        const uint32_t sum = t->simd->eliminate_visit(&points, ranges, count, t->x[slot],
-                                                      t->y[slot], collect ? 1 : -1);
-        if (collect) t->energy[slot] += sum;
-        return;
-    }
-    for (uint32_t i = 0; i < count; ++i) {
-        if (t->limit != 0) {
-            visit_plane(t, slot, &ranges[i], collect);
-        } else {
-            visit_torus(t, slot, &ranges[i], collect);
+    for (const range *r = ranges; r < ranges + count; ++r) {
+        for (uint32_t other = r->first; other < r->last; ++other) {
+            uint64_t square =
+                square_along(x, xs[other], width) + square_along(y, ys[other], height);
+            if (depth > 1) square += square_along(zs[slot], zs[other], depth);
+            const uint64_t entry = square * scale >> 32;
+            const uint32_t weight =
+                t->table[entry < BN_ELIMINATE_TABLE ? entry : BN_ELIMINATE_TABLE];
+            energy[other] += collect ? weight : 0 - weight;
+            sum += weight;
         }
     }
+    if (collect) energy[slot] += sum;
 }
 
-static uint32_t ranges_at_edge(const elimination *t, const uint32_t home[3],
-                               bn_eliminate_range ranges[18]) {
+/* The ranges of points in and around the cell `home`, at most 18. Cells along x are contiguous,
+ * except across the edge of the torus. */
+static uint32_t ranges_around(const elimination *t, const uint32_t home[3], range ranges[18]) {
     const uint32_t *cells = t->cells;
     uint32_t from[3], number[3], count = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -157,43 +115,21 @@ static uint32_t ranges_at_edge(const elimination *t, const uint32_t home[3],
         for (uint32_t y = 0; y < number[1]; ++y) {
             const uint32_t cy = from[1] + y < cells[1] ? from[1] + y : from[1] + y - cells[1];
             const uint32_t *row = t->cell_start + (cz * cells[1] + cy) * cells[0];
-            const uint32_t dy = cy > home[1] + 1   ? t->extent[1]
-                                : cy + 1 < home[1] ? 0 - t->extent[1]
-                                                   : 0;
-            ranges[count++] = (bn_eliminate_range){row[from[0]], row[end - wrapped],
-                                                   home[0] == 0 ? t->extent[0] : 0, dy};
-            if (wrapped == 0) continue;
-            ranges[count++] =
-                (bn_eliminate_range){row[0], row[wrapped], home[0] == 0 ? 0 : 0 - t->extent[0], dy};
+            ranges[count++] = (range){row[from[0]], row[end - wrapped]};
+            if (wrapped > 0) ranges[count++] = (range){row[0], row[wrapped]};
         }
     }
     return count;
 }
 
-/* The ranges of points in and around the cell `home`, at most 18. Cells along x are contiguous,
- * except across the edge of the torus. */
-static inline uint32_t ranges_around(const elimination *t, const uint32_t home[3],
-                                     bn_eliminate_range ranges[18]) {
-    const uint32_t *cells = t->cells;
-    const int inside =
-        home[0] > 0 && home[0] + 1 < cells[0] && home[1] > 0 && home[1] + 1 < cells[1];
-    if (t->limit != 0 && inside) {
-        const uint32_t *row = t->cell_start + (home[1] - 1) * cells[0] + home[0] - 1;
-        for (int y = 0; y < 3; ++y, row += cells[0])
-            ranges[y] = (bn_eliminate_range){row[0], row[3], 0, 0};
-        return 3;
-    }
-    return ranges_at_edge(t, home, ranges);
-}
-
 /* Computes the energy of every point in a cell from pairs with itself and later ones. */
 static void collect_cell(elimination *t, uint32_t cell, const uint32_t home[3]) {
-    bn_eliminate_range ranges[18];
+    range ranges[18];
     const uint32_t first = t->cell_start[cell], last = t->cell_start[cell + 1];
     if (first == last) return;
     const uint32_t count = ranges_around(t, home, ranges);
     for (uint32_t slot = first; slot < last; ++slot) {
-        bn_eliminate_range later[18];
+        range later[18];
         uint32_t number = 0;
         for (uint32_t i = 0; i < count; ++i) {
             if (ranges[i].last <= slot) continue;
@@ -229,12 +165,6 @@ static void sort_into_cells(elimination *t, double reach) {
         double fit = t->extent[axis] / reach;
         t->cells[axis] = fit < 1 ? 1 : (uint32_t)fit;
         cells *= t->cells[axis];
-        /* Rounding up adds less than extent / 2^32 to `at` cells, too little to reach the next
-         * integer from a multiple of 1 / extent. */
-        t->along[axis] =
-            t->extent[axis] <= 65536
-                ? (((uint64_t)t->cells[axis] << 32) + t->extent[axis] - 1) / t->extent[axis]
-                : 0;
     }
     memset(t->cell_start, 0, (cells + 2) * sizeof *t->cell_start);
     for (size_t i = 0; i < t->count; ++i) {
@@ -253,27 +183,6 @@ static void sort_into_cells(elimination *t, double reach) {
     if (t->extent[2] > 1) reorder(t, &t->z);
 }
 
-/* Lists the weights by squared distance, if they are few and distances in the plane give the same
- * weights. Between points of adjacent cells, and with at least three cells along an axis, the two
- * distances are equal or both greater than a cell: it is enough that the greatest square with a
- * weight is at most that of a cell. */
-static void list_weights(elimination *t) {
-    uint64_t entry;
-    uint32_t limit = 0;
-    t->limit = 0;
-    if (t->extent[2] > 1 || t->cells[0] < 3 || t->cells[1] < 3) return;
-    for (; (entry = limit * t->scale >> 32) < BN_ELIMINATE_TABLE; ++limit) {
-        if (limit == BN_ELIMINATE_SQUARES) return;
-        t->weight[limit] = t->table[entry];
-    }
-    for (int axis = 0; axis < 2; ++axis) {
-        const uint64_t cells = t->cells[axis], extent = t->extent[axis];
-        if ((limit - 1) * (cells * cells) > extent * extent) return;
-    }
-    t->weight[limit] = 0;
-    t->limit = limit;
-}
-
 static void push(elimination *t, uint32_t slot) {
     uint32_t *head = &t->bucket[t->energy[slot] * t->bucket_scale >> 32];
     t->next[slot] = *head;
@@ -286,7 +195,6 @@ static void begin_stage(elimination *t, uint64_t seed) {
     uint32_t most = 0;
     t->scale = (uint64_t)((double)BN_ELIMINATE_TABLE * 0x1p32 / (reach * reach));
     sort_into_cells(t, reach);
-    list_weights(t);
     memset(t->energy, 0, t->count * sizeof *t->energy);
     collect(t);
     for (size_t i = 0; i < t->count; ++i) most = t->energy[i] > most ? t->energy[i] : most;
@@ -311,14 +219,7 @@ static void remove_points(elimination *t, size_t left, uint32_t *removed) {
             --top;
             continue;
         }
-        const uint32_t next = t->next[slot];
-        t->bucket[top] = next;
-        if (next != BN_ELIMINATE_NONE) {
-            PREFETCH(&t->next[next]);
-            PREFETCH(&t->energy[next]);
-            PREFETCH(&t->x[next]);
-            PREFETCH(&t->y[next]);
-        }
+        t->bucket[top] = t->next[slot];
         if ((int)(t->energy[slot] * t->bucket_scale >> 32) < top) {
             push(t, slot);
             continue;
@@ -328,7 +229,7 @@ static void remove_points(elimination *t, size_t left, uint32_t *removed) {
         --remaining;
         const uint32_t home[3] = {cell_along(t, 0, t->x[slot]), cell_along(t, 1, t->y[slot]),
                                   t->cells[2] > 1 ? cell_along(t, 2, t->z[slot]) : 0};
-        bn_eliminate_range ranges[18];
+        range ranges[18];
         const uint32_t count = ranges_around(t, home, ranges);
         visit(t, slot, ranges, count, 0);
     }
@@ -343,18 +244,16 @@ int bn_eliminate(const uint32_t extent[3], uint64_t seed, uint32_t *points, size
     enum { array_count = sizeof arrays / sizeof *arrays };
     int good = 1;
     for (int i = 0; i < array_count; ++i) {
-        *arrays[i] = bn_allocate(count + BN_ELIMINATE_LANES, sizeof **arrays[i]);
+        *arrays[i] = bn_allocate(count, sizeof **arrays[i]);
         good = good && *arrays[i] != NULL;
     }
-    /* A cell is at least as large as the reach, 1.35 spacings: there are fewer cells than points.
-     * */
+    /* A cell is at least as large as the reach, 1.35 spacings: fewer cells than points. */
     t->cell_start = bn_allocate(count + 8, sizeof *t->cell_start);
     if (!good || t->cell_start == NULL) {
         good = 0;
         goto done;
     }
     t->extent = extent;
-    t->simd = bn_simd_get();
     t->count = count;
     for (int i = 0; i < BN_ELIMINATE_TABLE; ++i) {
         double x = BN_ELIMINATE_REACH * BN_ELIMINATE_REACH / 2 * (i + 0.5) / BN_ELIMINATE_TABLE;

@@ -4,6 +4,5 @@
 /* GCC does not align these vectors on the stacks of 64-bit Windows (its bug 54412). */
 #if !defined(_WIN32) || defined(__clang__)
 #include "simd/draws.h"
-#include "simd/points.h"
 #endif
 #include "simd/kernels.h"

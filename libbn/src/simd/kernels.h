@@ -7,9 +7,6 @@
 #ifndef BN_SIMD_DRAW_MANY
 #define BN_SIMD_DRAW_MANY NULL
 #endif
-#ifndef BN_SIMD_ELIMINATE_VISIT
-#define BN_SIMD_ELIMINATE_VISIT NULL
-#endif
 
 BN_INLINE void prefetch(const void *p) {
 #if defined(__GNUC__)
@@ -287,6 +284,5 @@ static void relax_row(const int16_t *centre, const ptrdiff_t *offsets, const int
     }
 }
 
-const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME,           field_change, field_find,
-                               window_difference,      relax_row,    BN_SIMD_DRAW_MANY,
-                               BN_SIMD_ELIMINATE_VISIT};
+const bn_simd BN_SIMD_TABLE = {BN_SIMD_NAME,      field_change, field_find,
+                               window_difference, relax_row,    BN_SIMD_DRAW_MANY};

@@ -13,20 +13,7 @@
 #define BN_INLINE static inline
 #endif
 
-enum { BN_WINDOW_LANES = 16, BN_ELIMINATE_LANES = 8 };
-
-/* Points of bn_eliminate(), and the weights of pairs by squared distance: weight[limit], for all that
- * are farther apart, is 0. */
-typedef struct bn_eliminate_points {
-    const uint32_t *x, *y, *weight;
-    uint32_t *energy, limit;
-} bn_eliminate_points;
-
-/* The points first .. last - 1, all on one side of the edges of the torus. A point that adds x and
- * y, modulo 2^32, to its own coordinates is on the same side. */
-typedef struct bn_eliminate_range {
-    uint32_t first, last, x, y;
-} bn_eliminate_range;
+enum { BN_WINDOW_LANES = 16 };
 
 /* The arguments of `count` draws. */
 typedef struct bn_draw_lanes {
@@ -62,13 +49,6 @@ typedef struct bn_simd {
      * that of bn_sample_pair(). NULL where there is nothing faster than single draws. */
     void (*draw_many)(const bn_sampler *sampler, uint32_t pair, uint32_t dimensions,
                       const bn_draw_lanes *lanes, float *out);
-
-    /* Adds the weights of the pairs of a point at x, y with the points of the ranges to the energies
-     * of those points (sign 1) or subtracts them (sign -1), and returns their sum. Both coordinates
-     * differ by less than 2^14. Reads and writes back up to BN_ELIMINATE_LANES - 1 more points. NULL
-     * where there is nothing faster than single pairs. */
-    uint32_t (*eliminate_visit)(const bn_eliminate_points *points, const bn_eliminate_range *ranges,
-                                uint32_t count, uint32_t x, uint32_t y, int sign);
 } bn_simd;
 
 /* The best instruction set of this machine. For tests, the environment variable BN_SIMD chooses
