@@ -2,22 +2,24 @@
 // Frames of one sample per pixel from a moving camera, as a real-time renderer has them, for docs/realtime.md. Surfaces count as
 // diffuse; a shadow ray leaves the first one, and another the one that is met by one bounce.
 //
-//     bench_frames SCENE WIDTH HEIGHT PHASE SEED DRAWS GIVEN SAMPLES FIRST STEP
+//     bench_frames SCENE WIDTH HEIGHT PHASE SEED DRAWS PART GIVEN SAMPLES FIRST STEP
 //
 // The camera pans for PHASE frames, orbits for PHASE frames, and then stands still for PHASE frames. Frames FIRST, FIRST + STEP ...
-// go to standard output, float32[frames][HEIGHT][WIDTH][13]: radiance, albedo, normal, the
+// go to standard output, float32[frames][HEIGHT][WIDTH][13]: radiance (NaN where PART leaves a pixel out), albedo, normal, the
 // surface's place on the screen of the frame before (x, y), its distance, and its distance then. Pixels that see nothing have
 // distance 0. All rays of a frame go through the same place of their pixels, another in each frame, as with temporal
 // anti-aliasing. A pixel is the mean of SAMPLES.
 //
 // DRAWS: white, sobol, blue, or a file of slices: uint32 depth, height, width, float32[depth][height][width][2].
-// GIVEN: what the sampler gets in frame t besides x and y: index: index t. key: index 0 and key t. pixel: index t, and each sample goes
-//        through a place of its own.
+// PART:  full, checkerboard, columns, half or quarter; of each n = 1, 2, 2, 4 or 16 pixels one is drawn in a frame, in turn.
+// GIVEN: what the sampler gets in frame t: screen: x, y and index t / n. frame: x, y and index t. small: x, y of the smaller
+//        picture, index t / n and key t % n. key: x, y, index 0 and key t.
 #include <bn/bn.hpp>
 
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include "distribution.h"
 #include "error.h"
@@ -64,7 +66,7 @@ struct Numbers {
             const auto u = decision % 2 == 0 ? ray.draw_where() : ray.draw_light();
             return {u[0], u[1]};
         }
-        // Every decision looks at a place of its own.
+        // Every decision, and every part of the screen, looks at a place of its own.
         const uint32_t moved = bn_domain_child(bn_domain_child(sampler->seed()[0], key), decision);
         const auto &[depth, height, width] = slices->size;
         return slices
@@ -123,7 +125,7 @@ struct Tracer {
     }
 };
 
-// ---- Cameras
+// ---- Cameras and parts of the screen
 
 Camera camera_at(const Camera &start, long frame, long phase, int width, int height) {
     // A degree in three frames; together about a quarter of the picture.
@@ -157,8 +159,30 @@ float radical_inverse(uint32_t i, uint32_t base) {
     return value;
 }
 
-enum Given { INDEX, KEY, PIXEL, GIVENS };
-const char *const given_names[GIVENS] = {"index", "key", "pixel"};
+enum Part { FULL, CHECKERBOARD, COLUMNS, HALF, QUARTER, PARTS };
+const char *const part_names[PARTS] = {"full", "checkerboard", "columns", "half", "quarter"};
+constexpr uint32_t part_frames[PARTS] = {1, 2, 2, 4, 16};
+
+// The frame, of each part_frames, that draws this pixel.
+uint32_t turn_of(Part part, uint32_t x, uint32_t y) {
+    static const uint32_t corner[4] = {0, 2, 3, 1}; // opposite corners first
+    if (part == CHECKERBOARD) return (x + y) % 2;
+    if (part == COLUMNS) return x % 2;
+    const uint32_t fine = corner[2 * (y % 2) + x % 2], coarse = corner[2 * (y / 2 % 2) + x / 2 % 2];
+    return part == HALF ? fine : part == QUARTER ? 4 * coarse + fine : 0;
+}
+
+enum Given { SCREEN, FRAME, SMALL, KEY, PIXEL, GIVENS };
+const char *const given_names[GIVENS] = {"screen", "frame", "small", "key", "pixel"};
+
+Numbers numbers_of(Part part, Given given, uint32_t x, uint32_t y, uint32_t t) {
+    const uint32_t n = part_frames[part];
+    if (given == KEY) return {nullptr, nullptr, x, y, 0, t};
+    if (given == FRAME) return {nullptr, nullptr, x, y, t, 0};
+    if (given != SMALL) return {nullptr, nullptr, x, y, t / n, 0};
+    const uint32_t side = part == QUARTER ? 4 : part == FULL ? 1 : 2;
+    return {nullptr, nullptr, x / side, n == side ? y : y / side, t / n, t % n};
+}
 
 int index_of(const char *name, const char *const *names, int count) {
     const auto same = [&](const char *n) { return std::strcmp(n, name) == 0; };
@@ -169,19 +193,21 @@ int index_of(const char *name, const char *const *names, int count) {
 
 int main(int argc, char **argv) try {
     long values[7] = {}; // WIDTH HEIGHT PHASE SEED SAMPLES FIRST STEP
-    const int places[7] = {2, 3, 4, 5, 8, 9, 10};
-    bool good = argc == 11;
+    const int places[7] = {2, 3, 4, 5, 9, 10, 11};
+    bool good = argc == 12;
     for (int i = 0; good && i < 7; ++i) {
         char *end = nullptr;
         values[i] = std::strtol(argv[places[i]], &end, 10);
         good = *argv[places[i]] != 0 && *end == 0 && values[i] >= (i == 3 || i == 5 ? 0 : 1) &&
                values[i] <= 1 << 20;
     }
-    const auto given = static_cast<Given>(good ? index_of(argv[7], given_names, GIVENS) : GIVENS);
-    if (given == GIVENS || values[0] > 8192 || values[1] > 8192) {
+    const auto part = static_cast<Part>(good ? index_of(argv[7], part_names, PARTS) : PARTS);
+    const auto given = static_cast<Given>(good ? index_of(argv[8], given_names, GIVENS) : GIVENS);
+    if (part == PARTS || given == GIVENS || values[0] > 8192 || values[1] > 8192) {
         std::fprintf(stderr,
                      "usage: bench_frames SCENE WIDTH HEIGHT PHASE SEED white|sobol|blue|FILE "
-                     "index|key|pixel SAMPLES FIRST STEP\n");
+                     "full|checkerboard|columns|half|quarter screen|frame|small|key|pixel SAMPLES "
+                     "FIRST STEP\n");
         return 2;
     }
     const int width = static_cast<int>(values[0]), height = static_cast<int>(values[1]);
@@ -205,8 +231,9 @@ int main(int argc, char **argv) try {
         picture.clear();
         for (uint32_t y = 0; y < static_cast<uint32_t>(height); ++y)
             for (uint32_t x = 0; x < static_cast<uint32_t>(width); ++x) {
-                Numbers numbers = {&sampler, kind == 3 ? &slices : nullptr, x,
-                                   y,        given == KEY ? 0 : t,          given == KEY ? t : 0};
+                Numbers numbers = numbers_of(part, given, x, y, t);
+                numbers.sampler = &sampler;
+                numbers.slices = kind == 3 ? &slices : nullptr;
                 const uint32_t first_index = numbers.index * static_cast<uint32_t>(samples);
                 Vec3 sum = {0, 0, 0};
                 Tracer::Surface first = {};
@@ -217,7 +244,9 @@ int main(int argc, char **argv) try {
                     const Vec2 at = {static_cast<float>(x) + place.x,
                                      static_cast<float>(y) + place.y};
                     first = tracer.meet(camera_ray(camera, at, {0, 0}), true);
-                    sum += tracer.radiance(first, numbers);
+                    const bool drawn = turn_of(part, x, y) == t % part_frames[part];
+                    const float none = std::numeric_limits<float>::quiet_NaN();
+                    sum += drawn ? tracer.radiance(first, numbers) : Vec3{none, none, none};
                 }
                 const Vec3 mean = (1 / static_cast<float>(samples)) * sum;
                 float then = 0;

@@ -144,10 +144,16 @@ def test_weights_are_those_of_a_mean_and_then_of_a_moving_average():
     assert found[12] / found[11] == pytest.approx(0.9, rel=1e-5)
 
 
-def test_hidden_surfaces_have_no_history():
+def test_hidden_surfaces_have_no_history_and_sparse_frames_keep_theirs():
     averages, light = moving.Accumulations(("bilinear",)), np.ones((8, 8, 3))
     averages.add(frame_of(light))
     assert np.allclose(averages.add(frame_of(0 * light, then=2.0))["bilinear"], 0)
+    sparse = 0.5 * light
+    sparse[::2] = np.nan
+    kept = averages.add(frame_of(sparse))["bilinear"]
+    assert np.allclose(kept[::2], 0) and np.allclose(kept[1::2], 0.25)
+    # Without history, a hole shows the mean of what is around.
+    assert np.allclose(averages.add(frame_of(sparse, then=2.0))["bilinear"], 0.5)
 
 
 def test_clamping_takes_history_to_what_is_around():
@@ -161,13 +167,26 @@ needs_program = pytest.mark.skipif(not moving.PROGRAM.exists(), reason="no build
 
 
 @needs_program
+def test_every_pixel_has_its_turn_and_stands_still_with_the_camera():
+    size = (16, 12)
+    for part, n in (("full", 1), ("checkerboard", 2), ("columns", 2), ("half", 4), ("quarter", 16)):
+        each = list(moving.frames("penumbra", "blue", part, first=32, size=size, phase=16))[:n]
+        drawn = sum(np.isfinite(frame[..., 0]).astype(int) for frame in each)
+        assert np.array_equal(drawn, np.ones((12, 16))), part
+        y, x = np.mgrid[:12, :16]
+        seen = each[0][..., 11] > 0
+        assert np.allclose(each[-1][seen][:, 9:11], np.stack([x, y], -1)[seen], atol=1e-3) or n == 1
+        assert np.allclose(each[-1][seen][:, 11], each[-1][seen][:, 12], rtol=1e-4) or n == 1
+
+
+@needs_program
 def test_frames_average_to_the_reference_and_slices_are_read(tmp_path):
     size = (32, 24)
     reference, = moving.frames("penumbra", "white", given="pixel", samples=400, first=47, size=size, phase=16)
     draws = {"blue": "blue", "slices": str(tmp_path / "slices")}
     moving.write_slices(tmp_path / "slices", frames.Draws("white").frame(0, 2, 5, 64)[None])
     for name, draw in draws.items():
-        frame, = moving.frames("penumbra", draw, given="pixel" if name == "blue" else "index", seed=3, first=47, size=size, phase=16)
+        frame, = moving.frames("penumbra", draw, given="pixel" if name == "blue" else "screen", seed=3, first=47, size=size, phase=16)
         difference = blurred(np.clip(frame[..., :3], 0, 1) - np.clip(reference[..., :3], 0, 1), 4.0)
         assert np.abs(difference).max() < 0.12, name
     with pytest.raises(CommandError):

@@ -39,15 +39,19 @@ TOLERANCE = 0.05   # of distances, for a surface to count as the one of the fram
 HISTORIES = {"bilinear": (False, None), "Catmull-Rom": (True, None), "Catmull-Rom, clamped": (True, 1.25)}
 DENOISED = "denoised alone"
 MOVING, AT_REST, NOISE, FLICKER = "error, moving", "error, at rest", "noise, moving", "flicker"
-WAYS = {"white": ("white", "index"), "sobol": ("sobol", "index"), "blue": ("blue", "index"), "blue, a new key every frame": ("blue", "key")}
+WAYS = {"white": ("white", "screen"), "sobol": ("sobol", "screen"), "blue": ("blue", "screen"),
+        "blue, a new key every frame": ("blue", "key")}
+PARTS = {"checkerboard": "1/2, checkerboard", "columns": "1/2, every second column", "half": "1/4, half the resolution",
+         "quarter": "1/16, a quarter of the resolution"}
+GIVEN = {"screen": "", "small": ", the smaller picture's `x, y`", "frame": ", index `t`"}
 MANY = 32  # samples of a frame that counts as free of noise; accumulated, it still lags, and edges move in the pixel
 
 
 # ---- Frames, by tests/bench/bench_frames.cpp
 
-def frames(scene, draws, given="index", seed=0, samples=1, first=0, step=1, size=(WIDTH, HEIGHT), phase=PHASE):
+def frames(scene, draws, part="full", given="screen", seed=0, samples=1, first=0, step=1, size=(WIDTH, HEIGHT), phase=PHASE):
     """Yields frames, float32 (height, width, 13)."""
-    command = [PROGRAM, scene, *size, phase, seed, draws, given, samples, first, step]
+    command = [PROGRAM, scene, *size, phase, seed, draws, part, given, samples, first, step]
     with subprocess.Popen([*map(str, command)], stdout=subprocess.PIPE) as process:
         for _ in range(first, 3 * phase, step):
             data = process.stdout.read(size[0] * size[1] * 13 * 4)
@@ -65,7 +69,7 @@ def references(scene):
     name = f"moving-{scene}-{WIDTH}x{HEIGHT}-{PHASE}-{REFERENCE_SPP}-{PROGRAM.stat().st_mtime_ns}.npy"
     path = cache_folder() / "references" / name
     if not path.exists():
-        found = [frame[..., :3] for frame in frames(scene, "blue", "pixel", REFERENCE_SEED, REFERENCE_SPP, FIRST, STEP)]
+        found = [frame[..., :3] for frame in frames(scene, "blue", "full", "pixel", REFERENCE_SEED, REFERENCE_SPP, FIRST, STEP)]
         with written_beside(path) as beside:
             np.save(beside, np.stack(found))
     return dict(zip(range(FIRST, 3 * PHASE, STEP), np.load(path)))
@@ -77,8 +81,11 @@ TO_YCOCG = np.array([[.25, .5, .25], [.5, 0, -.5], [-.25, .5, -.25]], np.float32
 FROM_YCOCG = np.linalg.inv(TO_YCOCG).astype(np.float32)
 
 
-def mean_of(picture, width=3):
-    return ndimage.uniform_filter(picture, (width, width, 1), mode="nearest")
+def means(picture, there, width):
+    """The mean of what is there in a window, where there is something, and how much is."""
+    sizes = (width, width, 1)
+    count = ndimage.uniform_filter(there.astype(np.float32), sizes, mode="nearest")
+    return ndimage.uniform_filter(picture * there, sizes, mode="nearest") / np.maximum(count, np.float32(1e-6)), count
 
 
 def cubic(f):
@@ -134,15 +141,18 @@ class Accumulations:
 
     def add(self, frame):
         """{history: average} after one more frame."""
-        light = frame[..., :3]
+        light, drawn = np.nan_to_num(frame[..., :3]), np.isfinite(frame[..., 0])[..., None]
+        width = 3
+        while (near := means(light, drawn, width))[1].min() * width**2 < 7.5:  # frames of parts have holes
+            width += 2
         if self.before is None:
-            self.pictures, self.count = dict.fromkeys(self.names, light), np.zeros((*light.shape[:2], 1), np.float32)
-            known = self.count > 0
+            self.pictures, self.count = dict.fromkeys(self.names, light), np.zeros_like(drawn, np.float32)
+            known = np.zeros_like(drawn)
         else:
             taps = Taps(frame, self.before)
             known, self.count = taps.known[..., None], taps.known[..., None] * taps.bilinear(self.count)
         colour = light @ TO_YCOCG.T
-        middle, square = mean_of(colour), mean_of(colour**2)
+        middle, square = means(colour, drawn, width)[0], means(colour**2, drawn, width)[0]
         weight = np.where(known, np.maximum(np.float32(WEIGHT), 1 / (self.count + 1)), 1)
         for name in self.names:
             smooth, clamp = HISTORIES[name]
@@ -152,8 +162,9 @@ class Accumulations:
             if clamp:
                 reach = np.float32(clamp) * np.sqrt(np.maximum(square - middle**2, 0))
                 history = np.clip(history @ TO_YCOCG.T, middle - reach, middle + reach) @ FROM_YCOCG.T
-            self.pictures[name] = np.where(known, history + weight * (light - history), light)
-        self.count, self.before = self.count + 1, frame
+            newest = np.where(known, history + weight * (light - history), light)
+            self.pictures[name] = np.where(drawn, newest, np.where(known, history, near[0]))
+        self.count, self.before = self.count + drawn, frame
         return dict(self.pictures)
 
 
@@ -169,25 +180,25 @@ def free_of_noise(scene):
 
 
 @functools.lru_cache
-def accumulated_without_noise(scene, times):
+def accumulated_without_noise(scene, part, times):
     """{frame: {history: average}} of frames without noise."""
     averages, kept = Accumulations(), {}
-    for t, frame in enumerate(free_of_noise(scene)):
-        pictures = averages.add(frame)
+    for t, (frame, shape) in enumerate(zip(free_of_noise(scene), frames(scene, "white", part))):
+        pictures = averages.add(np.where(np.isfinite(shape[..., :1]), frame, shape))
         if t in times:
             kept[t] = pictures
     return kept
 
 
-def measure(scene, wanted, denoise, draws, given, seed):
+def measure(scene, wanted, denoise, draws, part, given, seed):
     """{(history, measure): mean square}: errors while the camera moves and at rest, what of the former is noise, and flicker. Draws
     None are frames without noise."""
     exposure, averages, found, over_time = SCENES[scene], Accumulations(), {}, {}
-    clean = accumulated_without_noise(scene, tuple(wanted))
-    each = frames(scene, draws, given, seed) if draws else free_of_noise(scene)
+    clean = accumulated_without_noise(scene, part, tuple(wanted))
+    each = frames(scene, draws, part, given, seed) if draws else free_of_noise(scene)
     for t, frame in enumerate(each):
         pictures = averages.add(frame)
-        if denoise and draws and (t in wanted or t >= SETTLED):
+        if denoise and draws and part == "full" and (t in wanted or t >= SETTLED):
             pictures[DENOISED] = denoise(frame[..., :3], frame[..., 3:6], frame[..., 6:9], True)
         for name, picture in pictures.items():
             if t in wanted:
@@ -201,7 +212,7 @@ def measure(scene, wanted, denoise, draws, given, seed):
 
 
 def measure_all(tasks, scenes, seeds, denoise, jobs):
-    """{task: {place: error over that of white noise on every pixel}}, geometric means over scenes; `tasks` are (draws, given)."""
+    """{task: {place: error over that of white noise on every pixel}}, geometric means over scenes; `tasks` are (draws, part, given)."""
     runs = [(scene, task, seed) for scene in scenes for task in tasks for seed in range(seeds)]
     progress, wanted = Progress(len(runs) + len(scenes), "runs"), {}
     try:
@@ -227,10 +238,13 @@ def measure_all(tasks, scenes, seeds, denoise, jobs):
 
 # ---- Tables
 
-def table(result, names, places):
-    rows = [[f"`{name}`" if name in ("white", "sobol", "blue") else name,
-             *(f"{result[task][place]:.2f}" if place in result[task] else "" for place in places)] for name, task in names.items()]
-    return md_table(["draws", *(f"{measure}: {history}" for history, measure in places)], rows)
+def table(result, names, places, first):
+    rows = [[name, *(f"{result[task][place]:.2f}" if place in result[task] else "" for place in places)] for name, task in names.items()]
+    return md_table([first, *(f"{measure}: {history}" for history, measure in places)], rows)
+
+
+def code(name):
+    return f"`{name}`" if name in ("white", "sobol", "blue") else name
 
 
 # ---- The picture
@@ -238,7 +252,7 @@ def table(result, names, places):
 def animation(scene, columns, path, size=(200, 150), shown=range(8, 3 * PHASE)):
     """An animated WebP of accumulated frames side by side, at 1:1 pixels."""
     pictures, font = [], ImageFont.load_default(13)
-    strips = [[averages.add(frame)["Catmull-Rom"] for frame in frames(scene, draws, given, seed=1, size=size)]
+    strips = [[averages.add(frame)["Catmull-Rom"] for frame in frames(scene, draws, "full", given, seed=1, size=size)]
               for draws, given in columns.values() for averages in [Accumulations(("Catmull-Rom",))]]
     for t in shown:
         whole = np.concatenate([displayed(strip[t], SCENES[scene]) for strip in strips], 1)
@@ -279,9 +293,12 @@ def run(arguments):
                 raise CommandError(f"--{name.lower()}: the pack has no two-vectors")
             path = Path(folder) / f"{len(ways)}.slices"
             write_slices(path, stack)
-            ways[name] = (str(path), "index")
-        names = {**ways, "frames without noise": (None, "index")}
-        result = measure_all(list(names.values()), options.scenes, options.seeds, denoise, options.jobs)
+            ways[name] = (str(path), "screen")
+        names = {name: (draws, "full", given) for name, (draws, given) in ways.items()}
+        names["frames without noise"] = (None, "full", "screen")
+        parts = {f"{what}: {name}{GIVEN.get(given, '')}": (ways[name][0], part, given) for part, what in PARTS.items()
+                 for name, given in [("white", "screen"), *(("blue", given) for given in GIVEN), ("mask + R2", "screen")]}
+        result = measure_all([*names.values(), *parts.values()], options.scenes, options.seeds, denoise, options.jobs)
         if not options.print:
             animation("penumbra", {"white noise": ways["white"], "mask + R2": ways["mask + R2"], "blue": ways["blue"]}, options.picture)
     blunt, sharp, clamped = HISTORIES
@@ -289,4 +306,7 @@ def run(arguments):
               (sharp, FLICKER), (clamped, FLICKER)]
     if denoise:
         places += [(DENOISED, MOVING), (DENOISED, FLICKER)]
-    write_or_print(options, COMMAND, table(result, names, places))
+    write_or_print(options, COMMAND, table(result, {code(name): task for name, task in names.items()}, places, "draws"))
+    write_or_print(options, f"{COMMAND}: parts of the screen", table(
+        result, {"every pixel: white": names["white"], "every pixel: blue": names["blue"], **parts},
+        [(sharp, NOISE), (clamped, NOISE), (sharp, MOVING), (clamped, MOVING), (sharp, FLICKER)], "drawn in a frame"))
