@@ -37,13 +37,17 @@ def test_packs_are_read_in_order_with_their_channels(tmp_path):
     assert np.array_equal(np.sort(first[:8, :8, 2], None), np.sort(first[:8, :8, 0], None))
 
 
-def test_packs_that_are_refused(tmp_path):
+def test_other_stacks_and_what_is_refused(tmp_path):
+    deep = np.arange(64, dtype=np.uint16).reshape(8, 8) * 1000
+    for i in (3, 4):
+        write(tmp_path, f"mine{i}.png", deep)
+    stack = frames.read_pack("slices", tmp_path).stack_for(1)
+    assert stack.shape == (2, 8, 8, 1) and np.allclose(stack[0, ..., 0], (deep + 0.5) / 65536)
     with pytest.raises(CommandError, match="named like"):
         frames.read_pack("FAST", tmp_path)
-    for i, side in enumerate((8, 4)):
-        write(tmp_path, f"real_uniform_a_{i}.png", np.zeros((side, side), np.uint16))
+    write(tmp_path, "mine5.png", deep[:4])
     with pytest.raises(CommandError, match="cannot read"):
-        frames.read_pack("FAST", tmp_path)
+        frames.read_pack("slices", tmp_path)
 
 
 def test_what_a_mask_moves_by():

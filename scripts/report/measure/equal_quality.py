@@ -14,8 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.files import read_exr
 from ..base.progress import Progress
 from ..others.other_renderer import processor_seconds
+from ..renders.renderer import Request, run_pathtracer
 from .gains import gain_of, row_of
 from .ratios import seconds_to_error
 
@@ -23,6 +25,7 @@ from .ratios import seconds_to_error
 TARGETS = (16, 64)
 MEASURE = "displayed_2.1"
 COST_SPP, ROUNDS = 32, 5
+SHARE_SPP, SHARE_ROUNDS = 64, 3
 
 
 def machine():
@@ -67,6 +70,24 @@ def costs(program, store, views, variants, machine, builds, retime=False):
         found = [[view.scene, label, statistics.median(values)] for (view, label), values in seconds.items()], {}
         store.save(key, *found)
     return {(scene, label): cost for scene, label, cost in found[0]}
+
+
+def sampling_shares(program, variants):
+    """{label: share of cornell's render time spent sampling}, medians of interleaved runs of one thread, as the path tracer reports it."""
+    shares, progress = {label: [] for label in variants}, Progress(SHARE_ROUNDS * len(variants), "runs")
+    try:
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            path = Path(folder) / "timed.exr"
+            for done in range(SHARE_ROUNDS * len(variants)):
+                label = list(variants)[done % len(variants)]
+                progress(f"timing {label}", done)
+                declared = SHARE_SPP if variants[label].declare else 0
+                request = Request(variants[label].sampler, SHARE_SPP, 0, "cornell", 192, 192, declared=declared)
+                run_pathtracer(program, [*request.arguments(), "--threads", 1, "--quiet", "-o", path])
+                shares[label].append(float(read_exr(path)[1]["samplingShare"]))
+    finally:
+        progress.close()
+    return {label: statistics.median(values) for label, values in shares.items()}
 
 
 def seconds_of(gains, cost, counts, label, measure, at):

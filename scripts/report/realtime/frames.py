@@ -75,24 +75,30 @@ class MovedMask:
 # The sets of the public packs that hold uniform numbers, and their channels: STBN's scalars and two-vectors (Wolfe et al., 2022),
 # FAST's (Donnelly et al., 2024).
 PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
-         "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}}
+         "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}, "slices": {".*": 0}}
+
+
+def read_set(folder, pattern, channels):
+    """float32 [depth][height][width][channels] from the PNG files NAME_0.png, NAME_1.png ... of the first NAME that the pattern matches: the
+    middles of the steps that their integers stand for. None without any. Channels 0: one where they are grey, else red and green."""
+    found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
+                   if (match := re.fullmatch(rf"({pattern}?)_?(\d+)\.png", path.name)))
+    files = [path for name, _, path in found if name == found[0][0]]
+    if not files:
+        return None
+    try:
+        pixels = np.stack([np.asarray(Image.open(path)) for path in files])
+    except (OSError, ValueError) as error:
+        raise CommandError(f"cannot read the slices of {found[0][0]} in {folder}: {error}") from None
+    pixels, steps_of = pixels.reshape(*pixels.shape[:3], -1), np.float32(256 if pixels.dtype.itemsize == 1 else 65536)
+    if not channels:
+        channels = 2 if pixels.shape[-1] > 1 and np.any(pixels[..., 0] != pixels[..., 1]) else 1
+    return (pixels[..., :channels] + np.float32(0.5)) / steps_of
 
 
 def read_pack(pack, folder):
-    """Slices from the PNG files NAME_0.png, NAME_1.png ... of "STBN" or "FAST" in a folder: the middles of the steps that their integers
-    stand for. With several sets of a kind, the first by name."""
-    stacks = []
-    for pattern, channels in PACKS[pack].items():
-        found = sorted((match[1], int(match[2]), path) for path in Path(folder).glob("*.png")
-                       if (match := re.fullmatch(rf"({pattern}?)_(\d+)\.png", path.name)))
-        files = [path for name, _, path in found if name == found[0][0]]
-        if files:
-            try:
-                pixels = np.stack([np.asarray(Image.open(path)) for path in files])
-            except (OSError, ValueError) as error:
-                raise CommandError(f"cannot read the slices of {found[0][0]} in {folder}: {error}") from None
-            steps_of = np.float32(256 if pixels.dtype.itemsize == 1 else 65536)
-            stacks.append((pixels.reshape(*pixels.shape[:3], -1)[..., :channels] + np.float32(0.5)) / steps_of)
+    """Slices from a folder of "STBN" or "FAST"; with several sets of a kind, the first by name. Of "slices", any stack of numbered files."""
+    stacks = [stack for pattern, channels in PACKS[pack].items() if (stack := read_set(folder, pattern, channels)) is not None]
     if not stacks:
         raise CommandError(f"{folder} has no PNG files named like {' or '.join(PACKS[pack])}, with a number at the end")
     return Slices(*stacks)

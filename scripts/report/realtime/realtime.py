@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One sample a frame: `scripts/bench realtime` measures the noise that frames and averages of frames have
 
-In every pixel of a frame the integrand is the same: a step in one number, a half-plane in a pair, a product of half-planes in four
-numbers. Single numbers are drawn as such (bn_ray_1d()). Slices of others' space-time masks are read from
+In every pixel of a frame the integrand is the same: a step or a ramp in one number, a half-plane or a disc in a pair, a product of
+half-planes in four numbers. Single numbers are drawn as such (bn_ray_1d()). Slices of others' space-time masks are read from
 files, if you have some. It writes tables in docs/report/realtime.md, and realtime.png.
 """
 
@@ -56,14 +56,35 @@ GIVEN = {
 
 # ---- Integrands: (values of numbers (..., dimensions), their mean)
 
+def middles(n):
+    return (np.arange(n, dtype=np.float32) + np.float32(0.5)) / np.float32(n)
+
+
+def of_pairs(values):
+    return values, float(np.mean(values(np.stack(np.meshgrid(middles(2048), middles(2048)), -1)), dtype=np.float64))
+
+
 def step(random):
     edge = np.float32(random.uniform(0.1, 0.9))
     return lambda u: u[..., 0] < edge, float(edge)
 
 
+def ramp(random):
+    start, width = np.float32(random.uniform(-0.2, 0.4)), np.float32(random.uniform(0.5, 1.0))
+
+    def values(u):
+        return np.clip((u[..., 0] - start) / width, 0, 1)
+
+    return values, float(np.mean(values(middles(2**20)[:, None]), dtype=np.float64))
+
+
 def half_plane(random):
-    values, middles = functools.partial(inside, half_planes(random, 1)[0]), (np.arange(2048, dtype=np.float32) + np.float32(0.5)) / 2048
-    return values, float(np.mean(values(np.stack(np.meshgrid(middles, middles), -1)), dtype=np.float64))
+    return of_pairs(functools.partial(inside, half_planes(random, 1)[0]))
+
+
+def disc(random):
+    middle, radius = random.uniform(0.2, 0.8, 2).astype(np.float32), np.float32(random.uniform(0.2, 0.5))
+    return of_pairs(lambda u: np.sum((u - middle) ** 2, -1) < radius**2)
 
 
 def product(random):
@@ -71,7 +92,7 @@ def product(random):
     return lambda u: first(u[..., :2]) & second(u[..., 2:]), a * b
 
 
-INTEGRANDS = {"step": (1, step), "half-plane": (2, half_plane), "product": (4, product)}
+INTEGRANDS = {"step": (1, step), "ramp": (1, ramp), "half-plane": (2, half_plane), "disc": (2, disc), "product": (4, product)}
 
 
 # ---- Errors: averages and filters are linear, so both are applied to spectra
@@ -224,13 +245,14 @@ def run(arguments):
     parser.add_argument("--stbn", type=Path, metavar="FOLDER", help="PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...")
     parser.add_argument("--fast", type=Path, metavar="FOLDER",
                         help="PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...")
+    parser.add_argument("--slices", type=Path, metavar="FOLDER", help="any other stack of numbered PNG files")
     add_out(parser)
     add_options(parser, "docs/report/realtime.md")
     options = parser.parse_args(arguments)
     ways = dict(WAYS)
-    for name in ("stbn", "fast"):
-        if folder := getattr(options, name):
-            ways[name.upper()] = read_pack(name.upper(), folder)
+    for option, name in (("stbn", "STBN"), ("fast", "FAST"), ("slices", "slices")):
+        if folder := getattr(options, option):
+            ways[name] = read_pack(name, folder)
     result = measure(ways, options.seeds, options.integrands)
     if not options.print:
         draw_plot(result, ways, options.out / "realtime.png")

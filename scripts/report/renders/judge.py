@@ -23,7 +23,7 @@ import numpy as np
 
 from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
 from ..base.progress import Progress
-from ..measure.image_error import LUMINANCE, MEASURES, all_errors, own_errors
+from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from .renderer import (
     REFERENCE_SEED,
     RenderError,
@@ -39,6 +39,7 @@ from .variants import VARIANTS
 from .views import View
 
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
+SPECTRUM_COUNTS, SPECTRUM_SEEDS = (1, 4, 16, 64), 2
 KEPT_DAYS = 60
 FORMAT = 1  # of the cache; a new number invalidates it
 
@@ -218,8 +219,13 @@ def pictures_of(program, task):
 
 def measure(program, task, reference):
     """One row of figures per sample count."""
-    return [{"spp": spp, **all_errors(picture, reference.picture, reference.exposure), "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))}
-            for spp, picture, _ in pictures_of(program, task)]
+    rows = []
+    for spp, picture, _ in pictures_of(program, task):
+        rows.append({"spp": spp, **all_errors(picture, reference.picture, reference.exposure),
+                     "mean": float(np.mean(picture.astype(np.float64) @ LUMINANCE))})
+        if spp in SPECTRUM_COUNTS and task.seed < SPECTRUM_SEEDS:
+            rows[-1]["spectrum"] = radial_spectrum(luminance_error(picture, reference.picture))[1].tolist()
+    return rows
 
 
 class Run:

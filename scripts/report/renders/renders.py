@@ -50,9 +50,12 @@ def run(arguments):
         return
     cells = Cells(work.results(references, tasks))
     machine = equal_quality.machine()
-    cost = None if options.no_times else equal_quality.costs(options.pathtracer, work.store, views.first_of_each(chosen), variants.of(options.labels), machine,
-                                                             work.builds, options.retime)
-    report = Report(options, cells, references, cost, machine)
+    cost = shares = None
+    if not options.no_times:
+        chosen_variants = variants.of(options.labels)
+        cost = equal_quality.costs(options.pathtracer, work.store, views.first_of_each(chosen), chosen_variants, machine, work.builds, options.retime)
+        shares = equal_quality.sampling_shares(options.pathtracer, chosen_variants)
+    report = Report(options, cells, references, cost, shares, machine)
     # Write the text last, after the files it refers to.
     report.plot(options.out / "renders_gain.png")
     cells.write_csv(options.pages / "renders.csv")

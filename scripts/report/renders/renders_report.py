@@ -15,22 +15,25 @@ from ..measure import equal_quality, gains, picture_tests
 from ..measure.gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains, value_text
 from ..measure.image_error import MEASURES, WHAT_FOR, measure_name
 from ..measure.ratios import worse_cells
+from .judge import SPECTRUM_COUNTS
 from .variants import SIDE_SEEDS
 from .views import SETS, SHOWN
 
 LOSS_MEASURES = tuple(name for name in MEASURES if name.startswith("rmse"))
 TABLE_MEASURES = ("displayed_2.1", "displayed_1.0", "displayed", "rmse_2.1", "rmse_1.0", "rmse", "trimmed_2.1")
 SPREAD_COUNTS = (1, 4, 16, 64)
+# Rings of judge's spectra, 1/64 cycles per pixel wide.
+BANDS = {"below 1/32": slice(0, 2), "1/32 to 1/16": slice(2, 4), "1/16 to 1/8": slice(4, 8), "1/8 to 1/2": slice(8, 32)}
 MOST_LISTED = 20
 
 
 class Report:
-    """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}; costs: of equal_quality.costs(),
-    measured on a machine, or None."""
+    """options: of renders.parse_options(); cells: judge.Cells; references: {view: judge.Reference}; costs, shares: of
+    equal_quality.costs() and sampling_shares(), measured on a machine, or None."""
 
-    def __init__(self, options, cells, references, costs=None, machine=""):
+    def __init__(self, options, cells, references, costs=None, shares=None, machine=""):
         self.options, self.cells, self.references = options, cells, references
-        self.costs, self.machine = costs, machine
+        self.costs, self.shares, self.machine = costs, shares, machine
         self.views, self.labels, self.counts = tuple(references), options.labels, tuple(options.seeds)
         self.scenes = tuple(dict.fromkeys(view.scene for view in self.views))
         self.gains = Gains(cells, references, self.labels)
@@ -139,6 +142,22 @@ class Report:
                 + ("Biased: " + ", ".join(f"{label} in {scene}" for scene, label in found) if found else "No cell is biased")
                 + ".\n\n" + md_table(["difference, %", *self.labels], rows))
 
+    def frequencies_text(self):
+        """Errors by frequency, down to the mean, over white noise's."""
+        def deviation(view, label, spp):
+            return np.std(self.cells.get(view, label, spp, "mean"), ddof=1)
+
+        def band(places):
+            return lambda view, label, spp: math.sqrt(np.mean([own[places] for own in self.cells.get(view, label, spp, "spectrum")]))
+
+        counts, rows = [spp for spp in SPECTRUM_COUNTS if spp in self.counts], []
+        for name, amplitude in {"mean of the crop": deviation, **{name: band(places) for name, places in BANDS.items()}}.items():
+            rows += [[name, label, *(f"{statistics.geometric_mean(amplitude(view, label, spp) / amplitude(view, 'white', spp) for view in self.gains.views):.2f}"
+                                     for spp in counts)] for label in self.labels if label != "white"]
+        return ("The amplitude of the error over that of white noise, geometric means over crops, by frequency in cycles per pixel. The first "
+                "rows are the standard deviation of a crop's mean over seeds: how much it flickers where every frame has a key of its own.\n\n"
+                + md_table(["frequency", "sampler", *map(str, counts)], rows))
+
     # ---- Times and references
 
     def times_text(self):
@@ -147,7 +166,10 @@ class Report:
         return (f"On {self.machine}: processor seconds for a million pixels until the error, {measure_name(equal_quality.MEASURE)}, is that of white "
                 f"noise at {' and at '.join(map(str, equal_quality.TARGETS))} samples per pixel: geometric means over crops, with the 95 % interval "
                 "of the bootstrap. The cost of a sample is measured in a crop of every scene, as a median of interleaved runs of one thread. "
-                + "\n\n" + md_table(*equal_quality.table_rows(self.gains, self.costs, self.counts)))
+                + "\n\n" + md_table(*equal_quality.table_rows(self.gains, self.costs, self.counts))
+                + "\n\nThe share of `cornell`'s render time that is spent drawing samples, as the path tracer reports it (attribute `samplingShare`), one "
+                f"thread, {equal_quality.SHARE_SPP} samples per pixel, median of {equal_quality.SHARE_ROUNDS}:\n\n"
+                + md_table(["sampler", "share"], [[label, f"{100 * share:.1f} %"] for label, share in self.shares.items()]))
 
     def references_text(self):
         last, most = max(self.counts), []
@@ -220,6 +242,8 @@ class Report:
         parts += ["## All samplers", "", "White noise's error divided by each sampler's, over all scenes and crops.", ""]
         for measure in TABLE_MEASURES:
             parts += [f"### {measure_name(measure)}", "", self.samplers_table(measure), ""]
+        if self.gains.views and seeds > 1 and self.cells.get(self.gains.views[0], "white", 1, "spectrum"):
+            parts += ["## Frequencies of the error", "", self.frequencies_text(), ""]
         none = "This test needs more than one seed."
         return "\n".join([*parts, "## Losses to sobol", "", self.worse_text() if self.losses else none, "",
                           "## Unbiased", "", self.bias_text() if self.biases else none, "",
