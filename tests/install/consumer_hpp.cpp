@@ -73,65 +73,61 @@ int wrong(const bn::Sampler &sampler, bn::Domain domain) {
     return count + (many[6] != 2.0f);
 }
 
-bool equal(const std::array<float, 4> &a, const float *b) {
-    return std::memcmp(a.data(), b, sizeof a) == 0;
+// What tests/c/test_draw_hashes.c hashes of paths, and the frozen result.
+constexpr uint64_t hash_of_paths = 0x0aa4dea31ea82c2au;
+
+bool wrong_paths() {
+    const bn::Sampler sampler(1);
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (int32_t pixel = 0; pixel < 16; ++pixel) {
+        for (const uint32_t index : {0u, 1u, 5u, 255u, 256u, 70000u}) {
+            const bn::Path path(sampler, 3 * pixel - 20, 100 - 37 * pixel, index);
+            uint32_t own = 0;
+            const auto add = [&](float v) {
+                uint32_t bits;
+                std::memcpy(&bits, &v, sizeof bits);
+                own = (own ^ bits) * 0x01000193u;
+            };
+            for (uint32_t depth = 0; depth < 8; ++depth) {
+                bn::Ray ray = path.ray(depth);
+                for (const float v : ray.draw()) add(v);
+                for (int i = 0; i < 5; ++i) add(ray.next_1d());
+                for (int i = 0; i < 3; ++i)
+                    for (const float v : ray.next_2d()) add(v);
+                for (const float v : ray.next_4d()) add(v);
+                bn::Rng rng = ray.next_rng();
+                for (int i = 0; i < 6; ++i) add(rng.next_1d());
+                const bn::Split split = ray.next_split(3), from = ray.next_split_from(9);
+                for (uint32_t k = 0; k < 4; ++k) add(split[k].ray(1).draw_light()[0]);
+                for (uint32_t k = 0; k < 2; ++k) add(from[k].ray(0).draw_where()[0]);
+                add(ray.keyed(77).next_1d());
+            }
+            for (int i = 0; i < 4; ++i) hash = (hash ^ (own >> 8 * i & 255u)) * 0x100000001b3u;
+        }
+    }
+    return hash != hash_of_paths;
 }
 
-// bn::Path and its parts have the numbers of bn_path.h.
-int wrong_paths(const bn::Sampler &sampler) {
+// Numbers by explicit counters are those that a ray counts itself; a path's first numbers are those of C.
+int wrong_counters(const bn::Sampler &sampler) {
+    const bn::Path path(sampler, -3, 9, 5, 2);
+    const bn_path own = bn_path_start(-3, 9, 5, 2);
+    bn::Ray ray = path.ray(2);
+    const bn::Ray by_counter = path.ray(2);
     int count = 0;
-    const bn_sampler *own_sampler = sampler.get();
-    for (uint32_t index = 0; index < 6; ++index) {
-        const bn::Path path(sampler, -3, 9, index, 2);
-        const bn_path own = bn_path_start(-3, 9, index, 2);
-        float u[4];
-        for (uint32_t number = 0; number < 5; ++number) {
-            bn::Ray ray = path.ray(number);
-            bn_ray own_ray = bn_path_ray(&own, number);
-            bn_ray_draw(own_sampler, &own_ray, u);
-            count += !equal(ray.draw(), u);
-            const auto [a, b] = ray.draw_where();
-            const auto [c, d] = ray.draw_light();
-            count += !equal({a, b, c, d}, u);
-            const bn::Ray by_counter = path.ray(number); // takes what the others count
-            for (uint32_t i = 0; i < 3; ++i) {
-                const float number_i = ray.next_1d();
-                count += number_i != bn_ray_1d(own_sampler, &own_ray);
-                count += number_i != by_counter.draw_1d(i);
-                const auto [e, f] = ray.next_2d();
-                count += by_counter.draw_2d(i) != std::array<float, 2>{e, f};
-                bn_ray_2d(own_sampler, &own_ray, u);
-                count += e != u[0] || f != u[1];
-                bn_ray_4d(own_sampler, &own_ray, u);
-                count += !equal(ray.next_4d(), u);
-                count += !equal(by_counter.draw_4d(i), u);
-                const bn::Split split = ray.next_split(3);
-                const bn_split own_split = bn_ray_split(&own_ray, 3);
-                const bn_path branch = bn_split_path(&own_split, 4);
-                count += split[4].state().domain != branch.domain;
-                count += by_counter.split(3 * i, 3)[4].state().domain != branch.domain;
-                const bn_split own_next = bn_ray_split_from(&own_ray, 5);
-                count += ray.next_split_from(5)[2].state().index != 7;
-                count += bn_split_path(&own_next, 0).index != 5;
-                const bn_ray part = bn_ray_keyed(&own_ray, 77);
-                bn_ray_draw(own_sampler, &part, u);
-                count += !equal(ray.keyed(77).draw(), u);
-                bn::Rng rng = ray.next_rng(), same = by_counter.rng(3 * i + 2);
-                bn_rng own_rng = bn_ray_rng(own_sampler, &own_ray);
-                for (int k = 0; k < 9; ++k) {
-                    const float own_number = bn_rng_1d(&own_rng);
-                    count += rng.next_1d() != own_number || same.next_1d() != own_number;
-                }
-            }
-        }
-        const auto [s, t] = path.first_light(4, 3);
-        bn_path_first_light(own_sampler, &own, 4, 3, u);
-        count += s != u[0] || t != u[1];
-        const auto [time, wavelength] = path.time();
-        bn_path_time(own_sampler, &own, u);
-        count += time != u[0] || wavelength != u[1];
+    for (uint32_t i = 0; i < 3; ++i) {
+        count += ray.next_1d() != by_counter.draw_1d(i);
+        count += ray.next_2d() != by_counter.draw_2d(i);
+        count += ray.next_4d() != by_counter.draw_4d(i);
+        count +=
+            ray.next_split(3)[4].state().domain != by_counter.split(2 * i, 3)[4].state().domain;
+        count += ray.next_rng().next_1d() != by_counter.rng(2 * i + 1).next_1d();
     }
-    return count;
+    float u[4];
+    bn_path_first_light(sampler.get(), &own, 4, 3, u);
+    count += path.first_light(4, 3) != std::array<float, 2>{u[0], u[1]};
+    bn_path_time(sampler.get(), &own, u);
+    return count + (path.time() != std::array<float, 2>{u[0], u[1]});
 }
 
 // The numbers of ray `ray` for a pattern of requests: '1' and '2' for dimensions.
@@ -210,7 +206,8 @@ int main() {
     std::printf("%.7f %.7f %08lx %lu\n", static_cast<double>(number[0]),
                 static_cast<double>(number[3]), static_cast<unsigned long>(branch.state().domain),
                 static_cast<unsigned long>(branch.state().index));
-    int failures = wrong(sampler, light) + wrong_paths(sampler) + wrong_counts(sampler);
+    int failures =
+        wrong(sampler, light) + wrong_paths() + wrong_counters(sampler) + wrong_counts(sampler);
     failures += bn::Sampler(7).sample(1, 2, 3) != bn::Sampler(bn::Kind::blue, 7).sample(1, 2, 3);
     failures += light.value() != bn_domain_child(BN_DOMAIN_ROOT, 3) || light == bn::Domain();
     failures += light != bn::Domain(light.value());

@@ -116,9 +116,3 @@ def test_every_file_has_a_licence():
     if reuse is None:
         pytest.skip("reuse is not installed")
     run(reuse, "--root", ROOT, "lint", cwd=ROOT)
-
-
-def test_no_address_that_does_not_exist_is_installed():
-    for path in ("pyproject.toml", "CMakeLists.txt", "CITATION.cff", "CODE_OF_CONDUCT.md", "scripts/packaging/conan/conanfile.py",
-                 "scripts/packaging/vcpkg/libbn/vcpkg.json"):
-        assert "example.org" not in (ROOT / path).read_text(encoding="utf-8"), path

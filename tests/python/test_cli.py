@@ -262,25 +262,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, capsys, monkeypatch):
     assert out.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [out]
 
 
-@pytest.mark.parametrize(("channels", "names"), [(1, "Y"), (2, "RG"), (3, "RGB"), (4, "RGBA")])
-def test_exr(channels, names, tmp_path, capsys):
-    exr = pytest.importorskip("OpenEXR")
-    out = tmp_path / "mask.exr"
-    arguments = ["mask", "--size", "12x10", "--method", "anneal", "--sweeps", "3", "--channels", str(channels)]
-    assert main([*arguments, "-o", str(out)]) == 0
-    ranks = bluenoise.mask((10, 12), method="anneal", sweeps=3, channels=channels).reshape(channels, 10, 12)
-    with exr.File(str(out), separate_channels=True) as file:
-        found = {name: channel.pixels for name, channel in file.channels().items()}
-        assert set(found) == set(names)
-        for name, own in zip(names, ranks):
-            assert found[name].dtype == np.float32
-            np.testing.assert_array_equal(found[name], bluenoise.to_float(own))
-    for number, own in enumerate(ranks, 1):
-        assert main(["measure", "--json", "--channel" if channels > 1 else "--json",
-                     *([str(number)] if channels > 1 else []), str(out)]) == 0
-        assert json.loads(capsys.readouterr().out)["e_1"] == bluenoise.measure(own)["e_1"]
-
-
 def test_spectrum_as_json(tmp_path, capsys):
     ranks = bluenoise.mask((16, 16))
     np.save(tmp_path / "m.npy", ranks)

@@ -156,32 +156,3 @@ def test_loops_count_draws(recorded):
     singles = sum(np.where(k < count, single(x, y, 0, (k + 2) // 2, k % 2), 0) for k in range(4))
     assert np.allclose(np.array(state[1]).reshape(16, 16), pairs, atol=1e-6)
     assert np.allclose(np.array(state[2]).reshape(16, 16), singles, atol=1e-6)
-
-
-@needs_llvm
-def test_a_clone_goes_on_from_where_it_was_made():
-    mitsuba.set_variant("llvm_ad_rgb")
-    scene = scene_of({"type": "direct"}, 8, 8, 1)
-    sampler = scene.sensors()[0].sampler()
-    sampler.seed(3, 64)
-    sampler.next_2d()
-    clone = sampler.clone()
-    first = np.array(sampler.next_2d())
-    assert np.array_equal(np.array(clone.next_2d()), first)
-    y, x = np.mgrid[0:8, 0:8]
-    assert np.array_equal(first.T, own(x, y, 0, 1, 3).reshape(-1, 2))
-    sampler.advance()
-    assert np.array_equal(np.array(clone.next_2d()).T, own(x, y, 0, 2, 3).reshape(-1, 2))
-
-
-@needs_llvm
-def test_gradients_go_through():
-    mitsuba.set_variant("llvm_ad_rgb")
-    scene = scene_of({"type": "prb"}, 16, 16, 4)
-    params = mitsuba.traverse(scene)
-    key = "light.radiance.value"
-    drjit.enable_grad(params[key])
-    params.update()
-    drjit.backward(drjit.mean(mitsuba.render(scene, params, spp=4).array))
-    # Light adds up: the derivative by the radiance of the only light is the picture at radiance 1.
-    assert np.isfinite(np.array(drjit.grad(params[key]))).all() and np.array(drjit.grad(params[key])).sum() > 0.1

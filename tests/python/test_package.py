@@ -4,7 +4,6 @@
 import doctest
 import importlib
 import importlib.metadata
-import pickle
 import re
 import shutil
 import subprocess
@@ -42,12 +41,6 @@ def test_examples_in_docstrings_hold():
         assert failed == 0
         tried += count
     assert tried >= 4
-
-
-def test_exceptions_belong_to_the_package():
-    for error in (bluenoise.RuntimeMissingError, bluenoise.CancelledError):
-        assert issubclass(error, RuntimeError) and error.__module__ == "bluenoise"
-        assert isinstance(pickle.loads(pickle.dumps(error("text"))), error)
 
 
 def test_wheel_has_only_the_package():

@@ -77,16 +77,6 @@ def test_points_of_a_mask_lie_in_its_lowest_texels():
     assert np.allclose(centres * (20, 10) % 1, 0.5)
 
 
-def test_a_poisson_disk_set_has_no_room_left():
-    needs("poisson-disk")
-    found = bluenoise.points(150, method="poisson-disk", seed=0)
-    radius = closest(found, True) / np.sqrt(150)
-    places = np.random.default_rng(0).random((5000, 2))
-    apart = np.abs(places[:, None] - found)
-    nearest = np.hypot(*np.minimum(apart, 1 - apart).transpose(2, 0, 1)).min(1)
-    assert np.mean(nearest > radius) < 0.03
-
-
 def test_the_best_candidate_is_the_farthest_of_all():
     """By definition, without a grid and a tree."""
     needs("best-candidate")

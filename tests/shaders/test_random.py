@@ -201,19 +201,3 @@ def test_the_readmes_examples(tmp_path):
         (tmp_path / "a.frag").write_text(shader)
         run(GLSLANG, tmp_path / "a.frag")
     assert "fn rngInit(" in run(NODE, tmp_path / "wgsl.mjs")
-
-
-@needs_node
-def test_the_readmes_texture(tmp_path):
-    """The listing that makes the table, on an object that notes what is called."""
-    page = (PACKAGE / "README.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"^<!-- listing: table -->\n```js\n(.*?)^```", page, re.M | re.S)
-    shutil.copytree(PACKAGE, tmp_path / "node_modules" / "libbn")
-    (tmp_path / "table.mjs").write_text(code + """
-const calls = {};
-const gl = new Proxy({}, {get: (_, name) => name === name.toUpperCase() ? name : (...words) => { calls[name] = words; return name; }});
-bindTable(gl, "program", 3);
-const [, , format, width, height, , , , texels] = calls.texImage2D;
-console.log(JSON.stringify([format, width * height === texels.length, calls.uniform1i, calls.getUniformLocation]));
-""")
-    assert json.loads(run(NODE, tmp_path / "table.mjs")) == ["R32UI", True, ["getUniformLocation", 3], ["program", "bn_table"]]

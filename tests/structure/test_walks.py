@@ -27,7 +27,8 @@ def test_everything_stands_in_every_place(walk):
     found = re.findall(pattern, text_of(path), re.M)
     assert len(found) >= 3
     for name in found:
-        names = {"name": name.lower().replace("_", "-"), "snake": name.lower(), "NAME": name.upper(), "count": str(len(found)), "LAST": found[-1]}
+        names = {"name": name.lower().replace("_", "-"), "snake": name.lower(), "NAME": name.upper(), "count": str(len(found)),
+                 "LAST": found[-1]}
         for place, form in WALKS[walk].items():
             for key, value in names.items():
                 form = form.replace(f"{{{key}}}", value)
