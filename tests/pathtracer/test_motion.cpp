@@ -73,33 +73,6 @@ void test_coverage_of_a_moving_square(const char *sampler, float lens, uint32_t 
     CHECK(partial > 15, "%d pixels", partial);
 }
 
-// The shadow of a moving square darkens each point of the floor for its share of the time.
-void test_shadow_of_a_moving_square() {
-    Scene scene;
-    scene.camera = camera_look_at({0, 3, 3}, {0, 0, 0}, {0, 1, 0}, 0.02f); // a patch of the floor
-    const uint32_t grey = add_diffuse(scene, {0.5f, 0.5f, 0.5f});
-    const uint32_t black = add_diffuse(scene, {0, 0, 0});
-    add_quad(scene, grey, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4});
-    add_light_towards(scene, black, {1e6f, 1e6f, 1e6f}, {0, 8, 0}, {0, 0, 0}, 0.002f, 0.002f);
-    Scene clear = scene;
-    const size_t first = scene.vertices.size();
-    // It passes over the patch from time 0.25 to 0.65.
-    add_quad(scene, black, {-1.5f, 2, 0.5f}, {-0.7f, 2, 0.5f}, {-0.7f, 2, -0.5f},
-             {-1.5f, 2, -0.5f});
-    add_motion(scene, first, [](Vec3 p) { return p + Vec3{2, 0, 0}; });
-    scene.camera = clear.camera = camera_look_at({0, 1.5f, 3}, {0, 0, 0}, {0, 1, 0}, 0.003f);
-    scene_finish(scene);
-    scene_finish(clear);
-    const uint32_t spp = 1024;
-    const std::vector<double> lit = row_of(clear, 64, 1, "sobol");
-    const std::vector<double> shaded = row_of(scene, spp, 1, "white");
-    double share = 0;
-    for (int x = 0; x < PIXELS; ++x)
-        share += shaded[static_cast<size_t>(x)] / lit[static_cast<size_t>(x)] / PIXELS;
-    // From 0.35 to 0.75 of the time the square hides the lamp.
-    CHECK(std::abs(share - 0.6) < 5 * std::sqrt(0.24 / (spp * PIXELS)), "%g of the light", share);
-}
-
 // A plate that moves along below another stays in its shadow at all times, whatever the bounce.
 void test_a_path_has_one_time() {
     Scene scene;
@@ -136,7 +109,6 @@ int main() {
         test_coverage_of_a_moving_square(sampler, 0, 3);
         test_coverage_of_a_moving_square(sampler, 0.1f, 1);
     }
-    test_shadow_of_a_moving_square();
     test_a_path_has_one_time();
     return 0;
 }
