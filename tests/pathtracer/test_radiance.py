@@ -110,13 +110,6 @@ def test_direct_light_is_analytic(pathtracer, wall):
     assert (np.abs(images.mean(axis=0) - expected) < 6 * noise).all()
 
 
-def test_depth_adds_light(pathtracer):
-    """Each further bounce adds what the bounces before it leave; roulette does not end the sum."""
-    means = [pathtracer.image("--size", "48x48", "--spp", 64, "--max-depth", depth).mean() for depth in (0, 1, 2, 4, 8, 32)]
-    assert all(a < b for a, b in zip(means, means[1:]))
-    assert means[-1] < 1.02 * means[-2]
-
-
 @pytest.mark.parametrize("sampler", ["blue", "sobol"])
 def test_more_samples_mean_less_error(pathtracer, sampler):
     """Over eight seeds, as few pixels decide one sample: 64 times the samples, a 16th of the error; white noise has an 8th."""
