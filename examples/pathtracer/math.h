@@ -24,6 +24,11 @@ struct Vec3 {
     float x, y, z;
 };
 
+inline Vec3 minus(Point3d a, Point3d b) {
+    return {static_cast<float>(a.x - b.x), static_cast<float>(a.y - b.y),
+            static_cast<float>(a.z - b.z)};
+}
+
 inline Vec2 operator+(Vec2 a, Vec2 b) {
     return {a.x + b.x, a.y + b.y};
 }

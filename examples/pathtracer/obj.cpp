@@ -326,45 +326,24 @@ std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> 
 
 // ---- Vertices and faces
 
-// Merges corners with the same indices into one vertex.
-class Vertices {
-  public:
-    Vertices(const tinyobj::attrib_t &attributes, SceneDraft &draft)
-        : attributes_(attributes), draft_(draft) {}
-
-    uint32_t get(const tinyobj::index_t &index) {
-        const auto [known, is_new] = vertices_.try_emplace(
-            {index.vertex_index, index.normal_index, index.texcoord_index}, 0);
-        if (is_new) known->second = draft_add_vertex(draft_, read(index));
-        return known->second;
+DraftVertex vertex_of(const tinyobj::attrib_t &a, const tinyobj::index_t &index) {
+    const auto f = [](double v) { return static_cast<float>(v); };
+    DraftVertex v;
+    const size_t p = 3 * checked(index.vertex_index, a.vertices.size() / 3, "vertex");
+    v.position = {a.vertices[p], a.vertices[p + 1], a.vertices[p + 2]};
+    if (p + 2 < a.colors.size())
+        v.colour = {unit(a.colors[p]), unit(a.colors[p + 1]), unit(a.colors[p + 2])};
+    if (index.normal_index >= 0) {
+        const size_t n = 3 * checked(index.normal_index, a.normals.size() / 3, "normal");
+        v.normal = {f(a.normals[n]), f(a.normals[n + 1]), f(a.normals[n + 2])};
     }
-
-  private:
-    DraftVertex read(const tinyobj::index_t &index) const {
-        const tinyobj::attrib_t &a = attributes_;
-        DraftVertex v;
-        const size_t p = 3 * checked(index.vertex_index, a.vertices.size() / 3, "vertex");
-        v.position = {a.vertices[p], a.vertices[p + 1], a.vertices[p + 2]};
-        if (p + 2 < a.colors.size())
-            v.colour = {unit(a.colors[p]), unit(a.colors[p + 1]), unit(a.colors[p + 2])};
-        if (index.normal_index >= 0) {
-            const size_t n = 3 * checked(index.normal_index, a.normals.size() / 3, "normal");
-            v.normal = {static_cast<float>(a.normals[n]), static_cast<float>(a.normals[n + 1]),
-                        static_cast<float>(a.normals[n + 2])};
-        }
-        if (index.texcoord_index >= 0) {
-            const size_t t =
-                2 * checked(index.texcoord_index, a.texcoords.size() / 2, "texture coordinate");
-            v.coordinates[0] = {static_cast<float>(a.texcoords[t]),
-                                static_cast<float>(a.texcoords[t + 1])};
-        }
-        return v;
+    if (index.texcoord_index >= 0) {
+        const size_t t =
+            2 * checked(index.texcoord_index, a.texcoords.size() / 2, "texture coordinate");
+        v.coordinates[0] = {f(a.texcoords[t]), f(a.texcoords[t + 1])};
     }
-
-    const tinyobj::attrib_t &attributes_;
-    SceneDraft &draft_;
-    std::map<std::array<int, 3>, uint32_t> vertices_;
-};
+    return v;
+}
 
 // The material of faces without one: grey.
 tinyobj::material_t standard_material() {
@@ -374,38 +353,20 @@ tinyobj::material_t standard_material() {
     return material;
 }
 
-// Looks up materials by their number in the file; -1 is the standard one.
-class MaterialNumbers {
-  public:
-    MaterialNumbers(const ObjFile &file, MaterialReader &reader) : reader_(reader) {
-        for (const tinyobj::material_t &source : file.materials)
-            materials_.push_back(reader.material(source));
-    }
-
-    uint32_t get(int number) {
-        if (number >= 0) return materials_[checked(number, materials_.size(), "material")];
-        if (!standard_) standard_ = reader_.material(standard_material());
-        return *standard_;
-    }
-
-  private:
-    MaterialReader &reader_;
-    std::vector<uint32_t> materials_;
-    std::optional<uint32_t> standard_; // made on first use
-};
-
-void add_faces(const tinyobj::mesh_t &mesh, MaterialNumbers &materials, Vertices &vertices,
+// Calls material(number in the file, or -1) for each face, and vertex(index) for each of its corners.
+template <typename MaterialOf, typename VertexOf>
+void add_faces(const tinyobj::mesh_t &mesh, MaterialOf material_of, VertexOf vertex,
                SceneDraft &draft) {
     size_t first = 0;
     for (size_t face = 0; face < mesh.num_face_vertices.size(); ++face) {
         const size_t count = mesh.num_face_vertices[face];
         if (first + count > mesh.indices.size()) throw Error("has invalid faces");
         const uint32_t material =
-            materials.get(face < mesh.material_ids.size() ? mesh.material_ids[face] : -1);
+            material_of(face < mesh.material_ids.size() ? mesh.material_ids[face] : -1);
         std::vector<uint32_t> corners;
         std::vector<Point3d> places;
         for (size_t i = first; i < first + count; ++i) {
-            corners.push_back(vertices.get(mesh.indices[i]));
+            corners.push_back(vertex(mesh.indices[i]));
             places.push_back(draft.points[corners.back()]);
         }
         for (const std::array<size_t, 3> &t : polygon_triangles(places))
@@ -430,9 +391,24 @@ SceneDraft obj_read(SceneFolder &folder) {
     note_ignored(file, draft);
 
     MaterialReader reader{draft, folder, !file.attributes.colors.empty(), {}};
-    MaterialNumbers materials(file, reader);
-    Vertices vertices(file.attributes, draft);
+    std::vector<uint32_t> materials;
+    for (const tinyobj::material_t &source : file.materials)
+        materials.push_back(reader.material(source));
+    std::optional<uint32_t> standard; // made on first use
+    const auto material_of = [&](int number) {
+        if (number >= 0) return materials[checked(number, materials.size(), "material")];
+        if (!standard) standard = reader.material(standard_material());
+        return *standard;
+    };
+    // Corners with the same indices become one vertex.
+    std::map<std::array<int, 3>, uint32_t> vertices;
+    const auto vertex = [&](const tinyobj::index_t &i) {
+        const auto [known, is_new] =
+            vertices.try_emplace({i.vertex_index, i.normal_index, i.texcoord_index}, 0);
+        if (is_new) known->second = draft_add_vertex(draft, vertex_of(file.attributes, i));
+        return known->second;
+    };
     for (const tinyobj::shape_t &shape : file.shapes)
-        add_faces(shape.mesh, materials, vertices, draft);
+        add_faces(shape.mesh, material_of, vertex, draft);
     return draft;
 }

@@ -117,9 +117,7 @@ Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices
     }
     const Point3d middle = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
     vertices.reserve(points.size());
-    for (const Point3d p : points)
-        vertices.push_back({static_cast<float>(p.x - middle.x), static_cast<float>(p.y - middle.y),
-                            static_cast<float>(p.z - middle.z)});
+    for (const Point3d p : points) vertices.push_back(minus(p, middle));
     return middle;
 }
 

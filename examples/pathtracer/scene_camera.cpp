@@ -32,11 +32,6 @@ Point3d plus(Vec3 a, Point3d b) {
             static_cast<double>(a.z) + b.z};
 }
 
-Vec3 minus(Point3d a, Point3d b) {
-    return {static_cast<float>(a.x - b.x), static_cast<float>(a.y - b.y),
-            static_cast<float>(a.z - b.z)};
-}
-
 bool same(Vec3 a, Vec3 b) {
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }

@@ -23,11 +23,6 @@ std::string ending(const std::string &name) {
     return result;
 }
 
-Vec3 minus(Point3d a, Point3d b) {
-    return {static_cast<float>(a.x - b.x), static_cast<float>(a.y - b.y),
-            static_cast<float>(a.z - b.z)};
-}
-
 bool is_usable(Point3d p) {
     return std::abs(p.x) <= MAX_COORDINATE && std::abs(p.y) <= MAX_COORDINATE &&
            std::abs(p.z) <= MAX_COORDINATE;
