@@ -14,39 +14,12 @@
  *
  * HOW BLUE WORKS
  *
- * The samples of a pixel are a digital sequence. Each bit of the sample index, and each bit of the
- * pixel's label, contributes a vector of digits to each of the four coordinates. A sample is the
- * sum of these vectors without carries (XOR). The vectors are the coefficients of rational
- * functions over the field of four elements ("pole order", docs/blue.md): the bits of the index
- * belong to powers of X, those of the label to fractions with one irreducible quadratic
- * denominator. That stratifies samples and pixels together. The first 4^k samples of all pixels in
- * an aligned block of 16^s pixels are a (0, k + 2 s, 4)-net in base 4 in all four dimensions.
- * Within one pixel, every prefix of 2^m samples is a (0, m, 2)-net in base 2 in dimensions (0, 1)
- * and in (2, 3).
- *
- * Labels are places in a tile of 64 x 64 pixels. A search (libbn/tools/bn_bake_sampler.c) permuted
- * them within blocks of 4 x 4, which preserves the nets, and chose linear scramblings of the
- * digits, so that the errors of neighbouring pixels cancel at 1, 2, 4 ... 256 samples. For single
- * numbers each dimension has a permutation of its own, better for it than that of its pair.
- *
- * The four domains of a family, the children of one parent with keys 4 k to 4 k + 3, have different
- * denominators and different orders of the index, found so that any two of them are stratified
- * together too. They share the shift of the tile and the order of the samples. The first thirty
- * families of one parent never share a shift.
- *
- * The order inside an octave, samples 2^m to 2^(m+1) - 1, is free: every prefix of 2^m samples is
- * the same set whatever it is. It is a nested shuffle of the index, one for each copy of the tile,
- * independent between copies and between families. As the pixels of a copy share it, each sample by
- * itself is as blue as the first, and the error falls with nearly every sample, not only from one
- * power of two to the next.
- *
- * Each copy of the tile also adds (XOR) random digits to its samples, different ones for each
- * member. So over seeds and domains each sample is uniform: in its first eight digits jointly in all
- * four dimensions, in later ones in each pair, as those of (2, 3) repeat some of (0, 1). The errors
- * of two copies are not correlated.
- *
- * Draw the position in the pixel from dimensions (0, 1) of member 0: their errors also cancel along
- * rows and columns, the direction of most edges in a picture.
+ * The samples of a pixel are a digital sequence: each bit of the sample index, and each bit of the
+ * pixel's label, adds (XOR) a vector of digits to each of the four coordinates. Labels are places in
+ * a tile of 64 x 64 pixels, arranged by a search (libbn/tools/bn_bake_sampler.c) so that errors of
+ * neighbours cancel; single numbers have arrangements of their own. Each copy of the tile adds random
+ * digits and has an order of the samples of its own. A family of domains has a shift and reflection
+ * of the tile, each of its four members other vectors. docs/blue.md has the construction, and why.
  *
  * COST
  *

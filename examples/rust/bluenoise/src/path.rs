@@ -4,6 +4,13 @@
 use crate::Sampler;
 use bluenoise_sys as sys;
 
+/// What a draw writes to an array. SAFETY of all draws below: the sampler lives as long as `'s`.
+fn filled<const N: usize>(draw: impl FnOnce(*mut f32)) -> [f32; N] {
+    let mut out = [0.0; N];
+    draw(out.as_mut_ptr());
+    out
+}
+
 /// One sample of one pixel. It is a name alone: copies name the same numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Path<'s> {
@@ -32,17 +39,12 @@ impl<'s> Path<'s> {
 
     /// The light tried where ray 0 ends, if a lens has taken its pair; point k if it is split into `count`.
     pub fn first_light(&self, count: u32, k: u32) -> [f32; 2] {
-        let mut out = [0.0; 2];
-        // SAFETY: the sampler lives as long as 's, here and in all draws below.
-        unsafe { sys::bn_rs_path_first_light(&self.sampler.state, &self.state, count, k, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_path_first_light(&self.sampler.state, &self.state, count, k, out) })
     }
 
     /// The time of the path, where things move, and its wavelength.
     pub fn time(&self) -> [f32; 2] {
-        let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_path_time(&self.sampler.state, &self.state, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_path_time(&self.sampler.state, &self.state, out) })
     }
 }
 
@@ -71,23 +73,17 @@ pub struct Ray<'s> {
 impl<'s> Ray<'s> {
     /// Where the ray goes, and the light that is tried where it ends. The same at every call.
     pub fn draw(&self) -> [f32; 4] {
-        let mut out = [0.0; 4];
-        unsafe { sys::bn_rs_ray_draw(&self.sampler.state, &self.state, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_draw(&self.sampler.state, &self.state, out) })
     }
 
     /// The first pair of them alone.
     pub fn draw_where(&self) -> [f32; 2] {
-        let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_draw_where(&self.sampler.state, &self.state, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_draw_where(&self.sampler.state, &self.state, out) })
     }
 
     /// The second pair of them alone.
     pub fn draw_light(&self) -> [f32; 2] {
-        let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_draw_light(&self.sampler.state, &self.state, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_draw_light(&self.sampler.state, &self.state, out) })
     }
 
     /// Single number `k` of the ray, from 0, by an explicit counter: what call k + 1 of [`next_1d`](Ray::next_1d) gives. The
@@ -98,16 +94,12 @@ impl<'s> Ray<'s> {
 
     /// Pair `k`.
     pub fn draw_2d(&self, k: u32) -> [f32; 2] {
-        let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_2d_at(&self.sampler.state, &self.state, k, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_2d_at(&self.sampler.state, &self.state, k, out) })
     }
 
     /// Four `k`.
     pub fn draw_4d(&self, k: u32) -> [f32; 4] {
-        let mut out = [0.0; 4];
-        unsafe { sys::bn_rs_ray_4d_at(&self.sampler.state, &self.state, k, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_4d_at(&self.sampler.state, &self.state, k, out) })
     }
 
     /// Split `k`, into `count` branches.
@@ -127,16 +119,12 @@ impl<'s> Ray<'s> {
 
     /// The next pair.
     pub fn next_2d(&mut self) -> [f32; 2] {
-        let mut out = [0.0; 2];
-        unsafe { sys::bn_rs_ray_2d(&self.sampler.state, &mut self.state, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_2d(&self.sampler.state, &mut self.state, out) })
     }
 
     /// The next four: two pairs whose effects multiply, or a number, the third, and a pair, the first two.
     pub fn next_4d(&mut self) -> [f32; 4] {
-        let mut out = [0.0; 4];
-        unsafe { sys::bn_rs_ray_4d(&self.sampler.state, &mut self.state, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_rs_ray_4d(&self.sampler.state, &mut self.state, out) })
     }
 
     /// The path goes on in `count` ways, as many as in all samples of the pixel.
