@@ -101,6 +101,7 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
             t->upper[a] = u;
             t->upper[b] = v;
         }
+        if (i % 65536 == 0) options->progress(0.8 + 0.2 * i / steps);
     }
 }
 
@@ -117,6 +118,7 @@ void bake_blocks(bake_table *table, const bake_options *options) {
             bake_features_of_two(&f, table, options, b, a);
             add_products(t, 0, f, 256, 1);
         }
+        options->progress(0.2 * (a + 1));
     }
     for (int axis = 0; axis < 2; ++axis) {
         bake_features_of_label(&f, table, options, 0, FEATURES_STEP_X + axis);

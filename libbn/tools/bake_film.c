@@ -152,6 +152,7 @@ static void film_digits(pole_vectors *v, const bake_options *options) {
                 least = e;
                 best = next;
             }
+            if (i % 256 == 0) options->progress((double)i / steps);
         }
         if (complete(&best, &base, v)) {
             return;

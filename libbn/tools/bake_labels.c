@@ -340,6 +340,7 @@ void bake_labels(bake_table *table, const bake_options *options, int member, int
             double temperature = hot * pow(cold / hot, done);
             visit(t, (int)bake_random_below(&r, BLOCKS), temperature, &r);
         }
+        options->progress((sweep + 1.0) / sweeps);
     }
     memcpy(label, t->label, sizeof t->label);
 }

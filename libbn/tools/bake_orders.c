@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIXEL_COUNT = CORNER * CORNER, PLANES = 16, FEW_LEVELS = 7, MAX_DIGITS = 12 };
+enum { CORNER = 32, PIXEL_COUNT = CORNER * CORNER, PLANES = 16, FEW_LEVELS = 7, MAX_DIGITS = 12 };
 
 /* ---- Ranks ---- */
 
@@ -196,7 +196,7 @@ static double products_judge(products *s, const bake_table *table, int member,
     static const double aim_raw[FEW_LEVELS] = {1, 1, 1, .86, .80, .72, .66};
     static uint64_t mine[4][PLANES][PIXEL_COUNT];
     static float error[FEW_LEVELS][PIXEL_COUNT], image[PIXEL_COUNT];
-    double gain = sqrt(bake_blur_gain()), sum = 0;
+    double gain = sqrt(bake_blur_gain(3)), sum = 0;
     products_of_member(s, v, table->label[member], member, 1, planes, mine);
     for (int a = 0; a < member; ++a) {
         double blurred[FEW_LEVELS] = {0}, raw[FEW_LEVELS] = {0}, worst = 0;
@@ -207,7 +207,7 @@ static double products_judge(products *s, const bake_table *table, int member,
                 errors_of(s->earlier[a][pairing][f], mine[pairing][f], product_mean(s, pairing, f),
                           error);
                 for (int l = 0; l < FEW_LEVELS; ++l) {
-                    bake_blur(error[l], image);
+                    bake_blur(error[l], image, CORNER, 3);
                     b[l] += sqrt(bake_mean_square(image, PIXEL_COUNT));
                     r[l] += sqrt(bake_mean_square(error[l], PIXEL_COUNT));
                     independent[l] += s->independent[pairing][f][l];
@@ -246,6 +246,7 @@ void bake_order(bake_table *table, const bake_options *options, int member) {
             least = e;
             best = v;
         }
+        if (i % 16 == 0) options->progress(0.3 * i / steps);
     }
 
     products *s = bake_allocate(1, sizeof *s);
@@ -270,6 +271,7 @@ void bake_order(bake_table *table, const bake_options *options, int member) {
             least = e;
             best = v;
         }
+        if (trial % 4 == 0) options->progress(0.3 + 0.7 * trial / trials);
     }
     table->member[member] = best;
     free(s);

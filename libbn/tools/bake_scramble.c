@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLANES = 160, FEW_LEVELS = 7 };
+enum { CORNER = 32, PLANES = 160, FEW_LEVELS = 7 };
 
 /* Every eighth plane shares the random digits of a domain. */
 enum { KEYS = 8 };
@@ -67,11 +67,11 @@ void bake_planes_measure(bake_planes *s, const pole_vectors *v, int which, const
             }
         }
     }
-    double gain = sqrt(bake_blur_gain());
+    double gain = sqrt(bake_blur_gain(3));
     for (int l = 0; l < levels; ++l) {
         double b = 0, r = 0, independent = 0;
         for (int f = 0; f < planes; ++f) {
-            bake_blur(s->error[l][f], image);
+            bake_blur(s->error[l][f], image, CORNER, 3);
             b += sqrt(bake_mean_square(image, CORNER * CORNER));
             r += sqrt(bake_mean_square(s->error[l][f], CORNER * CORNER));
             independent += s->independent[l][f];
@@ -144,6 +144,7 @@ void bake_scramble(bake_table *table, const bake_options *options, int member, i
             least = e;
             best = v;
         }
+        if (trial % 4 == 0) options->progress((double)trial / trials);
     }
     table->member[member] = best;
     free(s);

@@ -284,8 +284,40 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
                 }
             }
         }
+        if (trial % 16 == 0) options->progress((double)trial / trials);
     }
     table->member[member] = best;
     free(planes);
+    free(j);
+}
+
+void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LEVELS],
+                        double worst[LEVELS]) {
+    /* Single dimensions, pairs, across pairs, a choice and a point, all four. */
+    static const int kind_of[GROUPS] = {0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 4};
+    enum { JUDGES = 4 };
+    static double ratio[SUMS][LEVELS];
+    int functions[BAKE_SMOOTH_KINDS] = {0};
+    smooth_judge *j = bake_allocate(1, sizeof *j);
+    memset(mean, 0, BAKE_SMOOTH_KINDS * sizeof *mean);
+    memset(worst, 0, LEVELS * sizeof *worst);
+    for (uint64_t n = 0; n < JUDGES; ++n) {
+        bake_random r = bake_random_make(20001, 11, n);
+        memset(j, 0, sizeof *j);
+        j->singles = SINGLES;
+        judge_begin(j, &r);
+        measure_ratios(j, v, ratio);
+        for (int f = 0; f < j->count; ++f) {
+            int kind = kind_of[j->f[f].group];
+            ++functions[kind];
+            for (int l = 0; l < levels_of(&j->f[f]); ++l) {
+                mean[kind][l] += log(fmax(ratio[f][l], 1e-3));
+                if (kind == 0) worst[l] = fmax(worst[l], ratio[f][l]);
+            }
+        }
+    }
+    for (int k = 0; k < BAKE_SMOOTH_KINDS; ++k) {
+        for (int l = 0; l < LEVELS; ++l) mean[k][l] = exp(mean[k][l] / functions[k]);
+    }
     free(j);
 }

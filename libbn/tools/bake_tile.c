@@ -87,10 +87,14 @@ void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within) {
     }
 }
 
-/* The upper halves of four coordinates in two words. */
+/* The upper halves of four coordinates in two words, and back. */
 static void pack_digits(const uint32_t v[4], uint32_t out[2]) {
     out[0] = v[0] >> 16 | (v[1] & 0xffff0000u);
     out[1] = v[2] >> 16 | (v[3] & 0xffff0000u);
+}
+
+static void unpack_digits(const uint32_t in[2], uint32_t v[4]) {
+    for (int d = 0; d < 4; ++d) v[d] = d & 1 ? in[d / 2] & 0xffff0000u : in[d / 2] << 16;
 }
 
 /* Where the points of the lowest eight bits of an index are, and those of four later bits. */
@@ -132,6 +136,63 @@ void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
                              words + later_at(a, i / 16u, i & 15u));
         }
     }
+}
+
+/* Labels of blocks as sums of eight of them, whose digits in member 0 are independent; their numbers
+ * in `basis`. Returns whether there are eight and no two blocks are alike. The labels that the table
+ * was made with may be others: they are told apart by their digits alone. */
+static int block_labels(const uint32_t words[BN_WORD_COUNT], uint32_t label[BLOCKS],
+                        uint32_t basis[8]) {
+    uint64_t reduced[8];
+    uint32_t of[8], count = 0;
+    char seen[BLOCKS] = {0};
+    for (uint32_t b = 0; b < BLOCKS; ++b) {
+        const uint32_t *two = words + BN_BLOCKS_AT + b * MEMBERS * 2u;
+        uint64_t v = two[0] | (uint64_t)two[1] << 32;
+        label[b] = 0;
+        for (uint32_t k = 0; k < count; ++k) {
+            if (v & reduced[k] & (0 - reduced[k])) {
+                v ^= reduced[k];
+                label[b] ^= of[k];
+            }
+        }
+        if (v != 0) {
+            if (count == 8) return 0;
+            of[count] = label[b] ^ 1u << count;
+            label[b] = 1u << count;
+            basis[count] = b;
+            reduced[count++] = v;
+        }
+        if (seen[label[b]]++) return 0;
+    }
+    return count == 8;
+}
+
+int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]) {
+    uint32_t label[BLOCKS], basis[8];
+    if (!block_labels(words, label, basis)) return 0;
+    for (uint32_t p = 0; p < PIXELS; ++p) {
+        const uint32_t upper = label[p / (4 * SIDE) * 16 + p % SIDE / 4] << 4;
+        for (uint32_t a = 0; a < MEMBERS; ++a) {
+            const uint32_t places = words[BN_PIXELS_AT + p] >> (8 * a);
+            table->label[a][p] = (uint16_t)(upper | (places & 15u));
+            table->single[a][p] = (uint16_t)(upper | (places >> 4 & 15u));
+        }
+    }
+    for (uint32_t a = 0; a < MEMBERS; ++a) {
+        pole_vectors *v = &table->member[a];
+        for (uint32_t i = 0; i < POLE_INDEX_BITS; ++i) {
+            memcpy(v->index[i],
+                   words + (i < 8 ? points_at(a, 1u << i) : later_at(a, i / 4u - 2u, 1u << i % 4u)),
+                   sizeof v->index[i]);
+        }
+        for (uint32_t i = 0; i < POLE_LABEL_BITS; ++i) {
+            unpack_digits(words + (i < 4 ? BN_PLACES_AT + (a * 16u + (1u << i)) * 2u
+                                         : BN_BLOCKS_AT + (basis[i - 4] * MEMBERS + a) * 2u),
+                          v->label[i]);
+        }
+    }
+    return 1;
 }
 
 void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which) {
@@ -276,39 +337,54 @@ void bake_prefix_counts(const uint64_t *bits, int levels, int *counts) {
 
 enum { RADIUS = 7 };
 
-static void kernel_fill(float kernel[2 * RADIUS + 1]) {
+static void kernel_fill(float kernel[2 * RADIUS + 1], double sigma) {
     double k[2 * RADIUS + 1], total = 0;
     for (int d = -RADIUS; d <= RADIUS; ++d) {
-        total += k[d + RADIUS] = exp(-d * d / (2 * SIGMA * SIGMA));
+        total += k[d + RADIUS] = exp(-d * d / (2 * sigma * sigma));
     }
     for (int d = 0; d <= 2 * RADIUS; ++d) kernel[d] = (float)(k[d] / total);
 }
 
-double bake_blur_gain(void) {
+double bake_blur_gain(int axes) {
     float kernel[2 * RADIUS + 1];
     double sum = 0;
-    kernel_fill(kernel);
+    kernel_fill(kernel, (axes & BAKE_NARROW) != 0 ? 1.0 : SIGMA);
     for (int d = 0; d <= 2 * RADIUS; ++d) sum += (double)kernel[d] * kernel[d];
-    return sum * sum;
+    return (axes & 3) == 3 ? sum * sum : sum;
 }
 
-void bake_blur(const float in[CORNER * CORNER], float out[CORNER * CORNER]) {
-    static float kernel[2 * RADIUS + 1];
-    float rows[CORNER * CORNER] = {0}, line[CORNER + 2 * RADIUS];
-    if (kernel[0] == 0.0f) kernel_fill(kernel);
-    for (int y = 0; y < CORNER; ++y) {
-        const float *row = in + y * CORNER;
-        for (int x = 0; x < CORNER + 2 * RADIUS; ++x) line[x] = row[(x - RADIUS) & (CORNER - 1)];
-        for (int d = 0; d <= 2 * RADIUS; ++d) {
-            for (int x = 0; x < CORNER; ++x) rows[y * CORNER + x] += kernel[d] * line[x + d];
+void bake_blur(const float *in, float *out, int side, int axes) {
+    static float kernels[2][2 * RADIUS + 1];
+    const int narrow = (axes & BAKE_NARROW) != 0;
+    float *const kernel = kernels[narrow];
+    float rows[PIXELS], line[SIDE + 2 * RADIUS], sum[SIDE];
+    if (kernel[0] == 0.0f) kernel_fill(kernel, narrow ? 1.0 : SIGMA);
+    for (int y = 0; y < side; ++y) {
+        const float *row = in + y * side;
+        if ((axes & 1) == 0) {
+            memcpy(rows + y * side, row, (size_t)side * sizeof *row);
+            continue;
         }
+        for (int x = 0; x < side + 2 * RADIUS; ++x) line[x] = row[(x - RADIUS) & (side - 1)];
+        memset(sum, 0, sizeof sum);
+        for (int d = 0; d <= 2 * RADIUS; ++d) {
+            float w = kernel[d];
+            for (int x = 0; x < side; ++x) sum[x] += w * line[x + d];
+        }
+        memcpy(rows + y * side, sum, (size_t)side * sizeof *sum);
     }
-    memset(out, 0, sizeof rows);
-    for (int y = 0; y < CORNER; ++y) {
-        for (int d = 0; d <= 2 * RADIUS; ++d) {
-            const float *row = rows + ((y + d - RADIUS) & (CORNER - 1)) * CORNER;
-            for (int x = 0; x < CORNER; ++x) out[y * CORNER + x] += kernel[d] * row[x];
+    for (int y = 0; y < side; ++y) {
+        if ((axes & 2) == 0) {
+            memcpy(out + y * side, rows + y * side, (size_t)side * sizeof *out);
+            continue;
         }
+        memset(sum, 0, sizeof sum);
+        for (int d = 0; d <= 2 * RADIUS; ++d) {
+            const float *row = rows + ((y + d - RADIUS) & (side - 1)) * side;
+            float w = kernel[d];
+            for (int x = 0; x < side; ++x) sum[x] += w * row[x];
+        }
+        memcpy(out + y * side, sum, (size_t)side * sizeof *sum);
     }
 }
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * What the stages of bn_bake_sampler share: the table that is being made, test integrands, random
- * numbers, blurs, and the stages themselves, each a function of the table before it, the seed and the
- * effort alone. */
+ * numbers, blurs, and the stages themselves. A stage is a list of parts; a part is a function of
+ * the table before it, the seed and the effort alone, so that a run may end between any two of
+ * them. */
 #ifndef BN_BAKE_TILE_H
 #define BN_BAKE_TILE_H
 
@@ -13,7 +14,6 @@
 enum {
     SIDE = 64,            /* of the tile, in pixels */
     PIXELS = SIDE * SIDE, /* as many labels */
-    CORNER = 32,          /* of the tile, in which most stages measure: as many pixels wide */
     BLOCKS = PIXELS / 16, /* of 4 x 4 pixels, whose labels share their upper bits */
     MEMBERS = 4,
     POINTS = 256,
@@ -31,6 +31,8 @@ typedef struct {
 typedef struct {
     uint64_t seed;
     double effort;
+    /* Called now and then with what share of the part is done. */
+    void (*progress)(double share);
 } bake_options;
 
 /* ---- Memory and random numbers ---- */
@@ -60,8 +62,9 @@ uint32_t bake_morton(uint32_t x, uint32_t y);
  * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
 void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
 
-/* The words of bn_tables(). */
+/* The words of bn_tables(), and a table with the same words; 0 if no table has them. */
 void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]);
+int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]);
 
 /* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
  * of a domain in a copy of the tile, and of a pixel from the seventeenth on. */
@@ -113,12 +116,14 @@ void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, in
 /* How many of the first 2^l bits are set, for l = 0 ... 6 with one word, 8 with four. */
 void bake_prefix_counts(const uint64_t *bits, int levels, int *counts);
 
-/* ---- Images of the corner, toroidal ---- */
+/* ---- Images, toroidal, `side` pixels wide ---- */
 
-/* Gaussian of SIGMA, cut off at 7 pixels. */
-void bake_blur(const float in[CORNER * CORNER], float out[CORNER * CORNER]);
+/* Gaussian of SIGMA along rows (1), columns (2) or both (3), cut off at 7 pixels; with BAKE_NARROW of one
+ * pixel. */
+enum { BAKE_NARROW = 4 };
+void bake_blur(const float *in, float *out, int side, int axes);
 /* By how much it lowers the mean square of white noise. */
-double bake_blur_gain(void);
+double bake_blur_gain(int axes);
 double bake_mean_square(const float *image, int count);
 
 /* What errors of two pixels add to the energy, by their distance: the autocorrelation of the blur
@@ -141,6 +146,11 @@ void bake_start(bake_table *table, const bake_options *options);
 void bake_scramble(bake_table *table, const bake_options *options, int member, int pair);
 /* Scramblings of a member for smooth integrands, those of half-planes kept. */
 void bake_smooth(bake_table *table, const bake_options *options, int member);
+/* Geometric means of the errors of other smooth integrands in single pixels over those of Sobol', by
+ * kind, and the worst of single dimensions. */
+enum { BAKE_SMOOTH_KINDS = 5 };
+void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LEVELS],
+                        double worst[LEVELS]);
 /* The order of the samples of a member against those of the members before it. */
 void bake_order(bake_table *table, const bake_options *options, int member);
 /* Which labels each block has, for all members. */
@@ -156,6 +166,8 @@ typedef struct bake_planes bake_planes;
 bake_planes *bake_planes_make(bake_random *r, int planes);
 void bake_planes_measure(bake_planes *s, const pole_vectors *v, int pair, const uint16_t *label,
                          int planes, int levels, double *blurred, double *raw);
+/* Prints what a table is worth on other integrands. */
+void bake_report(const bake_table *table);
 
 /* ---- Features: what labels are compared by ---- */
 

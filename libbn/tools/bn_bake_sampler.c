@@ -7,67 +7,233 @@
  * and which pixel in them has which (bake_labels.c), so that errors of neighbouring pixels cancel.
  * All moves keep the nets. Some twenty minutes on one core.
  *
- * The table depends on the seed and the effort alone; cosines, logarithms and exponentials come from
- * the C library, so another one may give another table of the same quality.
+ * The table depends on the seed and the effort alone, not on interruptions; cosines, logarithms and
+ * exponentials come from the C library, so another one may give another table of the same quality.
  */
 #include "bake_tile.h"
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 
-enum { PATH_SIZE = 4096, LABEL_PARTS = 6, SINGLE_PARTS = 2 };
+enum {
+    PATH_SIZE = 4096,
+    LABEL_PARTS = 6,
+    SINGLE_PARTS = 2,
+    PARTS = 4 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + SINGLE_PARTS * 4 + 1
+};
 
-static const char usage[] = "usage: bn_bake_sampler [--seed N] [--effort SCALE] -o FILE\n"
-                            "Makes a table of the sampler blue, in some twenty minutes, and says "
-                            "on standard output what it does.\n"
-                            "  --seed N        (1)\n"
-                            "  --effort SCALE  of the search, from 0 to 100 (1)\n";
+static const char usage[] =
+    "usage: bn_bake_sampler [--seed N] [--effort SCALE] [--stop-after PARTS] -o FILE\n"
+    "       bn_bake_sampler --report FILE\n"
+    "  -o FILE             makes a table of the sampler blue\n"
+    "  --seed N            (1)\n"
+    "  --effort SCALE      of the search, from 0 to 100 (1: some twenty minutes)\n"
+    "  --stop-after PARTS  ends after this many of the parts of the work\n"
+    "  --report FILE       prints what a table is worth on integrands it was not made for\n"
+    "Progress is kept in FILE.progress after every part; the same command goes on from there.\n";
 
-/* Little-endian words. */
-static int write_table(const bake_table *table, FILE *file) {
+/* ---- Files ---- */
+
+static int path_beside(char path[PATH_SIZE], const char *file, const char *ending) {
+    return snprintf(path, PATH_SIZE, "%s%s", file, ending) < PATH_SIZE;
+}
+
+static int fail(const char *what, const char *path) {
+    fprintf(stderr, "bn_bake_sampler: cannot %s %s: %s\n", what, path, strerror(errno));
+    return 1;
+}
+
+static int write_word(FILE *file, uint32_t v) {
+    unsigned char bytes[4] = {(unsigned char)v, (unsigned char)(v >> 8), (unsigned char)(v >> 16),
+                              (unsigned char)(v >> 24)};
+    return fwrite(bytes, 1, 4, file) == 4;
+}
+
+static int read_word(FILE *file, uint32_t *v) {
+    unsigned char b[4];
+    if (fread(b, 1, 4, file) != 4) return 0;
+    *v = b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+    return 1;
+}
+
+/* Little-endian words or, after a line of text, the table as it is in memory. Written beside and
+ * renamed. */
+static int write_table(const bake_table *table, const char *path, const char *line) {
     static uint32_t words[BN_WORD_COUNT];
-    static unsigned char bytes[BN_WORD_COUNT * 4];
-    bake_table_pack(table, words);
-    for (uint32_t i = 0; i < BN_WORD_COUNT * 4; ++i) {
-        bytes[i] = (unsigned char)(words[i / 4] >> 8 * (i % 4));
+    char beside[PATH_SIZE];
+    if (!path_beside(beside, path, ".part")) return 0;
+    FILE *file = fopen(beside, "wb");
+    int good = file != NULL;
+    if (good && line != NULL) {
+        good = fputs(line, file) >= 0 && fwrite(table, sizeof *table, 1, file) == 1;
+    } else if (good) {
+        bake_table_pack(table, words);
+        for (uint32_t i = 0; good && i < BN_WORD_COUNT; ++i) good = write_word(file, words[i]);
     }
-    return fwrite(bytes, 1, sizeof bytes, file) == sizeof bytes;
+    if (file != NULL && fclose(file) != 0) good = 0;
+    if (good && rename(beside, path) == 0) return 1;
+    fail("write", path);
+    remove(beside);
+    return 0;
 }
 
-static void say(const char *what, int number) {
-    printf("%s of %d\n", what, number);
-    fflush(stdout);
+static int read_table(bake_table *table, FILE *file) {
+    static uint32_t words[BN_WORD_COUNT];
+    for (uint32_t i = 0; i < BN_WORD_COUNT; ++i) {
+        if (!read_word(file, &words[i])) return 0;
+    }
+    return fgetc(file) == EOF && bake_table_unpack(table, words);
 }
 
-static void make(bake_table *table, const bake_options *options) {
-    bake_start(table, options);
-    for (int k = 0; k < 2 * MEMBERS; ++k) {
-        say("scrambling", k);
-        bake_scramble(table, options, k / 2, k % 2);
+/* How many parts of the same work are done, with the table they left; 0 when there is none. */
+static int read_progress(bake_table *table, const char *path, const char *signature) {
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) return 0;
+    char line[256];
+    int done = 0;
+    size_t length = strlen(signature);
+    if (fgets(line, sizeof line, file) != NULL && strncmp(line, signature, length) == 0) {
+        char *end;
+        long parts = strtol(line + length, &end, 10);
+        if (*end == '\n' && parts > 0 && parts <= PARTS &&
+            fread(table, sizeof *table, 1, file) == 1 && fgetc(file) == EOF) {
+            done = (int)parts;
+        }
     }
+    fclose(file);
+    return done;
+}
+
+/* ---- Parts, and the progress in them ---- */
+
+typedef struct {
+    const char *name;
+    int member, number;
+    double cost; /* in seconds of the full effort, about */
+} part;
+
+static part plan[PARTS];
+
+static void make_plan(void) {
+    int n = 0;
+    plan[n++] = (part){"digits", 0, 0, 5};
     for (int a = 0; a < MEMBERS; ++a) {
-        say("smooth integrands", a);
-        bake_smooth(table, options, a);
+        for (int pair = 0; pair < 2; ++pair) plan[n++] = (part){"scrambling", a, pair, 12};
     }
-    for (int a = 1; a < MEMBERS; ++a) {
-        say("order", a);
-        bake_order(table, options, a);
+    for (int a = 0; a < MEMBERS; ++a) plan[n++] = (part){"smooth integrands", a, 0, 90};
+    for (int a = 1; a < MEMBERS; ++a) plan[n++] = (part){"order", a, 0, 20.0 * a};
+    for (int a = 0; a < MEMBERS; ++a) {
+        if (a == 0) plan[n++] = (part){"blocks", 0, 0, 40};
+        for (int k = 0; k < LABEL_PARTS; ++k) plan[n++] = (part){"labels", a, k, 22};
     }
-    bake_blocks(table, options);
-    for (int which = 0; which < MEMBERS + 4; ++which) {
-        const int parts = which < MEMBERS ? LABEL_PARTS : SINGLE_PARTS;
-        say("labels", which);
-        for (int k = 0; k < parts; ++k) bake_labels(table, options, which, k, parts);
+    for (int d = 0; d < 4; ++d) {
+        for (int k = 0; k < SINGLE_PARTS; ++k)
+            plan[n++] = (part){"single numbers", MEMBERS + d, k, 8};
     }
-    bake_finish(table, options);
+    plan[n++] = (part){"lower digits", 0, 0, 0};
+}
+
+static void run_part(bake_table *table, const bake_options *options, int index) {
+    const part *p = &plan[index];
+    if (index == 0) {
+        bake_start(table, options);
+    } else if (index <= 2 * MEMBERS) {
+        bake_scramble(table, options, p->member, p->number);
+    } else if (index <= 3 * MEMBERS) {
+        bake_smooth(table, options, p->member);
+    } else if (index < 4 * MEMBERS) {
+        bake_order(table, options, p->member);
+    } else if (index == 4 * MEMBERS) {
+        bake_blocks(table, options);
+    } else if (index < PARTS - 1) {
+        bake_labels(table, options, p->member, p->number,
+                    p->member < MEMBERS ? LABEL_PARTS : SINGLE_PARTS);
+    } else {
+        bake_finish(table, options);
+    }
+}
+
+static struct {
+    int index;
+    double cost_before, started, shown;
+} here;
+
+static double now(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_REALTIME, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* On a terminal only. */
+static void show_progress(double share) {
+    double time = now(), done = share * plan[here.index].cost, all = 0;
+    if (!isatty(2) || time < here.shown + 0.5) return;
+    here.shown = time;
+    for (int i = 0; i < here.index; ++i) done += plan[i].cost;
+    for (int i = 0; i < PARTS; ++i) all += plan[i].cost;
+    fprintf(stderr, "\r%s of member %d, part %d of %d: %.0f %%", plan[here.index].name,
+            plan[here.index].member, here.index + 1, PARTS, 100 * done / all);
+    double rate = (done - here.cost_before) / (time - here.started + 1e-9);
+    if (time - here.started > 5 && rate > 0) {
+        fprintf(stderr, ", %.1f %% a minute, %.0f s left", 6000 * rate / all, (all - done) / rate);
+    }
+    fprintf(stderr, "\033[K");
+}
+
+/* ---- Command line ---- */
+
+static int make(const char *output, bake_options *options, int stop_after) {
+    static bake_table table;
+    char progress[PATH_SIZE], signature[128], line[160];
+    if (!path_beside(progress, output, ".progress.part") ||
+        !path_beside(progress, output, ".progress")) {
+        fprintf(stderr, "bn_bake_sampler: the name of FILE is too long\n");
+        return 1;
+    }
+    snprintf(signature, sizeof signature, "blue seed %llu effort %.17g parts ",
+             (unsigned long long)options->seed, options->effort);
+    int done = read_progress(&table, progress, signature);
+    make_plan();
+    here.started = now();
+    for (int i = 0; i < done; ++i) here.cost_before += plan[i].cost;
+    if (done > 0 && isatty(2)) fprintf(stderr, "going on after part %d of %d\n", done, PARTS);
+    options->progress = show_progress;
+    for (int i = done; i < PARTS && i < stop_after; ++i) {
+        here.index = i;
+        show_progress(0);
+        run_part(&table, options, i);
+        snprintf(line, sizeof line, "%s%d\n", signature, i + 1);
+        if (!write_table(&table, progress, line)) return 1;
+    }
+    if (isatty(2)) fprintf(stderr, "\r\033[K");
+    if (stop_after < PARTS) return 0;
+    if (!write_table(&table, output, NULL)) return 1;
+    remove(progress);
+    return 0;
+}
+
+static int report(const char *path) {
+    static bake_table table;
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) return fail("read", path);
+    int good = read_table(&table, file);
+    fclose(file);
+    if (!good) {
+        fprintf(stderr, "bn_bake_sampler: %s is no table of the sampler blue, which has %d bytes\n",
+                path, BN_WORD_COUNT * 4);
+        return 1;
+    }
+    bake_report(&table);
+    return 0;
 }
 
 int main(int argc, char **argv) {
-    static bake_table table;
     bake_options options = {.seed = 1, .effort = 1};
-    const char *output = NULL;
-    int good = argc % 2 == 1;
+    const char *output = NULL, *reported = NULL;
+    int stop_after = PARTS, good = argc % 2 == 1;
     for (int i = 1; good && i < argc; i += 2) {
         const char *name = argv[i], *value = argv[i + 1];
         char *end = NULL;
@@ -75,29 +241,23 @@ int main(int argc, char **argv) {
         int is_number = end != value && *end == '\0' && number >= 0 && number < 4e9;
         if (strcmp(name, "-o") == 0) {
             output = value;
-        } else if (strcmp(name, "--seed") == 0 && is_number) {
+        } else if (strcmp(name, "--report") == 0) {
+            reported = value;
+        } else if (!is_number) {
+            good = 0;
+        } else if (strcmp(name, "--seed") == 0) {
             options.seed = (uint64_t)number;
-        } else if (strcmp(name, "--effort") == 0 && is_number && number <= 100) {
+        } else if (strcmp(name, "--effort") == 0 && number <= 100) {
             options.effort = number;
+        } else if (strcmp(name, "--stop-after") == 0) {
+            stop_after = number < PARTS ? (int)number : PARTS;
         } else {
             good = 0;
         }
     }
-    if (!good || output == NULL || strlen(output) > PATH_SIZE - 8) {
+    if (!good || (output == NULL) == (reported == NULL)) {
         fputs(usage, stderr);
         return 2;
     }
-    /* Written beside and renamed; what cannot be written is said before the search. */
-    char beside[PATH_SIZE];
-    snprintf(beside, sizeof beside, "%s.part", output);
-    FILE *file = fopen(beside, "wb");
-    if (file != NULL) {
-        make(&table, &options);
-        good = write_table(&table, file);
-        good &= fclose(file) == 0;
-        if (good && rename(beside, output) == 0) return 0;
-    }
-    fprintf(stderr, "bn_bake_sampler: cannot write %s: %s\n", output, strerror(errno));
-    remove(beside);
-    return 1;
+    return reported != NULL ? report(reported) : make(output, &options, stop_after);
 }

@@ -347,8 +347,7 @@ static double blurred_rmse(const float *errors, double sigma, int directions) {
 }
 
 /* Mean RMSE of a figure at the first n counts. */
-static void measure(const source *s, figure what, int domains, int n,
-                    double rmse[COUNTS][SIGMAS]) {
+static void measure(const source *s, figure what, int domains, int n, double rmse[COUNTS][SIGMAS]) {
     memset(rmse, 0, COUNTS * sizeof *rmse);
     for (int domain = 0; domain < domains; ++domain) {
         integrand f[INTEGRANDS];
