@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The kinds that others are measured against: how good SOBOL is, in absolute numbers, and that
- * pixels, digits and seeds of every kind have nothing in common that they should not have. */
+ * The scramblings of SOBOL, and that pixels, digits and seeds of every kind have nothing in common that
+ * they should not have. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
@@ -8,39 +8,6 @@
 #include <string.h>
 
 /* ---- SOBOL */
-
-/* The root mean square over pixels and domains of the error of a product of two dimensions, each
- * minus its mean. */
-static double product_error(const bn_sampler *s, int i, int j, uint32_t count) {
-    enum { PIXELS = 2048 };
-    double square = 0;
-    for (int32_t pixel = 0; pixel < PIXELS; ++pixel) {
-        double sum = 0;
-        for (uint32_t index = 0; index < count; ++index) {
-            float u[4];
-            bn_sample_4d(s, pixel, -3 * pixel, index, bn_domain_child(2, (uint32_t)pixel % 64), u);
-            sum += (u[i] - 0.5) * (u[j] - 0.5);
-        }
-        square += sum * sum / ((double)count * count);
-    }
-    return sqrt(square / PIXELS);
-}
-
-/* Limits for the error relative to white noise, 1/12 over the root of the count: 15 % above what
- * was found, which varies by 3 %. Within a pair, the error of an Owen-scrambled net falls as the
- * 3/2th power of the count; two pairs meet at random. */
-static void test_sobol_error(void) {
-    static const int pairs[6][2] = {{0, 1}, {2, 3}, {0, 2}, {0, 3}, {1, 2}, {1, 3}};
-    static const double within[4] = {0.98, 0.335, 0.105, 0.0295}, between = 1.46;
-    const bn_sampler s = make_sampler(BN_SAMPLER_SOBOL, 0, 6);
-    for (int k = 0; k < 6; ++k) {
-        for (int step = 0; step < 4; ++step) {
-            const uint32_t count = 4u << 2 * step;
-            const double error = product_error(&s, pairs[k][0], pairs[k][1], count);
-            CHECK(error * 12 * sqrt(count) < (k < 2 ? within[step] : between));
-        }
-    }
-}
 
 /* The two dimensions of a pair are scrambled independently. Of the first four samples of a pixel,
  * two have equal first digits in both dimensions. With one scrambling for both, their second digits
@@ -173,7 +140,6 @@ static void test_halves_of_seeds(void) {
 }
 
 int main(void) {
-    test_sobol_error();
     test_sobol_scrambling();
     test_no_period();
     test_digits();

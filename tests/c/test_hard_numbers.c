@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Numbers at which arithmetic goes wrong: every float that a draw can be, sums of 2^18 samples,
- * indices and coordinates at the ends of their types, extreme sigmas. */
+ * extreme sigmas. */
 #include "check.h"
 #include "masks.h"
 #include "samplers.h"
@@ -46,37 +46,6 @@ static void test_running_sums(void) {
     }
 }
 
-/* Draws next to one another where an index or a coordinate gains a bit or changes its sign: one
- * value in [0, 1) each, none of them twice, and blocks that cross the place agree. */
-static void test_ends(void) {
-    static const uint32_t indices[] = {1u << 8, 1u << 16, 1u << 24, 1u << 31, UINT32_MAX - 2u};
-    static const int32_t places[] = {INT32_MIN, -65536, -256, -1, 0, 255, 65535, INT32_MAX - 3};
-    enum { INDICES = sizeof indices / sizeof *indices, PLACES = sizeof places / sizeof *places };
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 1);
-        for (int n = 0; n < INDICES * PLACES * PLACES; ++n) {
-            const uint32_t first = indices[n % INDICES] - 2u;
-            const int32_t x0 = places[n / INDICES % PLACES], y0 = places[n / INDICES / PLACES];
-            float block[4 * 4 * 5][4];
-            uint32_t seen[4 * 4 * 5][2];
-            CHECK(bn_sample_block(&s, x0, y0, 4, 4, first, 5, 8, block[0], 4 * 4 * 5 * 4) ==
-                  BN_SUCCESS);
-            int wrong = 0, twice = 0;
-            for (int i = 0; i < 4 * 4 * 5; ++i) {
-                uint32_t u[4];
-                bn_sample_4d_u32(&s, x0 + i / 5 % 4, y0 + i / 20, first + (uint32_t)(i % 5), 8, u);
-                for (int d = 0; d < 4; ++d) {
-                    wrong += !(block[i][d] >= 0 && block[i][d] < 1);
-                    wrong += block[i][d] != bn_draw_float(u[d]);
-                }
-                memcpy(seen[i], u, sizeof seen[i]);
-                for (int j = 0; j < i; ++j) twice += memcmp(seen[j], u, sizeof seen[j]) == 0;
-            }
-            CHECK(wrong == 0 && twice == 0);
-        }
-    }
-}
-
 static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) {
     static const double sigmas[] = {0, DBL_TRUE_MIN, 0.25, 16, 1e6, 1e150, DBL_MAX};
     double before = INFINITY;
@@ -118,7 +87,6 @@ static void test_sigmas(void) {
 int main(void) {
     test_every_float();
     test_running_sums();
-    test_ends();
     test_sigmas();
     return check_result();
 }

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The masks of every method against the limits of masks.csv, and their seams. The generators give the same bits everywhere, so there
+are no false alarms.
+
+A row of masks.csv is a method, extents, its sigma, how many seeds (0, 1, ...) are averaged, a measure and its upper limit. Measures:
+``e_S`` is the error after a blur of S texels; ``low_A/B`` the mean power (white noise: 1) of the mask thresholded at grey level
+A / B, below half the principal frequency; ``anisotropy`` that of the mean spectrum of all seeds, in dB.
+"""
+
+import csv
+import functools
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bluenoise
+
+HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent / "python"))
+import referee  # noqa: E402
+
+ndimage = pytest.importorskip("scipy.ndimage")
+
+ROWS = list(csv.DictReader((HERE / "masks.csv").open(encoding="utf-8")))
+
+
+@functools.cache
+def masks(method, width, height, sigma, seeds):
+    options = {"void-and-cluster": {"sigma": sigma}, "anneal": {"sigma": sigma, "sweeps": 4000}}.get(method, {})
+    made = [bluenoise.mask((height, width), method=method, seed=seed, **options) for seed in range(seeds)]
+    assert all((np.sort(ranks, axis=None) == np.arange(ranks.size)).all() for ranks in made)
+    return made
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: "-".join(row.values()))
+def test_masks_keep_their_limits(row):
+    made = masks(row["method"], int(row["width"]), int(row["height"]), float(row["sigma"]), int(row["seeds"]))
+    kind, _, argument = row["measure"].partition("_")
+    if kind == "anisotropy":
+        value = bluenoise.anisotropy(made)
+    elif kind == "e":
+        value = np.mean([bluenoise._core.mask_error(ranks, float(argument)) for ranks in made])
+    else:
+        value = np.mean([referee.low_frequency(ranks, float(Fraction(argument))) for ranks in made])
+    assert value <= float(row["limit"])
+
+
+def errors(ranks, levels):
+    """The squared error of each texel, dithered to these of 16 levels and blurred by 1.5 texels on the torus."""
+    values, total = (ranks + 0.5) / ranks.size, 0
+    for level in (np.asarray(levels) + 0.5) / 16:
+        total += (ndimage.gaussian_filter((values < level).astype(float), 1.5, mode="wrap") - level) ** 2
+    return total
+
+
+@pytest.mark.parametrize("levels", [(0, 15), range(1, 15)], ids=["ends", "middle"])
+@pytest.mark.parametrize("shape", [(64, 64), (45, 61), (72, 40)])
+@pytest.mark.parametrize("method", ["void-and-cluster", "relax", "anneal", "builtin"])
+def test_masks_tile_without_seams(method, shape, levels):
+    """The error within two texels of a border is that of the inside. Its own thresholds at both ends, whose texels are far apart."""
+    if method == "builtin" and shape != (64, 64):
+        return
+    total = 0
+    for seed in range(1 if method == "builtin" else 6):
+        # Annealing from noise, so that what there is of blue is its own.
+        options = {"sweeps": 30, "start_from_ranks": bluenoise.mask(shape, method="white", seed=seed)} if method == "anneal" else {}
+        total = total + errors(bluenoise.mask(shape, method=method, seed=seed, **options), levels)
+    near_y, near_x = (np.minimum(np.arange(extent), np.arange(extent)[::-1]) < 2 for extent in shape)
+    inside = total[np.ix_(~near_y, ~near_x)].mean()
+    limit = 1.2 if method == "builtin" else 1.1
+    for seam in (total[np.ix_(near_y, ~near_x)], total[np.ix_(~near_y, near_x)]):
+        assert 1 / limit < seam.mean() / inside < limit
