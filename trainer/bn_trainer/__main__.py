@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python -m bn_trainer train | evaluate | export | schedule | train-paper | table"""
+"""python -m bn_trainer train | evaluate | export | schedule | train-paper | table | wronski"""
 
 from __future__ import annotations
 
@@ -99,6 +99,7 @@ OWN = {
 MODULES = {
     "train-paper": ("paper.perceptron", "train the paper's perceptron"),
     "table": ("paper.table", "reproduce the paper's Table I"),
+    "wronski": ("paper.wronski", "optimise masks by gradient descent, without a network"),
 }
 
 
