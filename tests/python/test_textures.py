@@ -239,6 +239,7 @@ def test_sigterm_leaves_nothing(tmp_path, there):
         folder.mkdir()
     run = textures_process(folder, 100000)
     started(folder)
+    time.sleep(0.3)  # in the work, not while the temporary folder is made
     run.terminate()
     assert "terminated" in run.communicate()[1] and run.returncode == 143
     assert folder.exists() == there and not any(tmp_path.glob("pack/*")) and not any(tmp_path.glob("pack/.*"))
