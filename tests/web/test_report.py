@@ -53,12 +53,3 @@ def test_steps_change_pictures_errors_and_notes(browser, address):
         browser.value(f"{STEP.format(1)}.click()")
     assert len(set(seen)) == 17 and browser.value(f"{STEP.format(1)}.disabled") is True
     assert browser.happened("Runtime.exceptionThrown") == []
-
-
-def test_the_divider_follows_the_pointer(browser, address):
-    browser.open(address, 1280, 800)
-    left, top, width = browser.value("(b => [b.left, b.top, b.width])(document.getElementById('stage').getBoundingClientRect())")
-    for kind in ("mousePressed", "mouseReleased"):
-        browser.call("Input.dispatchMouseEvent", type=kind, x=left + width / 4, y=top + 20, button="left", clickCount=1)
-    assert browser.value("document.getElementById('divider').value") == "250"
-    assert browser.value("document.getElementById('right-image').style.clipPath") == "inset(0px 0px 0px 25%)"
