@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from ..base.command import positive
 from ..base.files import read_exr
 from ..measure import gains
 from ..measure.gains import BEST_PEER, row_of
@@ -33,7 +34,7 @@ from .other_renderer import (
     write_picture,
 )
 from .pbrt_build import COMMIT, build
-from .pbrt_scenes import CROP, HEIGHT, PROBES, SCENES, WIDTH, crops, write_files
+from .pbrt_scenes import CROP, CROPS, HEIGHT, PROBES, SCENES, WIDTH, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
@@ -189,6 +190,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     known = (*lux_scenes.SCENES, *SCENES)
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
+    parser.add_argument("--crops", type=positive, default=CROPS, metavar="N", help=f"crops of each picture, at most {CROPS} (default {CROPS})")
     parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
     add_options(parser, "pbrt", known, SEEDS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
@@ -197,7 +199,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     finish_options(parser, options, "pbrt", arguments, ("samplers",), {"scenes": known, "samplers": SAMPLERS})
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
     options.scenes = [name for name in options.scenes if options.luxcore or name in SCENES]
-    options.crops, options.reference_share = (1, 0.125) if options.quick else (None, 1.0)
+    options.reference_share = 0.125 if options.quick else 0.5
     return options
 
 
