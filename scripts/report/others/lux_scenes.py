@@ -122,9 +122,9 @@ class Converter:
             d = sphere_of_square(SKY_SIZE)
             x = ((np.arctan2(d[..., 1], d[..., 0]) / (2 * np.pi)) % 1 * picture.shape[1]).astype(int)
             y = (np.arccos(np.clip(d[..., 2], -1, 1)) / np.pi * picture.shape[0]).astype(int)
-            name = f"{self.place.name}.exr"
-            write_exr(self.out / name, picture[y.clip(0, picture.shape[0] - 1), x.clip(0, picture.shape[1] - 1)] * np.float32(gain), {})
-            self.lines.append(f'LightSource "infinite" "string filename" "{name}"')
+            path = self.out / f"{self.place.name}.exr"
+            write_exr(path, picture[y.clip(0, picture.shape[0] - 1), x.clip(0, picture.shape[1] - 1)] * np.float32(gain), {})
+            self.lines.append(f'LightSource "infinite" "string filename" "{path}"')
         elif kind == "constantinfinite":
             self.lines.append(f'LightSource "infinite" "rgb L" {numbers(np.array(floats(node, "color", default=[1, 1, 1])) * gain)}')
         elif kind in ("point", "sphere"):

@@ -18,6 +18,7 @@ from ..base.files import read_exr
 from ..measure import gains
 from ..measure.gains import BEST_PEER, row_of
 from ..renders.judge import Cells
+from ..renders.renderer import cache_folder
 from . import lux_scenes
 from .other_renderer import (
     EXPOSED,
@@ -209,15 +210,14 @@ def run(arguments):
     if options.picture:
         return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 8)
     work = PbrtRun(options.program or built.program, options.jobs)
-    with tempfile.TemporaryDirectory(prefix="libbn-lux-") as folder:
-        if options.luxcore:
-            SCENES.update(lux_scenes.scenes(options.luxcore, folder))
-        views = [view for name in options.scenes for view in crops(name, "fresh")[:options.crops]]
-        references = work.references({
-            view: max(64, int(SCENES[view.scene].reference_spp * options.reference_share) // 2 * 2) for view in views})
-        tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))
-                 for view in views for label in options.samplers for seed in range(1, options.seeds + 1)]
-        cells = PbrtCells(work.results(references, tasks))
+    if options.luxcore:
+        SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
+    views = [view for name in options.scenes for view in crops(name, "fresh")[:options.crops]]
+    references = work.references({
+        view: max(64, int(SCENES[view.scene].reference_spp * options.reference_share) // 2 * 2) for view in views})
+    tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))
+             for view in views for label in options.samplers for seed in range(1, options.seeds + 1)]
+    cells = PbrtCells(work.results(references, tasks))
     if "blue" not in options.samplers:
         return print(f"Rendered without `blue`, to be compared later: {len(tasks)} runs are in the cache.", file=sys.stderr)
     report = Report(options, cells, references, built.remarks if built else ())
