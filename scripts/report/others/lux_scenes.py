@@ -5,6 +5,7 @@ The converter reads what these scenes use and is no general one. Skies and suns 
 their plain colour; objects whose files a checkout lacks are left out.
 """
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ SCENES = {"kitchen": "kitchen/kitchen", "classroom": "classroom/classroom", "mon
           "materials": "simple-mat/simple-mat", "boxes": "simple/simple", "cat": "cat/cat", "lux-cornell": "cornell/cornell",
           "juice": "juice/scene", "pool": "pool/scene", "caustic": "causticcube/scene", "window": "window/scene",
           "coating": "glossycoating/scene", "prism": "psor-cube/psor-cube", "bokeh": "bokeh/scene", "lamps": "manylights/scene"}
+FIXED = "-fixed"
 
 
 def read(path):
@@ -150,5 +152,7 @@ class Converter:
 
 
 def scenes(checkout, folder):
-    """{name: Scene} of SCENES; images that they need are written to a folder."""
-    return {name: Converter(Path(checkout).resolve(), path, Path(folder)).scene(name) for name, path in SCENES.items()}
+    """{name: Scene} of SCENES, and of each with FIXED after its name, where all samples have the same wavelengths; images that they need are written to a folder."""
+    found = {name: Converter(Path(checkout).resolve(), path, Path(folder)).scene(name) for name, path in SCENES.items()}
+    option = 'Option "disablewavelengthjitter" true\n'
+    return {**found, **{name + FIXED: dataclasses.replace(scene, name=name + FIXED, before=option) for name, scene in found.items()}}

@@ -47,10 +47,12 @@ MINUTES = 30  # of the whole comparison on two cores
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/pbrt.jpg", "penumbra", 6
-PICTURE_BOUNDS, PICTURE_PART = (460, 780, 280, 520), (60, 30, 200, 190)
+PICTURE_BOUNDS, PICTURE_PART = (512, 728, 302, 508), (8, 8, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
 SPECTRAL = "hair"
-SETS = {"Scenes from LuxCoreRender": tuple(lux_scenes.SCENES), "Scenes of ours": tuple(name for name in SCENES if name != SPECTRAL),
+SETS = {"Scenes from LuxCoreRender": tuple(lux_scenes.SCENES),
+        "The same with fixed wavelengths": tuple(name + lux_scenes.FIXED for name in lux_scenes.SCENES),
+        "Scenes of ours": tuple(name for name in SCENES if name != SPECTRAL),
         "Hair": (SPECTRAL,)}
 
 
@@ -139,7 +141,8 @@ Errors are root mean squares over the pixels and channels of crops of {CROP[0]}x
 a Gaussian blur or without. *As displayed* clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so
 that the mean luminance of a crop's reference is {EXPOSED}; *raw* does neither. Hashes of the names place the crops. Nothing was chosen
 or tuned by these crops, nor by any of LuxCoreRender's scenes. Two other crops of `{SPECTRAL}` prompted how wavelengths are spread, so it
-is apart.
+is apart. A path has four random wavelengths, which `blue` spreads evenly. Where light is even, nothing else is noisy. So all of
+LuxCoreRender's crops are shown once more with the same wavelengths in all samples (pbrt's option `disablewavelengthjitter`).
 
 `zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture. *Best
 of pbrt's* is the best of those here, chosen at each count afterwards.
@@ -188,7 +191,7 @@ and that of LuxCoreRender with:
 The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The whole
 comparison then takes about {MINUTES} minutes on two cores the first time. Builds, references and results are cached there: a run
 that was interrupted resumes, and a change of libbn renders only `blue` again.""")
-    known = (*lux_scenes.SCENES, *SCENES)
+    known = sum(SETS.values(), ())
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
     parser.add_argument("--crops", type=positive, default=CROPS, metavar="N", help=f"crops of each picture, at most {CROPS} (default {CROPS})")
@@ -200,7 +203,7 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     finish_options(parser, options, "pbrt", arguments, ("samplers",), {"scenes": known, "samplers": SAMPLERS})
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
     options.scenes = [name for name in options.scenes if options.luxcore or name in SCENES]
-    options.reference_share = 0.125 if options.quick else 0.5
+    options.reference_share = 0.125 if options.quick else 0.25
     return options
 
 
@@ -208,7 +211,7 @@ def run(arguments):
     options = parse_options(arguments)
     built = build(options.pbrt, options.jobs) if not options.program else None
     if options.picture:
-        return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 8)
+        return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 16)
     work = PbrtRun(options.program or built.program, options.jobs)
     if options.luxcore:
         SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))

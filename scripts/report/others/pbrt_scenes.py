@@ -244,7 +244,7 @@ def crops(scene, purpose):
     """The CROPS views of a scene. A hash of their names places them. purpose: "fresh", as no other was left."""
     views = []
     for k in range(CROPS):
-        digest = hashlib.sha256(f"{scene} {purpose} {k}".encode()).digest()
+        digest = hashlib.sha256(f"{scene.removesuffix('-fixed')} {purpose} {k}".encode()).digest()
         place = [int.from_bytes(digest[4 * i:4 * i + 4], "little") for i in range(2)]
         views.append(View(scene, f"{purpose} {'abcdefgh'[k]}", place[0] % (WIDTH - CROP[0]), place[1] % (HEIGHT - CROP[1])))
     return views
