@@ -13,6 +13,7 @@ FIGURE = r"(?<![\d.])\d*\.\d\d(?!\d)"
 CLAIMS = [("docs/mitsuba.md", "*A part of the Cornell box", "docs/mitsuba.md"), ("docs/mitsuba.md", "Figures are root mean", "docs/mitsuba.md"),
           ("docs/report/realtime.md", "- **Masks win**", "docs/report/realtime.md"), ("docs/report/realtime.md", "- **`blue` wins**", "docs/report/realtime.md"),
           ("examples/cycles/README.md", "As displayed, Tabulated", "docs/report/cycles.md"),
+          ("examples/pbrt/README.md", "As displayed after", "docs/report/pbrt.md"), ("examples/pbrt/README.md", "A sample with", "docs/report/pbrt.md"),
           ("docs/report/samplers.md", "After a blur of", "docs/report/samplers.md")]
 
 

@@ -284,7 +284,7 @@ class OtherReport:
         for scene in dict.fromkeys(view.scene for view in self.references):
             views = [view for view in self.references if view.scene == scene]
             rows.append([scene, str(self.references[views[0]].spp),
-                         *(f"{max(self.own_share(view, measure) for view in views):.2f}" for measure in HEADLINE)])
+                         *(f"{max(shares):.2f}" if (shares := [share for view in views if math.isfinite(share := self.own_share(view, measure))]) else "" for measure in HEADLINE)])
         return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
 
     def sections(self):

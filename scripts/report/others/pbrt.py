@@ -42,7 +42,7 @@ SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsob
 LINES = {**SAMPLERS, "reference": 'Sampler "paddedsobol"'}  # which hashes pixel, dimension and seed
 COUNTS = (1, 2, 3, 4, 6, 16, 64)
 SEEDS = 4
-MINUTES = 30  # of the whole comparison on two cores
+MINUTES = 15  # of processor time, for two crops and seeds and up to 16 samples
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
@@ -188,8 +188,8 @@ Get the checkout with:
   git -C DIR submodule update --init --recursive
 and that of LuxCoreRender with:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
-The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The whole
-comparison then takes about {MINUTES} minutes on two cores the first time. Builds, references and results are cached there: a run
+The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The report's
+comparison, --crops 2 --seeds 2 --spp 16, then takes {MINUTES} minutes of processor time the first time. Builds, references and results are cached there: a run
 that was interrupted resumes, and a change of libbn renders only `blue` again.""")
     known = sum(SETS.values(), ())
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
