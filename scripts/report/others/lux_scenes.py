@@ -152,7 +152,8 @@ class Converter:
 
 
 def scenes(checkout, folder):
-    """{name: Scene} of SCENES, and of each with FIXED after its name, where all samples have the same wavelengths; images that they need are written to a folder."""
+    """{name: Scene} of SCENES, and of each with FIXED after its name, where all samples have the same wavelengths. Images that they need
+    are written to a folder."""
     found = {name: Converter(Path(checkout).resolve(), path, Path(folder)).scene(name) for name, path in SCENES.items()}
     option = 'Option "disablewavelengthjitter" true\n'
     return {**found, **{name + FIXED: dataclasses.replace(scene, name=name + FIXED, before=option) for name, scene in found.items()}}

@@ -283,8 +283,8 @@ class OtherReport:
         rows = []
         for scene in dict.fromkeys(view.scene for view in self.references):
             views = [view for view in self.references if view.scene == scene]
-            rows.append([scene, str(self.references[views[0]].spp),
-                         *(f"{max(shares):.2f}" if (shares := [share for view in views if math.isfinite(share := self.own_share(view, measure))]) else "" for measure in HEADLINE)])
+            shares = [[self.own_share(view, measure) for view in views] for measure in HEADLINE]
+            rows.append([scene, str(self.references[views[0]].spp), *(f"{max(own):.2f}" if not any(map(math.isnan, own)) else "" for own in shares)])
         return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
 
     def sections(self):
