@@ -302,7 +302,8 @@ void test_weights_of_light_samples() {
     check(outside, 0.5, "half a sky");
 }
 
-// All rays of one point of the picture meet in the plane that is sharp.
+// All rays of one point of the picture meet in the plane that is sharp, and leave from all of the lens
+// alike: the mean square along an axis of a disc is a quarter of its squared radius.
 void test_lens() {
     Camera camera = camera_look_at({1, 2, 3}, {0, 0, -4}, {0, 1, 0}, 0.4f);
     camera_fit(camera, SIZE, SIZE);
@@ -314,16 +315,23 @@ void test_lens() {
     const Vec3 sharp =
         straight.origin + (distance / dot(straight.direction, camera.forward)) * straight.direction;
     Random random{1};
-    float farthest = 0;
-    for (int i = 0; i < 1000; ++i) {
+    constexpr int COUNT = 10000;
+    float farthest = 0, right = 0, up = 0;
+    for (int i = 0; i < COUNT; ++i) {
         const Ray ray = camera_ray(camera, point, {random(), random()});
         const Vec3 to_sharp = sharp - ray.origin;
         CHECK(length(cross(to_sharp, ray.direction)) < 1e-5f, "missed by %g",
               length(cross(to_sharp, ray.direction)));
         CHECK(std::abs(dot(ray.origin - camera.position, camera.forward)) < 1e-6f,
               "not on the lens");
-        farthest = std::max(farthest, length(ray.origin - camera.position));
+        const Vec3 place = (1 / 0.2f) * (ray.origin - camera.position);
+        farthest = std::max(farthest, 0.2f * length(place));
+        right += dot(place, camera.right) * dot(place, camera.right) / COUNT;
+        up += dot(place, camera.up) * dot(place, camera.up) / COUNT;
     }
+    // Five deviations of such a mean
+    CHECK(std::abs(right - 0.25f) < 0.0125f && std::abs(up - 0.25f) < 0.0125f,
+          "mean squares of %g and %g", right, up);
     CHECK(farthest < 0.2001f && farthest > 0.19f, "lens of radius %g", farthest);
 }
 
