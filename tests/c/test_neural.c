@@ -283,7 +283,8 @@ static void test_progress(void) {
         /* With luck other threads have done all before the calling one asks again. */
         const int stopped = stop_at > 0 && w.calls == stop_at;
         CHECK(result == (stopped ? BN_ERROR_CANCELLED : BN_SUCCESS) && w.bad == 0);
-        CHECK(stop_at == 0 ? state->runs >= 12 && (threads > 1 || w.last > 0) : stop_at > 1 || stopped);
+        CHECK(stop_at == 0 ? state->runs >= 12 && (threads > 1 || w.last > 0)
+                           : stop_at > 1 || stopped);
         if (stop_at == 1) CHECK(state->runs == 0);
         if (threads == 1 && stop_at > 0) CHECK(stopped && state->runs < 12);
         if (stopped) CHECK(count_touched(ranks, count) == 0);
