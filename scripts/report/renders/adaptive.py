@@ -144,7 +144,8 @@ def report_text(result, names, command, commit):
         f"`--noise` {', '.join(f'{level:g}' for level in LEVELS)} with `--min-spp {LEAST} --spp {MOST}`, against plain pictures of "
         f"{', '.join(map(str, COUNTS))} samples. `zorder` is declared at each count of plain pictures, and at {MOST} in adaptive "
         f"ones, whose counts nobody knows before. References have {REFERENCE_SPP} samples per pixel (`sobol`, another seed).",
-        "Errors are differences as displayed (exposed and clipped), over the light of the reference plus a fiftieth of white.", "",
+        "Errors are differences as displayed (exposed and clipped), over the light of the reference plus a fiftieth of white. Each picture",
+        "has one seed: where a few bright paths decide, as in `glossy`, one unlucky picture moves a ratio.", "",
         "For each level: samples per pixel on average, the error over that of plain pictures with as many samples (unblurred, and "
         "after a blur of 2.1 pixels), and the error after the blur over that of `blue`.", "",
         *([f"OpenQMC is at commit {commit}.", ""] if commit else []), table(result, names), ""])
