@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options shared by the `scripts/bench` commands that compare rendered pictures."""
 
-import argparse
 import os
 from pathlib import Path
 
@@ -23,7 +22,7 @@ def command_shown(command, arguments):
             next(words, None)
         if name in FOLDERS:
             result += [name, "DIR"]
-        elif name not in (*PLACES, "--retime", "--no-flip"):
+        elif name not in (*PLACES, "--retime"):
             result.append(word)
     return " ".join(result)
 
@@ -37,7 +36,6 @@ def add_common_options(parser, reference_spp, pages):
                         help="pictures to render at a time, one thread each (default: one per core)")
     parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
-    parser.add_argument("--no-flip", action="store_true", help=argparse.SUPPRESS)  # of earlier versions, which had FLIP
     parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
     parser.set_defaults(default_pages=Path(pages), lights=None)
