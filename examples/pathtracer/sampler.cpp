@@ -58,6 +58,7 @@ const std::vector<SamplerEntry> &sampler_entries() {
             {"white", "independent uniform numbers", BN_SAMPLER_WHITE},
             {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
             {"mask", "a blue-noise mask drives padded Sobol'", BN_SAMPLER_MASK},
+            {"pcg", "one PCG32 for all decisions of a path, for comparison", 0, nullptr, true},
             {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
              sobol4d_create},
         };
@@ -78,7 +79,7 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     if (!chosen)
         throw Error("there is no sampler '" + settings.name + "'; the samplers are " + known);
 
-    if (chosen->peer) {
+    if (chosen->peer || chosen->is_pcg) {
         for (const auto &[option, given] : {std::pair{"--declare", settings.declared_spp > 0},
                                             std::pair{"--mask", !settings.mask.empty()}})
             if (given)
@@ -107,7 +108,8 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     try {
         return std::make_unique<Sampler>(
             Sampler{bn::Sampler(options), std::move(ranks),
-                    chosen->peer ? chosen->peer(settings.seed) : nullptr});
+                    chosen->peer ? chosen->peer(settings.seed) : nullptr,
+                    chosen->is_pcg ? std::optional(settings.seed) : std::nullopt});
     } catch (const bn::Error &error) {
         throw Error("the sampler '" + settings.name +
                     "' cannot be made: " + bn_result_string(error.result()));

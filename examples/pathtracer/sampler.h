@@ -20,16 +20,19 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "math.h"
+#include "pcg.h"
 #include "peer.h"
 
 struct Sampler {
     bn::Sampler library;
     std::vector<uint32_t> mask_ranks; // which `library` borrows; empty for the built-in mask
     PeerPointer peer;                 // draws in place of `library`, unless it is null
+    std::optional<uint64_t> pcg_seed; // the same
 };
 using SamplerPointer = std::unique_ptr<const Sampler>;
 
@@ -38,9 +41,10 @@ struct SamplerEntry {
     const char *summary;
     int32_t kind;                                 // BN_SAMPLER_..., for libbn's samplers
     PeerPointer (*peer)(uint64_t seed) = nullptr; // creates a sampler that is not libbn's
+    bool is_pcg = false;
 };
 
-// libbn's samplers, sobol4d, then OpenQMC's if the build includes it, in the order of --list.
+// libbn's samplers, pcg, sobol4d, then OpenQMC's if the build includes it, in the order of --list.
 const std::vector<SamplerEntry> &sampler_entries();
 
 // In sobol_global.cpp; empty in a build without Boost.
@@ -59,9 +63,10 @@ struct SamplerSettings {
 // Throws Error that lists the known samplers or says what is wrong with the mask.
 SamplerPointer sampler_create(const SamplerSettings &settings);
 
-// What visit(path) returns for sample `index` of a pixel. The path is a bn::Path or a PeerPath.
+// What visit(path) returns for sample `index` of a pixel. The path is a bn::Path, PeerPath or PcgPath.
 template <typename Visit>
 auto with_path(const Sampler &sampler, int32_t x, int32_t y, uint32_t index, Visit visit) {
+    if (sampler.pcg_seed) return visit(PcgPath(*sampler.pcg_seed, x, y, index));
     if (sampler.peer) return visit(PeerPath(*sampler.peer, x, y, index));
     return visit(bn::Path(sampler.library, x, y, index));
 }

@@ -17,7 +17,7 @@ PENUMBRA = ("--scene", "penumbra", "--size", "64x64", "--max-depth", 1)
 
 def needs(pathtracer, name):
     """Skips the test if the path tracer is built without a sampler that may be left out."""
-    if name != "sobol4d" and name not in pathtracer.run("--list").stdout.split():
+    if name not in ("pcg", "sobol4d") and name not in pathtracer.run("--list").stdout.split():
         pytest.skip(f"the path tracer is built without {name}")
 
 
@@ -39,7 +39,7 @@ def test_without_openqmc_the_samplers_there_are_get_named(pathtracer):
 
 
 @pytest.mark.parametrize(("name", "more"), [
-    ("sobol4d", ()), ("sobol4d", ("--light-samples", 3)), ("sobol4d", ("--scene", "lens")),
+    ("pcg", ()), ("pcg", ("--scene", "fog")), ("sobol4d", ()), ("sobol4d", ("--light-samples", 3)), ("sobol4d", ("--scene", "lens")),
     ("sobol-global", ("--light-samples", 3)), ("sobol-global", ("--scene", "motion")),
     *itertools.product(OPENQMC, [(), ("--light-samples", 3)])])
 def test_the_means_are_right(pathtracer, name, more):
@@ -66,7 +66,7 @@ def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, na
     assert error[name] < 0.85 * error["white"] and error[name] < 1.1 * error["sobol"]
 
 
-@pytest.mark.parametrize("name", ["sobol4d", "sobol-global", *OPENQMC])
+@pytest.mark.parametrize("name", ["pcg", "sobol4d", "sobol-global", *OPENQMC])
 def test_pictures_do_not_depend_on_crops_and_parts(pathtracer, name):
     needs(pathtracer, name)
     common = ("--size", "40x30", "--sampler", name, "--seed", 7)

@@ -5,6 +5,7 @@ axes."""
 # Okabe and Ito's palette, which is safe for colour-blind readers.
 STYLES = {
     "white": ("#767676", "o"),
+    "pcg": ("#a0a0a0", "d"),
     "sobol": ("#d55e00", "s"),
     "sobol4d": ("#a03000", "P"),
     "sobol-global": ("#e08214", "D"),

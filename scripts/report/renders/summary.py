@@ -33,7 +33,7 @@ TIME_COMMAND = f"{COMMAND}: time"
 TIMES = {"white noise's error at 16 samples": ("renders_headline.csv", "seconds:displayed_2.1", 16),
          "at 64": ("renders_headline.csv", "seconds:displayed_2.1", 64),
          "at 16, after Open Image Denoise": ("denoise.csv", "seconds:plain:displayed_2.1", 16)}
-TIMED = {"sobol": "padded Sobol'", "zorder": "Z-order", BEST_PEER: "the best of OpenQMC", "blue": "`blue`"}
+TIMED = {"pcg": "PCG32", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: "the best of OpenQMC", "blue": "`blue`"}
 
 
 def over(gains):

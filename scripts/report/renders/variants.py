@@ -26,6 +26,7 @@ class Variant:
 
 VARIANTS = {
     "white": Variant("white"),
+    "pcg": Variant("pcg"),
     "sobol": Variant("sobol"),
     "zorder": Variant("zorder", declare=True),
     # The mask provides the first sample; from 4 samples on this is nearly the same as sobol.
@@ -35,11 +36,10 @@ VARIANTS = {
     "blue": Variant("blue"),
 }
 ALWAYS = ("white", "sobol", "blue")  # headlines say how much less error blue has than the others
-DEFAULT = ("white", "sobol", "sobol-global", "zorder", "mask", "blue")
 OWN = tuple(name for name in VARIANTS if name not in PEERS)
 
 
-def add_option(parser, default=DEFAULT):
+def add_option(parser, default=OWN):
     """Adds --samplers; chosen(options.samplers, peers) gives the labels."""
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=default, metavar="A,B,...",
                         help=f"samplers out of {', '.join(OWN)} (default {','.join(default)}); {', '.join(ALWAYS)} are always included")
