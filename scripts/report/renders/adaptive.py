@@ -32,6 +32,7 @@ WIDTH, HEIGHT = 120, 90
 LEVELS = (0.2, 0.1, 0.05)
 LEAST, MOST = 16, 256  # samples per pixel: --min-spp and --spp
 COUNTS = (16, 32, 64, 128, 256)  # of plain pictures
+SEEDS = 4
 REFERENCE_SPP = 2048
 SIGMAS = (0.0, 2.1)
 DARKEST = 0.02  # share of white added to the light that errors are divided by, as in --noise
@@ -39,7 +40,7 @@ DARKEST = 0.02  # share of white added to the light that errors are divided by, 
 
 @dataclasses.dataclass(frozen=True)
 class Point:
-    """A picture: samples per pixel on average, {sigma: error}, and its light over the reference's, minus 1."""
+    """A picture, or the mean of several: samples per pixel on average, {sigma: error}, and its light over the reference's, minus 1."""
 
     samples: float
     errors: dict
@@ -54,8 +55,14 @@ def point(picture, samples, reference):
                  float(shown.mean() / wanted.mean() - 1))
 
 
-def adaptive_point(program, view, sampler, level, reference):
-    request = view.request(sampler, MOST, declared=MOST if sampler == "zorder" else 0)
+def mean_point(points):
+    """Of the pictures of all seeds; of errors the root of the mean square."""
+    errors = {sigma: float(np.sqrt(np.mean([p.errors[sigma] ** 2 for p in points]))) for sigma in SIGMAS}
+    return Point(float(np.mean([p.samples for p in points])), errors, float(np.mean([p.light for p in points])))
+
+
+def adaptive_point(program, view, sampler, seed, level, reference):
+    request = view.request(sampler, MOST, seed, declared=MOST if sampler == "zorder" else 0)
     more = ["--noise", str(level), "--min-spp", str(LEAST), "--threads", 1, "--quiet"]
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         path = Path(folder) / "adaptive.exr"
@@ -73,9 +80,10 @@ def measure(program, samplers):
         for view, reference in references.items():
             own = result.setdefault(view.scene, {})
             for sampler in samplers:
-                plain = pictures_of(program, Task(view, sampler, 0, COUNTS))
-                own[sampler] = ([point(picture, spp, reference) for spp, picture, _ in plain],
-                                [adaptive_point(program, view, sampler, level, reference) for level in LEVELS])
+                plain = [[point(picture, spp, reference) for spp, picture, _ in pictures_of(program, Task(view, sampler, seed, COUNTS))]
+                         for seed in range(SEEDS)]
+                adaptive = [[adaptive_point(program, view, sampler, seed, level, reference) for level in LEVELS] for seed in range(SEEDS)]
+                own[sampler] = tuple([mean_point(points) for points in zip(*pictures)] for pictures in (plain, adaptive))
                 progress(f"{view.scene}, {sampler}", len(result) * len(samplers) - len(samplers) + len(own))
     finally:
         progress.close()
@@ -144,8 +152,8 @@ def report_text(result, names, command, commit):
         f"`--noise` {', '.join(f'{level:g}' for level in LEVELS)} with `--min-spp {LEAST} --spp {MOST}`, against plain pictures of "
         f"{', '.join(map(str, COUNTS))} samples. `zorder` is declared at each count of plain pictures, and at {MOST} in adaptive "
         f"ones, whose counts nobody knows before. References have {REFERENCE_SPP} samples per pixel (`sobol`, another seed).",
-        "Errors are differences as displayed (exposed and clipped), over the light of the reference plus a fiftieth of white. Each picture",
-        "has one seed: where a few bright paths decide, as in `glossy`, one unlucky picture moves a ratio.", "",
+        "Errors are differences as displayed (exposed and clipped), over the light of the reference plus a fiftieth of white, and",
+        f"root mean squares over {SEEDS} seeds. Where a few bright paths decide, as in `glossy`, an unlucky picture still moves a ratio.", "",
         "For each level: samples per pixel on average, the error over that of plain pictures with as many samples (unblurred, and "
         "after a blur of 2.1 pixels), and the error after the blur over that of `blue`.", "",
         *([f"OpenQMC is at commit {commit}.", ""] if commit else []), table(result, names), ""])
