@@ -53,13 +53,8 @@ def lights(rng):
         light, u = bluenoise.choose_cdf(cdf, draw[..., 0])
         return inside(edges[light], np.stack([u, draw[..., 1]], -1))
 
-    def number_and_pair(path):
-        draw = path.ray(0).next_4d()
-        return inside(edges[bluenoise.choose_cdf(cdf, draw[..., 2])[0]], draw[..., :2])
-
-    def apart(path):
-        ray = path.ray(0)
-        return inside(edges[bluenoise.choose_cdf(cdf, ray.next_1d())[0]], ray.draw_light())
+    def with_number(number, pair):
+        return inside(edges[bluenoise.choose_cdf(cdf, number)[0]], pair)
 
     # Vose's table: a column, then one of two lights; the rest of the number is stretched.
     share, other = np.array(power / power.sum() * 12), np.arange(12)
@@ -79,8 +74,10 @@ def lights(rng):
         rest = np.where(stays, u / np.maximum(own, 1e-9), (u - own) / np.maximum(1 - own, 1e-9))
         return inside(edges[np.where(stays, column, other[column])], np.stack([rest, draw[..., 1]], -1))
 
-    return {"one pair, from a table in order": one_pair, "a number and a pair of one domain": number_and_pair,
-            "a number and a pair of two domains": apart, "one pair, from an alias table": alias}
+    return {"one pair, from a table in order": one_pair,
+            "a number and a pair of one domain": lambda path: with_number((draw := path.ray(0).next_4d())[..., 2], draw[..., :2]),
+            "a number and a pair of two domains": lambda path: with_number(path.ray(0).next_1d(), path.ray(0).draw_light()),
+            "one pair, from an alias table": alias}
 
 
 def environment_map(rng):
@@ -159,25 +156,19 @@ def coin(rng):
         light, rest = bluenoise.choose_cdf(cdf, draw[..., 0])
         return estimate(path, number < 0.5, light, np.stack([rest, draw[..., 1]], -1), draw[..., :2])
 
-    def third_number(path):
-        draw = path.ray(1).draw()
-        return with_coin(path, draw, draw[..., 2])
-
     def third_and_fourth(path):
         draw = path.ray(1).draw()
         return estimate(path, draw[..., 2] < 0.5, bluenoise.choose_cdf(cdf, draw[..., 3])[0], draw[..., :2], draw[..., :2])
-
-    def coin_apart(path):
-        ray = path.ray(1)
-        return with_coin(path, ray.draw_where(), ray.next_1d())
 
     def all_apart(path):
         ray = path.ray(1)
         to_light, light = ray.next_1d() < 0.5, bluenoise.choose_cdf(cdf, ray.next_1d())[0]
         return estimate(path, to_light, light, ray.next_2d(), ray.draw_where())
 
-    return {"coin and light with u[0], one after the other": one_pair, "the coin with u[2], the light with u[0]": third_number,
-            "the coin with u[2], the light with u[3]": third_and_fourth, "the coin with `next_1d()`, the light with u[0]": coin_apart,
+    return {"coin and light with u[0], one after the other": one_pair,
+            "the coin with u[2], the light with u[0]": lambda path: with_coin(path, draw := path.ray(1).draw(), draw[..., 2]),
+            "the coin with u[2], the light with u[3]": third_and_fourth,
+            "the coin with `next_1d()`, the light with u[0]": lambda path: with_coin(path, path.ray(1).draw_where(), path.ray(1).next_1d()),
             "coin and light with `next_1d()`, the point with `next_2d()`": all_apart}
 
 
@@ -186,22 +177,19 @@ def light_tree(rng):
     left = rng.uniform(0.3, 0.7, 64).astype(np.float32)
     edges = half_planes(rng, 64)
 
-    def descend(path, number):
-        ray = path.ray(0)
-        draw = ray.draw_light()
-        node, u = np.zeros(path.shape, np.int64), draw[..., 0]
+    def descend(path, apart):
+        ray, node = path.ray(0), np.zeros(path.shape, np.int64)
+        pair = ray.draw_light()
+        u = pair[..., 0]
         for level in range(6):
-            if number:
-                u = ray.next_1d() if level or number == 2 else u
-            low = u < left[(2**level + node) % 64]
-            probability = left[(2**level + node) % 64]
+            u, probability = ray.next_1d() if apart else u, left[(2**level + node) % 64]
+            low = u < probability
             rest = np.where(low, u / probability, (u - probability) / (1 - probability))
             node, u = 2 * node + ~low, np.minimum(rest, np.float32(1 - 2.0**-24))
-        point = draw[..., 1] if number == 2 else None
-        return inside(edges[node], np.stack([draw[..., 0] if number == 2 else u, draw[..., 1] if point is None else point], -1))
+        return inside(edges[node], pair if apart else np.stack([u, pair[..., 1]], -1))
 
-    return {"one number all the way down, the rest for the point": lambda path: descend(path, 0),
-            "a number for each level, a pair for the point": lambda path: descend(path, 2)}
+    return {"one number all the way down, the rest for the point": lambda path: descend(path, False),
+            "a number for each level, a pair for the point": lambda path: descend(path, True)}
 
 
 def density(t):
@@ -211,7 +199,7 @@ def density(t):
 def free_flight(rng):
     """Does a ray cross a medium whose density varies? Optical depth 2, by delta tracking."""
     most = np.float32(2 / np.mean(density(np.linspace(0, 1, 1001))) * rng.uniform(0.8, 1.2))
-    depth = most * np.concatenate([[0], np.cumsum(density((np.arange(1000) + 0.5) / 1000) / 1000)])
+    depth = most * np.cumsum(density((np.arange(1000) + 0.5) / 1000) / 1000)
 
     def track(path, numbers):
         t, alive, crossed = np.zeros(path.shape, np.float32), np.ones(path.shape, bool), np.zeros(path.shape, bool)
@@ -222,11 +210,8 @@ def free_flight(rng):
             alive &= ~(numbers() < density(t))
         return crossed
 
-    def one_number(path):
-        return path.ray(0).next_1d() < np.exp(-np.float32(depth[-1]))
-
     generator = np.random.default_rng(5)
-    return {"one number, inverted": one_number,
+    return {"one number, inverted": lambda path: path.ray(0).next_1d() < np.exp(-np.float32(depth[-1])),
             "`next_rng()`: four stratified, then a generator": lambda path: track(path, path.ray(0).next_rng().next_1d),
             "a number of the sampler for each step": lambda path: track(path, path.ray(0).next_1d),
             "a generator alone": lambda path: track(path, lambda: generator.random(path.shape, np.float32))}
@@ -236,12 +221,11 @@ def random_walk(rng):
     """A walk below a surface: does it leave, and on which side of an edge?"""
     edge = half_planes(rng, 1)[0] - [0, 0, 0.5]
 
-    def walk(path, first, numbers):
-        u = first() if first else None
+    def walk(path, numbers, first=None):
         place = np.zeros((*path.shape, 3), np.float32)
         alive, left = np.ones(path.shape, bool), np.zeros(path.shape, bool)
         for step in range(12):
-            a, b, c = (u[..., 0], u[..., 1], u[..., 2]) if step == 0 and first else (numbers(), numbers(), numbers())
+            a, b, c = np.moveaxis(first, -1, 0)[:3] if step == 0 and first is not None else (numbers(), numbers(), numbers())
             z = 1 - (a if step == 0 else 2 * a)  # down at first, then anywhere
             r, phi = np.sqrt(np.maximum(1 - z * z, 0)), 2 * np.pi * b
             length = -np.log1p(-c)
@@ -252,81 +236,70 @@ def random_walk(rng):
 
     def stratified(path):
         ray = path.ray(0)
-        return walk(path, ray.next_4d, ray.next_rng().next_1d)
+        numbers = ray.next_rng().next_1d
+        return walk(path, numbers, ray.next_4d())
 
     generator = np.random.default_rng(6)
     return {"first step from `next_4d()`, then `next_rng()`": stratified,
-            "all of it from `next_rng()`": lambda path: walk(path, None, path.ray(0).next_rng().next_1d),
-            "a number of the sampler for each decision": lambda path: walk(path, None, path.ray(0).next_1d),
-            "a generator alone": lambda path: walk(path, None, lambda: generator.random(path.shape, np.float32))}
+            "all of it from `next_rng()`": lambda path: walk(path, path.ray(0).next_rng().next_1d),
+            "a number of the sampler for each decision": lambda path: walk(path, path.ray(0).next_1d),
+            "a generator alone": lambda path: walk(path, lambda: generator.random(path.shape, np.float32))}
 
 
 def transparency(rng):
-    """Two leaves of different colours, each seen with a probability, in another order from pixel to pixel."""
+    """Two leaves of different colours, each seen with a probability, in another order from pixel to pixel. What the order changes is not
+    noise: each pixel's own mean is subtracted."""
     alpha, color = rng.uniform(0.3, 0.7, 2), np.array([1.0, 0.35])
-    swapped = np.random.default_rng(7).random((SIZE, SIZE)) < 0.5
+    leaves = (np.random.default_rng(7).random((SIZE, SIZE)) < 0.5).astype(int)  # in front
 
-    def first_seen(path, hit):
-        order = swapped[:path.shape[-2], :path.shape[-1]]
-        result = np.zeros(path.shape)
-        for front in (0, 1):
-            back = 1 - front
-            seen = np.where(hit(path, front, order, front), color[front], np.where(hit(path, back, order, front), color[back], 0))
-            result = np.where(order == bool(front), seen, result)
-        return result
+    def first_seen(path, numbers):
+        """numbers(front): those of the leaves in front and behind."""
+        front = leaves[:path.shape[-2], :path.shape[-1]]
+        back = 1 - front
+        near, far = numbers(front)
+        seen = np.where(near < alpha[front], color[front], np.where(far < alpha[back], color[back], 0))
+        return seen - (color[front] * alpha[front] + (1 - alpha[front]) * alpha[back] * color[back])
 
-    def by_leaf(path, leaf, order, front):
-        return part(path, leaf) < alpha[leaf]
+    def by_leaf(path):
+        one, other = (path.ray(0).keyed(1000 + leaf).draw_where()[..., 0] for leaf in (0, 1))
+        return first_seen(path, lambda front: (np.where(front, other, one), np.where(front, one, other)))
 
-    def part(path, leaf):
-        return path.ray(0).keyed(1000 + leaf).draw_where()[..., 0]
-
-    def by_order(path, leaf, order, front):
+    def by_order(path):
         ray = path.ray(0)
-        numbers = [ray.next_1d(), ray.next_1d()]
-        return numbers[0 if leaf == front else 1] < alpha[leaf]
+        return first_seen(path, lambda front: (ray.next_1d(), ray.next_1d()))
 
-    def truth_free(hit):
-        # What the order changes is not noise: subtract each pixel's own mean.
-        mean = {bool(front): color[front] * alpha[front] + (1 - alpha[front]) * alpha[1 - front] * color[1 - front]
-                for front in (0, 1)}
-        return lambda path: first_seen(path, hit) - np.where(swapped[:path.shape[-2], :path.shape[-1]], mean[True], mean[False])
+    return {"a number for each leaf, by key": by_leaf, "numbers in the order of intersection": by_order}
 
-    return {"a number for each leaf, by key": truth_free(by_leaf), "numbers in the order of intersection": truth_free(by_order)}
+
+def moving_edge(rng):
+    """function(where, time): whether an edge that moves across the pixel while the shutter is open covers the place."""
+    edge, speed = half_planes(rng, 1)[0], rng.uniform(0.5, 1.5)
+    return lambda where, time: inside(edge, where - np.stack([(time - 0.5) * speed, 0 * time], -1).astype(np.float32))
 
 
 def time_alone(rng):
-    """An edge that moves across the pixel while the shutter is open."""
-    edge, speed = half_planes(rng, 1)[0], rng.uniform(0.5, 1.5)
-
-    def moving(where, time):
-        return inside(edge, where - np.stack([(time - 0.5) * speed, 0 * time], -1).astype(np.float32))
-
-    def second_pair(path):
-        draw = path.ray(0).draw()
-        return moving(draw[..., :2], draw[..., 2])
-
-    return {"time from the second pair of ray 0": second_pair,
-            "time from `time()`": lambda path: moving(path.ray(0).draw_where(), path.time()[..., 0]),
-            "time from `next_1d()`": lambda path: moving(path.ray(0).draw_where(), path.ray(0).next_1d())}
+    covered = moving_edge(rng)
+    return {"time from the second pair of ray 0": lambda path: covered((draw := path.ray(0).draw())[..., :2], draw[..., 2]),
+            "time from `time()`": lambda path: covered(path.ray(0).draw_where(), path.time()[..., 0]),
+            "time from `next_1d()`": lambda path: covered(path.ray(0).draw_where(), path.ray(0).next_1d())}
 
 
 def time_and_lens(rng):
     """The same edge, out of focus."""
-    edge, speed, blur = half_planes(rng, 1)[0], rng.uniform(0.5, 1.5), rng.uniform(0.5, 1.5)
+    covered, blur = moving_edge(rng), rng.uniform(0.5, 1.5)
 
-    def moving(draw, time):
-        r, phi = np.sqrt(draw[..., 2]), 2 * np.pi * draw[..., 3]
-        lens = blur * np.stack([r * np.cos(phi), r * np.sin(phi)], -1)
-        return inside(edge, draw[..., :2] + lens - np.stack([(time - 0.5) * speed, 0 * time], -1).astype(np.float32))
+    def blurred(where, lens, time):
+        r, phi = np.sqrt(lens[..., 0]), 2 * np.pi * lens[..., 1]
+        return covered(where + blur * np.stack([r * np.cos(phi), r * np.sin(phi)], -1), time)
 
-    return {"lens from the second pair of ray 0, time from `time()`":
-            lambda path: moving(path.ray(0).draw(), path.time()[..., 0]),
-            "lens from the second pair of ray 0, time from `next_1d()`":
-            lambda path: moving(path.ray(0).draw(), path.ray(0).next_1d()),
-            "lens and time from `next_4d()`":
-            lambda path: (lambda where, more: moving(np.concatenate([where, more[..., 2:]], -1), more[..., 0]))(
-                path.ray(0).draw_where(), path.ray(0).next_4d())}
+    def second_pair(path, time):
+        draw = path.ray(0).draw()
+        return blurred(draw[..., :2], draw[..., 2:], time)
+
+    return {"lens from the second pair of ray 0, time from `time()`": lambda path: second_pair(path, path.time()[..., 0]),
+            "lens from the second pair of ray 0, time from `next_1d()`": lambda path: second_pair(path, path.ray(0).next_1d()),
+            "lens and time from `next_4d()`": lambda path: blurred(
+                path.ray(0).draw_where(), (more := path.ray(0).next_4d())[..., 2:], more[..., 0])}
 
 
 def wavelength(rng):
@@ -336,56 +309,47 @@ def wavelength(rng):
     def four(w):
         return np.mean([np.exp(-(((w + k / 4) % 1 - line) / width) ** 2) for k in range(4)], 0)
 
-    def folded(path):
-        time = path.time()
-        return four((np.floor(4 * time[..., 0]) + time[..., 1]) / 4)
-
-    return {"w = (floor(4 v) + u) / 4": folded, "w = u": lambda path: four(path.time()[..., 1])}
+    return {"w = (floor(4 v) + u) / 4": lambda path: four((np.floor(4 * (time := path.time())[..., 0]) + time[..., 1]) / 4),
+            "w = u": lambda path: four(path.time()[..., 1])}
 
 
 def splits(rng):
     """About four light samples for each camera ray: an edge seen from the light, shaded by where the camera ray went. Where
     their number varies, brighter paths take more."""
     edge, shade = half_planes(rng, 1)[0], rng.uniform(0.3, 1, 2)
-    own_domains = itertools.count(1000)
+    domains, taken = itertools.count(1000), [0]
 
     def weight(path):
         where = path.ray(0).draw_where()
         return 0.5 + shade[0] * where[..., 0] + shade[1] * where[..., 1]
 
-    def number(path):
+    def varying(path):
         """2 to 6."""
         return np.floor(2 + 4.99 * (weight(path) - 0.5) / shade.sum())
 
+    def estimate(path, number, ray):
+        """ray(k): the one that draws light sample k."""
+        return weight(path) * sum((k < number) * inside(edge, ray(k).draw_where()) for k in range(6)) / number
+
     def split(path, most, number):
         branches = path.ray(0).next_split(most)
-        found = sum((k < number) * inside(edge, branches[k].ray(0).draw_where()) for k in range(int(np.max(number))))
-        return weight(path) * found / number
-
-    def own_domain(path):
-        index, n = next(own_domains), number(path)
-        found = sum((k < n) * inside(edge, paths("blue", index, k, path.shape[0]).ray(1).draw_where()) for k in range(6))
-        return weight(path) * found / n
-
-    taken = [0]
+        return estimate(path, number, lambda k: branches[k].ray(0))
 
     def running(path, index):
-        first = taken[0] if index else np.zeros(path.shape, np.int64)
-        n = number(path)
-        branches = path.ray(0).next_split_from(first)
-        taken[0] = first + n.astype(np.int64)
-        return weight(path) * sum((k < n) * inside(edge, branches[k].ray(0).draw_where()) for k in range(6)) / n
+        first, number = taken[0] if index else np.zeros(path.shape, np.int64), varying(path)
+        branches, taken[0] = path.ray(0).next_split_from(first), first + number.astype(np.int64)
+        return estimate(path, number, lambda k: branches[k].ray(0))
 
-    def domains(path):
-        n, ray = number(path), path.ray(0)
-        return weight(path) * sum((k < n) * inside(edge, ray.keyed(k).draw_where()) for k in range(6)) / n
+    def own_domain(path):
+        domain = next(domains)
+        return estimate(path, varying(path), lambda k: paths("blue", domain, k, path.shape[0]).ray(1))
 
     return {"four branches of `next_split(4)`": lambda path: split(path, 4, np.float32(4)),
-            "two to six of `next_split(4)`": lambda path: split(path, 4, number(path)),
-            "two to six of `next_split(8)`": lambda path: split(path, 8, number(path)),
+            "two to six of `next_split(4)`": lambda path: split(path, 4, varying(path)),
+            "two to six of `next_split(8)`": lambda path: split(path, 8, varying(path)),
             "two to six of `next_split_from(taken)`": running,
             "two to six, a domain for each path": own_domain,
-            "two to six, a domain for each branch": domains}
+            "two to six, a domain for each branch": lambda path: estimate(path, varying(path), path.ray(0).keyed)}
 
 
 EXPERIMENTS = {"lights": lights, "environment map": environment_map, "coin": coin, "light tree": light_tree, "free flight": free_flight,
