@@ -11,15 +11,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from report.base.files import read_exr, write_exr
-from report.others import (
-    cycles,
-    cycles_build,
-    cycles_scenes,
-    other_renderer,
-    pbrt,
-    pbrt_build,
-    pbrt_scenes,
-)
+from report.others import builds, cycles, cycles_scenes, other_renderer, pbrt, pbrt_scenes
 from report.renders.renderer import RenderError
 
 
@@ -43,10 +35,10 @@ def checkout(tmp_path):
 
 
 def test_a_checkout_of_something_else_is_refused(checkout, tmp_path):
-    with pytest.raises(RenderError, match=f"checkout {cycles_build.TAG}"):
-        cycles_build.check(checkout)
+    with pytest.raises(RenderError, match=f"checkout {builds.CYCLES_TAG}"):
+        builds.cycles(checkout, 1)
     with pytest.raises(RenderError, match="is no checkout of pbrt-v4; run git clone --recursive"):
-        pbrt_build.check(tmp_path)
+        builds.pbrt(tmp_path, 1)
 
 
 class Made:
@@ -104,7 +96,7 @@ def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
 def pbrt_program():
     if not os.environ.get("BN_PBRT"):
         pytest.skip("BN_PBRT is not set to a checkout of pbrt-v4")
-    return pbrt_build.build(ROOT / os.environ["BN_PBRT"], os.cpu_count() or 1).program
+    return builds.pbrt(ROOT / os.environ["BN_PBRT"], os.cpu_count() or 1)[0]
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +115,7 @@ def picture(pbrt_program, tmp_path_factory):
 
 
 def test_the_patch_applies_to_the_checkout(pbrt_program):
-    subprocess.run(["git", "-C", os.environ["BN_PBRT"], "apply", "--check", pbrt_build.PATCH], check=True)
+    subprocess.run(["git", "-C", os.environ["BN_PBRT"], "apply", "--check", builds.PBRT_PATCH], check=True)
 
 
 def test_crops_threads_and_seeds(picture):
@@ -160,7 +152,7 @@ def test_both_integrators_agree_with_another_sampler(picture, scene):
 def cycles_program():
     if not os.environ.get("BN_CYCLES"):
         pytest.skip("BN_CYCLES is not set to a checkout of Cycles")
-    return cycles_build.build(os.environ["BN_CYCLES"], os.cpu_count() or 1)
+    return builds.cycles(os.environ["BN_CYCLES"], os.cpu_count() or 1)
 
 
 def cycles_picture(program, folder, settings, spp):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..renders import variants, views
 from . import peers
-from .command import add_pathtracer, positive
+from .command import positive
 
 # Options that say where to read and write, or how often, not what to measure.
 PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--program")
@@ -30,17 +30,14 @@ def command_shown(command, arguments):
 def add_common_options(parser, reference_spp, pages):
     """Options shared by `renders` and `denoise`."""
     parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
-    parser.add_argument("--reference-spp", type=positive, default=reference_spp, metavar="N",
-                        help=f"samples per pixel of references, a multiple of 32 (default {reference_spp})")
-    parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
-                        help="pictures to render at a time, one thread each (default: one per core)")
+    parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
+    parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
     parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
     parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
     parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
     parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
     parser.set_defaults(default_pages=Path(pages), lights=None)
-    add_pathtracer(parser)
-    peers.add_option(parser)
+    parser.pathtracer()
 
 
 def finish_options(parser, options, command, arguments):

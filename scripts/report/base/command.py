@@ -66,9 +66,28 @@ def split_more(arguments):
 
 # ---- Options
 
-def add_out(parser):
-    parser.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+class Parser(argparse.ArgumentParser):
+    """The options of one part of scripts/bench, whose description is the first line of a text."""
 
+    def __init__(self, part, text, **more):
+        super().__init__(prog=f"scripts/bench {part}", description=text.splitlines()[0], **more)
 
-def add_pathtracer(parser):
-    parser.add_argument("--pathtracer", type=Path, default=Path("build/examples/pathtracer/pathtracer"), help=argparse.SUPPRESS)
+    def number(self, name, default, text, said=""):
+        """A positive integer; said: the default in words."""
+        self.add_argument(name, type=positive, default=default, metavar="N", help=f"{text} (default{said or f' {default}'})")
+
+    def hidden(self, name, default=None):
+        """A path, for tests."""
+        self.add_argument(name, type=Path, default=default and Path(default), help=argparse.SUPPRESS)
+
+    def out(self):
+        self.add_argument("--out", type=Path, default=Path("docs/report"), help="folder for the report (default docs/report)")
+
+    def pathtracer(self):
+        self.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
+        self.add_argument("--openqmc", metavar="DIR", help="build with the checkout of OpenQMC in DIR and include its samplers")
+
+    def table(self, guide):
+        """What tables.write_or_print() needs."""
+        self.hidden("--guide", guide)
+        self.add_argument("--print", action="store_true", help=f"print the table without changing {guide}")

@@ -3,7 +3,7 @@
 
 `scripts/bench PART --openqmc DIR` builds with the checkout of OpenQMC in DIR and passes the option to the part:
 
-    peers.add_option(parser)
+    parser.pathtracer()
     options = parser.parse_args(arguments)
     samplers += peers.chosen(options.openqmc, options.pathtracer)
 
@@ -29,11 +29,6 @@ def samplers(program):
 def listed(program):
     """Those of PEERS."""
     return tuple(name for name in PEERS if name in samplers(program))
-
-
-def add_option(parser):
-    parser.add_argument("--openqmc", metavar="DIR",
-                        help="build with the checkout of OpenQMC in DIR and include its samplers")
 
 
 def commit(openqmc):

@@ -3,6 +3,7 @@
 
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 
 def duration(seconds):
@@ -39,3 +40,20 @@ class Progress:
     def close(self):
         if self.shown:
             print("\r\033[K", end="", file=self.stream, flush=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def in_parallel(jobs, make, items):
+    """Yields (item, make(item)) as they are done, `jobs` at a time. After an error or an interrupt, none begins that has not begun."""
+    pool = ThreadPoolExecutor(jobs)
+    try:
+        running = {pool.submit(make, item): item for item in items}
+        for future in as_completed(running):
+            yield running[future], future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables that a command keeps up to date inside a guide, between two markers."""
 
-import argparse
-from pathlib import Path
-
 from .command import CommandError
 from .files import write_text
 
@@ -32,12 +29,6 @@ def update_table(path, command, text):
         raise TableError(f"{path} must contain the markers {begin(command).strip()} and {END.strip()}")
     before, rest = old.split(begin(command))
     write_text(path, f"{before}{begin(command)}\n{text}\n\n{END}{rest.split(END, 1)[1]}")
-
-
-def add_options(parser, guide):
-    """Adds the options that `write_or_print` needs."""
-    parser.add_argument("--guide", type=Path, default=Path(guide), help=argparse.SUPPRESS)
-    parser.add_argument("--print", action="store_true", help=f"print the table without changing {guide}")
 
 
 def write_or_print(options, command, text):

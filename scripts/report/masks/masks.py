@@ -5,7 +5,6 @@ Times the library's generators and networks at sizes up to 2048, on one thread a
 Writes the tables and the plot of masks.md, and docs/neural.png with masks, spectra and thresholded patterns.
 """
 
-import argparse
 import dataclasses
 import functools
 import os
@@ -21,7 +20,7 @@ import numpy as np
 
 import bluenoise
 
-from ..base.command import add_out
+from ..base.command import Parser
 from ..base.contact_sheet import enlarged_part, grey, sheet
 from ..base.files import read_rows, write_image, write_rows, write_text
 from ..base.plots import plt, save
@@ -304,13 +303,13 @@ def kept(path, again, make):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench masks", description=__doc__.splitlines()[0])
+    parser = Parser("masks", __doc__)
     parser.add_argument("--peer", action="append", default=[], metavar='"NAME=COMMAND"',
                         help="another library's generator: `COMMAND WIDTH HEIGHT FILE` writes ranks to FILE as little-endian "
                              "32-bit integers and prints the wall-clock time and the CPU time in seconds")
     parser.add_argument("--quick", action="store_true", help="two sizes and few seeds: a test, not a measurement")
     parser.add_argument("--again", action="store_true", help="keep the times in masks*.csv and redo everything else")
-    add_out(parser)
+    parser.out()
     options = parser.parse_args(arguments)
     peers = [peer.partition("=") for peer in options.peer]
     if not all(command for _, _, command in peers):

@@ -6,7 +6,6 @@ the mean of a function over the points, as in Singh et al., "Analysis of sample 
 2019. Every set is moved by random offsets on the torus, so all estimates are unbiased and their error is their variance.
 """
 
-import argparse
 import math
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.special import erf
 import bluenoise
 
 from ..base.bench_options import command_shown
-from ..base.command import add_out, positive
+from ..base.command import Parser
 from ..base.files import write_text
 from ..base.palette import plain_numbers
 from ..base.plots import plt, save
@@ -139,11 +138,11 @@ def report_text(results, spectra, options, counts, command):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench points", description=__doc__.splitlines()[0])
-    parser.add_argument("--sets", type=positive, default=10, metavar="N", help="sets of each kind (default 10)")
-    parser.add_argument("--offsets", type=positive, default=200, metavar="N", help="random offsets of each set (default 200)")
+    parser = Parser("points", __doc__)
+    parser.number("--sets", 10, "sets of each kind")
+    parser.number("--offsets", 200, "random offsets of each set")
     parser.add_argument("--most", type=int, choices=COUNTS[2:], default=COUNTS[-1], help="largest number of points (default 1024)")
-    add_out(parser)
+    parser.out()
     options = parser.parse_args(arguments)
     counts = [n for n in COUNTS if n <= options.most]
     spectra = {name: spectrum(make, options.sets) for name, (make, _, _) in SETS.items()}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with Cycles' own sampling patterns, in Cycles: `scripts/bench cycles --cycles DIR` writes docs/report/cycles.md
 
-DIR is a checkout of Cycles at the tag that cycles_build.py names; it stays as it is. The first run builds Cycles' stand-alone program
+DIR is a checkout of Cycles at the tag that builds.py names; it stays as it is. The first run builds Cycles' stand-alone program
 for a quarter of an hour. The scenes of cycles_scenes.py are rendered with every pattern at 1 to 64 samples per pixel and several seeds,
 and with adaptive sampling, and measured against references. All is cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes.
 """
@@ -15,27 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.command import positive
+from ..base.command import Parser
 from ..base.files import read_exr
 from ..base.tables import md_table
 from ..measure.gains import bootstrap
 from ..renders.judge import Cells
 from ..renders.renderer import RenderError
-from .cycles_build import TAG, build
+from . import builds, other_renderer
 from .cycles_scenes import SCENES, SIZE, ZOOM, View, text
-from .other_renderer import (
-    EXPOSED,
-    HEADLINE,
-    REFERENCE_SEED,
-    OtherReport,
-    OtherRun,
-    Task,
-    add_options,
-    finish_options,
-    name_of,
-    processor_seconds,
-    write_picture,
-)
+from .other_renderer import EXPOSED, HEADLINE, REFERENCE_SEED, Task, name_of
 
 # Values of Cycles' `sampling_pattern`: its default, its two kinds of blue noise, and that of examples/cycles.
 NAMES = {"tabulated_sobol": "Tabulated Sobol", "blue_noise_first": "blue noise (first)", "blue_noise_pure": "blue noise (pure)"}
@@ -71,13 +59,13 @@ def render(program, checkout, scene, settings, out, spp=0, counts=False):
         command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
                    str(spp or settings["aa_samples"]), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
         environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
-        seconds = processor_seconds(command, f"Cycles failed on {scene}", environment)
+        seconds = other_renderer.processor_seconds(command, f"Cycles failed on {scene}", environment)
         if not Path(out).is_file():
             raise RenderError(f"Cycles wrote no picture of {scene}")
     return seconds
 
 
-class CyclesRun(OtherRun):
+class CyclesRun(other_renderer.OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
     reference = REFERENCE_SAMPLER
@@ -113,12 +101,12 @@ class CyclesRun(OtherRun):
                 out = Path(folder) / "out.exr"
                 render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
                 pictures[name] = read_exr(out)[0]
-        write_picture(path, pictures, reference.picture, PICTURE_PART)
+        other_renderer.write_picture(path, pictures, reference.picture, PICTURE_PART)
 
 
 # ---- The report
 
-class Report(OtherReport):
+class Report(other_renderer.OtherReport):
     TITLE, SCENES, SPREAD, INTERVALS = "# In Cycles", SCENES, ("tabulated_sobol", "blue_noise_pure"), HEADLINE
     INTRO = f"""Figures are error ratios, Cycles' pattern over `blue` of [examples/cycles](../../examples/cycles/README.md), at the same number of
 samples per pixel: 1.20 means that Cycles' pattern has 1.20 times the error of `blue`, less than 1 that `blue` has more. They are geometric
@@ -127,7 +115,7 @@ channels of pictures of {SIZE[0]}x{SIZE[1]} pixels, the middle of ones {ZOOM} ti
 clips pictures to 0..1 before the blur; *exposed and displayed* first multiplies them so that the mean luminance of the reference is
 {EXPOSED}; *raw* does neither.
 """
-    METHOD = f"""Cycles is at {TAG}. The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles'
+    METHOD = f"""Cycles is at {builds.CYCLES_TAG}. The patterns are the values `tabulated_sobol`, `blue_noise_first` and `blue_noise_pure` of Cycles'
 `sampling_pattern`, which are told the number of samples (`aa_samples`) of each picture unless a table says otherwise, and `blue`, which is
 not. Clamping of indirect light is Cycles' own, and the pixel filter is the stand-alone program's, a box. Cycles puts sample 0 into the
 middle of the pixel, whatever the pattern. `penumbra` and `lens` guided the choice of what is drawn where.
@@ -185,21 +173,19 @@ empty, the reference is too noisy."""
 # ---- The command
 
 def parse_options(arguments):
-    parser = argparse.ArgumentParser(
-        prog="scripts/bench cycles", description=__doc__.splitlines()[0], formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
+    parser = Parser("cycles", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
 Get the checkout with:
-  git clone --branch {TAG} https://github.com/blender/cycles DIR
+  git clone --branch {builds.CYCLES_TAG} https://github.com/blender/cycles DIR
 It stays as it is: a copy of it is patched and built in ~/.cache/libbn/cycles, in a quarter of an hour on two cores, with the packages
 that examples/cycles/README.md names. The whole comparison then takes about an hour on one core the first time. Builds, references
 and results are cached there, and a run that was interrupted resumes.""")
     parser.add_argument("--cycles", metavar="DIR", required=True, help="a checkout of Cycles, see below")
-    add_options(parser, "cycles", SCENES, SEEDS)
-    parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
-                        help=f"samples per pixel of references (default {REFERENCE_SPP})")
+    other_renderer.add_options(parser, "cycles", SCENES, SEEDS)
+    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
     parser.add_argument("--no-adaptive", action="store_true", help="leave out adaptive sampling")
-    parser.add_argument("--pictures", type=Path, default=Path("docs"), help=argparse.SUPPRESS)
+    parser.hidden("--pictures", "docs")
     options = parser.parse_args(arguments)
-    finish_options(parser, options, "cycles", arguments, ("reference_spp", "no_adaptive"), {"scenes": SCENES})
+    other_renderer.finish_options(parser, options, "cycles", arguments, ("reference_spp", "no_adaptive"))
     if options.quick:
         options.reference_spp = 256
     return options
@@ -207,7 +193,7 @@ and results are cached there, and a run that was interrupted resumes.""")
 
 def run(arguments):
     options = parse_options(arguments)
-    program = options.program or build(options.cycles, options.jobs)
+    program = options.program or builds.cycles(options.cycles, options.jobs)
     work, views, seeds = CyclesRun(program, options.cycles, options.jobs), [View(name) for name in options.scenes], range(1, options.seeds + 1)
     references = work.references(dict.fromkeys(views, options.reference_spp))
     early = tuple(n for n in options.counts if n < PREVIEW_SPP)

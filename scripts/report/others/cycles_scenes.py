@@ -86,10 +86,7 @@ SCENES = {
 class View:
     scene: str
     name: str = "middle"
-
-    @property
-    def size(self):
-        return SIZE
+    size: tuple = SIZE
 
     @property
     def label(self):

@@ -5,15 +5,14 @@ Renders small scenes in Mitsuba 3 (optional package `mitsuba`, with LLVM) and co
 sampler defined in this file, which is not one of those compared.
 """
 
-import argparse
 import subprocess
 import sys
 
 import numpy as np
 
-from ..base.command import CommandError, package, positive
+from ..base.command import CommandError, Parser, package
 from ..base.progress import Progress
-from ..base.tables import add_options, md_table, write_or_print
+from ..base.tables import md_table, write_or_print
 from ..measure.image_error import displayed_rmse, rmse
 from .other_renderer import write_picture
 
@@ -73,12 +72,6 @@ def reference_class(mitsuba):
 
 # ---- Scenes: dictionaries, nothing to download
 
-def box(mitsuba, integrator, size):
-    scene = mitsuba.cornell_box()
-    scene["integrator"] = integrator
-    return with_film(scene, size)
-
-
 def with_film(scene, size):
     scene["sensor"]["film"] = {"type": "hdrfilm", "width": size, "height": size, "pixel_format": "rgb",
                                "component_format": "float32", "rfilter": {"type": "box"}}
@@ -113,8 +106,9 @@ def balls(mitsuba, size, lights):
 
 
 SCENES = {
-    "Cornell box, direct light": lambda mitsuba, size: box(mitsuba, {"type": "direct"}, size),
-    "Cornell box, all light": lambda mitsuba, size: box(mitsuba, {"type": "path", "max_depth": 6}, size),
+    "Cornell box, direct light": lambda mitsuba, size: with_film({**mitsuba.cornell_box(), "integrator": {"type": "direct"}}, size),
+    "Cornell box, all light": lambda mitsuba, size: with_film(
+        {**mitsuba.cornell_box(), "integrator": {"type": "path", "max_depth": 6}}, size),
     "balls under a lamp and the sky": lambda mitsuba, size: balls(mitsuba, size, 1),
     "balls under 16 lamps": lambda mitsuba, size: balls(mitsuba, size, 16),
 }
@@ -139,7 +133,7 @@ def reference_of(mitsuba, scene, spp):
     return sum(picture(mitsuba, loaded, 1000 + part, spp // parts) for part in range(parts)) / parts
 
 
-def measure(mitsuba, names, size, seeds, reference_spp, progress=lambda what, done: None):
+def measure(mitsuba, names, size, seeds, reference_spp, progress):
     """{(scene, spp): {sampler: (error as displayed, raw)}}, both after the blur, root mean squares over seeds."""
     result, done = {}, 0
     for name in names:
@@ -181,25 +175,21 @@ def table(result):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=positive, default=320, metavar="N", help="side of the pictures (default 320)")
-    parser.add_argument("--seeds", type=positive, default=16, metavar="N", help="pictures of each sampler (default 16)")
-    parser.add_argument("--reference-spp", type=positive, default=REFERENCE_SPP, metavar="N",
-                        help=f"samples per pixel of references (default {REFERENCE_SPP})")
+    parser = Parser("mitsuba", __doc__)
+    parser.number("--size", 320, "side of the pictures")
+    parser.number("--seeds", 16, "pictures of each sampler")
+    parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
     parser.add_argument("--scenes", type=lambda text: [int(part) for part in text.split(",")], metavar="N,...",
                         default=list(range(len(SCENES))), help="numbers of scenes, from 0 (default: all)")
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
-    add_options(parser, "docs/mitsuba.md")
+    parser.table("docs/mitsuba.md")
     options = parser.parse_args(arguments)
     if not all(0 <= number < len(SCENES) for number in options.scenes):
         parser.error(f"--scenes takes numbers from 0 to {len(SCENES) - 1}")
     if options.picture:
         return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
     names = [list(SCENES)[number] for number in options.scenes]
-    progress = Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS)))
-    try:
+    with Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS))) as progress:
         text = table(measure(load_mitsuba(), names, options.size, options.seeds, options.reference_spp, progress))
-    finally:
-        progress.close()
     write_or_print(options, COMMAND, text)

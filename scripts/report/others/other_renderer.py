@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the comparisons in other people's renderers share: runs of their programs, references, options, and the report."""
 
-import argparse
 import dataclasses
 import functools
 import hashlib
@@ -10,16 +9,15 @@ import os
 import statistics
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from ..base.bench_options import command_shown
-from ..base.command import positive
+from ..base.command import names_of
 from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_rows, write_text
-from ..base.progress import Progress, duration
+from ..base.progress import Progress, duration, in_parallel
 from ..base.tables import md_table, update_table
 from ..base.whole_files import written_beside
 from ..measure import gains
@@ -148,16 +146,12 @@ class OtherRun(Run):
 
     def references(self, counts):
         """{view: Reference} with so many samples, {view: count}, `jobs` at a time."""
-        progress, done, found, pool = Progress(sum(counts.values()), "spp"), 0, {}, ThreadPoolExecutor(self.jobs)
-        try:
-            for view, reference in zip(counts, pool.map(lambda view: self.reference_of(view, counts[view]), counts)):
+        found = {}
+        with Progress(sum(counts.values()), "spp") as progress:
+            for view, reference in in_parallel(self.jobs, lambda view: self.reference_of(view, counts[view]), counts):
                 found[view] = reference
-                done += counts[view]
-                progress(f"reference of {view.label}", done)
-        finally:
-            pool.shutdown(cancel_futures=True)
-            progress.close()
-        return found
+                progress(f"reference of {view.label}", sum(counts[view] for view in found))
+        return {view: found[view] for view in counts}
 
 
 def write_picture(path, pictures, reference, part, sigma=2.1):
@@ -173,29 +167,23 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
 # ---- Options
 
 def add_options(parser, name, scenes, seeds):
-    parser.add_argument("--scenes", metavar="NAME,...", help=f"only these: {', '.join(scenes)}")
-    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count (default 64)")
-    parser.add_argument("--seeds", type=positive, default=seeds, metavar="N", help=f"pictures of each sampler (default {seeds})")
+    parser.add_argument("--scenes", type=names_of("scene", scenes), default=tuple(scenes), metavar="NAME,...",
+                        help=f"only these: {', '.join(scenes)}")
+    parser.number("--spp", max(COUNTS), "largest sample count")
+    parser.number("--seeds", seeds, "pictures of each sampler")
     parser.add_argument("--quick", action="store_true", help="a trial once it is built: 2 seeds, to 16 samples, poorer references")
-    parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, metavar="N",
-                        help="processes at a time, one thread each (default: one per core)")
+    parser.number("--jobs", os.cpu_count() or 1, "processes at a time, one thread each", ": one per core")
     parser.add_argument("--out", type=Path, help="folder for the report (default: docs/report for the whole comparison, which also updates "
                         f"the table in examples/{name}/README.md, else the folder of --pages)")
     parser.add_argument("--pages", type=Path, default=Path("out") / name, metavar="FOLDER",
                         help=f"folder for the CSV of all figures (default out/{name})")
-    for hidden, default in (("--guide", Path("examples") / name / "README.md"), ("--program", None)):
-        parser.add_argument(hidden, type=Path, default=default, help=argparse.SUPPRESS)
+    parser.hidden("--guide", f"examples/{name}/README.md")
+    parser.hidden("--program")
 
 
-def finish_options(parser, options, name, arguments, whole, known):
-    """whole: the options that the whole comparison leaves alone, which only goes to docs/report; known: {option of names: names}."""
+def finish_options(parser, options, name, arguments, whole=()):
+    """whole: further options that the whole comparison leaves alone, which only goes to docs/report."""
     is_whole = not options.quick and all(getattr(options, one) == parser.get_default(one) for one in ("scenes", "spp", "seeds", *whole))
-    for option, names in known.items():
-        chosen = getattr(options, option).split(",") if getattr(options, option) else list(names)
-        for one in chosen:
-            if one not in names:
-                parser.error(f"--{option}: {one!r} is none of {', '.join(names)}")
-        setattr(options, option, chosen)
     if options.quick:
         options.seeds, options.spp = min(options.seeds, 2), min(options.spp, 16)
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
@@ -303,8 +291,7 @@ class OtherReport:
         parts += ["## Scene by scene", "", f"{name_of(HEADLINE[0]).capitalize()}; in brackets, the smallest and the greatest of a scene's crops.", ""]
         for own in self.sets.values():
             for than in self.SPREAD:
-                if than in self.thans:
-                    parts += [self.scenes_table(own, HEADLINE[0], than), ""]
+                parts += [self.scenes_table(own, HEADLINE[0], than), ""]
         return "\n".join([
             *parts, "## Time", "", "Processor seconds of one thread, without what starting the program takes. On a machine with other work a few "
             "per cent mean nothing.", "", self.times_table(), "",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares `blue` with pbrt-v4's own samplers, in pbrt-v4: `scripts/bench pbrt --pbrt DIR --luxcore DIR` writes docs/report/pbrt.md
 
-DIR are checkouts of pbrt-v4, with submodules, and of LuxCoreRender, at the commits that pbrt_build.py and lux_scenes.py name; they stay
+DIR are checkouts of pbrt-v4, with submodules, and of LuxCoreRender, at the commits that builds.py and lux_scenes.py name; they stay
 as they are. The first run builds pbrt for a quarter of an hour. Crops of LuxCoreRender's scenes and of ours are rendered with every
 sampler at 1 to 64 samples per pixel and several seeds, and measured against references. Pictures, references and the build are cached in
 ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change of libbn renders only `blue` again.
@@ -9,32 +9,17 @@ sampler at 1 to 64 samples per pixel and several seeds, and measured against ref
 
 import argparse
 import hashlib
-import sys
 import tempfile
 from pathlib import Path
 
-from ..base.command import positive
+from ..base.command import Parser
 from ..base.files import read_exr
 from ..measure import gains
 from ..measure.gains import BEST_PEER, row_of
 from ..renders.judge import Cells
 from ..renders.renderer import cache_folder
-from . import lux_scenes
-from .other_renderer import (
-    EXPOSED,
-    HEADLINE,
-    MEASURES,
-    REFERENCE_SEED,
-    OtherReport,
-    OtherRun,
-    Task,
-    add_options,
-    finish_options,
-    name_of,
-    processor_seconds,
-    write_picture,
-)
-from .pbrt_build import COMMIT, build
+from . import builds, lux_scenes, other_renderer
+from .other_renderer import EXPOSED, HEADLINE, MEASURES, REFERENCE_SEED, Task, name_of
 from .pbrt_scenes import CROP, CROPS, HEIGHT, PROBES, SCENES, WIDTH, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
@@ -64,10 +49,10 @@ def render(program, scene, sampler, bounds, spp, seed, out):
         path = write_files(folder, scene, sampler, LINES[sampler])
         command = [str(program), "--quiet", "--nthreads", "1", "--spp", str(spp), "--seed", str(seed),
                    "--pixelbounds", ",".join(map(str, bounds)), "--outfile", str(out), str(path)]
-        return processor_seconds(command, f"pbrt failed on {scene.name}")
+        return other_renderer.processor_seconds(command, f"pbrt failed on {scene.name}")
 
 
-class PbrtRun(OtherRun):
+class PbrtRun(other_renderer.OtherRun):
     """Renders tasks, or finds their results in the cache."""
 
     reference = "reference"
@@ -123,13 +108,13 @@ def make_picture(program, path, reference_spp):
             return read_exr(out)[0]
 
         pictures = {name: picture(name, PICTURE_SPP, 1) for name in PICTURE_SAMPLERS}
-        write_picture(path, pictures, picture(PbrtRun.reference, reference_spp, REFERENCE_SEED), PICTURE_PART)
+        other_renderer.write_picture(path, pictures, picture(PbrtRun.reference, reference_spp, REFERENCE_SEED), PICTURE_PART)
 
 
 # ---- The report
 
-class Report(OtherReport):
-    """remarks: of pbrt_build.Built."""
+class Report(other_renderer.OtherReport):
+    """remarks: of builds.pbrt()."""
 
     TITLE, SCENES, SPREAD = "# In pbrt-v4", SCENES, ("zsobol", BEST_PEER)
     INTRO = f"""How the sampler of [examples/pbrt](../../examples/pbrt/README.md) compares with pbrt-v4's own, in pbrt-v4. Figures are error
@@ -147,7 +132,7 @@ LuxCoreRender's crops are shown once more with the same wavelengths in all sampl
 `zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture. *Best
 of pbrt's* is the best of those here, chosen at each count afterwards.
 """
-    METHOD = f"""pbrt-v4 is at commit `{COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
+    METHOD = f"""pbrt-v4 is at commit `{builds.PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
 is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
 pixel for all seeds. LuxCoreRender's scenes keep their meshes, cameras, lamps, plain colours and images; its skies and suns became an
 image of ours, layered and procedural materials simple ones, and what its checkout lacks is left out.
@@ -158,8 +143,8 @@ counts where the error of `blue` is at least three times that."""
 
     def __init__(self, options, cells, references, remarks):
         self.METHOD += "".join(f" {remark}" for remark in remarks)
-        own = [name for name in options.samplers if name != "blue"]
-        super().__init__(options, cells, references, (*own, "blue"), {**{name: f"`{name}`" for name in own}, BEST_PEER: "best of pbrt's"}, SETS)
+        thans = {**{name: f"`{name}`" for name in SAMPLERS if name != "blue"}, BEST_PEER: "best of pbrt's"}
+        super().__init__(options, cells, references, SAMPLERS, thans, SETS)
 
     def headline_rows(self):
         """What `scripts/bench summary` reads: over the first scenes, in the form of gains.write_rows()."""
@@ -172,7 +157,7 @@ counts where the error of `blue` is at least three times that."""
         parts = []
         for title, own in self.sets.items():
             found = {than: ", ".join(f"{gain.value:.2f} at {spp}" for spp in self.counts if (gain := own.gain("blue", spp, HEADLINE[0], than)))
-                     for than in ("zsobol", "sobol", BEST_PEER) if than in self.thans}
+                     for than in ("zsobol", "sobol", BEST_PEER)}
             said = "; ".join(f"{self.name(than)} {text}" for than, text in found.items() if text)
             parts.append(f"{title}, {name_of(HEADLINE[0])}, error over `blue`'s: {said}.")
         return "\n\n".join(parts)
@@ -181,10 +166,9 @@ counts where the error of `blue` is at least three times that."""
 # ---- The command
 
 def parse_options(arguments):
-    parser = argparse.ArgumentParser(
-        prog="scripts/bench pbrt", description=__doc__.splitlines()[0], formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
+    parser = Parser("pbrt", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f"""
 Get the checkout with:
-  git clone --recursive https://github.com/mmp/pbrt-v4 DIR && git -C DIR checkout {COMMIT} &&
+  git clone --recursive https://github.com/mmp/pbrt-v4 DIR && git -C DIR checkout {builds.PBRT_COMMIT} &&
   git -C DIR submodule update --init --recursive
 and that of LuxCoreRender with:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
@@ -194,13 +178,12 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
     known = sum(SETS.values(), ())
     parser.add_argument("--pbrt", metavar="DIR", required=True, help="a checkout of pbrt-v4 with its submodules, see below")
     parser.add_argument("--luxcore", metavar="DIR", help="a checkout of LuxCoreRender, for its scenes")
-    parser.add_argument("--crops", type=positive, default=CROPS, metavar="N", help=f"crops of each picture, at most {CROPS} (default {CROPS})")
-    parser.add_argument("--samplers", metavar="NAME,...", help=f"only these: {', '.join(SAMPLERS)}; without blue, only fills the cache")
-    add_options(parser, "pbrt", known, SEEDS)
+    parser.number("--crops", CROPS, f"crops of each picture, at most {CROPS}")
+    other_renderer.add_options(parser, "pbrt", known, SEEDS)
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
     options = parser.parse_args(arguments)
-    finish_options(parser, options, "pbrt", arguments, ("samplers",), {"scenes": known, "samplers": SAMPLERS})
+    other_renderer.finish_options(parser, options, "pbrt", arguments)
     options.counts = tuple(n for n in COUNTS if n <= options.spp)
     options.scenes = [name for name in options.scenes if options.luxcore or name in SCENES]
     options.reference_share = 0.125 if options.quick else 0.25
@@ -209,20 +192,18 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
 
 def run(arguments):
     options = parse_options(arguments)
-    built = build(options.pbrt, options.jobs) if not options.program else None
+    program, remarks = (options.program, ()) if options.program else builds.pbrt(options.pbrt, options.jobs)
     if options.picture:
-        return make_picture(options.program or built.program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 16)
-    work = PbrtRun(options.program or built.program, options.jobs)
+        return make_picture(program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 16)
+    work = PbrtRun(program, options.jobs)
     if options.luxcore:
         SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
     views = [view for name in options.scenes for view in crops(name, "fresh")[:options.crops]]
     references = work.references({
         view: max(64, int(SCENES[view.scene].reference_spp * options.reference_share) // 2 * 2) for view in views})
     tasks = [Task(view, label, seed, tuple(n for n in options.counts if (label, n) not in ROUNDED))
-             for view in views for label in options.samplers for seed in range(1, options.seeds + 1)]
+             for view in views for label in SAMPLERS for seed in range(1, options.seeds + 1)]
     cells = PbrtCells(work.results(references, tasks))
-    if "blue" not in options.samplers:
-        return print(f"Rendered without `blue`, to be compared later: {len(tasks)} runs are in the cache.", file=sys.stderr)
-    report = Report(options, cells, references, built.remarks if built else ())
+    report = Report(options, cells, references, remarks)
     if report.write("pbrt", report.summary()):
         gains.write_rows(options.out / "pbrt_headline.csv", report.headline_rows())

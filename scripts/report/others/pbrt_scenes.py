@@ -225,10 +225,7 @@ class View:
     name: str
     x0: int
     y0: int
-
-    @property
-    def size(self):
-        return CROP
+    size: tuple = CROP
 
     @property
     def bounds(self):

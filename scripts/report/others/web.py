@@ -5,17 +5,17 @@ Opens the page in a Chromium without a window (WebGL 2, its software renderer) a
 make with white noise, padded Sobol' points and `blue`.
 """
 
-import argparse
 import base64
+import contextlib
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from ..base.browser import Browser, chromium
-from ..base.command import CommandError, positive
+from ..base.command import CommandError, Parser
 from ..base.progress import Progress
-from ..base.tables import add_options, md_table, write_or_print
+from ..base.tables import md_table, write_or_print
 from ..measure.image_error import displayed_rmse, rmse
 from .other_renderer import write_picture
 
@@ -96,25 +96,20 @@ def table(errors):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--width", type=positive, default=360, metavar="N", help="of the pictures, whose height is two thirds (default 360)")
-    parser.add_argument("--seeds", type=positive, default=8, metavar="N", help="pictures of each sampler (default 8)")
-    parser.add_argument("--reference-spp", type=positive, default=256, metavar="N",
-                        help="samples per pixel of each of the reference's two pictures (default 256)")
+    parser = Parser("web", __doc__)
+    parser.number("--width", 360, "of the pictures, whose height is two thirds")
+    parser.number("--seeds", 8, "pictures of each sampler")
+    parser.number("--reference-spp", 256, "samples per pixel of each of the reference's two pictures")
     parser.add_argument("--picture", metavar="FILE", help=f"where to put the picture (default {PICTURE}, with --print none)")
-    add_options(parser, "examples/web/package/README.md")
+    parser.table("examples/web/package/README.md")
     options = parser.parse_args(arguments)
     program = chromium()
     if program is None:
         raise CommandError("there is no Chromium; run apt-get install chromium, or set BN_CHROMIUM")
-    progress = Progress(options.reference_spp + options.seeds * COUNTS[-1], "samples")
-    with tempfile.TemporaryDirectory(prefix="libbn-chromium-", ignore_cleanup_errors=True) as folder:
-        browser = Browser(program, Path(folder), seconds=300)
-        try:
-            errors, shown, reference = measure(Tracer(browser, options.width), options.seeds, options.reference_spp, progress)
-        finally:
-            progress.close()
-            browser.close()
+    with (Progress(options.reference_spp + options.seeds * COUNTS[-1], "samples") as progress,
+          tempfile.TemporaryDirectory(prefix="libbn-chromium-", ignore_cleanup_errors=True) as folder,
+          contextlib.closing(Browser(program, Path(folder), seconds=300)) as browser):
+        errors, shown, reference = measure(Tracer(browser, options.width), options.seeds, options.reference_spp, progress)
     if options.picture or not options.print:
         write_picture(Path(options.picture or PICTURE), shown, reference, PICTURE_PART)
     write_or_print(options, COMMAND, table(errors))

@@ -21,7 +21,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy import ndimage
 
-from ..base.command import add_pathtracer, names_of, parse_size, positive, split_more
+from ..base.command import Parser, names_of, parse_size, split_more
 from ..base.contact_sheet import enlarged_part, grey, preview, sheet
 from ..base.files import write_exr, write_image, write_rows, write_text
 from ..base.palette import plain_numbers, style
@@ -230,22 +230,20 @@ def notes_of(options, reference):
 # ---- The command
 
 def parse_options(arguments):
-    parser = argparse.ArgumentParser(
-        prog="scripts/demo", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
-        epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
+    parser = Parser("", __doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                    epilog="Arguments after -- are passed to the path tracer: scripts/demo my.gltf -- --env sky.exr")
+    parser.prog, parser.description = "scripts/demo", __doc__
     parser.add_argument("scene", nargs="?", help="a built-in scene (pathtracer --list) or a .gltf, .glb or .obj file")
     parser.add_argument("--samplers", type=names_of("sampler", OWN), default=SAMPLERS, metavar="A,B,...",
                         help=f"samplers out of {', '.join(OWN)} (default {','.join(SAMPLERS)})")
-    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest number of samples per pixel (default 64)")
+    parser.number("--spp", 64, "largest number of samples per pixel")
     parser.add_argument("--size", type=parse_size, default=(256, 256), metavar="WxH", help="picture size (default 256x256)")
-    parser.add_argument("--seeds", type=positive, default=5, metavar="N",
-                        help="seeds over which medians are taken (default 5)")
+    parser.number("--seeds", 5, "seeds over which medians are taken")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure of the pictures, in stops")
-    parser.add_argument("--reference-spp", type=positive, default=2048, metavar="N",
-                        help=f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS} (default 2048)")
-    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="runs at a time, one thread each (default 2)")
+    parser.number("--reference-spp", 2048, f"samples per pixel of the reference, a multiple of {REFERENCE_PARTS}")
+    parser.number("--jobs", 2, "runs at a time, one thread each")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default out/demo, or out/demo/SCENE)")
-    add_pathtracer(parser)
+    parser.hidden("--pathtracer", "build/examples/pathtracer/pathtracer")
     arguments, more = split_more(arguments)
     options = parser.parse_args(arguments)
     settings = {} if options.scene else DEMO

@@ -7,20 +7,18 @@ pixels, against references; flicker is the deviation over time while the camera 
 is also denoised. It writes tables in docs/report/realtime.md and the picture docs/realtime.webp.
 """
 
-import argparse
 import functools
 import subprocess
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
-from ..base.command import CommandError, positive
-from ..base.progress import Progress
-from ..base.tables import add_options, md_table, write_or_print
+from ..base.command import CommandError, Parser
+from ..base.progress import Progress, in_parallel
+from ..base.tables import md_table, write_or_print
 from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed
 from ..renders import denoiser
@@ -214,19 +212,14 @@ def measure(scene, wanted, denoise, draws, part, given, seed):
 def measure_all(tasks, scenes, seeds, denoise, jobs):
     """{task: {place: error over that of white noise on every pixel}}, geometric means over scenes; `tasks` are (draws, part, given)."""
     runs = [(scene, task, seed) for scene in scenes for task in tasks for seed in range(seeds)]
-    progress, wanted = Progress(len(runs) + len(scenes), "runs"), {}
-    try:
-        for i, scene in enumerate(scenes):
+    wanted, found = {}, {}
+    with Progress(len(runs) + len(scenes), "runs") as progress:
+        for scene in scenes:
             wanted[scene] = references(scene)
-            progress(f"references of {scene}", i + 1)
-        with ThreadPoolExecutor(jobs) as pool:
-            found = {}
-            each = pool.map(lambda run: measure(run[0], wanted[run[0]], denoise, *run[1], run[2]), runs)
-            for i, (run, own) in enumerate(zip(runs, each)):
-                found[run] = own
-                progress(f"{run[0]}, {' '.join(map(str, run[1]))}", len(scenes) + i + 1)
-    finally:
-        progress.close()
+            progress(f"references of {scene}", len(wanted))
+        for run, own in in_parallel(jobs, lambda run: measure(run[0], wanted[run[0]], denoise, *run[1], run[2]), runs):
+            found[run] = own
+            progress(f"{run[0]}, {' '.join(map(str, run[1]))}", len(scenes) + len(found))
 
     def mean(scene, task, place):
         return np.mean([found[scene, task, seed][place] for seed in range(seeds)])
@@ -268,14 +261,14 @@ def animation(scene, columns, path, size=(200, 150), shown=range(8, 3 * PHASE)):
 # ---- The command
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
+    parser = Parser("moving", __doc__)
+    parser.number("--seeds", 2, "seeds of each sampler")
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES), help="default: all")
     parser.add_argument("--stbn", type=Path, metavar="FOLDER", help="as for scripts/bench realtime")
     parser.add_argument("--fast", type=Path, metavar="FOLDER", help="as for scripts/bench realtime")
-    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="runs at a time (default 2)")
-    parser.add_argument("--picture", type=Path, default=Path("docs/realtime.webp"), help=argparse.SUPPRESS)
-    add_options(parser, "docs/report/realtime.md")
+    parser.number("--jobs", 2, "runs at a time")
+    parser.hidden("--picture", "docs/realtime.webp")
+    parser.table("docs/report/realtime.md")
     options = parser.parse_args(arguments)
     try:
         denoise, _ = denoiser.load()

@@ -6,7 +6,6 @@ half-planes in four numbers. Single numbers are drawn as such (bn_ray_1d()). Sli
 files, if you have some. It writes tables in docs/report/realtime.md, and realtime.png.
 """
 
-import argparse
 import dataclasses
 import functools
 from pathlib import Path
@@ -16,10 +15,10 @@ from scipy import fft, ndimage
 
 import bluenoise
 
-from ..base.command import add_out, positive
+from ..base.command import Parser
 from ..base.palette import style
 from ..base.plots import plt, save
-from ..base.tables import add_options, md_table, write_or_print
+from ..base.tables import md_table, write_or_print
 from ..measure.image_error import blurred
 from ..samplers.paths import half_planes, inside
 from .frames import Draws, MovedMask, read_pack
@@ -239,15 +238,15 @@ def draw_plot(result, ways, path):
 # ---- The command
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each sampler (default 2)")
-    parser.add_argument("--integrands", type=positive, default=12, metavar="N", help="integrands of each kind (default 12)")
+    parser = Parser("realtime", __doc__)
+    parser.number("--seeds", 2, "seeds of each sampler")
+    parser.number("--integrands", 12, "integrands of each kind")
     parser.add_argument("--stbn", type=Path, metavar="FOLDER", help="PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...")
     parser.add_argument("--fast", type=Path, metavar="FOLDER",
                         help="PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...")
     parser.add_argument("--slices", type=Path, metavar="FOLDER", help="any other stack of numbered PNG files")
-    add_out(parser)
-    add_options(parser, "docs/report/realtime.md")
+    parser.out()
+    parser.table("docs/report/realtime.md")
     options = parser.parse_args(arguments)
     ways = dict(WAYS)
     for option, name in (("stbn", "STBN"), ("fast", "FAST"), ("slices", "slices")):

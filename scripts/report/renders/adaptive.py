@@ -5,7 +5,6 @@ Renders a few built-in scenes with every sampler, adaptively (--noise) and plain
 the same mean number of samples. Errors are relative and as displayed, like those that --noise estimates.
 """
 
-import argparse
 import dataclasses
 import tempfile
 from pathlib import Path
@@ -15,7 +14,7 @@ import OpenEXR
 
 from ..base import peers
 from ..base.bench_options import command_shown
-from ..base.command import add_out, add_pathtracer
+from ..base.command import Parser
 from ..base.files import read_exr, write_text
 from ..base.palette import plain_numbers, style
 from ..base.plots import plt, save
@@ -75,8 +74,8 @@ def adaptive_point(program, view, sampler, seed, level, reference):
 def measure(program, samplers):
     """{scene: {sampler: (points of plain pictures, points of adaptive ones)}}."""
     references = render_references(program, [View(scene, "", WIDTH, HEIGHT, exposure=exposure) for scene, exposure in SCENES.items()], REFERENCE_SPP)
-    progress, result = Progress(len(SCENES) * len(samplers), "runs"), {}
-    try:
+    result = {}
+    with Progress(len(SCENES) * len(samplers), "runs") as progress:
         for view, reference in references.items():
             own = result.setdefault(view.scene, {})
             for sampler in samplers:
@@ -84,9 +83,7 @@ def measure(program, samplers):
                          for seed in range(SEEDS)]
                 adaptive = [[adaptive_point(program, view, sampler, seed, level, reference) for level in LEVELS] for seed in range(SEEDS)]
                 own[sampler] = tuple([mean_point(points) for points in zip(*pictures)] for pictures in (plain, adaptive))
-                progress(f"{view.scene}, {sampler}", len(result) * len(samplers) - len(samplers) + len(own))
-    finally:
-        progress.close()
+                progress(f"{view.scene}, {sampler}", sum(map(len, result.values())))
     return result
 
 
@@ -175,10 +172,9 @@ def plot(result, names, path):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench adaptive", description=__doc__.splitlines()[0])
-    add_out(parser)
-    add_pathtracer(parser)
-    peers.add_option(parser)
+    parser = Parser("adaptive", __doc__)
+    parser.out()
+    parser.pathtracer()
     options = parser.parse_args(arguments)
     names = (*SAMPLERS, *peers.chosen(options.openqmc, options.pathtracer))
     result = measure(options.pathtracer, names)

@@ -6,14 +6,13 @@ three ways with Open Image Denoise (the optional package pyoidn), and measures t
 of `scripts/bench renders`. Results are cached in ~/.cache/libbn, so an interrupted run resumes.
 """
 
-import argparse
 import dataclasses
 
 import numpy as np
 
 from ..base import peers
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import positive
+from ..base.command import Parser
 from ..base.files import read_first_half, write_text
 from ..base.plots import finish, plt, save
 from ..base.tables import md_table
@@ -117,9 +116,9 @@ class Report:
 
 
 def parse_options(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench denoise", description=__doc__.splitlines()[0])
+    parser = Parser("denoise", __doc__)
     views.add_options(parser)
-    parser.add_argument("--spp", type=positive, default=max(COUNTS), metavar="N", help="largest sample count, at most 16 (default 16)")
+    parser.number("--spp", max(COUNTS), "largest sample count, at most 16")
     add_common_options(parser, REFERENCE_SPP, "out/denoise")
     options = parser.parse_args(arguments)
     options.samplers, options.chosen = LABELS, views.of(parser, options)

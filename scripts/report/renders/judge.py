@@ -16,13 +16,12 @@ import tempfile
 import time
 import zipfile
 import zlib
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from pathlib import Path
 
 import numpy as np
 
 from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
-from ..base.progress import Progress
+from ..base.progress import Progress, in_parallel
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from .renderer import (
     REFERENCE_SEED,
@@ -195,14 +194,12 @@ def render_reference(program, view, spp, report=lambda share: None):
 def render_references(program, views, spp):
     """{view: Reference}."""
     total = sum(view.pixels for view in views)
-    progress, done, result = Progress(total * spp, "samples"), 0, {}
-    try:
+    done, result = 0, {}
+    with Progress(total * spp, "samples") as progress:
         for view in views:
             result[view] = render_reference(program, view, spp, lambda share, view=view, done=done: progress(
                 f"reference of {view.label}", (done + share * view.pixels) * spp))
             done += view.pixels
-    finally:
-        progress.close()
     return result
 
 
@@ -261,28 +258,19 @@ class Run:
         done = sum(task.cost for task in results)
         if left:
             print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} left to render", file=sys.stderr)
-        progress = Progress(max(total, 1), "samples")
-        progress("pictures", done, found=True)
 
         def make(task):
             found = self.measure(task, references[task.view])
             self.store.save(keys[task], *found)
             return found
 
-        # Long tasks first, so that all processors finish at about the same time.
-        pool = ThreadPoolExecutor(self.jobs)
-        try:
-            running = {pool.submit(make, task): task for task in sorted(left, key=lambda task: -task.cost)}
-            while running:
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    task = running.pop(future)
-                    results[task] = future.result()
-                    done += task.cost
-                    progress(f"{task.view.label}, {task.label}, seed {task.seed}", done, found=False)
-        finally:
-            # Running tasks finish within seconds, and their results are kept.
-            pool.shutdown(cancel_futures=True)
-            progress.close()
+        with Progress(max(total, 1), "samples") as progress:
+            progress("pictures", done, found=True)
+            # Long tasks first, so that all processors finish at about the same time.
+            for task, found in in_parallel(self.jobs, make, sorted(left, key=lambda task: -task.cost)):
+                results[task] = found
+                done += task.cost
+                progress(f"{task.view.label}, {task.label}, seed {task.seed}", done, found=False)
         return results
 
 

@@ -6,7 +6,6 @@ blur and the error that the blur leaves; docs/every.png, the error in the held-o
 docs/report/worst.png, the median and the worst of 500 pictures. Results are kept, so that an interrupted run goes on.
 """
 
-import argparse
 import dataclasses
 from pathlib import Path
 
@@ -15,7 +14,7 @@ import numpy as np
 from PIL import Image
 
 from ..base import peers
-from ..base.command import add_pathtracer, positive
+from ..base.command import Parser
 from ..base.contact_sheet import before_and_after, preview, sheet
 from ..base.files import read_exr
 from ..base.palette import style
@@ -120,11 +119,10 @@ def draw_worst(options):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench picture", description=__doc__.splitlines()[0])
-    add_pathtracer(parser)
-    peers.add_option(parser)
-    parser.add_argument("--seeds", type=positive, default=1, metavar="N", help="seeds of each crop (default 1)")
-    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="pictures to render at a time (default 2)")
+    parser = Parser("picture", __doc__)
+    parser.pathtracer()
+    parser.number("--seeds", 1, "seeds of each crop")
+    parser.number("--jobs", 2, "pictures to render at a time")
     parser.add_argument("--out", type=Path, default=Path("docs"), metavar="FOLDER", help="where the pictures go (default docs)")
     options = parser.parse_args(arguments)
     others = peers.chosen(options.openqmc, options.pathtracer)

@@ -8,11 +8,10 @@ out/renders named after the set, with `--quick` (small crops, 4 seeds) to quick,
 cached in ~/.cache/libbn ($XDG_CACHE_HOME): an interrupted run resumes, and a change to one sampler renders only that one again.
 """
 
-import argparse
 import dataclasses
 
 from ..base.bench_options import add_common_options, finish_options
-from ..base.command import positive
+from ..base.command import Parser
 from ..base.files import write_text
 from ..base.progress import duration
 from ..measure import equal_quality, gains
@@ -24,10 +23,10 @@ REFERENCE_SPP, QUICK_SEEDS = 2048, 4
 
 
 def parse_options(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench renders", description=__doc__.splitlines()[0])
+    parser = Parser("renders", __doc__)
     views.add_options(parser)
     variants.add_option(parser)
-    parser.add_argument("--spp", type=positive, default=64, metavar="N", help="largest sample count, at most 64 (default 64)")
+    parser.number("--spp", 64, "largest sample count, at most 64")
     add_common_options(parser, REFERENCE_SPP, "out/renders")
     parser.add_argument("--lights", choices=["coin"], help="one direction off each surface, by a coin, as many small renderers do")
     parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")

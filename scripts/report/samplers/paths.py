@@ -5,15 +5,14 @@ It draws with the Python package. Every experiment is a small integrand, the sam
 numbers. The tables go to docs/report/paths.md.
 """
 
-import argparse
 import itertools
 
 import numpy as np
 
 import bluenoise
 
-from ..base.command import positive
-from ..base.tables import add_options, md_table, write_or_print
+from ..base.command import Parser
+from ..base.tables import md_table, write_or_print
 from ..measure.image_error import rmse
 
 COMMAND = "scripts/bench paths"
@@ -389,10 +388,10 @@ def table(name, seeds):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=positive, default=2, metavar="N", help="seeds of each integrand (default 2)")
+    parser = Parser("paths", __doc__)
+    parser.number("--seeds", 2, "seeds of each integrand")
     parser.add_argument("--only", choices=EXPERIMENTS, help="one experiment")
-    add_options(parser, "docs/report/paths.md")
+    parser.table("docs/report/paths.md")
     options = parser.parse_args(arguments)
     for name in [options.only] if options.only else EXPERIMENTS:
         write_or_print(options, f"{COMMAND}: {name}", table(name, options.seeds))

@@ -5,22 +5,21 @@ Runs the programs bench_samplers and bench_draws, writes their results to out/sa
 with plots of errors and of spectra of error images, to docs/report.
 """
 
-import argparse
 import csv
 import io
 import subprocess
 import sys
 import textwrap
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from ..base import peers
-from ..base.command import add_out, add_pathtracer
+from ..base.command import Parser
 from ..base.files import read_rows, write_rows, write_text
 from ..base.palette import style
 from ..base.plots import finish, plt, save
+from ..base.progress import in_parallel
 from ..base.tables import md_table
 from ..measure.image_error import radial_spectrum, windowed_power
 
@@ -81,9 +80,7 @@ def run_all(program, samplers, *arguments):
         print(f"bench: measured {name}", file=sys.stderr)
         return rows
 
-    slow = sorted(samplers, key=lambda name: (name != "zorder", name not in peers.PEERS))
-    with ThreadPoolExecutor(2) as pool:
-        found = dict(zip(slow, pool.map(run, slow)))
+    found = dict(in_parallel(2, run, sorted(samplers, key=lambda name: (name != "zorder", name not in peers.PEERS))))
     return [row for name in samplers for row in found[name]]
 
 
@@ -259,14 +256,13 @@ def read_or_say(path):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog="scripts/bench samplers", description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default="build/tests/bench/bench_samplers", help=argparse.SUPPRESS)
-    parser.add_argument("--draws", default="build/tests/bench/bench_draws", help=argparse.SUPPRESS)
-    add_pathtracer(parser)
-    peers.add_option(parser)
+    parser = Parser("samplers", __doc__)
+    parser.hidden("--program", "build/tests/bench/bench_samplers")
+    parser.hidden("--draws", "build/tests/bench/bench_draws")
+    parser.pathtracer()
     parser.add_argument("--quick", action="store_true", help=f"measure {', '.join(QUICK)} only")
     parser.add_argument("--again", action="store_true", help="use the results of the previous run instead of measuring")
-    add_out(parser)
+    parser.out()
     parser.add_argument("--pages", type=Path, default=Path("out/samplers"), metavar="FOLDER",
                         help="folder for the CSV files (default out/samplers)")
     options = parser.parse_args(arguments)
