@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures are rendered once, again if anything they depend on changes, and resumed after an interruption."""
+"""References are rendered once, again if anything they depend on changes, and resumed after an interruption."""
 
+import dataclasses
 import os
 import subprocess
 
@@ -9,7 +10,7 @@ import pytest
 from report.base.files import read_exr, written_beside
 from report.measure.image_error import SIGMAS, rmse
 from report.renders import renderer
-from report.renders.renderer import Renderer, Request
+from report.renders.renderer import Request, make_reference, run_pathtracer
 
 SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
 
@@ -28,36 +29,32 @@ def runs(monkeypatch):
     return commands
 
 
-@pytest.mark.parametrize("spoil", ["picture", "records", "program", "request"])
+def rendered(pathtracer, tmp_path, request):
+    run_pathtracer(pathtracer, [*request.arguments(), "--quiet", "-o", tmp_path / "whole.exr"])
+    return tmp_path / "whole.exr"
+
+
+def reference(program, folder, request=SMALL, report=lambda fraction: None):
+    return make_reference(program, request, folder, report, "reference.exr", 4)
+
+
+@pytest.mark.parametrize("spoil", ["picture", "records", "request", "nothing"])
 def test_rendered_again_when_something_changed(pathtracer, tmp_path, runs, spoil):
-    request = SMALL
-    program = tmp_path / "pathtracer"
-    program.write_bytes(pathtracer.read_bytes())
-    program.chmod(0o755)
-    folder = tmp_path / "out"
-    path = Renderer(program, folder).render(request, "a.exr")
+    path = reference(pathtracer, tmp_path)
+    assert len(runs) == 5  # a probe, four parts
     if spoil == "picture":
         path.write_bytes(path.read_bytes()[:-1])
     elif spoil == "records":
-        (folder / "renders.json").write_text("{")
-    elif spoil == "program":
-        program.write_bytes(pathtracer.read_bytes() + b"\0")
-    else:
-        request = Request("sobol", spp=8, seed=6, width=24, height=16)
-    Renderer(program, folder).render(request, "a.exr")
-    assert len(runs) == 2
+        (tmp_path / "renders.json").write_text("{")
+    reference(pathtracer, tmp_path, dataclasses.replace(SMALL, seed=6) if spoil == "request" else SMALL)
+    assert len(runs) == (6 if spoil == "nothing" else 10)
 
 
-def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path, runs):
-    renderer = Renderer(pathtracer, tmp_path)
-    whole, _ = read_exr(renderer.render(SMALL, "whole.exr"))
-    merged, attributes = read_exr(renderer.reference(SMALL, "reference.exr", part_count=4))
+def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
+    whole, _ = read_exr(rendered(pathtracer, tmp_path, SMALL))
+    merged, attributes = read_exr(reference(pathtracer, tmp_path))
     np.testing.assert_allclose(merged, whole, rtol=1e-5, atol=1e-6)
-    assert attributes["spp"] == 8
-    assert all(attributes[f"error{i}"] > 0 for i in range(len(SIGMAS)))
-    assert len(runs) == 6  # the whole, a probe, four parts
-    renderer.reference(SMALL, "reference.exr", part_count=4)
-    assert len(runs) == 6
+    assert attributes["spp"] == 8 and all(attributes[f"error{i}"] > 0 for i in range(len(SIGMAS)))
     assert not list(tmp_path.glob("*part*"))
 
 
@@ -67,31 +64,30 @@ def test_interrupted_reference_goes_on(pathtracer, tmp_path, runs):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        Renderer(pathtracer, tmp_path).reference(SMALL, "reference.exr", 4, interrupt)
+        reference(pathtracer, tmp_path, report=interrupt)
     assert len(runs) == 3 and not (tmp_path / "reference.exr").exists()
-    Renderer(pathtracer, tmp_path).reference(SMALL, "reference.exr", 4)
-    assert len(runs) == 5
+    reference(pathtracer, tmp_path)
+    assert len(runs) == 6
 
 
-@pytest.mark.parametrize("change, new_runs", [(b"\0", 1), (b"", 0)], ids=["same pictures", "same program"])
-def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs, change, new_runs):
+def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs):
     program = tmp_path / "pathtracer"
-    program.write_bytes(pathtracer.read_bytes())
+    program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\"\n")
     program.chmod(0o755)
-    path = Renderer(program, tmp_path / "out").reference(SMALL, "reference.exr", 4)
-    before, old_runs = path.read_bytes(), len(runs)
-    program.write_bytes(pathtracer.read_bytes() + change)
-    assert Renderer(program, tmp_path / "out").reference(SMALL, "reference.exr", 4).read_bytes() == before
-    assert len(runs) == old_runs + new_runs
+    reference(program, tmp_path / "out")
+    program.write_text(f"#!/bin/sh\n# new\nexec {pathtracer} \"$@\"\n")
+    reference(program, tmp_path / "out")
+    assert len(runs) == 6
+    program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\" --seed 77\n")
+    reference(program, tmp_path / "out")
+    assert len(runs) == 11
 
 
 def test_same_error_as_the_path_tracer(pathtracer, tmp_path):
-    renderer = Renderer(pathtracer, tmp_path)
-    reference = renderer.render(Request("sobol", 32, seed=9, width=40, height=24), "reference.exr")
-    command = [pathtracer, *Request("white", 2, width=40, height=24).arguments(), "--quiet",
-               "--reference", reference, "-o", tmp_path / "a.exr"]
+    path = rendered(pathtracer, tmp_path, Request("sobol", 32, seed=9, width=40, height=24))
+    command = [pathtracer, *Request("white", 2, width=40, height=24).arguments(), "--quiet", "--reference", path, "-o", tmp_path / "a.exr"]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-    image, expected = read_exr(tmp_path / "a.exr")[0], read_exr(reference)[0]
+    image, expected = read_exr(tmp_path / "a.exr")[0], read_exr(path)[0]
     # "rmse 0.1 sigma 1.0 0.1 sigma 2.1 0.1", six decimals each
     for number, sigma in zip((printed[1], printed[4], printed[7]), SIGMAS):
         assert float(number) == pytest.approx(rmse(image, expected, sigma), abs=2e-6)

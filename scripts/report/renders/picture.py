@@ -24,7 +24,7 @@ from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed, displayed_rmse
 from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, render_references
-from .renderer import Renderer, Request
+from .renderer import Request, make_reference, progressive
 
 SCENE, SIZE, SPP, SEED = "penumbra", (960, 640), 6, 0
 REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 2048
@@ -45,15 +45,15 @@ def part_of(picture):
 
 def draw_picture(options, others):
     """Writes picture.png and returns {sampler: its error over that of blue}."""
-    renderer = Renderer(options.pathtracer, Path("out/picture"))
     left, top, width, height = PART
     crop = (left - MARGIN, top - MARGIN, left + width + MARGIN, top + height + MARGIN)
     request = Request("sobol", SPP, SEED, SCENE, *SIZE, more=("--crop", ",".join(map(str, crop))))
-    reference, _ = read_exr(renderer.reference(dataclasses.replace(request, spp=REFERENCE_SPP, seed=REFERENCE_SEED), "reference.exr"))
+    reference, _ = read_exr(make_reference(options.pathtracer, dataclasses.replace(request, spp=REFERENCE_SPP, seed=REFERENCE_SEED),
+                                           "out/picture", name="reference.exr", parts=64))
     pictures, errors = {}, {}
     for name in (*NAMES, *others):
         own = dataclasses.replace(request, sampler=name, declared=SPP if variants.VARIANTS[name].declare else 0)
-        pictures[name], _ = read_exr(renderer.render(own, f"{name}.exr"))
+        (_, pictures[name], _), = progressive(options.pathtracer, own, [SPP])
         errors[name] = displayed_rmse(part_of(pictures[name]), part_of(reference), sigma=SIGMA)
     shown = ["sobol", "sobol-global", "zorder", *([min(others, key=errors.get)] if others else []), "blue"]
     relative = {name: error / errors["blue"] for name, error in errors.items()}

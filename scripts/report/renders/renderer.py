@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the path tracer and caches its pictures while nothing they depend on changes.
+"""Runs the path tracer, and keeps references while nothing they depend on changes.
 
-A file is valid if its record in renders.json names the same request (options and the SHA-256 of the path tracer, which
-contains libbn) and its contents are unchanged. References take minutes: they are rendered in parts, so that an
-interrupted one resumes, and remain valid while the path tracer gives the same bits for one sample in every pixel, so
-that changes to other samplers do not affect them.
+References take minutes: they are rendered in parts, so that an interrupted one resumes, and remain valid while their files are
+unchanged and the path tracer gives the same bits for one sample in every pixel, so that changes to other samplers do not affect them.
 """
 
 import dataclasses
@@ -84,10 +82,10 @@ class Request:
 def progressive(program, request, counts, threads=None, read=read_exr):
     """Yields (spp, picture, attributes) for each of the ascending counts, as in one progressive run.
 
-    Each sample is rendered once: pictures are means of the parts so far, in double precision. The attributes seconds and
-    rays are sums over the parts. read(path) gives (array, attributes) of a part: the picture, or further layers too.
+    Each sample is rendered once: pictures are means of the parts so far, in double precision. The attribute seconds is
+    a sum over the parts. read(path) gives (array, attributes) of a part: the picture, or further layers too.
     """
-    total, first, sums = 0.0, 0, {"seconds": 0.0, "rays": 0}
+    total, first, seconds = 0.0, 0, 0.0
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         for spp in counts:
             part = dataclasses.replace(request, spp=spp - first, first_sample=request.first_sample + first)
@@ -96,99 +94,79 @@ def progressive(program, request, counts, threads=None, read=read_exr):
                                      "-o", path])
             picture, attributes = read(path)
             total = total + picture.astype(np.float64) * (spp - first)
-            first = spp
-            sums = {"seconds": sums["seconds"] + float(attributes["seconds"]),
-                    "rays": sums["rays"] + int(attributes["rays"])}
-            yield spp, (total / spp).astype(np.float32), {**attributes, **sums, "spp": spp}
+            first, seconds = spp, seconds + float(attributes["seconds"])
+            yield spp, (total / spp).astype(np.float32), {**attributes, "seconds": seconds, "spp": spp}
 
 
-class Renderer:
-    """Renders into one folder and keeps its records."""
+class Records:
+    """What the pictures of a folder were made from, and what they are, in its renders.json."""
 
-    def __init__(self, program, folder):
-        self.program = Path(program)
-        self.folder = Path(folder)
+    def __init__(self, folder):
+        self.folder, self.path = Path(folder), Path(folder) / "renders.json"
         try:
-            self._program_sha256 = sha256_of(self.program)
-        except OSError as error:
-            raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); "
-                              "build it with scripts/setup") from None
-        self._records_path = self.folder / "renders.json"
-        try:
-            self._records = json.loads(self._records_path.read_text(encoding="utf-8"))
+            self.found = json.loads(self.path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            self._records = {}  # missing or damaged: everything is rendered again
+            self.found = {}  # missing or damaged: everything is rendered again
 
-    def _key(self, request, **more):
-        return {"program": self._program_sha256, **request.key(), **more}
-
-    def _valid(self, path, key):
-        record = self._records.get(str(path.relative_to(self.folder)), {})
+    def has(self, name, key):
+        record, path = self.found.get(name, {}), self.folder / name
         return record.get("key") == key and path.is_file() and record.get("sha256") == sha256_of(path)
 
-    def _record(self, path, key):
-        self._records[str(path.relative_to(self.folder))] = {"key": key, "sha256": sha256_of(path)}
-        write_text(self._records_path, json.dumps(self._records, indent=1, sort_keys=True) + "\n")
+    def put(self, name, key):
+        self.found[name] = {"key": key, "sha256": sha256_of(self.folder / name)}
+        write_text(self.path, json.dumps(self.found, indent=1, sort_keys=True) + "\n")
 
-    def render(self, request, name, **more):
-        """The path of the EXR `name`, with a preview PNG beside it, rendered unless it is valid already.
+    def delete(self, name):
+        self.found.pop(name, None)
+        for suffix in (".exr", ".png"):
+            (self.folder / name).with_suffix(suffix).unlink(missing_ok=True)
 
-        more: further conditions for validity, besides the request and the program.
-        """
-        path, key = self.folder / name, self._key(request, **more)
-        if not self._valid(path, key) or not path.with_suffix(".png").is_file():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            run_pathtracer(self.program, [*request.arguments(), "--quiet", "-o", path])
-            self._record(path, key)
+
+def merge(paths, out):
+    """Writes the mean of pictures of consecutive samples.
+
+    Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS, as half the difference of
+    its two halves; its layer firstHalf is the mean of the first half (read_first_half). meanError is the standard
+    error of its mean luminance, from the parts.
+    """
+    pictures, attributes = zip(*map(read_exr, paths))
+    half = len(pictures) // 2
+    first, second = (np.mean(group, axis=0, dtype=np.float64) for group in (pictures[:half], pictures[half:]))
+    means = [float(np.mean(picture @ LUMINANCE)) for picture in pictures]
+    kept = ("scene", "sampler", "seed", "firstSample", "maxDepth", "software", "version")
+    write_exr(out, (first + second) / 2, {
+        **{name: attributes[0][name] for name in kept if name in attributes[0]},
+        **{f"error{i}": rmse(first, second, sigma) / 2 for i, sigma in enumerate(SIGMAS)},
+        "meanError": float(np.std(means, ddof=1) / np.sqrt(len(means))), "spp": sum(a["spp"] for a in attributes),
+        "seconds": float(sum(a["seconds"] for a in attributes))}, {"firstHalf": first})
+
+
+def make_reference(program, request, folder, report=lambda fraction: None, name="", parts=0):
+    """The path of a reference in a cache folder: merge() of renders of consecutive samples, so that an interrupted one resumes.
+    report(fraction) is called after each."""
+    records, name, parts = Records(folder), name or reference_name(request), parts or REFERENCE_PARTS
+    if request.spp % parts or parts % 2:
+        raise ValueError(f"{request.spp} samples cannot be split into {parts} equal parts in two halves")
+    last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
+    (_, probe, _), = progressive(program, last_sample, [1])
+    more = {"program": hashlib.sha256(probe.tobytes()).hexdigest()}
+    key, path = {**request.key(), **more, "parts": parts}, records.folder / name
+    if records.has(name, key):
         return path
-
-    def reference(self, request, name, part_count=64, report=lambda fraction: None):
-        """The path of a reference EXR: the mean of `part_count` renders of consecutive samples.
-
-        Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS, as half the difference of
-        its two halves; its layer firstHalf is the mean of the first half (read_first_half). meanError is the standard
-        error of its mean luminance, from the parts. report(fraction) is called after each part.
-        """
-        if request.spp % part_count or part_count % 2:
-            raise ValueError(f"{request.spp} samples cannot be split into {part_count} equal parts in two halves")
-        path = self.folder / name
-        last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
-        # The path tracer may be unchanged while the scene's files are not.
-        probe_name = f"{path.stem}-probe.exr"
-        if Path(request.scene).exists():
-            self._records.pop(probe_name, None)
-        probe = hashlib.sha256(read_exr(self.render(last_sample, probe_name))[0].tobytes()).hexdigest()
-        key = self._key(request, parts=part_count, program=probe)
-        if self._valid(path, key):
-            return path
-        part_spp = request.spp // part_count
-        parts = []
-        for i in range(part_count):
-            report(i / part_count)
-            part = dataclasses.replace(request, spp=part_spp, first_sample=request.first_sample + i * part_spp)
-            parts.append(self.render(part, f"{path.stem}-part-{i:02d}.exr", program=probe))
-        self._merge(parts, path)
-        self._record(path, key)
-        for part in parts:
-            self._records.pop(part.name, None)
-            part.unlink()
-            part.with_suffix(".png").unlink(missing_ok=True)
-        report(1.0)
-        return path
-
-    def _merge(self, parts, path):
-        pictures, attributes = zip(*(read_exr(part) for part in parts))
-        half = len(pictures) // 2
-        first, second = (np.mean(group, axis=0, dtype=np.float64)
-                         for group in (pictures[:half], pictures[half:]))
-        own_error = {f"error{i}": rmse(first, second, sigma) / 2 for i, sigma in enumerate(SIGMAS)}
-        means = [float(np.mean(picture @ LUMINANCE)) for picture in pictures]
-        own_error["meanError"] = float(np.std(means, ddof=1) / np.sqrt(len(means)))
-        kept = ("scene", "sampler", "seed", "firstSample", "maxDepth", "software", "version")
-        write_exr(path, (first + second) / 2, {
-            **{name: attributes[0][name] for name in kept if name in attributes[0]}, **own_error,
-            "spp": sum(a["spp"] for a in attributes),
-            "seconds": float(sum(a["seconds"] for a in attributes))}, {"firstHalf": first})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    names, step = [f"{path.stem}-part-{i:02d}.exr" for i in range(parts)], request.spp // parts
+    for i, own in enumerate(names):
+        report(i / parts)
+        part = dataclasses.replace(request, spp=step, first_sample=request.first_sample + i * step)
+        if not records.has(own, {**part.key(), **more}):
+            run_pathtracer(program, [*part.arguments(), "--quiet", "-o", records.folder / own])
+            records.put(own, {**part.key(), **more})
+    merge([records.folder / own for own in names], path)
+    records.put(name, key)
+    for own in names:
+        records.delete(own)
+    report(1.0)
+    return path
 
 
 # ---- References in the cache
@@ -205,11 +183,6 @@ def reference_name(request):
     more = f"-{hashlib.sha256(repr(request.more).encode()).hexdigest()[:8]}" if request.more else ""
     return (f"{scene_label(scene)}{where}{more}-{request.width}x{request.height}-{request.sampler}"
             f"-{request.spp}.exr")
-
-
-def make_reference(program, request, folder, report=lambda fraction: None):
-    """The path of the reference for the scene, size and options of this request, in a cache folder."""
-    return Renderer(program, folder).reference(request, reference_name(request), REFERENCE_PARTS, report)
 
 
 def files_beside(scene):
