@@ -50,9 +50,10 @@ def test_worse_cells_are_named_and_chance_is_not():
     assert len(suspected) <= 10 and "worse" not in suspected
 
 
-def test_seconds_to_error_between_two_counts():
+def test_seconds_to_error_between_two_counts_and_past_the_last():
     seconds, errors = [1.0, 2.0, 4.0, 8.0], [1.0, 0.5, 0.25, 0.125]
     assert seconds_to_error(seconds, errors, 0.25) == pytest.approx(4.0)
     assert seconds_to_error(seconds, errors, 0.25 * math.sqrt(2)) == pytest.approx(2 * math.sqrt(2))
     assert seconds_to_error(seconds, errors, 3.0) == 1.0
-    assert math.isnan(seconds_to_error(seconds, errors, 0.1))
+    assert seconds_to_error(seconds, errors, 0.1) == pytest.approx(8 * 1.25**2)
+    assert math.isnan(seconds_to_error(seconds, errors, 0.08))

@@ -94,11 +94,13 @@ def worse_cells(cells, false_alarms=0.01):
 
 def seconds_to_error(seconds, errors, wanted):
     """The time at which a progressive run first reaches an error, by log-log interpolation between its sample counts.
-    NaN if it never does; its first time if the first error is small enough already."""
+    Its first time if the first error is small enough already. Past its last count, up to twice that, the error is taken to fall by the
+    root of the time, as white noise's does; NaN further on."""
     for i, error in enumerate(errors):
         if error <= wanted:
             if i == 0:
                 return seconds[0]
             share = math.log(errors[i - 1] / wanted) / math.log(errors[i - 1] / error)
             return math.exp((1 - share) * math.log(seconds[i - 1]) + share * math.log(seconds[i]))
-    return math.nan
+    more = (errors[-1] / wanted) ** 2
+    return seconds[-1] * more if more <= 2 else math.nan

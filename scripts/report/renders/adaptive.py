@@ -137,7 +137,8 @@ def answers(result, names):
         + ", ".join(f"{spread([adaptive[k].errors[0.0] / level for _, adaptive in both])} of the level {level:g}" for k, level in enumerate(LEVELS))
         + f". The estimate is that of independent samples, so stratified ones are below it; blocks that reach {MOST} samples are above.",
         f"- **Is it biased?** The light of the displayed pictures is {lights.mean():+.3f} % off that of plain ones with as many "
-        f"samples, with a standard error of {lights.std(ddof=1) / np.sqrt(len(lights)):.3f} % over all of them.",
+        f"samples, with a standard error of {lights.std(ddof=1) / np.sqrt(len(lights)):.3f} % over all of them. Blocks whose samples miss light "
+        "stop early, which darkens adaptive pictures (Kirk and Arvo, \"Unbiased Sampling Techniques for Image Synthesis\", 1991).",
     ]
 
 
