@@ -215,7 +215,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const LightSample sample = light_sample(light, v.point, u);
     if (!(sample.pdf > 0)) return;
     const Vec3 wi = to_local(v.frame, sample.direction);
-    const Vec3 scattered = material_eval(material, v.front, v.wo, wi);
+    const auto [scattered, own_pdf] = material_value(material, v.front, v.wo, wi);
     if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
     ++path.counters->rays;
     const Ray shadow = {v.start(wi), sample.direction, path.ray.time};
@@ -228,9 +228,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
         passed = medium_transmittance(*scene.medium, shadow, length(end - shadow.origin), walk);
     }
     const float pdf = count * light.probability * sample.pdf;
-    const float weight = light_has_extent(light)
-                             ? power_heuristic(pdf, material_pdf(material, v.front, v.wo, wi))
-                             : 1;
+    const float weight = light_has_extent(light) ? power_heuristic(pdf, own_pdf) : 1;
     const Vec3 emitted = light.mapped
                              ? emission_at(scene, {light.triangle, sample.place.x, sample.place.y})
                              : sample.radiance;
@@ -284,8 +282,7 @@ MaterialSample sample_either(const Scene &scene, const Vertex &v, const Material
         if (!(result.pdf > 0)) return result;
         direction = to_world(v.frame, result.wi);
     }
-    const float own_pdf = material_pdf(material, v.front, v.wo, result.wi);
-    const Vec3 scattered = material_eval(material, v.front, v.wo, result.wi);
+    const auto [scattered, own_pdf] = material_value(material, v.front, v.wo, result.wi);
     result.pdf = 0.5f * own_pdf;
     for (const Light &light : scene.lights)
         result.pdf += 0.5f * light.probability * light_pdf_towards(light, v.point, direction);

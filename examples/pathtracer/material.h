@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface scattering: three functions, eval, sample and pdf, with a case for each kind of material.
+// Surface scattering: value (eval and pdf) and sample, with a case for each kind of material.
 //
 // Directions are unit vectors pointing away from the surface, in a local frame whose +z is the
 // normal on the side of `wo`. `wo` points back along the path to the camera, `wi` to where light
@@ -11,6 +11,7 @@
 // lights look as bright inside glass as in air.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -20,7 +21,8 @@
 // transmitted, from the front [0] and from the back [1].
 struct DielectricEnergy {
     static constexpr int SIZE = 32;
-    float kept[2][SIZE];  // indexed by the root of the cosine
+    using Table = std::array<float, SIZE>;
+    Table kept[2];        // indexed by the root of the cosine
     float mean_loss[2];   // 1 - the mean of `kept` over the hemisphere
     float passed_loss[2]; // the share of the loss that leaves on the other side
 };
@@ -59,7 +61,7 @@ constexpr float SAME_IOR = 1e-3f;
 // Call this once for each material before use: it builds the tables of rough dielectrics.
 void material_prepare(Material &material);
 
-// Whether the material scatters only into discrete directions. Then eval and pdf are 0, and samples
+// Whether the material scatters only into discrete directions. Then the value is 0, and samples
 // are marked smooth.
 inline bool material_is_smooth(const Material &m) {
     const bool specular = m.kind == Material::CONDUCTOR || m.kind == Material::DIELECTRIC;
@@ -74,21 +76,20 @@ struct MaterialSample {
     bool smooth; // pdf is a probability; no other technique finds this direction
 };
 
-// The same three functions for every kind but DIFFUSE.
-Vec3 specular_eval(const Material &m, bool front, Vec3 wo, Vec3 wi);
-float specular_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi);
+// The BSDF times the cosine of `wi`, and the density with which material_sample chooses `wi`.
+struct MaterialValue {
+    Vec3 eval;
+    float pdf;
+};
+
+// The same two functions for every kind but DIFFUSE.
+MaterialValue specular_value(const Material &m, bool front, Vec3 wo, Vec3 wi);
 MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe);
 
-// The BSDF times the cosine of `wi`.
-inline Vec3 material_eval(const Material &m, bool front, Vec3 wo, Vec3 wi) {
-    if (m.kind != Material::DIFFUSE) return specular_eval(m, front, wo, wi);
-    return (std::max(0.0f, wi.z) / PI) * m.albedo;
-}
-
-// The density with which material_sample chooses `wi`.
-inline float material_pdf(const Material &m, bool front, Vec3 wo, Vec3 wi) {
-    if (m.kind != Material::DIFFUSE) return specular_pdf(m, front, wo, wi);
-    return std::max(0.0f, wi.z) / PI;
+inline MaterialValue material_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
+    if (m.kind != Material::DIFFUSE) return specular_value(m, front, wo, wi);
+    const float flat = std::max(0.0f, wi.z) / PI;
+    return {flat * m.albedo, flat};
 }
 
 // u.x chooses the lobe and is then rescaled for use within it. Rough glass cannot do this: its

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rough materials share: the GGX distribution of microfacets with Smith's height-correlated
 // shadowing and masking (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-// 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014) and
-// Fresnel's equations. Directions are local, with the surface normal along +z; alpha is in (0, 1].
+// 2007; Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014),
+// Fresnel's equations, and how much light single scattering keeps. Directions are local, with the surface normal along +z; alpha is in (0, 1].
 //
 // The functions are stable at grazing angles: masking and shadowing include the division by their
 // cosines, so nothing divides by a vanishing cosine.
 #pragma once
 
-#include "math.h"
+#include "material.h"
 
 // D(h), the distribution of microfacet normals; its cosine-weighted integral is 1.
 inline float ggx_density(float alpha, Vec3 h) {
@@ -75,3 +75,57 @@ inline bool refract(Vec3 o, Vec3 h, float eta, Vec3 &wi) {
     wi = normalize((-1 / eta) * o + (cosine / eta - far_cosine) * h);
     return true;
 }
+
+// What Schlick's formula adds at this cosine to a reflectance of 0.
+inline float schlick_edge(float cosine) {
+    const float c = 1 - std::min(std::max(cosine, 0.0f), 1.0f);
+    return c * c * c * c * c;
+}
+
+// ---- How much light microfacets keep in single scattering: materials add the rest back. Tables are
+// indexed by the square root of the cosine, because they change most at small cosines.
+
+using EnergyTable = DielectricEnergy::Table;
+constexpr int ENERGY_SIZE = DielectricEnergy::SIZE;
+constexpr float LEAST_LOSS = 1e-3f; // mean over the hemisphere; less is ignored
+
+inline float lerp(float t, float a, float b) {
+    return (1 - t) * a + t * b;
+}
+
+// Looks up a table, linearly, at `position`, the root of a cosine.
+inline float interpolate(const EnergyTable &table, float position) {
+    const float at = std::min(std::max(position, 0.0f), 1.0f) * (ENERGY_SIZE - 1);
+    const auto below = static_cast<size_t>(std::min(static_cast<int>(at), ENERGY_SIZE - 2));
+    return lerp(at - static_cast<float>(below), table[below], table[below + 1]);
+}
+
+// For conductors with a white Fresnel term.
+struct ConductorTable {
+    std::array<EnergyTable, ENERGY_SIZE> energy; // [roughness][root of cosine]
+    EnergyTable mean_loss;                       // [roughness]
+    // `energy` with Schlick's Fresnel term at a reflectance of 0 instead, and its mean.
+    std::array<EnergyTable, ENERGY_SIZE> edge;
+    EnergyTable mean_edge;
+};
+
+const ConductorTable &conductor_table();
+
+// A roughness between two rows of the table.
+struct ConductorRow {
+    size_t row;
+    float t; // from it to the next
+
+    explicit ConductorRow(float roughness) {
+        const float at = std::min(roughness, 1.0f) * (ENERGY_SIZE - 1);
+        row = static_cast<size_t>(std::min(static_cast<int>(at), ENERGY_SIZE - 2));
+        t = at - static_cast<float>(row);
+    }
+    float mean(const EnergyTable &of) const { return lerp(t, of[row], of[row + 1]); }
+};
+
+// ---- mixture.cpp: the metallic-roughness material of glTF. Directions are as in material.h, above the
+// surface.
+
+MaterialValue mixture_value(const Material &material, Vec3 wo, Vec3 wi);
+MaterialSample mixture_sample(const Material &material, Vec3 wo, Vec2 u);

@@ -6,16 +6,9 @@
 // white for any blend.
 
 #include "distribution.h"
-
-#include "facet_energy.h"
-
-using namespace facet_energy;
+#include "microfacet.h"
 
 namespace {
-
-float lerp(float t, float a, float b) {
-    return (1 - t) * a + t * b;
-}
 
 // The directional albedo of single scattering at a roughness and cosine: `bound` scales with the
 // reflectance, `edge` is what Schlick's formula adds to any reflectance.
@@ -25,7 +18,8 @@ struct FacetAlbedo {
 };
 
 // A metallic-roughness material, prepared for one point.
-struct Mixture {
+struct Mixture : ConductorRow {
+    using ConductorRow::ConductorRow;
     Vec3 reflectance; // at normal incidence
     Vec3 ground;      // albedo of the diffuse base, over mean_left
     Vec3 multiple;    // colour of multiple scattering, over mean_loss
@@ -33,30 +27,24 @@ struct Mixture {
     float coat_multiple;
     float mean_left, mean_loss; // means: what the coat leaves to the base; what facets lose
     float alpha;
-    float t; // fraction between two table rows
-    size_t row;
 };
 
 FacetAlbedo facet_albedo(const Mixture &x, float cosine) {
     const ConductorTable &table = conductor_table();
     const float root = std::sqrt(std::abs(cosine));
-    const float energy = lerp(x.t, interpolate(table.energy[x.row].data(), root),
-                              interpolate(table.energy[x.row + 1].data(), root));
-    const float edge = lerp(x.t, interpolate(table.edge[x.row].data(), root),
-                            interpolate(table.edge[x.row + 1].data(), root));
+    const auto at_root = [&](const std::array<EnergyTable, ENERGY_SIZE> &rows) {
+        return lerp(x.t, interpolate(rows[x.row], root), interpolate(rows[x.row + 1], root));
+    };
+    const float energy = at_root(table.energy), edge = at_root(table.edge);
     return {energy - edge, edge};
 }
 
 Mixture mixture(const Material &m) {
-    Mixture x;
-    const ConductorTable &table = conductor_table();
     const float roughness = std::min(std::max(m.roughness, SMOOTH), 1.0f);
+    Mixture x(roughness);
     x.alpha = roughness * roughness;
-    const float at = roughness * (SIZE - 1);
-    x.row = static_cast<size_t>(std::min(static_cast<int>(at), SIZE - 2));
-    x.t = at - static_cast<float>(x.row);
-    const float mean_loss = lerp(x.t, table.mean_loss[x.row], table.mean_loss[x.row + 1]);
-    const float mean_edge = lerp(x.t, table.mean_edge[x.row], table.mean_edge[x.row + 1]);
+    const float mean_loss = x.mean(conductor_table().mean_loss);
+    const float mean_edge = x.mean(conductor_table().mean_edge);
     const float root = (m.ior - 1) / (m.ior + 1);
     x.coat = root * root;
     const auto multiple = [&](float reflectance) {
@@ -102,7 +90,7 @@ float mixture_facet_pdf(const Mixture &x, Vec3 wo, Vec3 h) {
     return 0.25f * ggx_masking(x.alpha, wo) * ggx_density(x.alpha, h);
 }
 
-MixtureValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
+MaterialValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
     const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
     Left near;
     const float share = facet_share(x, wo, near);
@@ -119,7 +107,7 @@ MixtureValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
 
 } // namespace
 
-MixtureValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
+MaterialValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
     return value_of(mixture(m), wo, wi);
 }
 
@@ -138,7 +126,7 @@ MaterialSample mixture_sample(const Material &m, Vec3 wo, Vec2 u) {
         wi = square_to_cosine_hemisphere(u);
     }
     if (!(wi.z > 0)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
-    const MixtureValue value = value_of(x, wo, wi);
+    const MaterialValue value = value_of(x, wo, wi);
     if (!(value.pdf > 0) || !std::isfinite(value.pdf)) return {{0, 0, 1}, {0, 0, 0}, 0, false};
     return {wi, (1 / value.pdf) * value.eval, value.pdf, false};
 }

@@ -106,7 +106,7 @@ std::vector<double> cell_probabilities(const Case &c, Vec3 wo) {
                              static_cast<float>(std::sin(angle) * std::sin(longitude)),
                              static_cast<float>(std::cos(angle))};
             result[static_cast<size_t>(y / fine_rows * COLUMNS + x / fine_columns)] +=
-                solid_angle * static_cast<double>(material_pdf(c.material, c.front, wo, wi));
+                solid_angle * static_cast<double>(material_value(c.material, c.front, wo, wi).pdf);
         }
     }
     return result;
@@ -169,8 +169,8 @@ void test_weight_is_eval_over_pdf() {
             if (!(s.pdf > 0)) continue;
             CHECK(!s.smooth, "%s", c.name);
             CHECK(std::abs(length(s.wi) - 1) < 1e-5f, "%s: length %g", c.name, length(s.wi));
-            const float pdf = material_pdf(c.material, c.front, wo, s.wi);
-            const Vec3 value = material_eval(c.material, c.front, wo, s.wi);
+            const float pdf = material_value(c.material, c.front, wo, s.wi).pdf;
+            const Vec3 value = material_value(c.material, c.front, wo, s.wi).eval;
             CHECK(std::abs(pdf - s.pdf) <= 1e-4f * s.pdf, "%s: %g and %g", c.name, pdf, s.pdf);
             const float error = max_magnitude(value - s.pdf * s.weight);
             CHECK(error <= 1e-4f * s.pdf, "%s: off by %g of %g", c.name, error, s.pdf);
@@ -194,13 +194,13 @@ void test_reciprocity() {
                 // from.
                 const auto turned = [](Vec3 v) { return Vec3{v.x, v.y, -v.z}; };
                 wi.z = -wi.z;
-                there = material_eval(c.material, c.front, wo, wi);
-                back = material_eval(c.material, !c.front, turned(wi), turned(wo));
+                there = material_value(c.material, c.front, wo, wi).eval;
+                back = material_value(c.material, !c.front, turned(wi), turned(wo)).eval;
                 const float eta = c.front ? c.material.ior : 1 / c.material.ior;
                 scale = 1 / (eta * eta);
             } else {
-                there = material_eval(c.material, c.front, wo, wi);
-                back = material_eval(c.material, c.front, wi, wo);
+                there = material_value(c.material, c.front, wo, wi).eval;
+                back = material_value(c.material, c.front, wi, wo).eval;
             }
             there = (scale / std::abs(wi.z)) * there;
             back = (1 / std::abs(wo.z)) * back;
@@ -276,8 +276,8 @@ void test_ends_of_the_mixture() {
         for (int i = 0; i < 1000; ++i) {
             const Vec3 wo = direction(0.05f + 0.95f * random(), 6.2f * random());
             const Vec3 wi = direction(0.05f + 0.95f * random(), 6.2f * random());
-            const Vec3 a = material_eval(metal, true, wo, wi);
-            const Vec3 b = material_eval(same, true, wo, wi);
+            const Vec3 a = material_value(metal, true, wo, wi).eval;
+            const Vec3 b = material_value(same, true, wo, wi).eval;
             CHECK(max_magnitude(a - b) < 2e-3f * max_component(b) + 1e-4f, "%g and %g", a.x, b.x);
         }
         const Material black = metallic_roughness({0, 0, 0}, 0, roughness);
@@ -300,7 +300,7 @@ void test_smooth_dielectric() {
         const Vec3 wo = direction(1 - random() * 0.99f, 6 * random());
         const MaterialSample s = material_sample(glass, front, wo, {random(), random()}, random());
         CHECK(s.smooth && s.pdf > 0 && s.weight.x == 1, "pdf %g, weight %g", s.pdf, s.weight.x);
-        CHECK(max_component(material_eval(glass, front, wo, s.wi)) == 0, "not zero");
+        CHECK(max_component(material_value(glass, front, wo, s.wi).eval) == 0, "not zero");
         if (s.wi.z > 0) continue;
         // Snell's law, and all three directions in one plane.
         const float eta = front ? 1.5f : 1 / 1.5f;
@@ -354,8 +354,8 @@ void check_ends(const Material &m, bool front, Vec3 wo) {
             for (const float longitude : {0.7f, 0.7f + PI, 2.0f}) {
                 Vec3 wi = direction(cosine, longitude);
                 wi.z *= sign;
-                const Vec3 f = material_eval(m, front, wo, wi);
-                const float p = material_pdf(m, front, wo, wi);
+                const Vec3 f = material_value(m, front, wo, wi).eval;
+                const float p = material_value(m, front, wo, wi).pdf;
                 check(is_finite(f) && f.x >= 0, f.x);
                 check(std::isfinite(p) && p >= 0, p);
             }

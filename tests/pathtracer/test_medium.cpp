@@ -169,10 +169,11 @@ void test_phase() {
                 material_sample(m, true, {0, 0, 1}, {random(), random()}, random());
             CHECK(std::abs(length(s.wi) - 1) < 1e-4f, "length %g",
                   static_cast<double>(length(s.wi)));
-            CHECK(std::abs(s.pdf / material_pdf(m, true, {0, 0, 1}, s.wi) - 1) < 1e-4f &&
-                      std::abs(s.weight.y * s.pdf / material_eval(m, true, {0, 0, 1}, s.wi).y - 1) <
-                          1e-3f,
-                  "anisotropy %g: weights do not agree", static_cast<double>(g));
+            CHECK(
+                std::abs(s.pdf / material_value(m, true, {0, 0, 1}, s.wi).pdf - 1) < 1e-4f &&
+                    std::abs(s.weight.y * s.pdf / material_value(m, true, {0, 0, 1}, s.wi).eval.y -
+                             1) < 1e-3f,
+                "anisotropy %g: weights do not agree", static_cast<double>(g));
             ++found[std::min(static_cast<int>(0.5f * (s.wi.z + 1) * BINS), BINS - 1)];
             mean -= static_cast<double>(s.wi.z) / SAMPLES; // wo is +z, light goes on along -z
             sideways += static_cast<double>(s.wi.x + s.wi.y) / SAMPLES;
