@@ -22,13 +22,29 @@ struct Camera {
 };
 
 // A camera at `position` that looks at `target`. `up` need not be perpendicular to the view.
-Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height);
+inline Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height) {
+    Camera camera{};
+    camera.position = position;
+    camera.target = target;
+    camera.forward = normalize(target - position);
+    camera.right = normalize(cross(camera.forward, up));
+    camera.up = cross(camera.right, camera.forward);
+    camera.tan_half_height = tan_half_height;
+    return camera;
+}
 
 // Gives the camera a lens of this radius, focused on the plane through `focus`.
-void camera_set_lens(Camera &camera, float radius, Vec3 focus);
+inline void camera_set_lens(Camera &camera, float radius, Vec3 focus) {
+    camera.lens_radius = radius;
+    camera.focus_distance = dot(focus - camera.position, camera.forward);
+}
 
 // Fits the camera to a picture of width x height pixels; the vertical angle of view stays the same.
-void camera_fit(Camera &camera, int width, int height);
+inline void camera_fit(Camera &camera, int width, int height) {
+    camera.half_width = 0.5f * static_cast<float>(width);
+    camera.half_height = 0.5f * static_cast<float>(height);
+    camera.pixel_size = camera.tan_half_height / camera.half_height;
+}
 
 // The ray through a point of the picture, in pixels from its top left corner, and a point on the
 // lens, given in the unit square. A pinhole ignores the lens point.

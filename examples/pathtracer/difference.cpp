@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blue noise moves error to high frequencies, where the eye and any later filter average it away.
 // To measure what remains, blur the error first: a separable Gaussian, in double, in two passes.
-#include "difference.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "image.h"
 
 namespace {
 
@@ -55,8 +55,7 @@ double blurred_rmse(const Image &image, const Image &reference, double sigma) {
     for (size_t c = 0; c < 3; ++c) {
         std::vector<double> error(count);
         for (size_t i = 0; i < count; ++i)
-            error[i] = static_cast<double>(image.rgb[3 * i + c]) -
-                       static_cast<double>(reference.rgb[3 * i + c]);
+            error[i] = double{image.rgb[3 * i + c]} - reference.rgb[3 * i + c];
         if (sigma > 0) {
             const std::vector<double> weights = gaussian_weights(sigma);
             const auto row_length = static_cast<size_t>(columns);
@@ -69,16 +68,12 @@ double blurred_rmse(const Image &image, const Image &reference, double sigma) {
 }
 
 Image image_crop(const Image &image, const Crop &crop) {
-    Image result{image.full_width, image.full_height, crop,
-                 std::vector<float>(3 * pixel_count(crop))};
-    const auto row_length = static_cast<size_t>(3 * width(crop));
+    Image result{image.full_width, image.full_height, crop, {}};
     for (int y = crop.y0; y < crop.y1; ++y) {
         const Crop &have = image.crop;
-        const size_t skipped_rows =
-            static_cast<size_t>(y - have.y0) * static_cast<size_t>(width(have));
-        const float *from = &image.rgb[3 * (skipped_rows + static_cast<size_t>(crop.x0 - have.x0))];
-        std::copy(from, from + row_length,
-                  &result.rgb[static_cast<size_t>(y - crop.y0) * row_length]);
+        const size_t rows = y - have.y0, first = rows * width(have) + crop.x0 - have.x0;
+        const auto from = image.rgb.begin() + static_cast<std::ptrdiff_t>(3 * first);
+        result.rgb.insert(result.rgb.end(), from, from + 3 * width(crop));
     }
     return result;
 }

@@ -11,12 +11,6 @@ constexpr int BLOCK = 16; // pixels
 constexpr double MIDDLE_GREY = 0.18;
 constexpr double LARGEST = 64; // stops; the command line has the same limit
 
-double luminance_of(const FilmPixel &p) {
-    return static_cast<double>(
-        luminance({static_cast<float>(p.radiance[0]), static_cast<float>(p.radiance[1]),
-                   static_cast<float>(p.radiance[2])}));
-}
-
 bool shows_surface(const FilmPixel &p) {
     return p.hits > 0 && 2 * uint64_t{p.hits} >= p.count;
 }
@@ -38,11 +32,9 @@ float auto_exposure(const Film &film) {
             double light = 0, count = 0;
             for (int y = top; y < std::min(top + BLOCK, rows); ++y)
                 for (int x = left; x < std::min(left + BLOCK, columns); ++x) {
-                    const FilmPixel &p =
-                        film.pixels[static_cast<size_t>(y) * static_cast<size_t>(columns) +
-                                    static_cast<size_t>(x)];
+                    const FilmPixel &p = film_pixel(film, film.crop.x0 + x, film.crop.y0 + y);
                     if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
-                    light += luminance_of(p);
+                    light += luminance(rounded({p.radiance[0], p.radiance[1], p.radiance[2]}));
                     ++count;
                 }
             if (!(light > 0)) continue;

@@ -22,6 +22,7 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <type_traits>
 
 #include "error.h"
 #include "input_file.h"
@@ -45,68 +46,66 @@ class MemoryStream : public Imf::OStream {
     size_t position_ = 0;
 };
 
-// A channel of a file: a plane of floats over the data window.
-struct Plane {
-    const char *name;
-    std::vector<float> values;
-};
-
 constexpr const char *COUNT = "count";
 constexpr int LARGEST = 1 << 24; // pixels along a side of any picture
 
-Imf::Slice slice(Imf::PixelType type, void *values, const Imath::Box2i &window) {
-    const auto row = static_cast<size_t>(window.max.x - window.min.x + 1);
-    return Imf::Slice::Make(type, values, window, 4, 4 * row);
+// The layers of a film, except the counts.
+constexpr std::array<const char *, 14> LAYERS = {
+    "R",        "G",        "B",        "A",       "albedo.R",   "albedo.G",   "albedo.B",
+    "normal.X", "normal.Y", "normal.Z", "depth.Z", "variance.R", "variance.G", "variance.B"};
+constexpr size_t SHARE_OF_HITS = 3; // the layer A
+
+std::array<double, LAYERS.size()> layers_of(const FilmPixel &p) {
+    return {p.radiance[0],
+            p.radiance[1],
+            p.radiance[2],
+            p.count ? static_cast<double>(p.hits) / p.count : 0,
+            p.albedo[0],
+            p.albedo[1],
+            p.albedo[2],
+            p.normal[0],
+            p.normal[1],
+            p.normal[2],
+            p.depth,
+            film_variance(p, 0),
+            film_variance(p, 1),
+            film_variance(p, 2)};
 }
 
-// The layers of a film, except the counts. Values are clamped to the range of float.
-std::vector<Plane> film_planes(const Film &film) {
-    std::vector<Plane> planes;
-    const auto add = [&](const char *name, auto value) {
-        planes.push_back({name, {}});
-        std::vector<float> &values = planes.back().values;
-        values.reserve(film.pixels.size());
-        const auto largest = static_cast<double>(std::numeric_limits<float>::max());
-        for (const FilmPixel &pixel : film.pixels)
-            values.push_back(static_cast<float>(std::clamp(value(pixel), -largest, largest)));
-    };
-    const auto add_three = [&](std::array<const char *, 3> names, auto value) {
-        for (int c = 0; c < 3; ++c)
-            add(names[static_cast<size_t>(c)], [&](const FilmPixel &p) { return value(p, c); });
-    };
-    add_three({"R", "G", "B"}, [](const FilmPixel &p, int c) { return p.radiance[c]; });
-    add("A",
-        [](const FilmPixel &p) { return p.count ? static_cast<double>(p.hits) / p.count : 0; });
-    add_three({"albedo.R", "albedo.G", "albedo.B"},
-              [](const FilmPixel &p, int c) { return p.albedo[c]; });
-    add_three({"normal.X", "normal.Y", "normal.Z"},
-              [](const FilmPixel &p, int c) { return p.normal[c]; });
-    add("depth.Z", [](const FilmPixel &p) { return p.depth; });
-    add_three({"variance.R", "variance.G", "variance.B"}, film_variance);
-    return planes;
+// The reverse; takes the count as well.
+FilmPixel pixel_of(const std::array<double, LAYERS.size()> &v, uint32_t count) {
+    const auto squares = [&](double variance) { return count < 2 ? 0 : variance * (count - 1); };
+    const auto hits = static_cast<uint32_t>(std::lround(v[SHARE_OF_HITS] * count));
+    return {{v[0], v[1], v[2]},
+            {squares(v[11]), squares(v[12]), squares(v[13])},
+            {v[4], v[5], v[6]},
+            {v[7], v[8], v[9]},
+            v[10],
+            count,
+            hits};
 }
 
-// The reverse of film_planes(); takes the counts as well.
-Film film_of_planes(int full_width, int full_height, const Crop &crop,
-                    const std::vector<Plane> &planes, const std::vector<uint32_t> &counts) {
-    Film film = film_create(full_width, full_height, crop);
-    for (size_t i = 0; i < film.pixels.size(); ++i) {
-        FilmPixel &p = film.pixels[i];
-        const auto value = [&](size_t plane) {
-            return static_cast<double>(planes[plane].values[i]);
+Imath::Box2i box(const Crop &crop) {
+    return {{crop.x0, crop.y0}, {crop.x1 - 1, crop.y1 - 1}};
+}
+
+// The layers of a crop, plane after plane, and where OpenEXR finds them.
+struct Planes {
+    std::vector<float> values;
+    std::vector<uint32_t> counts;
+    Imf::FrameBuffer buffer;
+
+    explicit Planes(const Crop &crop)
+        : values(LAYERS.size() * pixel_count(crop)), counts(pixel_count(crop)) {
+        const auto add = [&](const char *name, Imf::PixelType type, void *plane) {
+            const size_t row = 4 * static_cast<size_t>(width(crop));
+            buffer.insert(name, Imf::Slice::Make(type, plane, box(crop), 4, row));
         };
-        p.count = counts[i];
-        p.hits = static_cast<uint32_t>(std::lround(value(3) * p.count));
-        p.depth = value(10);
-        for (size_t c = 0; c < 3; ++c) {
-            p.radiance[c] = value(c);
-            p.albedo[c] = value(4 + c);
-            p.normal[c] = value(7 + c);
-            p.squares[c] = p.count < 2 ? 0 : value(11 + c) * (p.count - 1);
-        }
+        for (size_t i = 0; i < LAYERS.size(); ++i)
+            add(LAYERS[i], Imf::FLOAT, values.data() + i * counts.size());
+        add(COUNT, Imf::UINT, counts.data());
     }
-    return film;
-}
+};
 
 // Reads and checks the windows of a file. Imf checks that they are not empty.
 void read_windows(const Imf::Header &header, int &full_width, int &full_height, Crop &crop) {
@@ -123,10 +122,6 @@ void read_windows(const Imf::Header &header, int &full_width, int &full_height, 
     crop = {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1), static_cast<int>(y1)};
 }
 
-Imath::Box2i box(const Crop &crop) {
-    return {{crop.x0, crop.y0}, {crop.x1 - 1, crop.y1 - 1}};
-}
-
 // The attributes that parts of one picture do not share.
 template <typename Attributes, typename Visit>
 void own_attributes(Attributes &a, Visit visit) {
@@ -140,26 +135,21 @@ void own_attributes(Attributes &a, Visit visit) {
     visit("samplingShare", a.sampling_share);
 }
 
+// Text and 64-bit numbers, which do not fit the format's integers, are stored as text.
 struct WriteAttribute {
     Imf::Header &header;
 
-    void operator()(const char *name, const std::string &text) const {
-        header.insert(name, Imf::StringAttribute(text));
+    template <typename Value>
+    void operator()(const char *name, const Value &value) const {
+        if constexpr (std::is_same_v<Value, std::string>)
+            header.insert(name, Imf::StringAttribute(value));
+        else if constexpr (std::is_same_v<Value, uint64_t>)
+            header.insert(name, Imf::StringAttribute(std::to_string(value)));
+        else if constexpr (std::is_floating_point_v<Value>)
+            header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
+        else
+            header.insert(name, Imf::IntAttribute(static_cast<int>(value)));
     }
-    void operator()(const char *name, uint32_t value) const {
-        header.insert(name, Imf::IntAttribute(static_cast<int>(value)));
-    }
-    // Does not fit the format's integers, signed 32-bit.
-    void operator()(const char *name, uint64_t value) const {
-        (*this)(name, std::to_string(value));
-    }
-    void operator()(const char *name, double value) const {
-        header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
-    }
-    void operator()(const char *name, float value) const {
-        (*this)(name, static_cast<double>(value));
-    }
-    void operator()(const char *name, bool value) const { (*this)(name, uint32_t{value}); }
 };
 
 struct ReadAttribute {
@@ -172,35 +162,28 @@ struct ReadAttribute {
             throw Error(std::string("it was not written by this program: it has no ") + name);
         return attribute->value();
     }
-    void operator()(const char *name, std::string &text) const {
-        text = found<Imf::StringAttribute>(name);
-    }
-    void operator()(const char *name, uint32_t &value) const {
-        const int number = found<Imf::IntAttribute>(name);
-        if (number < 0) throw Error(std::string("its ") + name + " is negative");
-        value = static_cast<uint32_t>(number);
-    }
-    void operator()(const char *name, uint64_t &value) const {
-        const auto text = found<Imf::StringAttribute>(name);
-        const char *end = text.data() + text.size();
-        const auto [stop, error] = std::from_chars(text.data(), end, value);
-        if (error != std::errc() || stop != end)
-            throw Error(std::string("its ") + name + " is '" + printable(text) + "'");
-    }
-    void operator()(const char *name, float &value) const {
-        value = found<Imf::FloatAttribute>(name);
-        if (!std::isfinite(value)) throw Error(std::string("its ") + name + " is not finite");
-    }
-    void operator()(const char *name, double &value) const { // of time
-        float number = 0;
-        (*this)(name, number);
-        if (number < 0) throw Error(std::string("its ") + name + " is negative");
-        value = static_cast<double>(number);
-    }
-    void operator()(const char *name, bool &value) const {
-        uint32_t number = 0;
-        (*this)(name, number);
-        value = number != 0;
+    template <typename Value>
+    void operator()(const char *name, Value &value) const {
+        const auto refuse_unless = [&](bool good, const std::string &is) {
+            if (!good) throw Error("its " + std::string(name) + " is " + is);
+        };
+        if constexpr (std::is_same_v<Value, std::string>) {
+            value = found<Imf::StringAttribute>(name);
+        } else if constexpr (std::is_same_v<Value, uint64_t>) {
+            const auto text = found<Imf::StringAttribute>(name);
+            const char *end = text.data() + text.size();
+            const auto [stop, error] = std::from_chars(text.data(), end, value);
+            refuse_unless(error == std::errc() && stop == end, "'" + printable(text) + "'");
+        } else if constexpr (std::is_floating_point_v<Value>) {
+            value = found<Imf::FloatAttribute>(name);
+            refuse_unless(std::isfinite(value), "not finite");
+            // Those in double precision are of time.
+            refuse_unless(std::is_same_v<Value, float> || value >= 0, "negative");
+        } else {
+            const int number = found<Imf::IntAttribute>(name);
+            refuse_unless(number >= 0, "negative");
+            value = static_cast<Value>(number);
+        }
     }
 };
 
@@ -244,23 +227,23 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     write("software", std::string("libbn pathtracer ") + bn_version_string());
     write("bnVersion", std::string(bn_version_string())); // the format itself uses "version"
 
-    std::vector<Plane> planes = film_planes(film);
-    std::vector<uint32_t> counts;
-    counts.reserve(film.pixels.size());
-    for (const FilmPixel &pixel : film.pixels) counts.push_back(pixel.count);
-    Imf::FrameBuffer buffer;
-    for (Plane &plane : planes) {
-        header.channels().insert(plane.name, Imf::Channel(Imf::FLOAT));
-        buffer.insert(plane.name, slice(Imf::FLOAT, plane.values.data(), data));
+    Planes planes(film.crop);
+    const auto largest = static_cast<double>(std::numeric_limits<float>::max());
+    for (size_t i = 0; i < film.pixels.size(); ++i) {
+        const auto layers = layers_of(film.pixels[i]);
+        for (size_t k = 0; k < LAYERS.size(); ++k)
+            planes.values[k * film.pixels.size() + i] =
+                static_cast<float>(std::clamp(layers[k], -largest, largest));
+        planes.counts[i] = film.pixels[i].count;
     }
-    header.channels().insert(COUNT, Imf::Channel(Imf::UINT));
-    buffer.insert(COUNT, slice(Imf::UINT, counts.data(), data));
+    for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
+        header.channels().insert(plane.name(), Imf::Channel(plane.slice().type));
 
     std::vector<char> bytes;
     try {
         MemoryStream stream(bytes);
         Imf::OutputFile file(stream, header);
-        file.setFrameBuffer(buffer);
+        file.setFrameBuffer(planes.buffer);
         file.writePixels(height(film.crop));
     } catch (const std::bad_alloc &) {
         throw;
@@ -301,30 +284,28 @@ Film exr_read_film(const std::string &path) {
         Imf::InputFile file(path.c_str());
         const ExrHead head = read_head(file.header());
         if (pixel_count(head.crop) > MAX_PIXELS) throw Error("it is too large");
-        const Imath::Box2i data = box(head.crop);
-        std::vector<Plane> planes =
-            film_planes(film_create(head.full_width, head.full_height, head.crop));
-        std::vector<uint32_t> counts(pixel_count(head.crop));
-        Imf::FrameBuffer buffer;
-        for (Plane &plane : planes)
-            buffer.insert(plane.name, slice(Imf::FLOAT, plane.values.data(), data));
-        buffer.insert(COUNT, slice(Imf::UINT, counts.data(), data));
-        for (auto channel = buffer.begin(); channel != buffer.end(); ++channel)
-            if (!file.header().channels().findChannel(channel.name()))
-                throw Error(std::string("it has no channel ") + channel.name());
-        file.setFrameBuffer(buffer);
-        file.readPixels(data.min.y, data.max.y);
+        Film film = film_create(head.full_width, head.full_height, head.crop);
+        Planes planes(head.crop);
+        for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
+            if (!file.header().channels().findChannel(plane.name()))
+                throw Error(std::string("it has no channel ") + plane.name());
+        file.setFrameBuffer(planes.buffer);
+        file.readPixels(head.crop.y0, head.crop.y1 - 1);
 
         const uint64_t most = head.attributes.end_sample - head.attributes.first_sample;
-        for (const uint32_t count : counts)
-            if (count > most) throw Error("it has more samples than its attributes say");
-        for (const Plane &plane : planes)
-            for (const float v : plane.values)
-                if (!std::isfinite(v))
-                    throw Error(std::string("its channel ") + plane.name +
+        for (size_t i = 0; i < film.pixels.size(); ++i) {
+            if (planes.counts[i] > most) throw Error("it has more samples than its attributes say");
+            std::array<double, LAYERS.size()> layers;
+            for (size_t k = 0; k < LAYERS.size(); ++k) {
+                layers[k] = planes.values[k * film.pixels.size() + i];
+                if (!std::isfinite(layers[k]))
+                    throw Error(std::string("its channel ") + LAYERS[k] +
                                 " has a value that is not finite");
-        for (const float v : planes[3].values)
-            if (!(v >= 0 && v <= 1)) throw Error("its channel A has a value outside [0, 1]");
-        return film_of_planes(head.full_width, head.full_height, head.crop, planes, counts);
+            }
+            if (!(layers[SHARE_OF_HITS] >= 0 && layers[SHARE_OF_HITS] <= 1))
+                throw Error("its channel A has a value outside [0, 1]");
+            film.pixels[i] = pixel_of(layers, planes.counts[i]);
+        }
+        return film;
     });
 }

@@ -6,13 +6,7 @@
 
 namespace {
 
-void add_to_mean(double (&mean)[3], Vec3 value, double share) {
-    mean[0] += share * (static_cast<double>(value.x) - mean[0]);
-    mean[1] += share * (static_cast<double>(value.y) - mean[1]);
-    mean[2] += share * (static_cast<double>(value.z) - mean[2]);
-}
-
-void merge_means(double (&mean)[3], const double (&other)[3], double share) {
+void add_to_mean(double (&mean)[3], const double (&other)[3], double share) {
     for (int c = 0; c < 3; ++c) mean[c] += share * (other[c] - mean[c]);
 }
 
@@ -23,9 +17,8 @@ Film film_create(int full_width, int full_height, const Crop &crop) {
 }
 
 FilmPixel &film_pixel(Film &film, int x, int y) {
-    const auto row = static_cast<size_t>(y - film.crop.y0);
-    const auto column = static_cast<size_t>(x - film.crop.x0);
-    return film.pixels[row * static_cast<size_t>(width(film.crop)) + column];
+    const size_t row = y - film.crop.y0;
+    return film.pixels[row * width(film.crop) + x - film.crop.x0];
 }
 
 const FilmPixel &film_pixel(const Film &film, int x, int y) {
@@ -42,17 +35,16 @@ Film film_with_crop(const Film &film, const Crop &crop) {
 
 void film_add(FilmPixel &pixel, const PathSample &sample) {
     const double share = 1.0 / ++pixel.count;
-    const double radiance[3] = {static_cast<double>(sample.radiance.x),
-                                static_cast<double>(sample.radiance.y),
-                                static_cast<double>(sample.radiance.z)};
+    const double radiance[3] = {sample.radiance.x, sample.radiance.y, sample.radiance.z};
     for (int c = 0; c < 3; ++c) {
         const double difference = radiance[c] - pixel.radiance[c];
         pixel.radiance[c] += share * difference;
         pixel.squares[c] += difference * (radiance[c] - pixel.radiance[c]);
     }
-    add_to_mean(pixel.albedo, sample.albedo, share);
-    add_to_mean(pixel.normal, sample.normal, share);
-    if (sample.hit) pixel.depth += (static_cast<double>(sample.depth) - pixel.depth) / ++pixel.hits;
+    const Vec3 a = sample.albedo, n = sample.normal;
+    add_to_mean(pixel.albedo, {a.x, a.y, a.z}, share);
+    add_to_mean(pixel.normal, {n.x, n.y, n.z}, share);
+    if (sample.hit) pixel.depth += (sample.depth - pixel.depth) / ++pixel.hits;
 }
 
 void film_merge(FilmPixel &pixel, const FilmPixel &other) {
@@ -64,9 +56,9 @@ void film_merge(FilmPixel &pixel, const FilmPixel &other) {
         pixel.squares[c] +=
             other.squares[c] + difference * difference * share * static_cast<double>(pixel.count);
     }
-    merge_means(pixel.radiance, other.radiance, share);
-    merge_means(pixel.albedo, other.albedo, share);
-    merge_means(pixel.normal, other.normal, share);
+    add_to_mean(pixel.radiance, other.radiance, share);
+    add_to_mean(pixel.albedo, other.albedo, share);
+    add_to_mean(pixel.normal, other.normal, share);
     pixel.count += other.count;
     pixel.hits += other.hits;
     if (other.hits > 0)
@@ -82,10 +74,10 @@ SampleCounts film_counts(const Film &film) {
     return counts;
 }
 
-double film_mean_count(const Film &film) {
+double film_samples(const Film &film) {
     double samples = 0;
     for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
-    return samples / static_cast<double>(film.pixels.size());
+    return samples;
 }
 
 Image film_image(const Film &film) {

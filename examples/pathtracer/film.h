@@ -50,8 +50,8 @@ struct SampleCounts {
 };
 SampleCounts film_counts(const Film &film);
 
-// Samples per pixel, on average.
-double film_mean_count(const Film &film);
+// The samples of all pixels.
+double film_samples(const Film &film);
 
 // The mean radiance; black where there are no samples.
 Image film_image(const Film &film);

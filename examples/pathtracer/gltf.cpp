@@ -2,9 +2,9 @@
 // Reads glTF 2.0: walks the scene's node tree and reads its meshes, cameras and lights.
 // Transforms are composed and applied in double, so that geometry far from the origin keeps its
 // precision. The walk is iterative; a node reached twice is an error: such nodes form no tree.
-#include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 #include "gltf_parts.h"
 
@@ -14,16 +14,9 @@ namespace {
 
 // Extensions that the reader supports, or reports itself where a material uses them.
 bool is_known(const std::string &extension) {
-    const char *const known[] = {"KHR_lights_punctual",
-                                 "KHR_materials_ior",
-                                 "KHR_materials_emissive_strength",
-                                 "KHR_materials_transmission",
-                                 "KHR_texture_transform",
-                                 "KHR_mesh_quantization",
-                                 "EXT_texture_webp",
-                                 "EXT_texture_avif",
-                                 "KHR_texture_basisu",
-                                 "MSFT_texture_dds"};
+    const char *const known[] = {
+        "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
+        "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
     for (const char *name : known)
         if (extension == name) return true;
     return extension.compare(0, 14, "KHR_materials_") == 0;
@@ -92,14 +85,6 @@ void check_chunks(const std::vector<unsigned char> &bytes) {
     check_nesting(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
 }
 
-// The reader must support what the file requires, or report it itself where a material uses it.
-void check_required(const std::vector<std::string> &extensions) {
-    for (const std::string &extension : extensions)
-        if (!is_known(extension))
-            throw Error("requires the extension " + printable(extension) +
-                        ", which cannot be read");
-}
-
 tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene_folder) {
     FileAccess access{scene_folder, {}};
     tinygltf::Model model;
@@ -130,7 +115,10 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
         throw Error(std::string("is not valid glTF 2.0: ") + printable(first_line(problem.what())));
     }
     // Checked first: data that an extension stores elsewhere would be reported as missing.
-    check_required(model.extensionsRequired);
+    for (const std::string &extension : model.extensionsRequired)
+        if (!is_known(extension))
+            throw Error("requires the extension " + printable(extension) +
+                        ", which cannot be read");
     if (error.find("File read error") == 0) throw Error("buffer " + access.problem);
     if (!good) throw Error("is not valid glTF 2.0: " + printable(first_line(error)));
     if (model.asset.version.compare(0, 2, "2.") != 0)
@@ -186,43 +174,37 @@ Transform local_transform(const tinygltf::Node &node) {
 
 Point3d applied(const Transform &t, const float *p) {
     const auto row = [&](int i) {
-        return t.m[i][0] * static_cast<double>(p[0]) + t.m[i][1] * static_cast<double>(p[1]) +
-               t.m[i][2] * static_cast<double>(p[2]) + t.m[i][3];
+        return t.m[i][0] * p[0] + t.m[i][1] * p[1] + t.m[i][2] * p[2] + t.m[i][3];
     };
     return {row(0), row(1), row(2)};
 }
 
-// The unit vector along m * (x, y, z); zero if that has no direction.
-Vec3 direction(const double (&m)[3][3], double x, double y, double z) {
-    const double v[3] = {m[0][0] * x + m[0][1] * y + m[0][2] * z,
-                         m[1][0] * x + m[1][1] * y + m[1][2] * z,
-                         m[2][0] * x + m[2][1] * y + m[2][2] * z};
-    const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+// The unit vector along t * (x, y, z), without the translation; zero if that has no direction.
+Vec3 direction(const Transform &t, double x, double y, double z) {
+    double v[3], squares = 0;
+    for (int i = 0; i < 3; ++i) {
+        v[i] = t.m[i][0] * x + t.m[i][1] * y + t.m[i][2] * z;
+        squares += v[i] * v[i];
+    }
+    const double length = std::sqrt(squares);
     if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
-    return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length),
-            static_cast<float>(v[2] / length)};
-}
-
-Vec3 axis_direction(const Transform &t, double x, double y, double z) {
-    double m[3][3];
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) m[i][j] = t.m[i][j];
-    return direction(m, x, y, z);
+    return rounded({v[0] / length, v[1] / length, v[2] / length});
 }
 
 // The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
-// its cofactors are negated. Returns the determinant.
-double cofactors(const Transform &t, double (&c)[3][3]) {
+// its cofactors are negated.
+Transform cofactors(const Transform &t, bool &mirrors) {
+    Transform c{};
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
             const int a = (i + 1) % 3, b = (i + 2) % 3, d = (j + 1) % 3, e = (j + 2) % 3;
-            c[i][j] = t.m[a][d] * t.m[b][e] - t.m[a][e] * t.m[b][d];
+            c.m[i][j] = t.m[a][d] * t.m[b][e] - t.m[a][e] * t.m[b][d];
         }
-    const double determinant = t.m[0][0] * c[0][0] + t.m[0][1] * c[0][1] + t.m[0][2] * c[0][2];
-    if (determinant < 0)
-        for (auto &row : c)
+    mirrors = t.m[0][0] * c.m[0][0] + t.m[0][1] * c.m[0][1] + t.m[0][2] * c.m[0][2] < 0;
+    if (mirrors)
+        for (auto &row : c.m)
             for (double &v : row) v = -v;
-    return determinant;
+    return c;
 }
 
 // ---- Meshes
@@ -276,22 +258,20 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
     const int colour_components = gltf_components(r.model, attribute("COLOR_0")) == 3 ? 3 : 4;
     const std::vector<float> colours = optional("COLOR_0", colour_components, "vertex colours");
 
-    double normal_matrix[3][3];
-    const bool mirrored = cofactors(transform, normal_matrix) < 0;
+    bool mirrored;
+    const Transform normal_matrix = cofactors(transform, mirrored);
     const auto first = static_cast<uint32_t>(draft.points.size());
     for (size_t i = 0; i < count; ++i) {
         DraftVertex v;
         v.position = applied(transform, &positions[3 * i]);
         if (!normals.empty())
-            v.normal = direction(normal_matrix, static_cast<double>(normals[3 * i]),
-                                 static_cast<double>(normals[3 * i + 1]),
-                                 static_cast<double>(normals[3 * i + 2]));
+            v.normal =
+                direction(normal_matrix, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
         for (int set = 0; set < 2; ++set)
             if (!coordinates[set].empty())
                 v.coordinates[set] = {coordinates[set][2 * i], coordinates[set][2 * i + 1]};
         if (!colours.empty()) {
             const float *c = &colours[static_cast<size_t>(colour_components) * i];
-            const auto bounded = [](float value) { return value > 0 ? std::min(value, 1.0f) : 0; };
             v.colour = {bounded(c[0]), bounded(c[1]), bounded(c[2])};
         }
         draft_add_vertex(draft, v);
@@ -316,7 +296,7 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
 
 void read_camera(Reader &r, int index, const Transform &t, const std::string &node_name) {
     const tinygltf::Camera &camera = gltf_at(r.model.cameras, index, "camera");
-    const Vec3 forward = axis_direction(t, 0, 0, -1), up = axis_direction(t, 0, 1, 0);
+    const Vec3 forward = direction(t, 0, 0, -1), up = direction(t, 0, 1, 0);
     const double angle = camera.perspective.yfov;
     if (camera.type != "perspective") {
         r.draft.ignored.insert("orthographic cameras");
@@ -334,22 +314,21 @@ void read_camera(Reader &r, int index, const Transform &t, const std::string &no
 void read_light(Reader &r, int index, const Transform &t) {
     const tinygltf::Light &source = gltf_at(r.model.lights, index, "light");
     Light light{};
-    light.kind = source.type == "point"         ? Light::POINT
-                 : source.type == "spot"        ? Light::SPOT
-                 : source.type == "directional" ? Light::DIRECTIONAL
-                                                : Light::ENVIRONMENT;
-    light.normal = axis_direction(t, 0, 0, -1);
-    const bool is_placed = std::isfinite(t.m[0][3]) && std::isfinite(t.m[1][3]) &&
-                           std::isfinite(t.m[2][3]) &&
-                           (light.kind == Light::POINT || max_magnitude(light.normal) > 0);
-    if (light.kind == Light::ENVIRONMENT || !is_placed) {
+    const std::map<std::string, Light::Kind> kinds = {
+        {"point", Light::POINT}, {"spot", Light::SPOT}, {"directional", Light::DIRECTIONAL}};
+    const auto kind = kinds.find(source.type);
+    light.normal = direction(t, 0, 0, -1);
+    const Point3d position = {t.m[0][3], t.m[1][3], t.m[2][3]};
+    const bool is_placed =
+        std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z);
+    if (kind == kinds.end() || !is_placed ||
+        (kind->second != Light::POINT && !(max_magnitude(light.normal) > 0))) {
         r.draft.ignored.insert("lights of unknown kinds or without a direction");
         return;
     }
-    Vec3 colour = {1, 1, 1};
-    if (source.color.size() == 3)
-        colour = {static_cast<float>(source.color[0]), static_cast<float>(source.color[1]),
-                  static_cast<float>(source.color[2])};
+    light.kind = kind->second;
+    const std::vector<double> &c = source.color;
+    const Vec3 colour = c.size() == 3 ? rounded({c[0], c[1], c[2]}) : Vec3{1, 1, 1};
     light.radiance = static_cast<float>(source.intensity) * colour;
     if (!is_finite(light.radiance) || std::min({colour.x, colour.y, colour.z}) < 0)
         throw Error("has a light whose intensity is negative or not a number");
@@ -358,7 +337,7 @@ void read_light(Reader &r, int index, const Transform &t) {
         light.cosine_outer = static_cast<float>(std::cos(source.spot.outerConeAngle));
     }
     if (source.range > 0) r.draft.ignored.insert("the range of lights");
-    r.draft.lights.push_back({light, {t.m[0][3], t.m[1][3], t.m[2][3]}});
+    r.draft.lights.push_back({light, position});
 }
 
 // ---- Nodes
@@ -393,15 +372,15 @@ void read_nodes(Reader &r) {
         reach(gltf_at(model.scenes, chosen, "scene").nodes, IDENTITY);
         if (model.scenes.size() > 1) r.draft.ignored.insert("scenes but the default one");
     } else { // glTF leaves this open: read every node without a parent
-        std::vector<bool> is_child(model.nodes.size());
+        std::set<int> children;
         for (const tinygltf::Node &node : model.nodes)
             for (const int child : node.children) {
                 gltf_at(model.nodes, child, "node");
-                is_child[static_cast<size_t>(child)] = true;
+                children.insert(child);
             }
         std::vector<int> roots;
-        for (size_t i = 0; i < model.nodes.size(); ++i)
-            if (!is_child[i]) roots.push_back(static_cast<int>(i));
+        for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
+            if (children.count(i) == 0) roots.push_back(i);
         reach(roots, IDENTITY);
     }
     while (!open.empty()) {

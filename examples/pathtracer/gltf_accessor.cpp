@@ -1,60 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads arrays from glTF buffers. Whatever offsets, strides and counts a file claims, nothing
 // outside the buffers is read.
-#include <cmath>
 #include <cstring>
+#include <limits>
+#include <type_traits>
 
 #include "gltf_parts.h"
 
 namespace {
 
-template <typename Number>
-Number number_at(const unsigned char *data) {
-    Number value;
-    std::memcpy(&value, data, sizeof(Number));
-    return value;
+// What visit(0 of that type) returns for a type of glTF's numbers; floats for all others.
+template <typename Visit>
+auto with_number_type(int type, const Visit &visit) {
+    switch (type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+        return visit(int8_t{0});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return visit(uint8_t{0});
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+        return visit(int16_t{0});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return visit(uint16_t{0});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return visit(uint32_t{0});
+    default:
+        return visit(0.0f);
+    }
 }
 
 size_t component_size(int type) {
-    switch (type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return 1;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return 2;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-        return 4;
-    default:
-        return 0;
-    }
+    return with_number_type(type, [](auto number) { return sizeof number; });
 }
 
 float component_at(const unsigned char *data, int type, bool normalized) {
-    const auto scaled = [&](float value, float largest) {
-        return normalized ? std::max(value / largest, -1.0f) : value;
-    };
-    switch (type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return scaled(number_at<int8_t>(data), 127);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return scaled(number_at<uint8_t>(data), 255);
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return scaled(number_at<int16_t>(data), 32767);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return scaled(number_at<uint16_t>(data), 65535);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return scaled(static_cast<float>(number_at<uint32_t>(data)), 4294967295.0f);
-    default:
-        return number_at<float>(data);
-    }
+    return with_number_type(type, [&](auto number) {
+        using Number = decltype(number);
+        std::memcpy(&number, data, sizeof number);
+        const auto value = static_cast<float>(number);
+        if (!normalized || std::is_same_v<Number, float>) return value;
+        return std::max(value / static_cast<float>(std::numeric_limits<Number>::max()), -1.0f);
+    });
 }
 
 uint32_t index_at(const unsigned char *data, int type) {
-    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return number_at<uint8_t>(data);
-    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return number_at<uint16_t>(data);
-    return number_at<uint32_t>(data);
+    return with_number_type(type, [&](auto number) {
+        std::memcpy(&number, data, sizeof number);
+        return static_cast<uint32_t>(number);
+    });
 }
 
 bool is_index_type(int type) {
@@ -80,7 +72,9 @@ const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const
     if (accessor.count > MAX_SCENE_ELEMENTS)
         throw Error("has " + std::to_string(accessor.count) + " " + what +
                     "; at most 2^26 are read");
-    if (component_size(accessor.componentType) == 0)
+    const int type = accessor.componentType;
+    if (!is_index_type(type) && type != TINYGLTF_COMPONENT_TYPE_BYTE &&
+        type != TINYGLTF_COMPONENT_TYPE_SHORT && type != TINYGLTF_COMPONENT_TYPE_FLOAT)
         throw Error(std::string(what) + " have a number type that glTF does not have");
     return accessor;
 }

@@ -4,6 +4,7 @@
 // others use glTF's metallic-roughness model.
 #include <charconv>
 #include <cmath>
+#include <set>
 
 #include "gltf_parts.h"
 
@@ -17,21 +18,14 @@ const tinygltf::Value *member(const tinygltf::ExtensionMap &extensions, const ch
     return &found->second.Get(name);
 }
 
-// Clamps a factor to its range in glTF; values that are not finite become `low`.
-float within(double value, double low, double high) {
-    return std::isfinite(value) ? static_cast<float>(std::min(std::max(value, low), high))
-                                : static_cast<float>(low);
-}
-
-Vec3 colour(const std::vector<double> &factor, double high) {
+Vec3 colour(const std::vector<double> &factor, double high = 1) {
     if (factor.size() < 3) return {1, 1, 1};
-    return {within(factor[0], 0, high), within(factor[1], 0, high), within(factor[2], 0, high)};
+    return {bounded(factor[0], 0, high), bounded(factor[1], 0, high), bounded(factor[2], 0, high)};
 }
 
-bool is_supported(const std::string &extension) {
-    return extension == "KHR_materials_ior" || extension == "KHR_materials_transmission" ||
-           extension == "KHR_materials_specular" || extension == "KHR_materials_emissive_strength";
-}
+const std::set<std::string> SUPPORTED = {"KHR_materials_ior", "KHR_materials_transmission",
+                                         "KHR_materials_specular",
+                                         "KHR_materials_emissive_strength"};
 
 // Image formats that are not decoded. A texture may offer a PNG or JPEG as a fallback.
 const std::pair<const char *, const char *> UNKNOWN_PICTURES[] = {{"EXT_texture_webp", "WebP"},
@@ -84,8 +78,7 @@ double alpha_of(const tinygltf::Material &source) {
 
 // How strong the coat is that reflects without colour.
 float coat_of(const tinygltf::Material &source) {
-    return within(gltf_number(source.extensions, "KHR_materials_specular", "specularFactor", 1), 0,
-                  1);
+    return bounded(gltf_number(source.extensions, "KHR_materials_specular", "specularFactor", 1));
 }
 
 // Metal does not transmit. But a file that omits metallicFactor declares metal by default: if it
@@ -100,10 +93,10 @@ bool transmits_light(const tinygltf::Material &source, float metallic) {
 Material factors_of(const tinygltf::Material &source) {
     const tinygltf::PbrMetallicRoughness &pbr = source.pbrMetallicRoughness;
     Material m;
-    m.albedo = colour(pbr.baseColorFactor, 1);
-    m.metallic = within(pbr.metallicFactor, 0, 1);
-    m.roughness = within(pbr.roughnessFactor, 0, 1);
-    m.ior = within(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
+    m.albedo = colour(pbr.baseColorFactor);
+    m.metallic = bounded(pbr.metallicFactor);
+    m.roughness = bounded(pbr.roughnessFactor);
+    m.ior = bounded(gltf_number(source.extensions, "KHR_materials_ior", "ior", 1.5), 1, 10);
     const float coat = coat_of(source);
     if (coat < 1) { // a weaker coat acts like a lower index of refraction
         const float root = std::sqrt(coat) * (m.ior - 1) / (m.ior + 1);
@@ -129,23 +122,16 @@ int32_t GltfMaterials::load(int index, bool srgb) {
         return -1;
     }
     const tinygltf::Image &image = gltf_at(model_.images, texture.source, "image");
-    const std::string name = image_name(image, texture.source);
-    int32_t number = 0;
-    try {
+    const auto read = [&]() -> std::vector<unsigned char> {
         if (image.bufferView >= 0) {
             const GltfBytes bytes = gltf_buffer_view(model_, image.bufferView, "an image");
-            number = draft_add_texture(draft_, {bytes.data, bytes.data + bytes.size});
-        } else if (image.image.empty()) { // tinygltf read nothing; errors matter only now
-            number = draft_add_texture(draft_, folder_.read(percent_decoded(image.uri)));
-        } else {
-            number = draft_add_texture(draft_, image.image);
+            return {bytes.data, bytes.data + bytes.size};
         }
-    } catch (const Error &error) {
-        throw Error(name + ": " + error.what());
-    }
-    Texture &loaded = draft_.scene.textures[static_cast<size_t>(number)];
-    if (loaded.cut_short) draft_.ignored.insert("that " + name + " is cut short");
-    loaded.srgb = srgb;
+        // If tinygltf read nothing, errors matter only now.
+        return image.image.empty() ? folder_.read(percent_decoded(image.uri)) : image.image;
+    };
+    known->second = draft_add_texture(draft_, image_name(image, texture.source), srgb, read);
+    Texture &loaded = draft_.scene.textures.back();
     if (texture.sampler >= 0) {
         const tinygltf::Sampler &sampler = gltf_at(model_.samplers, texture.sampler, "sampler");
         const auto wrap = [](int mode) {
@@ -157,13 +143,15 @@ int32_t GltfMaterials::load(int index, bool srgb) {
         loaded.wrap_v = wrap(sampler.wrapT);
         loaded.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
     }
-    return known->second = number;
+    return known->second;
 }
 
-TextureUse GltfMaterials::texture(int index, int set, const tinygltf::ExtensionMap &extensions,
-                                  bool srgb) {
+template <typename Info>
+TextureUse GltfMaterials::texture(const Info &info, bool srgb) {
     TextureUse use;
-    if (index < 0) return use;
+    if (info.index < 0) return use;
+    const tinygltf::ExtensionMap &extensions = info.extensions;
+    int set = info.texCoord;
     const char *const transform = "KHR_texture_transform";
     if (extensions.count(transform) > 0) {
         const auto pair = [&](const char *name, int i, double otherwise) {
@@ -186,7 +174,7 @@ TextureUse GltfMaterials::texture(int index, int set, const tinygltf::ExtensionM
         return use;
     }
     use.set = static_cast<uint32_t>(set);
-    use.texture = load(index, srgb);
+    use.texture = load(info.index, srgb);
     return use;
 }
 
@@ -199,7 +187,7 @@ uint32_t GltfMaterials::get(int material, bool vertex_colours) {
 void GltfMaterials::read_glass(const tinygltf::Material &source, Material &m) {
     m.kind = Material::DIELECTRIC;
     if (source.alphaMode == "BLEND") { // the uncovered part passes all colours
-        const float cover = within(alpha_of(source), 0, 1);
+        const float cover = bounded(alpha_of(source));
         m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
     }
     if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
@@ -209,8 +197,7 @@ void GltfMaterials::read_glass(const tinygltf::Material &source, Material &m) {
 }
 
 void GltfMaterials::read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps) {
-    const tinygltf::TextureInfo &info = source.pbrMetallicRoughness.metallicRoughnessTexture;
-    maps.metallic_roughness = texture(info.index, info.texCoord, info.extensions, false);
+    maps.metallic_roughness = texture(source.pbrMetallicRoughness.metallicRoughnessTexture, false);
     const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
     const bool bare = m.metallic == 0 && coat_of(source) == 0;
     m.kind = all_metal ? Material::CONDUCTOR
@@ -224,11 +211,9 @@ Emission GltfMaterials::read_emission(const tinygltf::Material &source, SurfaceM
     const double strength =
         gltf_number(source.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1);
     if (source.emissiveFactor.size() == 3)
-        emission.radiance = within(strength, 0, 1e9) * colour(source.emissiveFactor, 1e9);
+        emission.radiance = bounded(strength, 0, 1e9) * colour(source.emissiveFactor, 1e9);
     maps.emission_factor = emission.radiance;
-    if (max_component(emission.radiance) > 0)
-        maps.emission = texture(source.emissiveTexture.index, source.emissiveTexture.texCoord,
-                                source.emissiveTexture.extensions, true);
+    if (max_component(emission.radiance) > 0) maps.emission = texture(source.emissiveTexture, true);
     return emission;
 }
 
@@ -241,8 +226,8 @@ void GltfMaterials::read_holes(const tinygltf::Material &source, bool transmits,
         maps.colour.texture >= 0 &&
         draft_.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;
     if (!mask && !(blend && !transmits && (alpha < 1 || picture_has_holes))) return;
-    maps.alpha = within(alpha, 0, 1);
-    maps.alpha_cutoff = mask ? within(source.alphaCutoff, 0, 2) : 0.5f;
+    maps.alpha = bounded(alpha);
+    maps.alpha_cutoff = mask ? bounded(source.alphaCutoff, 0, 2) : 0.5f;
     if (picture_has_holes) maps.cut_out = maps.colour;
     if (blend) draft_.ignored.insert("blending (what covers less than half is cut out)");
 }
@@ -251,29 +236,26 @@ uint32_t GltfMaterials::read(int index, bool vertex_colours) {
     const tinygltf::Material standard;
     const tinygltf::Material &source =
         index < 0 ? standard : gltf_at(model_.materials, index, "material");
-    const tinygltf::TextureInfo &base = source.pbrMetallicRoughness.baseColorTexture;
     for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
         if (member(source.extensions, "KHR_materials_specular", name))
             draft_.ignored.insert("colours and textures of coats");
     for (const auto &[extension, value] : source.extensions)
-        if (!is_supported(extension))
+        if (SUPPORTED.count(extension) == 0)
             draft_.ignored.insert("the extension " + printable(extension));
 
     Material m = factors_of(source);
     const bool transmits = transmits_light(source, m.metallic);
     SurfaceMaps maps;
     maps.vertex_colours = vertex_colours;
-    maps.colour = texture(base.index, base.texCoord, base.extensions, true);
-    if (transmits) {
+    maps.colour = texture(source.pbrMetallicRoughness.baseColorTexture, true);
+    if (transmits)
         read_glass(source, m);
-    } else {
+    else
         read_opaque(source, m, maps);
-    }
     // Glass stays two-sided: what is inside is seen through its back faces.
     m.single_sided = !source.doubleSided && !transmits;
-    maps.normal = texture(source.normalTexture.index, source.normalTexture.texCoord,
-                          source.normalTexture.extensions, false);
-    maps.normal_scale = within(source.normalTexture.scale, -100, 100);
+    maps.normal = texture(source.normalTexture, false);
+    maps.normal_scale = bounded(source.normalTexture.scale, -100, 100);
     const Emission emission = read_emission(source, maps);
     read_holes(source, transmits, maps);
     return draft_add_material(draft_, m, emission, maps);

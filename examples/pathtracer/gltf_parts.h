@@ -61,7 +61,8 @@ class GltfMaterials {
     void read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps);
     Emission read_emission(const tinygltf::Material &source, SurfaceMaps &maps);
     void read_holes(const tinygltf::Material &source, bool transmits, SurfaceMaps &maps);
-    TextureUse texture(int index, int set, const tinygltf::ExtensionMap &extensions, bool srgb);
+    template <typename Info> // TextureInfo, NormalTextureInfo
+    TextureUse texture(const Info &info, bool srgb);
     int32_t load(int index, bool srgb);
 
     const tinygltf::Model &model_;

@@ -25,3 +25,13 @@ struct Image {
     Crop crop;                   // the pixels held
     std::vector<float> rgb;      // height(crop) rows of width(crop) pixels of 3
 };
+
+// ---- difference.cpp
+
+// The part of an image inside a crop, which must lie within the image's own crop.
+Image image_crop(const Image &image, const Crop &crop);
+
+// The RMS of image - reference over pixels and channels, after a Gaussian of sigma pixels that is
+// cut off at four sigma and mirrors the picture at its edges. Sigma 0 is the plain RMSE. Both
+// images must cover the same pixels.
+double blurred_rmse(const Image &image, const Image &reference, double sigma);

@@ -16,17 +16,15 @@
 #include <new>
 #include <optional>
 
-#include "difference.h"
 #include "error.h"
 #include "exr.h"
 #include "film.h"
 #include "integrator.h"
 #include "intersect.h"
-#include "merge.h"
 #include "options.h"
 #include "outputs.h"
+#include "parts.h"
 #include "render.h"
-#include "resume.h"
 #include "sampler.h"
 #include "scene.h"
 #include "scene_camera.h"
@@ -162,12 +160,6 @@ void print_progress(double fraction, const RenderTotals &totals) {
     std::fflush(stderr);
 }
 
-double sample_count(const Film &film) {
-    double samples = 0;
-    for (const FilmPixel &pixel : film.pixels) samples += pixel.count;
-    return samples;
-}
-
 // What a run without --quiet prints about its picture. Takes the samples of the whole film.
 void print_summary(const Options &o, const ExrAttributes &a, const RenderTotals &totals,
                    const SampleCounts &counts, double mean_count, double samples) {
@@ -216,7 +208,7 @@ int run_render(const Options &given) {
     Film film = resumed ? resume_film(o, *resumed, {o.width, o.height, crop, attributes})
                         : film_create(o.width, o.height, crop);
     if (o.noise > 0) film = film_with_crop(film, whole_blocks(crop, o.width, o.height));
-    const double samples_before = sample_count(film);
+    const double samples_before = film_samples(film);
 
     const GeometryPointer geometry = geometry_build(scene);
     const Integrator integrator{&scene, geometry.get(), sampler.get(), o.max_depth};
@@ -233,7 +225,7 @@ int run_render(const Options &given) {
     if (show_progress) std::fprintf(stderr, "\n");
 
     attributes.sampling_share = sampling_share(integrator, settings, film, totals);
-    const double samples = sample_count(film) - samples_before; // also of blocks beyond the crop
+    const double samples = film_samples(film) - samples_before; // also of blocks beyond the crop
     if (o.noise > 0) film = film_with_crop(film, crop);
     const SampleCounts counts = film_counts(film);
     attributes.spp = counts.most;
@@ -246,7 +238,9 @@ int run_render(const Options &given) {
     if (!complete)
         say("interrupted; " + o.output + " has the picture so far, " +
             std::to_string(counts.least) + " to " + std::to_string(counts.most) + " spp");
-    if (!o.quiet) print_summary(o, attributes, totals, counts, film_mean_count(film), samples);
+    if (!o.quiet)
+        print_summary(o, attributes, totals, counts,
+                      film_samples(film) / static_cast<double>(film.pixels.size()), samples);
     warn(film, scene_extent_text(scene));
     if (totals.counters.lost > 0)
         say(std::to_string(totals.counters.lost) + " samples were not finite and count as black");

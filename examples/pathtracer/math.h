@@ -24,9 +24,11 @@ struct Vec3 {
     float x, y, z;
 };
 
+inline Vec3 rounded(Point3d p) {
+    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
 inline Vec3 minus(Point3d a, Point3d b) {
-    return {static_cast<float>(a.x - b.x), static_cast<float>(a.y - b.y),
-            static_cast<float>(a.z - b.z)};
+    return rounded({a.x - b.x, a.y - b.y, a.z - b.z});
 }
 
 inline Vec2 operator+(Vec2 a, Vec2 b) {

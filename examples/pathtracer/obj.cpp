@@ -81,15 +81,8 @@ class MaterialFiles : public tinyobj::MaterialReader {
     std::string problem_;
 };
 
-Vec3 colour(const tinyobj::real_t (&c)[3], double high) {
-    const auto one = [&](double v) {
-        return std::isfinite(v) ? static_cast<float>(std::min(std::max(v, 0.0), high)) : 0.0f;
-    };
-    return {one(c[0]), one(c[1]), one(c[2])};
-}
-
-float unit(double v) {
-    return v > 0 ? static_cast<float>(std::min(v, 1.0)) : 0.0f;
+Vec3 colour(const tinyobj::real_t (&c)[3], double high = 1) {
+    return {bounded(c[0], 0, high), bounded(c[1], 0, high), bounded(c[2], 0, high)};
 }
 
 // Converts the file's materials to the scene's.
@@ -105,15 +98,9 @@ struct MaterialReader {
         if (name.empty()) return use;
         const auto [known, is_new] = textures.try_emplace({name, srgb}, -1);
         if (is_new) {
-            try {
-                known->second = draft_add_texture(draft, folder.read(local_name(name)));
-            } catch (const Error &error) {
-                throw Error("image " + printable(name) + ": " + error.what());
-            }
+            known->second = draft_add_texture(draft, "image " + printable(name), srgb,
+                                              [&] { return folder.read(local_name(name)); });
             Texture &loaded = draft.scene.textures.back();
-            if (loaded.cut_short)
-                draft.ignored.insert("that image " + printable(name) + " is cut short");
-            loaded.srgb = srgb;
             if (options.clamp) loaded.wrap_u = loaded.wrap_v = Texture::CLAMP;
         }
         use.texture = known->second;
@@ -129,11 +116,11 @@ struct MaterialReader {
         Material m;
         SurfaceMaps maps;
         maps.vertex_colours = vertex_colours;
-        const Vec3 diffuse = colour(source.diffuse, 1), specular = colour(source.specular, 1);
-        const Vec3 passed = colour(source.transmittance, 1);
+        const Vec3 diffuse = colour(source.diffuse), specular = colour(source.specular);
+        const Vec3 passed = colour(source.transmittance);
         // The roughness whose lobe is as wide as that of the Blinn-Phong exponent.
         const double exponent = source.shininess > 0 ? source.shininess : 0;
-        m.roughness = unit(std::sqrt(std::sqrt(2 / (exponent + 2))));
+        m.roughness = bounded(std::sqrt(std::sqrt(2 / (exponent + 2))));
         m.albedo = diffuse;
         const bool has_pbr = source.roughness > 0 || source.metallic > 0 ||
                              !source.roughness_texname.empty() || !source.metallic_texname.empty();
@@ -144,11 +131,11 @@ struct MaterialReader {
             m.kind = Material::DIELECTRIC;
             m.ior = source.ior > 1 ? static_cast<float>(std::min(source.ior, 10.0)) : 1.5f;
             m.albedo = max_component(passed) > 0 ? passed : Vec3{1, 1, 1};
-            m.roughness = has_pbr ? unit(source.roughness) : 0;
+            m.roughness = has_pbr ? bounded(source.roughness) : 0;
         } else if (has_pbr) {
             m.kind = Material::METALLIC_ROUGHNESS;
-            m.roughness = source.roughness > 0 ? unit(source.roughness) : 1.0f;
-            m.metallic = source.metallic > 0               ? unit(source.metallic)
+            m.roughness = source.roughness > 0 ? bounded(source.roughness) : 1.0f;
+            m.metallic = source.metallic > 0               ? bounded(source.metallic)
                          : source.metallic_texname.empty() ? 0.0f
                                                            : 1.0f;
             maps.roughness = texture(source.roughness_texname, source.roughness_texopt, false);
@@ -332,7 +319,7 @@ DraftVertex vertex_of(const tinyobj::attrib_t &a, const tinyobj::index_t &index)
     const size_t p = 3 * checked(index.vertex_index, a.vertices.size() / 3, "vertex");
     v.position = {a.vertices[p], a.vertices[p + 1], a.vertices[p + 2]};
     if (p + 2 < a.colors.size())
-        v.colour = {unit(a.colors[p]), unit(a.colors[p + 1]), unit(a.colors[p + 2])};
+        v.colour = {bounded(a.colors[p]), bounded(a.colors[p + 1]), bounded(a.colors[p + 2])};
     if (index.normal_index >= 0) {
         const size_t n = 3 * checked(index.normal_index, a.normals.size() / 3, "normal");
         v.normal = {f(a.normals[n]), f(a.normals[n + 1]), f(a.normals[n + 2])};

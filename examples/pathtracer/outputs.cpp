@@ -5,8 +5,6 @@
 // of theirs.
 #include "outputs.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -40,8 +38,6 @@ class Undisturbed {
             if (before == SIG_IGN) std::signal(signal, SIG_IGN);
         }
     }
-    Undisturbed(const Undisturbed &) = delete;
-    Undisturbed &operator=(const Undisturbed &) = delete;
     ~Undisturbed() {
         for (const auto &[signal, before] : handlers_) std::signal(signal, before);
         const int number = waiting;
@@ -78,49 +74,42 @@ class TemporaryFile {
         char suffix[32];
         std::snprintf(suffix, sizeof suffix, ".part-%08x%08x", random(), random());
         name_ += suffix;
-        descriptor_ =
-            open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-        if (descriptor_ < 0) throw cannot_write(path_, std::strerror(errno));
+        file_ =
+            std::fopen(name_.c_str(), "wxe"); // exclusively; programs started here do not get it
+        check(file_ != nullptr);
     }
     TemporaryFile(const TemporaryFile &) = delete;
-    TemporaryFile &operator=(const TemporaryFile &) = delete;
     ~TemporaryFile() {
-        if (descriptor_ >= 0) close(descriptor_);
+        if (file_) std::fclose(file_);
         if (!renamed_) unlink(name_.c_str());
     }
 
-    // Writes the file, flushes it to disk and closes it.
+    // Writes the file and flushes it to disk.
     void write(const std::vector<char> &bytes) {
-        for (size_t done = 0; done < bytes.size();) {
-            const ssize_t count = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
-            if (count < 0 && errno == EINTR) continue;
-            if (count < 0) throw cannot_write(path_, std::strerror(errno));
-            done += static_cast<size_t>(count);
-        }
-        const bool synced = fsync(descriptor_) == 0;
-        const int error = errno;
-        const bool closed = close(descriptor_) == 0;
-        descriptor_ = -1;
-        if (!synced || !closed) throw cannot_write(path_, std::strerror(synced ? errno : error));
+        check(std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() &&
+              std::fflush(file_) == 0 && fsync(fileno(file_)) == 0);
     }
 
     // Puts the file in place.
     void rename() {
-        if (std::rename(name_.c_str(), target_.c_str()) != 0)
-            throw cannot_write(path_, std::strerror(errno));
+        check(std::rename(name_.c_str(), target_.c_str()) == 0);
         renamed_ = true;
     }
 
   private:
+    void check(bool good) const {
+        if (!good) throw cannot_write(path_, std::strerror(errno));
+    }
+
     fs::path path_, target_, name_;
-    int descriptor_ = -1;
+    std::FILE *file_;
     bool renamed_ = false;
 };
 
 // Throws Error unless a file can be written under that name. Leaves nothing behind.
 void check_writable(const fs::path &path) {
-    struct stat status;
-    if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    std::error_code none;
+    if (fs::exists(path, none) && !fs::is_regular_file(path, none))
         throw cannot_write(path, "it exists and is not a regular file");
     const Undisturbed undisturbed;
     const TemporaryFile probe(path);

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <new>
 
 #include "error.h"
@@ -24,17 +25,8 @@ float srgb_encode(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
-// A PNG being read. Frees libpng's memory even if an exception ends the read.
-struct PngReader {
-    png_image png{};
-    PngReader() { png.version = PNG_IMAGE_VERSION; }
-    PngReader(const PngReader &) = delete;
-    PngReader &operator=(const PngReader &) = delete;
-    ~PngReader() { png_image_free(&png); }
-};
-
-// The same for libpng's low-level interface. Its errors jump: nothing on their way may need a
-// destructor.
+// A PNG being read through libpng's low-level interface. Its errors jump: nothing on their way may
+// need a destructor.
 struct PngStream {
     png_structp png;
     png_infop info = nullptr;
@@ -48,8 +40,6 @@ struct PngStream {
         info = png_create_info_struct(png);
         png_set_read_fn(png, this, read);
     }
-    PngStream(const PngStream &) = delete;
-    PngStream &operator=(const PngStream &) = delete;
     ~PngStream() { png_destroy_read_struct(&png, &info, nullptr); }
 
   private:
@@ -126,8 +116,9 @@ GreyImage png_read_grey(const std::string &path) {
     } catch (const Error &error) {
         throw Error("cannot read the PNG file " + path + ": " + error.what());
     }
-    PngReader reader;
-    png_image &png = reader.png;
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    const std::unique_ptr<png_image, void (*)(png_image *)> freed{&png, png_image_free};
     if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
         throw Error("cannot read the PNG file " + path + ": " + png.message);
     const uint64_t pixels = static_cast<uint64_t>(png.width) * png.height;
@@ -139,18 +130,15 @@ GreyImage png_read_grey(const std::string &path) {
     return image;
 }
 
-PngRgba png_decode_rgba(const std::vector<unsigned char> &bytes,
-                        void (*check_extent)(int64_t width, int64_t height)) {
+bool png_decode_rgba(const std::vector<unsigned char> &bytes,
+                     const std::function<uint8_t *(int64_t, int64_t)> &make_room) {
     PngStream stream(bytes);
     if (!stream.info) throw std::bad_alloc();
-    if (!read_header(stream)) throw Error("is damaged: it cannot be decoded");
-    PngRgba image{png_get_image_width(stream.png, stream.info),
-                  png_get_image_height(stream.png, stream.info),
-                  {}};
-    check_extent(image.width, image.height);
-    image.rgba.resize(size_t{4} * image.width * image.height);
-    std::vector<png_bytep> rows(image.height);
-    for (size_t y = 0; y < rows.size(); ++y) rows[y] = &image.rgba[4 * image.width * y];
-    if (!read_rows(stream, rows.data())) throw Error("is damaged: it cannot be decoded");
-    return image;
+    if (!read_header(stream)) return false;
+    const size_t width = png_get_image_width(stream.png, stream.info);
+    const size_t height = png_get_image_height(stream.png, stream.info);
+    uint8_t *const rgba = make_room(static_cast<int64_t>(width), static_cast<int64_t>(height));
+    std::vector<png_bytep> rows(height);
+    for (size_t y = 0; y < rows.size(); ++y) rows[y] = rgba + 4 * width * y;
+    return read_rows(stream, rows.data());
 }

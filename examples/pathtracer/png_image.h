@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,7 @@ struct GreyImage {
 // Reads a PNG as 16-bit grey. Throws Error.
 GreyImage png_read_grey(const std::string &path);
 
-struct PngRgba {
-    uint32_t width, height;
-    std::vector<uint8_t> rgba; // rows of 8-bit red, green, blue and alpha
-};
-
-// Decodes a PNG, once check_extent() has not thrown. Throws Error, its text to follow the image's
-// name.
-PngRgba png_decode_rgba(const std::vector<unsigned char> &bytes,
-                        void (*check_extent)(int64_t width, int64_t height));
+// Decodes a PNG as rows of 8-bit red, green, blue and alpha, into what make_room(width, height)
+// returns. False if it is damaged.
+bool png_decode_rgba(const std::vector<unsigned char> &bytes,
+                     const std::function<uint8_t *(int64_t, int64_t)> &make_room);

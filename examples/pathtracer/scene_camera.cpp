@@ -13,23 +13,31 @@ namespace {
 
 constexpr double DEGREE = 3.14159265358979323846 / 180;
 
-// The shortest text that reads back exactly: as a float if the value is one, else as a double.
-std::string digits(double value) {
+// The fewest digits, of `least` or more, that read_back() accepts the number of.
+template <typename ReadBack>
+std::string digits(double value, int least, const ReadBack &read_back) {
     char text[32];
-    const auto as_float = static_cast<float>(value);
-    const auto end = static_cast<double>(as_float) == value
-                         ? std::to_chars(text, text + sizeof text, as_float)
-                         : std::to_chars(text, text + sizeof text, value);
-    return {text, end.ptr};
+    for (int precision = least;; ++precision) {
+        const auto end =
+            std::to_chars(text, text + sizeof text, value, std::chars_format::general, precision);
+        double back = 0;
+        std::from_chars(text, end.ptr, back);
+        if (precision == 17 || read_back(back)) return {text, end.ptr};
+    }
 }
 
-std::string digits(Point3d p) {
-    return digits(p.x) + "," + digits(p.y) + "," + digits(p.z);
+// Of `value` + `origin`, such that less the origin it is the value again.
+std::string digits(float value, double origin) {
+    return digits(double{value} + origin, 6,
+                  [&](double sum) { return static_cast<float>(sum - origin) == value; });
+}
+
+std::string digits(Vec3 v, Point3d origin) {
+    return digits(v.x, origin.x) + "," + digits(v.y, origin.y) + "," + digits(v.z, origin.z);
 }
 
 Point3d plus(Vec3 a, Point3d b) {
-    return {static_cast<double>(a.x) + b.x, static_cast<double>(a.y) + b.y,
-            static_cast<double>(a.z) + b.z};
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
 bool same(Vec3 a, Vec3 b) {
@@ -40,18 +48,10 @@ float tan_half(double fov) {
     return static_cast<float>(std::tan(0.5 * fov * DEGREE));
 }
 
-// The angle in degrees, with the fewest digits that reproduce the tangent.
+// The angle in degrees.
 std::string fov_text(float tan_half_height) {
-    const double fov = 2 * std::atan(static_cast<double>(tan_half_height)) / DEGREE;
-    char text[32];
-    for (int precision = 3; precision < 17; ++precision) {
-        const auto end =
-            std::to_chars(text, text + sizeof text, fov, std::chars_format::general, precision);
-        double back = 0;
-        std::from_chars(text, end.ptr, back);
-        if (tan_half(back) == tan_half_height) return {text, end.ptr};
-    }
-    return digits(fov);
+    return digits(2 * std::atan(double{tan_half_height}) / DEGREE, 3,
+                  [&](double fov) { return tan_half(fov) == tan_half_height; });
 }
 
 std::string numbered_names(const Scene &scene) {
@@ -66,10 +66,9 @@ void aim(Scene &scene, Point3d eye, Point3d target) {
     const double x = target.x - eye.x, y = target.y - eye.y, z = target.z - eye.z;
     const double distance = std::sqrt(x * x + y * y + z * z);
     if (!(distance > 0) || !std::isfinite(distance))
-        throw Error("the camera has no direction: --eye and --target are both " + digits(eye) +
-                    "; move one of them");
-    const Vec3 forward = {static_cast<float>(x / distance), static_cast<float>(y / distance),
-                          static_cast<float>(z / distance)};
+        throw Error("the camera has no direction: --eye and --target are both " +
+                    digits(minus(eye, scene.origin), scene.origin) + "; move one of them");
+    const Vec3 forward = rounded({x / distance, y / distance, z / distance});
     Vec3 up = {0, 1, 0};
     if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
     Camera &camera = scene.camera;
@@ -120,8 +119,8 @@ void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
 }
 
 std::string camera_text(const Scene &scene, const Camera &camera) {
-    return "--eye " + digits(plus(camera.position, scene.origin)) + " --target " +
-           digits(plus(camera.target, scene.origin)) + " --fov " + fov_text(camera.tan_half_height);
+    return "--eye " + digits(camera.position, scene.origin) + " --target " +
+           digits(camera.target, scene.origin) + " --fov " + fov_text(camera.tan_half_height);
 }
 
 std::string camera_list(const Scene &scene) {

@@ -111,8 +111,16 @@ bool is_scene_file(const std::string &name) {
     return end == ".gltf" || end == ".glb" || end == ".obj";
 }
 
-int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes) {
-    draft.scene.textures.push_back(texture_decode(bytes));
+int32_t draft_add_texture(SceneDraft &draft, const std::string &name, bool srgb,
+                          const std::function<std::vector<unsigned char>()> &bytes) {
+    try {
+        draft.scene.textures.push_back(texture_decode(bytes()));
+    } catch (const Error &error) {
+        throw Error(name + ": " + error.what());
+    }
+    Texture &texture = draft.scene.textures.back();
+    texture.srgb = srgb;
+    if (texture.cut_short) draft.ignored.insert("that " + name + " is cut short");
     return static_cast<int32_t>(draft.scene.textures.size() - 1);
 }
 
@@ -141,10 +149,10 @@ uint32_t draft_add_material(SceneDraft &draft, const Material &material, const E
     scene.materials.push_back(material);
     scene.has_single_sided = scene.has_single_sided || material.single_sided;
     draft.emission.push_back(emission);
-    const bool any = maps.colour.texture >= 0 || maps.metallic_roughness.texture >= 0 ||
-                     maps.roughness.texture >= 0 || maps.metallic.texture >= 0 ||
-                     maps.emission.texture >= 0 || maps.normal.texture >= 0 ||
-                     maps.cut_out.texture >= 0 || maps.alpha_cutoff > 0 || maps.vertex_colours;
+    bool any = maps.alpha_cutoff > 0 || maps.vertex_colours;
+    for (const TextureUse *use : {&maps.colour, &maps.metallic_roughness, &maps.roughness,
+                                  &maps.metallic, &maps.emission, &maps.normal, &maps.cut_out})
+        any = any || use->texture >= 0;
     if (any) {
         scene.materials.back().maps = static_cast<int32_t>(scene.maps.size());
         scene.maps.push_back(maps);

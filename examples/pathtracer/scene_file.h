@@ -4,6 +4,8 @@
 // into lights, and adds a camera and a sky where they are missing.
 #pragma once
 
+#include <algorithm>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,6 +23,11 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options);
 
 // The most triangles, and the most vertices, of a scene.
 constexpr size_t MAX_SCENE_ELEMENTS = size_t{1} << 26;
+
+// A number of a file, clamped; what is not a number becomes `low`.
+inline float bounded(double value, double low = 0, double high = 1) {
+    return static_cast<float>(value > low ? std::min(value, high) : low);
+}
 
 struct DraftCamera {
     Point3d position;
@@ -59,9 +66,10 @@ struct DraftVertex {
 };
 uint32_t draft_add_vertex(SceneDraft &draft, const DraftVertex &vertex);
 void draft_add_triangle(SceneDraft &draft, uint32_t material, uint32_t a, uint32_t b, uint32_t c);
-// Decodes the bytes of an image file and adds the texture; returns its number. Throws Error, its
-// text to follow the image's name.
-int32_t draft_add_texture(SceneDraft &draft, const std::vector<unsigned char> &bytes);
+// Decodes the bytes of an image file and adds the texture; returns its number. Throws Error, which
+// names the image.
+int32_t draft_add_texture(SceneDraft &draft, const std::string &name, bool srgb,
+                          const std::function<std::vector<unsigned char>()> &bytes);
 uint32_t draft_add_material(SceneDraft &draft, const Material &material, const Emission &emission,
                             const SurfaceMaps &maps);
 

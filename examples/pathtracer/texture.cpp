@@ -19,6 +19,7 @@ namespace {
 constexpr int MAX_SIDE = 32768;              // texels
 constexpr int64_t MAX_TEXELS = 1 << 27;      // 512 MiB decoded
 constexpr size_t MAX_FILE = size_t{1} << 30; // bytes
+constexpr const char *DAMAGED = "is damaged: it cannot be decoded";
 
 // Throws Error unless a texture may be that large.
 void check_extent(int64_t width, int64_t height) {
@@ -27,32 +28,10 @@ void check_extent(int64_t width, int64_t height) {
                     " texels; at most 2^27 are read, 32768 a side");
 }
 
-bool is_png(const std::vector<unsigned char> &b) {
-    return b.size() >= 8 && std::memcmp(b.data(), "\x89PNG\r\n\x1a\n", 8) == 0;
-}
-
-bool is_jpeg(const std::vector<unsigned char> &b) {
-    return b.size() >= 2 && b[0] == 0xff && b[1] == 0xd8;
-}
-
-// A JPEG for the TurboJPEG interface of libjpeg-turbo.
-struct Jpeg {
-    const std::unique_ptr<void, int (*)(tjhandle)> handle{tjInitDecompress(), tjDestroy};
-    const unsigned char *data;
-    const unsigned long size;
-    int width = 0, height = 0, subsampling = 0, colours = 0; // 0: the header says none
-
-    explicit Jpeg(const std::vector<unsigned char> &bytes)
-        : data(bytes.data()), size(static_cast<unsigned long>(bytes.size())) {
-        if (!handle) throw std::bad_alloc();
-        if (tjDecompressHeader3(handle.get(), data, size, &width, &height, &subsampling,
-                                &colours) != 0)
-            throw Error("is damaged: it cannot be decoded");
-    }
-};
-
-bool is_bmp(const std::vector<unsigned char> &b) {
-    return b.size() >= 2 && b[0] == 'B' && b[1] == 'M';
+// Whether a file starts with these bytes.
+template <size_t N>
+bool starts_with(const std::vector<unsigned char> &b, const char (&start)[N]) {
+    return b.size() >= N - 1 && std::memcmp(b.data(), start, N - 1) == 0;
 }
 
 // TGA has no signature: valid are a palette flag, an image type and a depth.
@@ -73,40 +52,50 @@ bool tga_is_whole(const std::vector<unsigned char> &b) {
            HEADER + b[0] + b[1] * word(5) * bytes_of(b[7]) + word(12) * word(14) * bytes_of(b[16]);
 }
 
+// Makes room for the texels. Throws Error unless a texture may be that large.
+void resize(Texture &texture, int64_t width, int64_t height) {
+    check_extent(width, height);
+    texture.width = static_cast<int>(width);
+    texture.height = static_cast<int>(height);
+    texture.rgba.resize(static_cast<size_t>(4 * width * height));
+}
+
 // Data that end early leave texels grey, and set `cut_short`.
 void decode_jpeg(const std::vector<unsigned char> &bytes, Texture &texture) {
-    const Jpeg jpeg(bytes);
-    if (jpeg.colours == TJCS_CMYK || jpeg.colours == TJCS_YCCK)
+    const std::unique_ptr<void, int (*)(tjhandle)> handle{tjInitDecompress(), tjDestroy};
+    if (!handle) throw std::bad_alloc();
+    int width = 0, height = 0, subsampling = 0, colours = 0;
+    if (tjDecompressHeader3(handle.get(), bytes.data(), bytes.size(), &width, &height, &subsampling,
+                            &colours) != 0)
+        throw Error(DAMAGED);
+    if (colours == TJCS_CMYK || colours == TJCS_YCCK)
         throw Error("is a JPEG in CMYK, for print; save it in RGB");
-    check_extent(jpeg.width, jpeg.height);
-    texture.width = jpeg.width;
-    texture.height = jpeg.height;
-    texture.rgba.resize(size_t{4} * static_cast<size_t>(jpeg.width) *
-                        static_cast<size_t>(jpeg.height));
+    resize(texture, width, height);
     // Each scan of a progressive JPEG goes over the whole image again, even if it has no data.
     const int flags = TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS;
-    if (tjDecompress2(jpeg.handle.get(), jpeg.data, jpeg.size, texture.rgba.data(), jpeg.width, 0,
-                      jpeg.height, TJPF_RGBA, flags) == 0)
+    if (tjDecompress2(handle.get(), bytes.data(), bytes.size(), texture.rgba.data(), width, 0,
+                      height, TJPF_RGBA, flags) == 0)
         return;
     // Viewers show what a warning is about, too. An error after a warning counts as one, but leaves
     // texels unwritten.
-    if (tjGetErrorCode(jpeg.handle.get()) != TJERR_WARNING || texture.rgba.back() != 255)
-        throw Error("is damaged: it cannot be decoded");
+    if (tjGetErrorCode(handle.get()) != TJERR_WARNING || texture.rgba.back() != 255)
+        throw Error(DAMAGED);
     // libjpeg's words, the only sign of it.
     texture.cut_short =
-        std::strstr(tjGetErrorStr2(jpeg.handle.get()), "Premature end of JPEG") != nullptr;
+        std::strstr(tjGetErrorStr2(handle.get()), "Premature end of JPEG") != nullptr;
 }
 
 void decode_with_stb(const std::vector<unsigned char> &bytes, Texture &texture) {
-    if (!is_bmp(bytes) && !is_tga(bytes))
+    const bool bmp = starts_with(bytes, "BM");
+    if (!bmp && !is_tga(bytes))
         throw Error("is not an image that can be read (PNG, JPEG, BMP or TGA)");
-    if (!is_bmp(bytes) && !tga_is_whole(bytes)) throw Error("is cut short");
+    if (!bmp && !tga_is_whole(bytes)) throw Error("is cut short");
     tinygltf::Image image;
     std::string error, warning;
     if (!tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0, bytes.data(),
                                  static_cast<int>(bytes.size()), nullptr) ||
         image.component != 4 || image.bits != 8)
-        throw Error("is damaged: it cannot be decoded");
+        throw Error(DAMAGED);
     check_extent(image.width, image.height);
     texture.width = image.width;
     texture.height = image.height;
@@ -153,12 +142,13 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
     if (bytes.empty()) throw Error("is empty");
     if (bytes.size() > MAX_FILE) throw Error("is too large: at most 1 GiB is read");
     Texture texture;
-    if (is_png(bytes)) {
-        PngRgba png = png_decode_rgba(bytes, check_extent);
-        texture.width = static_cast<int>(png.width);
-        texture.height = static_cast<int>(png.height);
-        texture.rgba = std::move(png.rgba);
-    } else if (is_jpeg(bytes)) {
+    if (starts_with(bytes, "\x89PNG\r\n\x1a\n")) {
+        const auto make_room = [&](int64_t width, int64_t height) {
+            resize(texture, width, height);
+            return texture.rgba.data();
+        };
+        if (!png_decode_rgba(bytes, make_room)) throw Error(DAMAGED);
+    } else if (starts_with(bytes, "\xff\xd8")) {
         decode_jpeg(bytes, texture);
     } else {
         decode_with_stb(bytes, texture);

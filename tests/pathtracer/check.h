@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the path tracer's parts share: CHECK, random numbers, chi-square.
+// What the tests of the path tracer's parts share: CHECK, random numbers, means and chi-square.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 // Prints what is wrong, with printf arguments for the values, and ends the test.
 #define CHECK(condition, ...)                                                                      \
@@ -29,9 +31,46 @@ struct Random {
     }
 };
 
-// How many standard deviations a chi-square value lies above its mean, by the cube root of Wilson
-// and Hilferty: 4.5 is passed by chance about three times in a million.
-inline double chi_square_deviations(double chi_square, int degrees) {
-    const double d = degrees;
+// The mean of many values, and its standard deviation if they are independent.
+struct Mean {
+    double sum = 0, squares = 0;
+    int count = 0;
+    void add(double value) {
+        sum += value;
+        squares += value * value;
+        ++count;
+    }
+    double mean() const { return sum / count; }
+    double error() const {
+        return std::sqrt(std::max(squares / count - mean() * mean(), 0.0) / (count - 1));
+    }
+};
+
+// To five standard deviations, which chance passes less than once in a million.
+inline void check_mean(const Mean &found, double expected, const char *what) {
+    CHECK(std::abs(found.mean() - expected) <= 5 * found.error() + 1e-5 * expected,
+          "%s: %g +- %g, should be %g", what, found.mean(), found.error(), expected);
+}
+
+// Chi-square of what was counted, in standard deviations above its mean, by the cube root of Wilson
+// and Hilferty: 4.5 is passed by chance about three times in a million. What is expected less than
+// ten times counts as one cell.
+inline double unevenness(const std::vector<double> &counted, const std::vector<double> &expected) {
+    double chi_square = 0, rest_counted = 0, rest_expected = 0;
+    int cells = -1;
+    const auto add = [&](double n, double mean) {
+        chi_square += (n - mean) * (n - mean) / mean;
+        ++cells;
+    };
+    for (size_t i = 0; i < expected.size(); ++i) {
+        if (expected[i] >= 10) {
+            add(counted[i], expected[i]);
+        } else {
+            rest_counted += counted[i];
+            rest_expected += expected[i];
+        }
+    }
+    if (rest_expected >= 10) add(rest_counted, rest_expected);
+    const double d = cells;
     return (std::cbrt(chi_square / d) - (1 - 2 / (9 * d))) / std::sqrt(2 / (9 * d));
 }

@@ -11,6 +11,8 @@ from scipy import stats
 
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
 SAMPLERS = ("blue", "sobol", "white", "zorder", "mask")
+OPENQMC = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")  # in builds with it
+PEERS = ("pcg", "sobol4d", "sobol-global", *OPENQMC)
 
 
 class PathTracer:

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests make scenes and samplers of.
+// What the tests make scenes, samplers and pictures of.
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "sampler.h"
-#include "scene.h"
+#include "check.h"
+#include "integrator.h"
+#include "scene_builder.h"
 
 // A sky that is equally bright all around.
 inline std::shared_ptr<const Environment> even_environment(float radiance = 1) {
@@ -19,4 +20,44 @@ inline SamplerPointer sampler_named(const char *name, uint64_t seed = 0) {
     settings.name = name;
     settings.seed = seed;
     return sampler_create(settings);
+}
+
+constexpr int SIDE = 24; // pixels of a picture, each way
+
+struct View {
+    uint32_t spp = 16, max_depth = 8;
+    const char *sampler = "sobol";
+    uint64_t seed = 0;
+};
+
+struct Picture {
+    std::vector<PathSample> samples; // of one pixel after the other
+    Mean mean;                       // of red
+    PathCounters counters;
+};
+
+// Of a finished scene; nothing in it may be negative or not a number.
+inline Picture picture(Scene &scene, const View &view) {
+    camera_fit(scene.camera, SIDE, SIDE);
+    const GeometryPointer geometry = geometry_build(scene);
+    const SamplerPointer sampler = sampler_named(view.sampler, view.seed);
+    const Integrator integrator{&scene, geometry.get(), sampler.get(), view.max_depth};
+    Picture result;
+    for (int i = 0; i < SIDE * SIDE; ++i)
+        for (uint32_t index = 0; index < view.spp; ++index) {
+            const PathSample s = trace_path(integrator, i % SIDE, i / SIDE, index, result.counters);
+            const Vec3 v = s.radiance;
+            CHECK(is_finite(v) && std::min({v.x, v.y, v.z}) >= 0, "a sample is %g", v.x);
+            result.samples.push_back(s);
+            result.mean.add(v.x);
+        }
+    return result;
+}
+
+// A camera that looks down on the middle of a floor of 8 x 8.
+inline Scene floor_scene(Vec3 albedo = {0.5f, 0.5f, 0.5f}) {
+    Scene scene;
+    scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 0.2f);
+    add_quad(scene, add_diffuse(scene, albedo), {-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4});
+    return scene;
 }

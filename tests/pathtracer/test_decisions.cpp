@@ -2,20 +2,11 @@
 // Which number serves which decision of a path: no two decisions share one, and each is where
 // sampler.h says. A sampler of known numbers shows it: one of its numbers is changed, and what must
 // not follow stays as it is. What numbers that are shared would do to a mean is tested, too.
-#include <algorithm>
 #include <map>
-#include <set>
-#include <vector>
 
-#include "check.h"
-#include "integrator.h"
-#include "intersect.h"
-#include "scene_builder.h"
 #include "scenes.h"
 
 namespace {
-
-constexpr int SIZE = 24;
 
 // Independent numbers for each pixel, index, key and dimension. `changed` replaces some of them in
 // every pixel; `drawn` counts the draws of each key.
@@ -64,15 +55,12 @@ struct Known {
 // The camera looks down on a floor, which it is focused on, below a lamp beside it. With motion, the
 // floor sinks.
 Scene floor_below_lamp(bool lens, bool motion) {
-    Scene scene;
-    scene.camera = camera_look_at({0, 3, 0}, {0, 0, 0}, {0, 0, -1}, 0.2f);
+    Scene scene = floor_scene();
     if (lens) camera_set_lens(scene.camera, 0.2f, {0, 0, 0});
-    add_quad(scene, add_diffuse(scene, {0.5f, 0.5f, 0.5f}), {-9, 0, 9}, {9, 0, 9}, {9, 0, -9},
-             {-9, 0, -9});
     if (motion) add_motion(scene, 0, [](Vec3 v) { return v - Vec3{0, 1, 0}; });
     add_light_towards(scene, add_diffuse(scene, {0, 0, 0}), {5, 5, 5}, {3, 2, 0}, {0, 0, 0}, 2, 2);
     scene_finish(scene);
-    camera_fit(scene.camera, SIZE, SIZE);
+    camera_fit(scene.camera, SIDE, SIDE);
     return scene;
 }
 
@@ -117,14 +105,14 @@ void test_lens_light_and_time_have_numbers_of_their_own() {
                     const bool is_time = motion && of_camera && d == 2;
                     CHECK(is_time ? seen.depth > 0.05f : seen.depth < ROUNDING,
                           "lens %d, motion %d: number %d of the %s changes depth by %g", lens,
-                          motion, d, domain, static_cast<double>(seen.depth));
+                          motion, d, domain, seen.depth);
                     // A moving floor is out of focus, and time and place change its light.
                     const bool is_light = lens ? of_camera && d < 2 : !of_camera && d >= 2;
                     const bool is_film = !of_camera && d < 2;
                     if (is_time || is_film || (motion && lens && !of_camera)) continue;
                     CHECK(is_light ? seen.radiance > 0.02f : seen.radiance < ROUNDING,
                           "lens %d, motion %d: number %d of the %s changes radiance by %g", lens,
-                          motion, d, domain, static_cast<double>(seen.radiance));
+                          motion, d, domain, seen.radiance);
                 }
         }
 }
@@ -135,15 +123,15 @@ void test_no_domain_is_drawn_twice() {
     for (const SceneEntry &entry : scene_entries()) {
         Scene scene = entry.build();
         scene_finish(scene);
-        camera_fit(scene.camera, SIZE, SIZE);
+        camera_fit(scene.camera, SIDE, SIDE);
         const GeometryPointer geometry = geometry_build(scene);
         Known known;
         const Integrator integrator{&scene, geometry.get(), &known.sampler, 20};
         PathCounters counters;
         size_t most = 0;
-        for (int i = 0; i < SIZE * SIZE; ++i) {
+        for (int i = 0; i < SIDE * SIDE; ++i) {
             known.numbers->drawn.clear();
-            trace_path(integrator, i % SIZE, i / SIZE, 3, counters);
+            trace_path(integrator, i % SIDE, i / SIDE, 3, counters);
             for (const auto &[key, count] : known.numbers->drawn)
                 CHECK(count == 1 ||
                           (count == 2 && key == PeerPath::CAMERA_KEY && !scene.motions.empty()),
@@ -163,7 +151,7 @@ Scene slanted_plane() {
     const auto at = [&](float x, float y) { return Vec3{x, y, -5 + SLOPE_X * x + SLOPE_Y * y}; };
     add_quad(scene, add_diffuse(scene, {1, 1, 1}), at(-4, -4), at(4, -4), at(4, 4), at(-4, 4));
     scene_finish(scene);
-    camera_fit(scene.camera, SIZE, SIZE);
+    camera_fit(scene.camera, SIDE, SIDE);
     return scene;
 }
 
@@ -175,10 +163,8 @@ void test_the_lens_has_a_pair_of_its_own() {
     for (int d = 0; d < 4; ++d) {
         const float by_ray = change_by(scene, *geometry, false, d).depth;
         const float by_camera = change_by(scene, *geometry, true, d).depth;
-        CHECK(by_ray > 0.003f, "number %d of ray 0 changes depth by %g", d,
-              static_cast<double>(by_ray));
-        CHECK(by_camera < 1e-6f, "number %d of the camera changes depth by %g", d,
-              static_cast<double>(by_camera));
+        CHECK(by_ray > 0.003f, "number %d of ray 0 changes depth by %g", d, by_ray);
+        CHECK(by_camera < 1e-6f, "number %d of the camera changes depth by %g", d, by_camera);
     }
 }
 
@@ -191,16 +177,16 @@ void test_the_place_in_the_pixel() {
         const Integrator integrator{&scene, geometry.get(), sampler.get(), 0};
         PathCounters counters;
         for (int i = 0; i < 500; ++i) {
-            const int x = i % SIZE, y = i / SIZE;
+            const int x = i % SIDE, y = i / SIDE;
             const auto index = static_cast<uint32_t>(i % 5);
             const auto [u, v] = with_path(
                 *sampler, x, y, index, [](const auto &path) { return path.ray(0).draw_where(); });
-            const float along_x = (static_cast<float>(x) + u) / SIZE * 2 - 1;
-            const float along_y = 1 - (static_cast<float>(y) + v) / SIZE * 2;
+            const float along_x = (static_cast<float>(x) + u) / SIDE * 2 - 1;
+            const float along_y = 1 - (static_cast<float>(y) + v) / SIDE * 2;
             const float expected = 5 / (1 + 0.3f * (SLOPE_X * along_x + SLOPE_Y * along_y));
             const float depth = trace_path(integrator, x, y, index, counters).depth;
             CHECK(std::abs(depth - expected) < 1e-4f, "%s, pixel %d,%d: depth %g, should be %g",
-                  entry.name, x, y, static_cast<double>(depth), static_cast<double>(expected));
+                  entry.name, x, y, depth, expected);
         }
     }
 }
@@ -217,7 +203,7 @@ Scene boxes_of_glass() {
         add_box(scene, glass, {0, 0, 0}, {r, 0, 0}, {0, r, 0}, {0, 0, r});
     scene.environment = even_environment();
     scene_finish(scene);
-    camera_fit(scene.camera, SIZE, SIZE);
+    camera_fit(scene.camera, SIDE, SIDE);
     return scene;
 }
 
@@ -239,24 +225,7 @@ double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &ran
         ray = {offset_point(point, sample.wi.z > 0 ? normal : -normal, hit.distance),
                to_world(frame, sample.wi)};
     }
-    return static_cast<double>(throughput.x);
-}
-
-struct Mean {
-    double value, deviation; // of the value itself
-};
-
-// Of batches, which need not be independent within.
-template <typename Batch>
-Mean mean_of(int batches, Batch batch) {
-    double sum = 0, squares = 0;
-    for (int i = 0; i < batches; ++i) {
-        const double value = batch(i);
-        sum += value;
-        squares += value * value;
-    }
-    const double mean = sum / batches;
-    return {mean, std::sqrt((squares / batches - mean * mean) / (batches - 1))};
+    return throughput.x;
 }
 
 // Roulette must not ask the number that chose the lobe, nor any other that the bounce depends on:
@@ -266,35 +235,36 @@ void test_roulette_leaves_the_mean() {
     constexpr int SAMPLES = 64 * 256; // of 64 pixels, in each batch
     const Scene scene = boxes_of_glass();
     const GeometryPointer geometry = geometry_build(scene);
+    const auto pixel = [](int i) { return std::pair{8 + i % 8, 8 + i / 8 % 8}; };
     Random random{5};
-    const auto middle = [](int i) { return 8 + i % 8; };
-    const Mean expected = mean_of(32, [&](int) {
+    Mean expected; // of batches, whose samples need not be independent
+    for (int batch = 0; batch < 32; ++batch) {
         double sum = 0;
         for (int i = 0; i < SAMPLES; ++i) {
-            const Vec2 pixel = {static_cast<float>(middle(i)) + random(),
-                                static_cast<float>(middle(i / 8 % 8)) + random()};
-            sum += walked(scene, *geometry, camera_ray(scene.camera, pixel, {0, 0}), random);
+            const auto [x, y] = pixel(i);
+            const Vec2 point = {static_cast<float>(x) + random(), static_cast<float>(y) + random()};
+            sum += walked(scene, *geometry, camera_ray(scene.camera, point, {0, 0}), random);
         }
-        return sum / SAMPLES;
-    });
-    CHECK(expected.deviation < 0.005 * expected.value, "%g +- %g", expected.value,
-          expected.deviation);
+        expected.add(sum / SAMPLES);
+    }
     for (const char *name : {"white", "sobol", "blue"}) {
         PathCounters counters;
-        const Mean seen = mean_of(32, [&](int seed) {
-            const SamplerPointer sampler = sampler_named(name, static_cast<uint64_t>(seed));
+        Mean seen;
+        for (uint64_t seed = 0; seed < 32; ++seed) {
+            const SamplerPointer sampler = sampler_named(name, seed);
             const Integrator integrator{&scene, geometry.get(), sampler.get(), 1000};
             double sum = 0;
-            for (int i = 0; i < SAMPLES; ++i)
-                sum += static_cast<double>(trace_path(integrator, middle(i), middle(i / 8 % 8),
-                                                      static_cast<uint32_t>(i / 64), counters)
-                                               .radiance.x);
-            return sum / SAMPLES;
-        });
-        const double deviation = std::hypot(seen.deviation, expected.deviation);
-        CHECK(deviation < 0.01 * expected.value, "%s: too noisy, %g", name, deviation);
-        CHECK(std::abs(seen.value - expected.value) < 6 * deviation, "%s: %g, should be %g +- %g",
-              name, seen.value, expected.value, deviation);
+            for (int i = 0; i < SAMPLES; ++i) {
+                const auto [x, y] = pixel(i);
+                sum += trace_path(integrator, x, y, static_cast<uint32_t>(i / 64), counters)
+                           .radiance.x;
+            }
+            seen.add(sum / SAMPLES);
+        }
+        const double deviation = std::hypot(seen.error(), expected.error());
+        CHECK(deviation < 0.01 * expected.mean(), "%s: too noisy, %g", name, deviation);
+        CHECK(std::abs(seen.mean() - expected.mean()) < 6 * deviation, "%s: %g, should be %g +- %g",
+              name, seen.mean(), expected.mean(), deviation);
     }
 }
 

@@ -5,7 +5,6 @@ import numpy as np
 import OpenEXR
 import pytest
 from pathtracer_driver import assert_near, assert_same, read_exr, read_layers
-from PIL import Image
 from scene_files import write_environment
 from scipy.ndimage import gaussian_filter
 
@@ -139,21 +138,6 @@ def test_parts_differ_in_no_setting(pathtracer):
                 merge(pathtracer, first, copy)  # written again, it is the same still
                 continue
             pathtracer.failure("--merge", first, copy, *OUT, said=["not parts of one picture", copy.name])
-
-
-def test_another_mask_is_another_picture(pathtracer):
-    """By its name, and by what is in a file of the same name."""
-    values = np.random.default_rng(3).permutation(64).astype(np.uint8).reshape(8, 8)
-    mask = pathtracer.folder / "mask.png"
-    Image.fromarray(values).save(mask)
-    common = [*SIZE, "--spp", 2, "--sampler", "mask"]
-    first = pathtracer.render(*common, "--mask", mask)
-    for later in (["--mask", "builtin"], []):
-        other = pathtracer.render(*common, *later, "--first-sample", 2)
-        pathtracer.failure("--merge", first, other, *OUT, said=["mask"])
-    Image.fromarray(values.T).save(mask)
-    other = pathtracer.render(*common, "--mask", mask, "--first-sample", 2)
-    pathtracer.failure("--merge", first, other, *OUT, said=[f"the contents of {mask}"])
 
 
 @pytest.mark.parametrize("crop", [(0, 0, 40, 30), (5, 3, 31, 27)])

@@ -8,10 +8,9 @@ import itertools
 
 import numpy as np
 import pytest
-from pathtracer_driver import assert_equal_means, read_exr
+from pathtracer_driver import OPENQMC, assert_equal_means
 from scipy.ndimage import gaussian_filter
 
-OPENQMC = ("openqmc-pmjbn", "openqmc-sobolbn", "openqmc-latticebn")
 PENUMBRA = ("--scene", "penumbra", "--size", "64x64", "--max-depth", 1)
 
 
@@ -64,18 +63,6 @@ def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, na
     error = {sampler: np.sqrt(np.mean(error_images(pathtracer, penumbra, sampler, "--spp", 1, "--light-samples", 16) ** 2))
              for sampler in (name, "white", "sobol")}
     assert error[name] < 0.85 * error["white"] and error[name] < 1.1 * error["sobol"]
-
-
-@pytest.mark.parametrize("name", ["pcg", "sobol4d", "sobol-global", *OPENQMC])
-def test_pictures_do_not_depend_on_crops_and_parts(pathtracer, name):
-    needs(pathtracer, name)
-    common = ("--size", "40x30", "--sampler", name, "--seed", 7)
-    image, header = read_exr(pathtracer.render(*common, "--spp", 4))
-    assert header["sampler"] == name
-    crop = pathtracer.image(*common, "--spp", 4, "--crop", "5,9,21,30", "--threads", 1)
-    assert (crop == image[9:30, 5:21]).all()
-    early, late = (pathtracer.image(*common, "--spp", 2, "--first-sample", first) for first in (0, 2))
-    np.testing.assert_allclose((early + late) / 2, image, rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.parametrize(("options", "said"), [

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import assert_near, read_exr, read_layers
 from PIL import Image
-from scene_files import DOWN, SMALL, floor
+from scene_files import DOWN, SMALL, cornell, floor
 
 SIZE = ["--size", "45x37"]
 OUT = ["-o", "out.exr"]
@@ -93,9 +93,10 @@ def test_a_camera_of_a_file_is_kept(pathtracer):
     g.camera(0.5, translation=[0, 1, 0], rotation=DOWN)
     half = np.sqrt(0.5)
     g.camera(0.9, translation=[0.2, 0.5, 2], rotation=[0, 0, half, half], name="on its side")
-    common = ["--scene", g.save(pathtracer.folder / "two.glb"), *SMALL, "--camera", 1]
-    for more in ([], ["--eye", "0.3,0.7,1.9", "--target", "0,0,0"]):
-        begun, whole = (pathtracer.render(*common, *more, "--spp", spp) for spp in (1, 3))
+    two = ["--scene", g.save(pathtracer.folder / "two.glb"), "--camera", 1]
+    box = ["--scene", cornell().save(pathtracer.folder / "box.glb")]  # its middle is not the origin
+    for arguments in (two, [*two, "--eye", "0.3,0.7,1.9", "--target", "0,0,0"], box):
+        begun, whole = (pathtracer.render(*arguments, *SMALL, "--spp", spp) for spp in (1, 3))
         assert_near(read_layers(pathtracer.render("--resume", begun, "--spp", 3)), read_layers(whole))
 
 

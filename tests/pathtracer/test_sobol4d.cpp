@@ -5,13 +5,9 @@
 // Seeds are fixed; the rates stated are the chances of a false alarm had they been drawn anew.
 #include "sobol4d.h"
 
-#include <algorithm>
-#include <array>
 #include <numeric>
 #include <string>
-#include <vector>
 
-#include "check.h"
 #include "scenes.h"
 
 namespace {
@@ -101,36 +97,28 @@ void test_blocks_are_nets() {
     CHECK(!are_nets(*padded, 8, 3, {0, 1, 2, 3}), "padded points pass as a net");
 }
 
-// Position on the screen and time of all samples of an aligned block of 8 x 8 pixels, as one set.
-std::vector<Point> on_screen(const Sampler &sampler, int x0, int y0, uint32_t first,
-                             uint32_t count) {
-    std::vector<Point> points;
-    for (int pixel = 0; pixel < 64; ++pixel) {
-        for (uint32_t i = first; i < first + count; ++i) {
-            const int x = pixel % 8, y = pixel / 8;
-            points.push_back(with_path(sampler, x0 + x, y0 + y, i, [&](const auto &path) {
-                const auto place = path.ray(0).draw();
-                const auto time = path.time();
-                return Point{(static_cast<float>(x) + place[0]) / 8,
-                             (static_cast<float>(y) + place[1]) / 8, time[0], time[1]};
-            }));
-        }
-    }
-    return points;
-}
-
+// Position on the screen and time of all samples of an aligned block of 8 x 8 pixels are a net too.
 void test_the_screen_is_a_net() {
-    const auto &entries = sampler_entries();
-    if (std::none_of(entries.begin(), entries.end(),
-                     [](const SamplerEntry &e) { return std::string("sobol-global") == e.name; }))
-        return; // built without Boost
-    for (uint64_t seed = 0; seed < 3; ++seed) {
+    bool built = false; // with Boost
+    for (const SamplerEntry &entry : sampler_entries())
+        built = built || std::string("sobol-global") == entry.name;
+    for (uint64_t seed = 0; built && seed < 3; ++seed) {
         const SamplerPointer sampler = sampler_named("sobol-global", seed);
-        for (const auto &[x, y] : {std::pair{0, 0}, {-8, 640}, {5000, -16}}) {
-            const std::vector<Point> points = on_screen(*sampler, x, y, 4, 4);
-            CHECK(is_net(points, 8, 0, {0, 1}), "positions at %d,%d", x, y);
-            CHECK(is_net(points, 8, 1, {0, 1, 2}), "positions and time at %d,%d", x, y);
-            CHECK(is_net(points, 8, 3, {0, 1, 2, 3}), "all four at %d,%d", x, y);
+        for (const auto &[x0, y0] : {std::pair{0, 0}, {-8, 640}, {5000, -16}}) {
+            std::vector<Point> points;
+            for (int i = 0; i < 256; ++i) {
+                const int x = i % 8, y = i / 8 % 8;
+                const auto index = static_cast<uint32_t>(4 + i / 64);
+                points.push_back(with_path(*sampler, x0 + x, y0 + y, index, [&](const auto &path) {
+                    const auto [u, v] = path.ray(0).draw_where();
+                    const auto [time, other] = path.time();
+                    return Point{(static_cast<float>(x) + u) / 8, (static_cast<float>(y) + v) / 8,
+                                 time, other};
+                }));
+            }
+            CHECK(is_net(points, 8, 0, {0, 1}), "positions at %d,%d", x0, y0);
+            CHECK(is_net(points, 8, 1, {0, 1, 2}), "positions and time at %d,%d", x0, y0);
+            CHECK(is_net(points, 8, 3, {0, 1, 2, 3}), "all four at %d,%d", x0, y0);
         }
         std::vector<Point> own;
         for (uint32_t i = 0; i < 256; ++i) own.push_back(point(*sampler, 7, 9, i, 0));
@@ -140,19 +128,17 @@ void test_the_screen_is_a_net() {
 
 // ---- Uniform and independent
 
-constexpr int EXTENT = 256, PIXELS = EXTENT * EXTENT;
-
-// Chi-square over cells that should be equally full, in standard deviations. A single one above 4.5
-// has a chance of three in a million; there are fewer than a hundred.
+// How uneven cells are that should be equally full, in standard deviations: fewer than a hundred such
+// values must be below 4.5.
 template <typename CellOf>
-double unevenness(int cells, const CellOf &cell_of) {
-    std::vector<double> counts(static_cast<size_t>(cells));
+void check_even(size_t cells, const char *what, uint32_t number, const CellOf &cell_of) {
+    constexpr int EXTENT = 256;
+    std::vector<double> counts(cells);
     for (int y = 0; y < EXTENT; ++y)
-        for (int x = 0; x < EXTENT; ++x) ++counts[static_cast<size_t>(cell_of(x, y))];
-    const double expected = static_cast<double>(PIXELS) / cells;
-    double chi_square = 0;
-    for (const double n : counts) chi_square += (n - expected) * (n - expected) / expected;
-    return chi_square_deviations(chi_square, cells - 1);
+        for (int x = 0; x < EXTENT; ++x) ++counts[cell_of(x, y)];
+    const double expected = double{EXTENT} * EXTENT / static_cast<double>(cells);
+    const double off = unevenness(counts, std::vector<double>(cells, expected));
+    CHECK(off < 4.5, "%s %u: %g", what, number, off);
 }
 
 // Digit `from` to `from + bits - 1` after the point.
@@ -165,19 +151,14 @@ void test_uniform_over_pixels() {
     for (const uint32_t index : {0u, 1u, 2u, 7u, 1000003u}) {
         const auto at = [&](int x, int y) { return point(*sampler, x - 100, y - 100, index, 2); };
         for (const int from : {0, 8, 16})
-            for (size_t d = 0; d < 4; ++d) {
-                const double off =
-                    unevenness(256, [&](int x, int y) { return digits(at(x, y)[d], from, 8); });
-                CHECK(off < 4.5, "index %u, digits from %d of dimension %zu: %g", index, from, d,
-                      off);
-            }
-        const double off = unevenness(4096, [&](int x, int y) {
-            const Point p = at(x, y);
+            for (size_t d = 0; d < 4; ++d)
+                check_even(256, "one dimension, index", index,
+                           [&](int x, int y) { return digits(at(x, y)[d], from, 8); });
+        check_even(4096, "all four, index", index, [&](int x, int y) {
             int cell = 0;
-            for (const float u : p) cell = 8 * cell + digits(u, 0, 3);
+            for (const float u : at(x, y)) cell = 8 * cell + digits(u, 0, 3);
             return cell;
         });
-        CHECK(off < 4.5, "index %u, all four: %g", index, off);
     }
 }
 
@@ -195,40 +176,31 @@ void test_independent() {
                               {"the pixel below", 0, 1, 0, sampler.get()},
                               {"the next domain", 0, 0, 1, sampler.get()},
                               {"another seed", 0, 0, 0, other.get()}};
-    for (const Change &c : changes)
-        for (size_t d = 0; d < 4; ++d)
-            for (size_t e = d; e < 4; e += 2) {
-                const double off = unevenness(64, [&](int x, int y) {
-                    const Point p = point(*sampler, x, y, 0, 0);
-                    const Point q = point(*c.from, x + c.dx, y + c.dy, 0, c.ray);
-                    return 8 * digits(p[d], 0, 3) + digits(q[e], 0, 3);
-                });
-                CHECK(off < 4.5, "%s, dimensions %zu and %zu: %g", c.what, d, e, off);
-            }
     const auto following = [&](int x, int y, size_t d) {
         return digits(point(*sampler, x, y, 0, 0)[d], 1, 3) ^
                digits(point(*sampler, x, y, 1, 0)[d], 1, 3);
     };
-    for (size_t d = 0; d < 4; ++d)
-        for (size_t e = d + 1; e < 4; ++e) {
-            const double off = unevenness(
-                64, [&](int x, int y) { return 8 * following(x, y, d) + following(x, y, e); });
-            CHECK(off < 4.5, "dimensions %zu and %zu: %g", d, e, off);
-        }
+    for (uint32_t d = 0; d < 4; ++d) {
+        for (const Change &c : changes)
+            for (uint32_t e = d; e < 4; e += 2)
+                check_even(64, c.what, 4 * d + e, [&](int x, int y) {
+                    const Point p = point(*sampler, x, y, 0, 0);
+                    const Point q = point(*c.from, x + c.dx, y + c.dy, 0, c.ray);
+                    return 8 * digits(p[d], 0, 3) + digits(q[e], 0, 3);
+                });
+        for (uint32_t e = d + 1; e < 4; ++e)
+            check_even(64, "digits of two samples", 4 * d + e,
+                       [&](int x, int y) { return 8 * following(x, y, d) + following(x, y, e); });
+    }
 }
 
-void test_draws_of_two_dimensions_are_the_first_half() {
+// Parts of split samples are one sequence.
+void test_split_samples() {
     const SamplerPointer sampler = sampler_named("sobol4d", 5);
-    for (uint32_t i = 0; i < 64; ++i) {
-        const PeerPath path(*sampler->peer, -5, 9, i);
-        const std::array<float, 2> two = path.ray(7).draw_where();
-        const Point four = path.ray(7).draw();
-        CHECK(two[0] == four[0] && two[1] == four[1], "sample %u", i);
-        for (uint32_t k = 0; k < 3; ++k) {
-            const PeerPath whole(*sampler->peer, -5, 9, 3 * i + k);
-            CHECK(path.first_light(3, k) == whole.first_light(1, 0), "part %u of %u", k, i);
-        }
-    }
+    for (uint32_t i = 0; i < 192; ++i)
+        CHECK(PeerPath(*sampler->peer, -5, 9, i / 3).first_light(3, i % 3) ==
+                  PeerPath(*sampler->peer, -5, 9, i).first_light(1, 0),
+              "part %u", i);
 }
 
 } // namespace
@@ -239,6 +211,6 @@ int main() {
     test_the_screen_is_a_net();
     test_uniform_over_pixels();
     test_independent();
-    test_draws_of_two_dimensions_are_the_first_half();
+    test_split_samples();
     return 0;
 }

@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Merging a picture from parts: regions, ranges of samples, or both.
+// Pictures in parts: merging regions, ranges of samples, or both, and continuing a picture that was
+// stopped.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "exr.h"
-
-// The first difference between the settings of two pictures, or between the files they are made of
-// unless `allow_changed`, such as "seed '1' and '2'"; empty if they can be parts of one picture.
-// Regions and sample ranges are not compared.
-std::string settings_difference(const ExrHead &one, const ExrHead &other, bool allow_changed);
+#include "options.h"
 
 // Adds the rendering cost of a part to a picture that does not list its files any more if the part
 // is made of other ones.
@@ -26,3 +20,12 @@ struct MergedPicture {
 // samples must be consecutive, starting at the first sample of all parts. Pixels outside all parts
 // are black and have no samples. Holds only the result and one part in memory. Throws Error.
 MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_changed);
+
+// Reads the header of the picture to continue and takes from it all settings that are not on the
+// command line. Without --spp or --time, rendering only evens out the sample counts of its pixels.
+// Throws Error.
+ExrHead resume_settings(Options &options);
+
+// Reads the samples of the picture. Throws Error, naming the difference, unless it can be continued
+// as `wanted`, or if it has `options.spp` samples in each pixel already.
+Film resume_film(const Options &options, const ExrHead &picture, const ExrHead &wanted);
