@@ -5,14 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from report.measure.image_error import (
-    blurred,
-    displayed_rmse,
-    own_errors,
-    radial_spectrum,
-    rmse,
-    trimmed_relative_rmse,
-)
+from report.measure.image_error import displayed_rmse, own_errors, radial_spectrum, rmse, trimmed_relative_rmse
 
 
 def noise(shape, seed=1):
@@ -26,15 +19,6 @@ def test_rmse_is_the_root_mean_square_over_pixels_and_channels():
     image[0, 3, 2] -= 4
     assert rmse(image, reference) == pytest.approx(5 / math.sqrt(60))
     assert rmse(reference, reference, 2.1) == 0
-
-
-def test_blur_of_a_point_is_a_gaussian():
-    image = np.zeros((41, 41))
-    image[20, 20] = 1
-    y, x = np.mgrid[-20:21, -20:21]
-    expected = np.exp(-(x * x + y * y) / (2 * 2.1**2))
-    # The tails beyond four sigma are cut off: a share of 6e-5 in each direction.
-    np.testing.assert_allclose(blurred(image, 2.1), expected / expected.sum(), atol=1e-5)
 
 
 @pytest.mark.parametrize("sigma, expected", [(1.0, 1 / (2 * math.sqrt(math.pi))),

@@ -114,10 +114,6 @@ def picture(pbrt_program, tmp_path_factory):
     return picture
 
 
-def test_the_patch_applies_to_the_checkout(pbrt_program):
-    subprocess.run(["git", "-C", os.environ["BN_PBRT"], "apply", "--check", builds.PBRT_PATCH], check=True)
-
-
 def test_crops_threads_and_seeds(picture):
     whole = picture()
     assert np.array_equal(picture(bounds=(611, 625, 407, 420)), whole[7:20, 11:25])
