@@ -6,24 +6,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-
-torch = pytest.importorskip("torch")
-from bn_trainer.config import TrainerError  # noqa: E402
-from bn_trainer.paper import perceptron as paper  # noqa: E402
+import torch
+from bn_trainer.config import TrainerError
+from bn_trainer.paper import perceptron as paper
 from bn_trainer.paper import pictures, table, wronski
-from PIL import Image  # noqa: E402
+from PIL import Image
 
-import bluenoise  # noqa: E402
+import bluenoise
 
 TINY = paper.PaperConfig(size=8, hidden=20, batch=16, inputs=160, epochs=8, rate=5e-3, seed=3)
-
-
-@pytest.fixture(autouse=True, scope="module")
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 def test_spectrum_is_the_whole_transform():

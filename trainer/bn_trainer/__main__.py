@@ -6,7 +6,9 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from .config import TrainerError
 
@@ -24,34 +26,14 @@ def whole(least: int):  # type: ignore[no-untyped-def]
     return read
 
 
-def add_train(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", type=Path, help="TOML file; see trainer/configs")
-    parser.add_argument("--folder", type=Path, metavar="FOLDER",
-                        help="folder for configuration, log and checkpoints (default ~/.cache/bn_trainer/<name of the config>)")
-    parser.add_argument("--resume", action="store_true", help="continue the run in the folder, with results as if it had never stopped")
-    parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"), help="default cpu")
-    parser.add_argument("--threads", type=whole(0), default=0, help="threads of torch (default 0: torch chooses)")
-    parser.add_argument("--stop-after", type=whole(0), default=0, metavar="N", help="stop after N iterations in total")
-    parser.add_argument("--quiet", action="store_true", help="do not show progress")
-
-
-def run_train(options: argparse.Namespace) -> int:
+def run_train(options: argparse.Namespace) -> None:
     from .train import train
 
     train(options.config, options.folder, resume=options.resume, device=options.device, threads=options.threads,
           stop_after=options.stop_after, quiet=options.quiet)
-    return 0
 
 
-def add_evaluate(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, help="a checkpoint (.pt) or an ONNX file (.onnx)")
-    parser.add_argument("--seeds", type=whole(1), default=20, help="seeds per size (default 20)")
-    parser.add_argument("--flatness-seeds", type=whole(0), default=1000,
-                        help="masks in the test for a fixed pattern (default 1000; 0 skips it)")
-    parser.add_argument("--threads", type=whole(0), default=0, help="threads of torch (default 0: torch chooses)")
-
-
-def run_evaluate(options: argparse.Namespace) -> int:
+def run_evaluate(options: argparse.Namespace) -> None:
     import torch
 
     from .evaluate import evaluate
@@ -59,41 +41,46 @@ def run_evaluate(options: argparse.Namespace) -> int:
     if options.threads:
         torch.set_num_threads(options.threads)
     evaluate(options.model, seeds=options.seeds, flatness_seeds=options.flatness_seeds)
-    return 0
 
 
-def add_export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("checkpoint", type=Path, help="the checkpoint to export")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the ONNX file to write")
-
-
-def run_export(options: argparse.Namespace) -> int:
+def run_export(options: argparse.Namespace) -> None:
     from .export import export
     from .files import load_model
 
     done = export(load_model(options.checkpoint), options.output)
     print(f"{options.output}: {done['bytes']} bytes, {done['compared']}\nSHA-256 {done['sha256']}")
-    return 0
 
 
-def add_schedule(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("checkpoint", type=Path, help="the checkpoint of a network with model.sharpness = false")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the JSON file to write")
-
-
-def run_schedule(options: argparse.Namespace) -> int:
+def run_schedule(options: argparse.Namespace) -> None:
     from .files import load_model
     from .schedule import write_schedule
 
     write_schedule(load_model(options.checkpoint), options.output)
-    return 0
 
 
-OWN = {
-    "train": ("train a network", add_train, run_train),
-    "evaluate": ("print the quality and cost of a model", add_evaluate, run_evaluate),
-    "export": ("write a checkpoint's model as ONNX", add_export, run_export),
-    "schedule": ("write a checkpoint's steps as the schedule of bn_relax", add_schedule, run_schedule),
+OUTPUT = {"type": Path, "required": True}
+THREADS = {"type": whole(0), "default": 0, "help": "threads of torch (default 0: torch chooses)"}
+#: What each command does, how it is run, and its options.
+OWN: dict[str, tuple[str, Callable[[argparse.Namespace], None], dict[str, dict[str, Any]]]] = {
+    "train": ("train a network", run_train, {
+        "--config": {"type": Path, "help": "TOML file; see trainer/configs"},
+        "--folder": {"type": Path, "metavar": "FOLDER", "help": "folder for configuration, log and checkpoints (default "
+                     "~/.cache/bn_trainer/<name of the config>)"},
+        "--resume": {"action": "store_true", "help": "continue the run in the folder, with results as if it had never stopped"},
+        "--device": {"default": "cpu", "choices": ("cpu", "cuda"), "help": "default cpu"},
+        "--threads": THREADS,
+        "--stop-after": {"type": whole(0), "default": 0, "metavar": "N", "help": "stop after N iterations in total"},
+        "--quiet": {"action": "store_true", "help": "do not show progress"}}),
+    "evaluate": ("print the quality and cost of a model", run_evaluate, {
+        "model": {"type": Path, "help": "a checkpoint (.pt) or an ONNX file (.onnx)"},
+        "--seeds": {"type": whole(1), "default": 20, "help": "seeds per size (default 20)"},
+        "--flatness-seeds": {"type": whole(0), "default": 1000, "help": "masks in the test for a fixed pattern (default 1000; 0 skips it)"},
+        "--threads": THREADS}),
+    "export": ("write a checkpoint's model as ONNX", run_export, {
+        "checkpoint": {"type": Path, "help": "the checkpoint to export"}, "--output": {**OUTPUT, "help": "the ONNX file to write"}}),
+    "schedule": ("write a checkpoint's steps as the schedule of bn_relax", run_schedule, {
+        "checkpoint": {"type": Path, "help": "the checkpoint of a network with model.sharpness = false"},
+        "--output": {**OUTPUT, "help": "the JSON file to write"}}),
 }
 #: Commands implemented by modules with add_arguments(parser) and main(options).
 MODULES = {
@@ -107,9 +94,10 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     parser = argparse.ArgumentParser(prog="python -m bn_trainer", description="Trains, evaluates and exports libbn's network.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, (help_text, add, run) in OWN.items():
+    for name, (help_text, run, arguments_of) in OWN.items():
         child = commands.add_parser(name, help=help_text)
-        add(child)
+        for argument, settings in arguments_of.items():
+            child.add_argument(*(("-o",) if argument == "--output" else ()), argument, **settings)
         child.set_defaults(run_command=run)
     for name, (module_name, help_text) in MODULES.items():
         child = commands.add_parser(name, help=help_text)
@@ -120,7 +108,8 @@ def main(arguments: list[str] | None = None) -> int:
             child.set_defaults(run_command=module.main)
     options = parser.parse_args(arguments)
     try:
-        return options.run_command(options) or 0
+        options.run_command(options)
+        return 0
     except TrainerError as error:
         print(f"bn_trainer: {error}", file=sys.stderr)
         return 1
