@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from report.base.command import CommandError
-from report.base.tables import TableError, begin, update_table
+from report.base.tables import begin, update_table
 from report.measure.image_error import blurred
 from report.realtime import frames, moving, realtime
 
@@ -206,6 +206,6 @@ def test_a_guide_without_markers_is_left_alone(tmp_path):
     guide, start, end = tmp_path / "guide.md", "<!-- table: a -->\n", "<!-- end of the table -->\n"
     for text in ("", start, end + start, start + start + end):
         guide.write_text(text)
-        with pytest.raises(TableError, match="markers"):
+        with pytest.raises(CommandError, match="markers"):
             update_table(guide, "a", "table")
         assert guide.read_text() == text

@@ -7,10 +7,6 @@ from .files import write_text
 END = "<!-- end of the table -->\n"
 
 
-class TableError(CommandError):
-    """The message tells the user what to do."""
-
-
 def md_table(header, rows, texts=0):
     """Rows of texts, whose first column and last `texts` columns are flush left."""
     numbers = len(header) - 1 - texts
@@ -26,7 +22,7 @@ def update_table(path, command, text):
     """Replaces the text between the markers of `command` in the file at `path`."""
     old = path.read_text(encoding="utf-8")
     if old.count(begin(command)) != 1 or END not in old.split(begin(command))[1]:
-        raise TableError(f"{path} must contain the markers {begin(command).strip()} and {END.strip()}")
+        raise CommandError(f"{path} must contain the markers {begin(command).strip()} and {END.strip()}")
     before, rest = old.split(begin(command))
     write_text(path, f"{before}{begin(command)}\n{text}\n\n{END}{rest.split(END, 1)[1]}")
 

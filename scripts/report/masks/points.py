@@ -16,8 +16,7 @@ import bluenoise
 from ..base.bench_options import command_shown
 from ..base.command import Parser
 from ..base.files import write_text
-from ..base.palette import plain_numbers
-from ..base.plots import plt, save
+from ..base.plots import plain_numbers, plt, save
 from ..base.tables import md_table
 
 COUNTS = (16, 32, 64, 128, 256, 512, 1024)

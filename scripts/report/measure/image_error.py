@@ -32,12 +32,8 @@ RELATIVE_FLOOR = 0.1
 
 
 def _difference(image, reference):
-    image, reference = np.asarray(image, np.float64), np.asarray(reference, np.float64)
-    if image.shape != reference.shape:
-        raise ValueError(f"image {image.shape} and reference {reference.shape} differ in shape")
-    if image.ndim not in (2, 3) or image.size == 0:
-        raise ValueError(f"an image must have 2 or 3 dimensions and must not be empty, not shape {image.shape}")
-    return image - reference
+    assert np.shape(image) == np.shape(reference), "pictures of different sizes"
+    return np.asarray(image, np.float64) - np.asarray(reference, np.float64)
 
 
 def blurred(image, sigma, edge="mirror"):
@@ -45,19 +41,18 @@ def blurred(image, sigma, edge="mirror"):
 
     edge: "mirror" for pictures (the outermost pixel is repeated: c b a | a b c), "toroidal" for tiles.
     """
-    if edge not in ("mirror", "toroidal"):
-        raise ValueError(f"edge must be 'mirror' or 'toroidal', not {edge!r}")
-    if not sigma >= 0:
-        raise ValueError(f"sigma must not be negative: {sigma!r}")
     image = np.asarray(image, np.float64)
     sigmas = (sigma, sigma) + (0,) * (image.ndim - 2)
-    return ndimage.gaussian_filter(image, sigmas, mode="reflect" if edge == "mirror" else "wrap")
+    return ndimage.gaussian_filter(image, sigmas, mode={"mirror": "reflect", "toroidal": "wrap"}[edge])
+
+
+def _rms(error, sigma=0.0, edge="mirror"):
+    return float(np.sqrt(np.mean(blurred(error, sigma, edge) ** 2)))
 
 
 def rmse(image, reference, sigma=0.0, edge="mirror"):
     """Root mean square, over pixels and channels, of the blurred difference; equal to the path tracer's."""
-    error = blurred(_difference(image, reference), sigma, edge)
-    return float(np.sqrt(np.mean(error * error)))
+    return _rms(_difference(image, reference), sigma, edge)
 
 
 def measure_name(name):
@@ -81,8 +76,7 @@ def _trimmed_relative_error(image, reference):
     error = _difference(image, reference)
     light = np.asarray(reference, np.float64)
     light = np.maximum(light @ LUMINANCE if light.ndim == 3 else light, 0)
-    scale = np.sqrt(light**2 + (RELATIVE_FLOOR * light.mean()) ** 2)
-    scale = np.maximum(scale, 1e-30)
+    scale = np.maximum(np.sqrt(light**2 + (RELATIVE_FLOOR * light.mean()) ** 2), 1e-30)
     brighter = (error @ LUMINANCE if error.ndim == 3 else error) / scale
     count = int(np.ceil(TRIMMED_SHARE * brighter.size))
     trimmed = np.argpartition(brighter.ravel(), -count)[-count:]
@@ -96,17 +90,13 @@ def trimmed_relative_rmse(image, reference, sigma=0.0):
 
     These are excluded before the blur, which would spread them over their neighbours.
     """
-    error = blurred(_trimmed_relative_error(image, reference), sigma)
-    return float(np.sqrt(np.mean(error * error)))
-
-
-def relative_error(image, reference):
-    """Difference divided by the reference plus a tenth of its mean, as in the path tracer's relative_rmse."""
-    return _difference(image, reference) / (np.asarray(reference, np.float64) + 0.1 * np.mean(reference, dtype=np.float64))
+    return _rms(_trimmed_relative_error(image, reference), sigma)
 
 
 def relative_rmse(image, reference):
-    return float(np.sqrt(np.mean(relative_error(image, reference) ** 2)))
+    """RMSE of the difference divided by the reference plus a tenth of its mean, as in the path tracer's relative_rmse."""
+    floor = 0.1 * np.mean(reference, dtype=np.float64)
+    return float(np.sqrt(np.mean((_difference(image, reference) / (np.asarray(reference, np.float64) + floor)) ** 2)))
 
 
 def all_errors(image, reference, exposure=0.0):
@@ -114,8 +104,7 @@ def all_errors(image, reference, exposure=0.0):
     errors = {"rmse": _difference(image, reference),
               "displayed": displayed(image, exposure) - displayed(reference, exposure),
               "trimmed": _trimmed_relative_error(image, reference)}
-    return {f"{kind}_{sigma}" if sigma else kind: float(np.sqrt(np.mean(blurred(error, sigma) ** 2)))
-            for kind, error in errors.items() for sigma in SIGMAS}
+    return {f"{kind}_{sigma}" if sigma else kind: _rms(error, sigma) for kind, error in errors.items() for sigma in SIGMAS}
 
 
 def own_errors(reference, first_half, exposure=0.0):
@@ -132,8 +121,6 @@ def luminance_error(image, reference):
 
 def error_image(error, full_scale):
     """A signed error (height, width) as 8-bit grey: 128 is zero, black and white are -full_scale and +full_scale."""
-    if not full_scale > 0:
-        raise ValueError(f"full_scale must be positive, not {full_scale!r}")
     return np.clip(np.floor(128 + 127.5 * np.asarray(error) / full_scale), 0, 255).astype(np.uint8)
 
 
@@ -149,10 +136,8 @@ def radial_spectrum(error, bin_count=32):
     Returns (frequency, power): bin centres in cycles per pixel up to 0.5, and power per sample; white noise of
     variance v has power v everywhere.
     """
-    error = np.asarray(error, np.float64)
-    power = windowed_power(error)
-    frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(error.shape[0]), np.fft.fftfreq(error.shape[1]),
-                                      indexing="ij"))
+    power = windowed_power(np.asarray(error, np.float64))
+    frequency = np.hypot(*np.meshgrid(*map(np.fft.fftfreq, power.shape), indexing="ij"))
     bins = np.floor(frequency * 2 * bin_count).astype(int)
     inside = (bins < bin_count) & (frequency > 0)
     count = np.bincount(bins[inside], minlength=bin_count)
@@ -164,8 +149,6 @@ def radial_spectrum(error, bin_count=32):
 def spectrum_image(error, level):
     """The power spectrum of a signed error as 8-bit grey, logarithmic, frequency 0 in the middle: black is a thousandth
     of `level`, white is ten times `level`."""
-    if not level > 0:
-        raise ValueError(f"level must be positive, not {level!r}")
     power = windowed_power(np.asarray(error, np.float64))
     # A single bin of noise varies as much as its mean, so smooth slightly to show the shape.
     power = np.fft.fftshift(ndimage.gaussian_filter(power, max(1.0, min(power.shape) / 96), mode="wrap"))

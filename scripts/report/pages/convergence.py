@@ -24,7 +24,7 @@ from scipy import ndimage
 from ..base.command import Parser, names_of, parse_size, split_more
 from ..base.contact_sheet import enlarged_part, grey, preview, sheet
 from ..base.files import write_exr, write_image, write_rows, write_text
-from ..base.palette import plain_numbers, style
+from ..base.plots import plain_numbers, style
 from ..measure.gains import REFERENCE_MARGIN
 from ..measure.image_error import (
     LUMINANCE,

@@ -16,8 +16,7 @@ from scipy import fft, ndimage
 import bluenoise
 
 from ..base.command import Parser
-from ..base.palette import style
-from ..base.plots import plt, save
+from ..base.plots import plt, save, style
 from ..base.tables import md_table, write_or_print
 from ..measure.image_error import blurred
 from ..samplers.paths import half_planes, inside

@@ -16,8 +16,7 @@ from ..base import peers
 from ..base.bench_options import command_shown
 from ..base.command import Parser
 from ..base.files import read_exr, write_text
-from ..base.palette import plain_numbers, style
-from ..base.plots import plt, save
+from ..base.plots import plain_numbers, plt, save, style
 from ..base.progress import Progress
 from ..base.tables import md_table
 from ..measure.image_error import blurred, displayed

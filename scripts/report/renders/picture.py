@@ -17,8 +17,7 @@ from ..base import peers
 from ..base.command import Parser
 from ..base.contact_sheet import before_and_after, preview, sheet
 from ..base.files import read_exr
-from ..base.palette import style
-from ..base.plots import save
+from ..base.plots import save, style
 from ..base.tables import md_table
 from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed, displayed_rmse

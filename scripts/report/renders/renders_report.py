@@ -8,10 +8,9 @@ import statistics
 import numpy as np
 
 from ..base import peers
-from ..base.palette import style
-from ..base.plots import finish, plt, save
+from ..base.plots import finish, plt, save, style
 from ..base.tables import md_table
-from ..measure import equal_quality, gains, picture_tests
+from ..measure import equal_quality, gains, ratios
 from ..measure.gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains, value_text
 from ..measure.image_error import MEASURES, WHAT_FOR, measure_name
 from ..measure.ratios import worse_cells
@@ -85,8 +84,8 @@ class Report:
             parts.append(f"Over `sobol` at {max(self.counts)} samples it gains most in `{order[-1]}` ({least[order[-1]]:.2f}) and least in "
                          f"`{order[0]}` ({least[order[0]]:.2f}).")
         if self.losses and self.biases:
-            certain, _ = worse_cells(self.losses, picture_tests.FALSE_ALARMS)
-            biased = picture_tests.biased(self.biases)
+            certain, _ = worse_cells(self.losses, ratios.FALSE_ALARMS)
+            biased = ratios.biased(self.biases)
             unblurred = sum(measure == "rmse" for *_, measure in certain)
             where = f", {unblurred} of them in single pixels, without a blur" if certain else ""
             parts.append(f"Of {len(self.losses)} tests for a loss to `sobol` {len(certain) or 'none'} found one{where}; of {len(self.biases)} "
@@ -98,17 +97,17 @@ class Report:
     @functools.cached_property
     def losses(self):
         """{(scene, spp, measure): Ratio} of sobol's error to blue's."""
-        return picture_tests.against_sobol(self.cells, self.views, self.counts, LOSS_MEASURES) if max(self.options.seeds.values()) > 1 else {}
+        return ratios.against_sobol(self.cells, self.views, self.counts, LOSS_MEASURES) if max(self.options.seeds.values()) > 1 else {}
 
     @functools.cached_property
     def biases(self):
         """{(scene, label): Ratio} of means to those of the references, at the largest count, where they vary least."""
-        return picture_tests.biases(self.cells, self.references, self.labels, max(self.counts))
+        return ratios.biases(self.cells, self.references, self.labels, max(self.counts))
 
     def worse_text(self):
-        cells, false_alarms = self.losses, picture_tests.FALSE_ALARMS
+        cells, false_alarms = self.losses, ratios.FALSE_ALARMS
         certain, suspected = worse_cells(cells, false_alarms)
-        smallest = {at: picture_tests.smallest_loss(cell, len(cells)) for at, cell in cells.items()}
+        smallest = {at: ratios.smallest_loss(cell, len(cells)) for at, cell in cells.items()}
         parts = [f"A cell is the RMSE of `blue` against `sobol` in all crops and seeds of one scene, or of all scenes, at one sample count and blur: "
                  f"{len(cells)} cells. A cell is *worse* if a one-sided t-test with Holm's correction finds its ratio below 1; the "
                  f"probability of any false alarm is {100 * false_alarms:g} %. It is *suspected* if only its own 95 % interval lies "
@@ -125,20 +124,20 @@ class Report:
                                       for end in (min, max)) if (scene, spp, "rmse") in cells else "" for spp in self.counts)]
                 for scene in dict.fromkeys(scene for scene, *_ in cells)]
         return "\n".join([*parts, "The smallest loss, in percent of the error, that the test finds with a probability of "
-                          f"{100 * picture_tests.POWER:g} % (smallest and largest over the blurs):", "",
+                          f"{100 * ratios.POWER:g} % (smallest and largest over the blurs):", "",
                           md_table(["loss, %", *map(str, self.counts)], rows)])
 
     def bias_text(self):
-        cells, found = self.biases, picture_tests.biased(self.biases)
+        cells, found = self.biases, ratios.biased(self.biases)
 
         def text(at):
-            return f"{100 * (cells[at].value - 1):+.2f} ({100 * picture_tests.smallest_bias(cells[at], len(cells)):.2f})" if at in cells else ""
+            return f"{100 * (cells[at].value - 1):+.2f} ({100 * ratios.smallest_bias(cells[at], len(cells)):.2f})" if at in cells else ""
 
         rows = [[scene, *(text((scene, label)) for label in self.labels)] for scene in dict.fromkeys(scene for scene, _ in cells)]
         return (f"How far the mean luminance of the pictures with {max(self.counts)} samples per pixel is from that of the references, in percent, over "
                 "all crops and seeds of a scene; in parentheses the smallest difference that a two-sided t-test finds with a "
-                f"probability of {100 * picture_tests.POWER:g} %. If all samplers are unbiased, the probability that any of the "
-                f"{len(cells)} cells is called biased is at most {100 * picture_tests.FALSE_ALARMS:g} %. "
+                f"probability of {100 * ratios.POWER:g} %. If all samplers are unbiased, the probability that any of the "
+                f"{len(cells)} cells is called biased is at most {100 * ratios.FALSE_ALARMS:g} %. "
                 + ("Biased: " + ", ".join(f"{label} in {scene}" for scene, label in found) if found else "No cell is biased")
                 + ".\n\n" + md_table(["difference, %", *self.labels], rows))
 

@@ -9,7 +9,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..base.tables import TableError, md_table, update_table
+from ..base.command import CommandError
+from ..base.tables import md_table, update_table
 from ..measure.gains import BEST_PEER, read_rows
 
 COMMAND = "scripts/bench summary"
@@ -87,7 +88,7 @@ def read_parts(folder):
     parts = {where: read_rows(folder / name) for where, name, _, _ in PARTS if (folder / name).is_file()}
     missing = [f"{folder / name} is missing; run {command}" for where, name, command, _ in PARTS if where not in parts]
     if not parts:
-        raise TableError("; ".join(missing))
+        raise CommandError("; ".join(missing))
     return parts, missing
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from ..base import peers
 from ..base.command import Parser
 from ..base.files import read_rows, write_rows, write_text
-from ..base.palette import style
-from ..base.plots import finish, plt, save
+from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
 from ..measure.image_error import radial_spectrum, windowed_power

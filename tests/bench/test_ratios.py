@@ -10,7 +10,7 @@ import types
 
 import numpy as np
 import pytest
-from report.measure import picture_tests
+from report.measure import ratios
 from report.measure.ratios import worse_cells
 from report.renders import views
 
@@ -35,32 +35,32 @@ class MadeUp:
 
 
 def biases(**planted):
-    return [picture_tests.biases(MadeUp(seed, **planted), REFERENCES, LABELS, 16) for seed in range(TRIALS)]
+    return [ratios.biases(MadeUp(seed, **planted), REFERENCES, LABELS, 16) for seed in range(TRIALS)]
 
 
 def losses(**planted):
-    return [picture_tests.against_sobol(MadeUp(seed, **planted), VIEWS, COUNTS, MEASURES) for seed in range(TRIALS)]
+    return [ratios.against_sobol(MadeUp(seed, **planted), VIEWS, COUNTS, MEASURES) for seed in range(TRIALS)]
 
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_bias_of_the_stated_size_is_found(direction):
     cell, before = ("lens", "sobol"), biases()
-    assert set(before[0]) == {(scene, label) for scene in ("lens", "glossy", picture_tests.ALL) for label in LABELS}
-    assert sum(bool(picture_tests.biased(found)) for found in before) <= 9
-    smallest = statistics.median(picture_tests.smallest_bias(found[cell], len(found)) for found in before)
+    assert set(before[0]) == {(scene, label) for scene in ("lens", "glossy", ratios.ALL) for label in LABELS}
+    assert sum(bool(ratios.biased(found)) for found in before) <= 9
+    smallest = statistics.median(ratios.smallest_bias(found[cell], len(found)) for found in before)
     assert 0.002 < smallest < 0.006
     after = biases(planted=1 + direction * smallest, label=cell[1], scene=cell[0])
-    assert 160 <= sum(cell in picture_tests.biased(found) for found in after) < TRIALS
-    assert not any(("glossy", "sobol") in picture_tests.biased(found) for found in after[:20])
+    assert 160 <= sum(cell in ratios.biased(found) for found in after) < TRIALS
+    assert not any(("glossy", "sobol") in ratios.biased(found) for found in after[:20])
 
 
 def test_a_loss_of_the_stated_size_is_found():
     cell, before = ("lens", 4, "rmse_2.1"), losses()
     assert len(before[0]) == 3 * len(COUNTS) * len(MEASURES)
-    assert sum(bool(worse_cells(found, picture_tests.FALSE_ALARMS)[0]) for found in before) <= 9
-    smallest = statistics.median(picture_tests.smallest_loss(found[cell], len(found)) for found in before)
+    assert sum(bool(worse_cells(found, ratios.FALSE_ALARMS)[0]) for found in before) <= 9
+    smallest = statistics.median(ratios.smallest_loss(found[cell], len(found)) for found in before)
     assert 0.03 < smallest < 0.12
     after = losses(planted=1 + smallest, spp=4)
-    assert 160 <= sum(cell in worse_cells(found, picture_tests.FALSE_ALARMS)[0] for found in after) < TRIALS
+    assert 160 <= sum(cell in worse_cells(found, ratios.FALSE_ALARMS)[0] for found in after) < TRIALS
     # Where blue is better by as much, nothing is worse.
-    assert sum(bool(worse_cells(found, picture_tests.FALSE_ALARMS)[0]) for found in losses(planted=1 / (1 + smallest))) <= 9
+    assert sum(bool(worse_cells(found, ratios.FALSE_ALARMS)[0]) for found in losses(planted=1 / (1 + smallest))) <= 9
