@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from report.base.files import read_exr, write_exr
-from report.others import builds, cycles, cycles_scenes, other_renderer, pbrt, pbrt_scenes
+from report.others import builds, cycles, other_renderer, pbrt, pbrt_scenes
 from report.renders.renderer import RenderError
 
 
@@ -71,7 +71,7 @@ def test_ratios_are_over_blue():
 def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
     """A program whose pictures are noise that depends on the scene file alone."""
     for number in range(10):
-        noise = np.random.default_rng(number).random((cycles_scenes.SIZE[1], cycles_scenes.SIZE[0], 3))
+        noise = np.random.default_rng(number).random((cycles.SIZE[1], cycles.SIZE[0], 3))
         write_exr(tmp_path / f"{number}.exr", noise.astype(np.float32), {})
     program = tmp_path / "program"
     program.write_text("#!/bin/sh\nfor last; do :; done\nwhile [ $1 != --output ]; do shift; done\n"

@@ -7,7 +7,7 @@ from PIL import Image
 from report.base.command import CommandError
 from report.base.tables import begin, update_table
 from report.measure.image_error import blurred
-from report.realtime import frames, moving, realtime
+from report.realtime import moving, realtime
 
 pytest.importorskip("bluenoise")
 
@@ -27,7 +27,7 @@ def test_packs_are_read_in_order_with_their_channels(tmp_path):
         write(tmp_path, f"stbn_vec2_2Dx1D_8x8x12_{i}.png", vectors[i])
         write(tmp_path, f"stbn_unitvec2_2Dx1D_8x8x12_{i}.png", vectors[i])
         write(tmp_path, "stbn_vec2_2Dx1D_8x8x12.mag.xy.png", vectors[i])
-    slices = frames.read_pack("STBN", tmp_path)
+    slices = realtime.read_pack("STBN", tmp_path)
     assert np.array_equal(slices.stack_for(1)[..., 0], (scalar + np.float32(0.5)) / 256)
     assert np.array_equal(slices.stack_for(2), (vectors[..., :2] + np.float32(0.5)) / 256)
     # Slices repeat over the screen and over frames; a second pair comes from another place.
@@ -41,18 +41,18 @@ def test_other_stacks_and_what_is_refused(tmp_path):
     deep = np.arange(64, dtype=np.uint16).reshape(8, 8) * 1000
     for i in (3, 4):
         write(tmp_path, f"mine{i}.png", deep)
-    stack = frames.read_pack("slices", tmp_path).stack_for(1)
+    stack = realtime.read_pack("slices", tmp_path).stack_for(1)
     assert stack.shape == (2, 8, 8, 1) and np.allclose(stack[0, ..., 0], (deep + 0.5) / 65536)
     with pytest.raises(CommandError, match="named like"):
-        frames.read_pack("FAST", tmp_path)
+        realtime.read_pack("FAST", tmp_path)
     write(tmp_path, "mine5.png", deep[:4])
     with pytest.raises(CommandError, match="cannot read"):
-        frames.read_pack("slices", tmp_path)
+        realtime.read_pack("slices", tmp_path)
 
 
 def test_what_a_mask_moves_by():
-    assert frames.steps(1) == pytest.approx([0.6180339887])
-    assert frames.steps(2) == pytest.approx([0.7548776662, 0.5698402909])
+    assert realtime.steps(1) == pytest.approx([0.6180339887])
+    assert realtime.steps(2) == pytest.approx([0.7548776662, 0.5698402909])
 
 
 # ---- The measure
@@ -180,7 +180,7 @@ def test_frames_average_to_the_reference_and_slices_are_read(tmp_path):
     size = (32, 24)
     reference, = moving.frames("penumbra", "white", given="pixel", samples=400, first=47, size=size, phase=16)
     draws = {"blue": "blue", "slices": str(tmp_path / "slices")}
-    moving.write_slices(tmp_path / "slices", frames.Draws("white").frame(0, 2, 5, 64)[None])
+    moving.write_slices(tmp_path / "slices", realtime.Draws("white").frame(0, 2, 5, 64)[None])
     for name, draw in draws.items():
         frame, = moving.frames("penumbra", draw, given="pixel" if name == "blue" else "screen", seed=3, first=47, size=size, phase=16)
         difference = blurred(np.clip(frame[..., :3], 0, 1) - np.clip(reference[..., :3], 0, 1), 4.0)

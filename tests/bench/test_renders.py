@@ -14,7 +14,7 @@ from report.__main__ import main as bench
 from report.base.files import read_exr
 from report.measure import gains
 from report.measure.image_error import MEASURES, displayed_rmse
-from report.renders import judge, renderer, renders_report, views
+from report.renders import judge, renderer, renders, views
 from report.renders.renderer import run_pathtracer
 
 
@@ -70,7 +70,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
 
     # Found again, all of it: only the text is compared.
     made.clear()
-    monkeypatch.setattr(renders_report.Report, "plot", lambda *_: None)
+    monkeypatch.setattr(renders.Report, "plot", lambda *_: None)
     bench(["renders", *arguments(pathtracer, out)])
     assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
     assert sorted(path.name for path in (tmp_path / "cache/libbn").iterdir()) == ["references", "renders"]
@@ -122,7 +122,7 @@ def made_up(blue, seeds=8):
                 results[judge.Task(view, label, seed, (1, 16))] = [
                     {"spp": spp, **dict.fromkeys(MEASURES, error * noise), "mean": mean}
                     for spp in (1, 16)], {}
-    return renders_report.Report(options, judge.Cells(results), references)
+    return renders.Report(options, judge.Cells(results), references)
 
 
 def test_the_answer_comes_first_and_says_losses_and_biases():

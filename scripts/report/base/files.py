@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """EXR pictures, and atomic writes of them and of tables."""
 
+import contextlib
 import csv
 import hashlib
 import io
@@ -50,6 +51,17 @@ def read_rows(path):
     """A CSV as dicts of texts."""
     with open(path, newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
+
+
+def read_numbers(path):
+    """A CSV as dicts, with numbers where the texts are."""
+    def number(text):
+        for kind in (int, float):
+            with contextlib.suppress(ValueError):
+                return kind(text)
+        return text
+
+    return [{name: number(text) for name, text in row.items()} for row in read_rows(path)]
 
 
 def write_rows(path, fields, rows):

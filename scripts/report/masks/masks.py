@@ -22,7 +22,7 @@ import bluenoise
 
 from ..base.command import Parser
 from ..base.contact_sheet import enlarged_part, grey, sheet
-from ..base.files import read_rows, write_image, write_rows, write_text
+from ..base.files import read_numbers, write_image, write_rows, write_text
 from ..base.plots import plt, save
 from ..base.tables import md_table
 from . import vectors
@@ -44,6 +44,7 @@ CHOICES = {
     "anneal": ("1000 sweeps", "no", "1 to 4", "yes"),
 }
 CHOICE_SIZES = (64, 256, 1024, 2048)
+UNTIMED = ("void-and-cluster, sigma 1.9", "builtin")
 PLANE_FIELDS = ("network", "device", "threads", "extent", "windows", "seconds")
 
 
@@ -55,7 +56,6 @@ class Method:
     sizes: tuple = SIZES
     many_threads: bool = False
     most_repeats: int = 20
-    timed: bool = True
 
 
 def network(model, channels=1):
@@ -73,11 +73,11 @@ def methods():
     return [
         Method("white", "", mask(method="white")),
         Method("void-and-cluster", "", mask()),
-        Method("void-and-cluster", "sigma 1.9", mask(sigma=1.9), (PLAIN,), timed=False),
+        Method("void-and-cluster", "sigma 1.9", mask(sigma=1.9), (PLAIN,)),
         Method("relax", "", lambda size, seed, threads: bluenoise.mask((size, size), method="relax", seed=seed, threads=threads), many_threads=True),
         *(Method("anneal", f"{sweeps} sweeps", mask(method="anneal", sweeps=sweeps), tuple(n for n in SIZES if n <= most), most_repeats=repeats)
           for sweeps, most, repeats in ((100, 256, 3), (1000, 128, 1), (10000, 128, 1))),
-        Method("builtin", "", lambda size, seed, threads: bluenoise.mask((size, size), method="builtin"), (16, 32, 64, 128, 256), timed=False),
+        Method("builtin", "", lambda size, seed, threads: bluenoise.mask((size, size), method="builtin"), (16, 32, 64, 128, 256)),
         *(Method(name, "", network(ROOT / "libbn/data" / file, 1 + (name == "vector network")), many_threads=True)
           for name, file in NETWORKS.items()),
     ]
@@ -98,8 +98,7 @@ def row_of(method, options, width, threads, repeats, seconds, found):
 
 
 def measure(sizes, threads, quick):
-    """Rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
-    rows = []
+    """Yields rows as dicts. The methods for one size are interleaved, so that other load affects all alike."""
     for size in (16, 32, *sizes):
         jobs = [(method, count) for method in methods() if size in method.sizes and not (quick and method.most_repeats == 1)
                 for count in ((1, threads) if method.many_threads and threads > 1 else (1,))]
@@ -118,9 +117,9 @@ def measure(sizes, threads, quick):
                     if len(made) < (1 if size >= 512 else repeats):
                         made.append(ranks)
         for (method, count), own, made in zip(jobs, times, masks):
-            rows.append(row_of(method.name, method.options, size, count, len(own), map(min, zip(*own)), errors_of(made)))
-            print(f"bench: {size}x{size} {label(rows[-1])}", file=sys.stderr)
-    return rows
+            row = row_of(method.name, method.options, size, count, len(own), map(min, zip(*own)), errors_of(made))
+            print(f"bench: {size}x{size} {label(row)}", file=sys.stderr)
+            yield row
 
 
 def run_peer(name, command):
@@ -174,24 +173,18 @@ def plane(quick):
 # ---- Tables, the plot and the picture
 
 def label(row):
-    name = row["method"] + (f", {row['options']}" if row["options"] else "")
-    return name + (f", {row['threads']} threads" if int(row["threads"]) > 1 else "")
+    return ", ".join(filter(None, (row["method"], row["options"], f"{row['threads']} threads" if row["threads"] > 1 else "")))
 
 
 def time_text(seconds):
     return f"{1e6 * seconds:.0f} us" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
 
 
-def is_timed(row):
-    return next((method.timed for method in methods() if (method.name, method.options) == (row["method"], row["options"])), True)
-
-
 def table(rows):
     lines = []
     for row in rows:
-        seconds, cpu = float(row["seconds"]), float(row["cpu_seconds"])
-        times = [time_text(seconds), time_text(cpu), f"{1e9 * cpu / int(row['width']) ** 2:.0f} ns"] if is_timed(row) else ["", "", ""]
-        lines.append([label(row), *times, *(f"{float(row[key]):.4f}" for key in ERRORS)])
+        times = [time_text(row["seconds"]), time_text(row["cpu_seconds"]), f"{1e9 * row['cpu_seconds'] / row['width'] ** 2:.0f} ns"]
+        lines.append([label(row), *(times if label(row) not in UNTIMED else ["", "", ""]), *(f"{row[key]:.4f}" for key in ERRORS)])
     return md_table(["method", "time", "CPU time", "per texel", *(key.upper() for key in ERRORS)], lines)
 
 
@@ -205,12 +198,12 @@ def choice_table(rows, threads):
     for method, (options, *abilities) in CHOICES.items():
         own = choice_rows(rows, method)
         if own:
-            quality = next((row for row in own if int(row["width"]) == PLAIN), own[0])
-            cells = [f"{float(quality[key]):.4f}" for key in ("e_1", "e_1.5")]
+            quality = next((row for row in own if row["width"] == PLAIN), own[0])
+            cells = [f"{quality[key]:.4f}" for key in ("e_1", "e_1.5")]
             for size in CHOICE_SIZES:
-                at = [row for row in own if int(row["width"]) == size]
-                best = [row for row in at if int(row["threads"]) == threads] or at
-                cells.append(time_text(float(best[0]["seconds"])) if best else "")
+                at = [row for row in own if row["width"] == size]
+                best = [row for row in at if row["threads"] == threads] or at
+                cells.append(time_text(best[0]["seconds"]) if best else "")
             lines.append([", ".join(filter(None, (method, options))), *cells, *abilities])
     return md_table(["method", "E_1", "E_1.5", *(f"{size}x{size}" for size in CHOICE_SIZES), "windows", "channels", "same bits"], lines, 3)
 
@@ -221,10 +214,10 @@ def plot(rows, path):
     for i, method in enumerate(CHOICES):
         best = {}
         for row in choice_rows(rows, method):
-            width, taken = int(row["width"]), 1e3 * float(row["seconds"])
+            width, taken = row["width"], 1e3 * row["seconds"]
             best[width] = min(taken, best.get(width, taken))
-            if width == PLAIN and int(row["threads"]) == 1:
-                left.plot(1e6 * float(row["cpu_seconds"]) / width**2, float(row["e_1"]), "o", color=f"C{i}", label=label(row))
+            if width == PLAIN and row["threads"] == 1:
+                left.plot(1e6 * row["cpu_seconds"] / width**2, row["e_1"], "o", color=f"C{i}", label=label(row))
         right.plot(list(best), list(best.values()), ".-", color=f"C{i}")
     left.set(xscale="log", xlabel="microseconds of CPU time per texel", ylabel="E_1 (lower is better)",
              title=f"error against time, {PLAIN}x{PLAIN}, one thread")
@@ -253,7 +246,7 @@ def plane_lines(rows):
 
     lines = []
     for row in rows:
-        nanoseconds = 1e9 * float(row["seconds"]) / (int(row["windows"]) * int(row["extent"]) ** 2)
+        nanoseconds = 1e9 * row["seconds"] / (row["windows"] * row["extent"] ** 2)
         lines.append([row["network"], row["device"], str(row["threads"]), number(nanoseconds), number(1 / nanoseconds)])
     return [f"Windows of {rows[0]['extent']}x{rows[0]['extent']} side by side, into main memory, on one core and on all"
             + (":" if any(row["device"] == "GPU" for row in rows) else "; no GPU was available for this run:"), "",
@@ -262,13 +255,13 @@ def plane_lines(rows):
 
 def answer(rows, threads):
     """What the report found, in a paragraph."""
-    size = max(int(row["width"]) for row in rows if int(row["width"]) <= 1024 and row["method"] == "network")
+    size = max(row["width"] for row in rows if row["width"] <= 1024 and row["method"] == "network")
 
     def of(method):
-        own = [row for row in choice_rows(rows, method) if int(row["width"]) == size]
-        return f"{time_text(min(float(row['seconds']) for row in own))} for an E_1 of {float(own[0]['e_1']):.4f}"
+        own = [row for row in choice_rows(rows, method) if row["width"] == size]
+        return f"{time_text(min(row['seconds'] for row in own))} for an E_1 of {own[0]['e_1']:.4f}"
 
-    white = next(float(row["e_1"]) for row in rows if row["method"] == "white")
+    white = next(row["e_1"] for row in rows if row["method"] == "white")
     return (f"At {size}x{size}, on {threads} threads, `void-and-cluster` takes {of('void-and-cluster')}, `relax` {of('relax')}, the network "
             f"{of('network')}; white noise has {white:.4f}. So for a single mask the network is not the best tool: the other two have the same "
             "bits everywhere and need no ONNX Runtime. It is for windows of a plane without end or period, and for two channels that are blue "
@@ -287,8 +280,8 @@ def report_text(rows, threads, command, sections):
              "Times are minima over repeats (of other libraries, medians of three) of wall-clock time and of CPU time, summed over threads, on 1 "
              f"thread unless stated otherwise ({threads} are all cores); the methods for one size were interleaved. Time per texel is CPU time. "
              "Errors are means of `bn_mask_error` over seeds; lower is better. `builtin` masks were annealed for minutes.", ""]
-    for size in sorted({int(row["width"]) for row in rows}):
-        parts += [f"### {size}x{size}", "", table([row for row in rows if int(row["width"]) == size]), ""]
+    for size in sorted({row["width"] for row in rows}):
+        parts += [f"### {size}x{size}", "", table([row for row in rows if row["width"] == size]), ""]
     for title, lines in sections.items():
         parts += [f"## {title}", "", *lines, ""]
     return "\n".join(parts)
@@ -299,7 +292,7 @@ def kept(path, again, make):
     if not again:
         rows = list(make())
         write_rows(path, list(rows[0]), rows)
-    return read_rows(path)
+    return read_numbers(path)
 
 
 def run(arguments):

@@ -82,8 +82,8 @@ def measure(size, quick):
 
 def lines_of(rows):
     """Lines of Markdown from rows of measure()."""
-    number = {row.pop("method"): {key: float(value) for key, value in row.items()} for row in rows}
-    (white, *_, last), size = number, int(rows[0]["size"])
+    number = {row["method"]: row for row in rows}
+    (white, *_, last), size = number, rows[0]["size"]
     best, network, lines = number[last], number["vector network"], []
     for name, row in number.items():
         gain = (number[white]["energy"] - row["energy"]) / (number[white]["energy"] - best["energy"])

@@ -175,6 +175,5 @@ def write_rows(path, rows):
 
 def read_rows(path):
     """{(measure, spp, sampler, than): Gain} from a file written by write_rows()."""
-    return {(row["measure"], int(row["spp"]), row["sampler"], row["than"]): Gain(
-        float(row["gain"]), float(row["low"]), float(row["high"]), int(row["scenes"]), int(row["views"]), int(row["left_out"]))
-        for row in files.read_rows(path)}
+    return {(row["measure"], row["spp"], row["sampler"], row["than"]): Gain(*(row[name] for name in FIELDS[4:]))
+            for row in files.read_numbers(path)}

@@ -23,6 +23,7 @@ from ..base.whole_files import written_beside
 from ..measure import gains
 from ..measure.gains import Gains
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
+from ..measure.ratios import by_scene
 from ..renders.judge import Run, Store
 from ..renders.renderer import RenderError, cache_folder
 
@@ -235,10 +236,10 @@ class OtherReport:
     def scenes_table(self, own, measure, than):
         """One row per scene: the ratio at SPREAD_COUNTS, and its smallest and greatest over crops."""
         counts, rows = [n for n in SPREAD_COUNTS if n in self.counts], []
-        for scene in dict.fromkeys(view.scene for view in own.views):
-            views, row = tuple(view for view in own.views if view.scene == scene), [f"{scene}: {self.SCENES[scene].what}"]
+        for scene, views in by_scene(own.views).items():
+            row = [f"{scene}: {self.SCENES[scene].what}"]
             for spp in counts:
-                whole = own.gain("blue", spp, measure, than, views)
+                whole = own.gain("blue", spp, measure, than, tuple(views))
                 each = [gain.value for gain in (own.gain("blue", spp, measure, than, (view,)) for view in views) if gain]
                 spread = f" ({min(each):.2f} to {max(each):.2f})" if len(each) > 1 else ""
                 row.append(f"{whole.value:.2f}{spread}" if whole else "")
@@ -256,23 +257,21 @@ class OtherReport:
         return statistics.geometric_mean(self.rate(view, label) / self.rate(view, self.samplers[0]) for view in self.references)
 
     def times_table(self):
-        rows = []
-        for label in self.samplers:
-            micro = [1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references]
-            rows.append([self.name(label), f"{self.time(label):.2f}", f"{statistics.median(micro):.2f}"])
+        rows = [[self.name(label), f"{self.time(label):.2f}",
+                 f"{statistics.median(1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references):.2f}"]
+                for label in self.samplers]
         return md_table(["sampler", f"processor time over {self.name(self.samplers[0])}'s", "median, µs per sample"], rows)
 
-    def own_share(self, view, measure):
-        """A reference's own error over the smallest of any sampler at the largest count."""
-        least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure)))) for label in self.samplers)
-        return self.references[view].own[measure] / least if least else math.nan
-
     def references_table(self):
+        """A reference's own error over the smallest of any sampler at the largest count, the greatest of a scene."""
+        def share(view, measure):
+            least = min(math.sqrt(np.mean(np.square(self.cells.get(view, label, self.counts[-1], measure)))) for label in self.samplers)
+            return self.references[view].own[measure] / least if least else math.nan
+
         rows = []
-        for scene in dict.fromkeys(view.scene for view in self.references):
-            views = [view for view in self.references if view.scene == scene]
-            shares = [[self.own_share(view, measure) for view in views] for measure in HEADLINE]
-            rows.append([scene, str(self.references[views[0]].spp), *(f"{max(own):.2f}" if not any(map(math.isnan, own)) else "" for own in shares)])
+        for scene, views in by_scene(self.references).items():
+            shares = [np.max([share(view, measure) for view in views]) for measure in HEADLINE]
+            rows.append([scene, str(self.references[views[0]].spp), *("" if math.isnan(own) else f"{own:.2f}" for own in shares)])
         return md_table(["scene", "samples", *(f"own error, {name_of(measure)}" for measure in HEADLINE)], rows)
 
     def sections(self):

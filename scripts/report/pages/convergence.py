@@ -102,12 +102,11 @@ def plots(rows, errors):
     figure = Figure(figsize=(14, 11), layout="constrained")
     axes = figure.subplots(3, len(measures), squeeze=False)
     for column, measure in enumerate(measures):
-        base = [row[measure] for row in rows[samplers[0]]]
+        base = [row[measure] for row in rows[samplers[0]].values()]
         for name, own in rows.items():
-            values, spp, seconds = ([row[key] for row in own] for key in (measure, "spp", "seconds"))
-            axes[0, column].loglog(spp, np.divide(base, values), **style(name, samplers))
-            axes[1, column].loglog(spp, values, **style(name, samplers))
-            axes[2, column].loglog(seconds, values, **style(name, samplers))
+            values, seconds = ([row[key] for row in own.values()] for key in (measure, "seconds"))
+            for axis, x, y in zip(axes[:, column], (list(own), list(own), seconds), (np.divide(base, values), values, values)):
+                axis.loglog(x, y, **style(name, samplers))
         axes[0, column].set_title(f"{PLOTTED[measure]}: times less than {samplers[0]}")
         for row, label in enumerate(("samples per pixel", "samples per pixel", "seconds of rendering, one thread")):
             axes[row, column].set_xlabel(label)
@@ -158,14 +157,13 @@ def page(options, rows, pictures, reference, notes):
     """The text of report.html. rows: of summary(); pictures: {(sampler, count): array}."""
     samplers, name = options.samplers, scene_label(options.scene)
     images = {key: preview(picture, options.exposure) for key, picture in pictures.items()}
-    found = {s: {row["spp"]: row for row in own} for s, own in rows.items()}
     data = {
         "scene": name, "size": options.size, "counts": options.shown, "start": options.shown.index(options.start),
         "reference": uri(preview(reference.picture, options.exposure)),
         # JPEG at a quality that preserves noise.
         "pictures": {s: [uri(images[s, n], "JPEG", quality=86, subsampling=0) for n in options.shown] for s in samplers},
-        "errors": {s: [f"{found[s][n][ERROR]:.3g}" for n in options.shown] for s in samplers},
-        "notes": [{f"{one}|{other}": note(one, other, {s: found[s][n]["each"] for s in samplers}, reference.own[ERROR])
+        "errors": {s: [f"{rows[s][n][ERROR]:.3g}" for n in options.shown] for s in samplers},
+        "notes": [{f"{one}|{other}": note(one, other, {s: rows[s][n]["each"] for s in samplers}, reference.own[ERROR])
                    for one, other in itertools.combinations(samplers, 2)} for n in options.shown]}
     errors = {(s, n): luminance_error(pictures[s, n], reference.picture) for n in options.galleries for s in samplers}
     for n in options.galleries:
@@ -190,12 +188,11 @@ def page(options, rows, pictures, reference, notes):
 # ---- Figures
 
 def summary(cells, view, samplers, counts):
-    """{sampler: one row per count}: medians over seeds, which are robust to fireflies, and under "each" the errors ERROR of every seed."""
-    def row(label, spp):
-        cell = cells.values[view, label, spp]
-        return {"spp": spp, **{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES)}, "each": cell[ERROR]}
+    """{sampler: {count: row}}: medians over seeds, which are robust to fireflies, and under "each" the errors ERROR of every seed."""
+    def row(cell):
+        return {**{name: statistics.median(cell[name]) for name in ("seconds", *MEASURES)}, "each": cell[ERROR]}
 
-    return {label: [row(label, spp) for spp in counts] for label in samplers}
+    return {label: {spp: row(cells.values[view, label, spp]) for spp in counts} for label in samplers}
 
 
 def header(samplers):
@@ -204,13 +201,9 @@ def header(samplers):
 
 def texts(rows, counts):
     """The table's lines; the last column is the error after sigma 2.1 over the last sampler's."""
-    last, lines = {row["spp"]: row[ERROR] for row in list(rows.values())[-1]}, []
-    for spp in counts:
-        for label, own in rows.items():
-            row = next(row for row in own if row["spp"] == spp)
-            lines.append([label, str(spp), f"{row['seconds']:.3f}", *(f"{row[name]:.5f}" for name in MEASURES),
-                          f"{row[ERROR] / last[spp]:.2f}" if last[spp] else ""])
-    return lines
+    *_, last = rows.values()
+    return [[label, str(spp), f"{own[spp]['seconds']:.3f}", *(f"{own[spp][name]:.5f}" for name in MEASURES),
+             f"{own[spp][ERROR] / last[spp][ERROR]:.2f}" if last[spp][ERROR] else ""] for spp in counts for label, own in rows.items()]
 
 
 def text_table(lines):
@@ -282,7 +275,7 @@ def run(arguments):
     notes = notes_of(options, reference)
     fields = ("sampler", "spp", "seconds", *MEASURES)
     write_rows(options.out / "convergence.csv", fields,
-               [{name: {**row, "sampler": label}.get(name, "") for name in fields} for label, own in rows.items() for row in own])
+               [{"sampler": label, "spp": spp, **{name: row[name] for name in fields[2:]}} for label, own in rows.items() for spp, row in own.items()])
     write_text(options.out / "report.html", page(options, rows, pictures, reference, notes))
     print(text_table([header(options.samplers), *texts(rows, options.printed)]))
     print(*notes, sep="\n")

@@ -21,9 +21,9 @@ from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, write_or_print
 from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed
-from ..renders import denoiser
+from ..renders import denoise as denoising
 from ..renders.renderer import cache_folder
-from .frames import MovedMask, read_pack
+from .realtime import MovedMask, read_pack
 
 COMMAND = "scripts/bench moving"
 PROGRAM = Path(__file__).resolve().parents[3] / "build/tests/bench/bench_frames"
@@ -100,15 +100,13 @@ class Taps:
         x, y, then, normal = frame[..., 9], frame[..., 10], frame[..., 12], frame[..., 6:9]
         left, top = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
         self.at, self.good = [], []
-        for j in range(-1, 3):
-            for i in range(-1, 3):
-                column, row = left + i, top + j
-                seen = (column >= 0) & (column < width) & (row >= 0) & (row < height) & (then > 0)
-                at = np.where(seen, row * width + column, 0)
-                there = before.reshape(-1, 13)[at]
-                same = np.abs(there[..., 11] - then) < TOLERANCE * then
-                self.at.append(at)
-                self.good.append(seen & same & (np.einsum("yxc,yxc->yx", there[..., 6:9], normal) > 0.8))
+        for k in range(16):
+            column, row = left + k % 4 - 1, top + k // 4 - 1
+            seen = (column >= 0) & (column < width) & (row >= 0) & (row < height) & (then > 0)
+            self.at.append(np.where(seen, row * width + column, 0))
+            there = before.reshape(-1, 13)[self.at[-1]]
+            same = np.abs(there[..., 11] - then) < TOLERANCE * then
+            self.good.append(seen & same & (np.einsum("yxc,yxc->yx", there[..., 6:9], normal) > 0.8))
         fx, fy = x - left, y - top
         self.inner = [(5 + i + 4 * j, wx * wy * self.good[5 + i + 4 * j])
                       for j, wy in enumerate((1 - fy, fy)) for i, wx in enumerate((1 - fx, fx))]
@@ -271,22 +269,19 @@ def run(arguments):
     parser.table("docs/report/realtime.md")
     options = parser.parse_args(arguments)
     try:
-        denoise, _ = denoiser.load()
+        denoise, _ = denoising.load()
     except CommandError as missing:
         print(f"{missing}, for the columns of denoised frames")
         denoise = None
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         ways = dict(WAYS)
-        stacks = {"mask + R2": np.stack([MovedMask().frame(t, 2, 0, 64) for t in range(3 * PHASE)])}
-        for name in ("stbn", "fast"):
-            if getattr(options, name):
-                stacks[name.upper()] = read_pack(name.upper(), getattr(options, name)).stack_for(2)
+        stacks = {"mask + R2": np.stack([MovedMask().frame(t, 2, 0, 64) for t in range(3 * PHASE)]),
+                  **{name: read_pack(name, path).stack_for(2) for name, path in (("STBN", options.stbn), ("FAST", options.fast)) if path}}
         for name, stack in stacks.items():
             if stack.shape[-1] < 2:
                 raise CommandError(f"--{name.lower()}: the pack has no two-vectors")
-            path = Path(folder) / f"{len(ways)}.slices"
-            write_slices(path, stack)
-            ways[name] = (str(path), "screen")
+            ways[name] = (f"{folder}/{len(ways)}.slices", "screen")
+            write_slices(Path(ways[name][0]), stack)
         names = {name: (draws, "full", given) for name, (draws, given) in ways.items()}
         names["frames without noise"] = (None, "full", "screen")
         parts = {f"{what}: {name}{GIVEN.get(given, '')}": (ways[name][0], part, given) for part, what in PARTS.items()

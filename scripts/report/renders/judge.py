@@ -247,15 +247,9 @@ class Run:
         """{task: (rows, pictures)}."""
         sums = {view: reference.key() for view, reference in references.items()}
         keys = {task: {**self.key(task, references[task.view]), "reference": sums[task.view]} for task in tasks}
-        results, left = {}, []
-        for task in tasks:
-            found = self.store.load(keys[task])
-            if found:
-                results[task] = found
-            else:
-                left.append(task)
-        total = sum(task.cost for task in tasks)
-        done = sum(task.cost for task in results)
+        results = {task: found for task in tasks if (found := self.store.load(keys[task]))}
+        left = [task for task in tasks if task not in results]
+        total, done = (sum(task.cost for task in own) for own in (tasks, results))
         if left:
             print(f"{len(tasks)} runs, {total / 1e6:.0f} million samples; {len(left)} left to render", file=sys.stderr)
 

@@ -83,16 +83,11 @@ def run_all(program, samplers, *arguments):
     return [row for name in samplers for row in found[name]]
 
 
-def errors(rows, sampler, figure, sigma):
-    """{spp: RMSE}"""
-    return {int(row["spp"]): float(row["rmse"]) for row in rows
-            if (row["sampler"], row["figure"], row["sigma"]) == (sampler, figure, sigma)}
-
-
 def ratios(rows, sampler, figure, sigma, base=BASE):
     """{spp: RMSE relative to that of `base`}"""
-    base = errors(rows, base, figure, sigma)
-    return {spp: error / base[spp] for spp, error in errors(rows, sampler, figure, sigma).items()}
+    own, base = ({int(row["spp"]): float(row["rmse"]) for row in rows if (row["sampler"], row["figure"], row["sigma"]) == (name, figure, sigma)}
+                 for name in (sampler, base))
+    return {spp: error / base[spp] for spp, error in own.items()}
 
 
 def names_in(rows):
@@ -104,9 +99,8 @@ def ratio_row(label, found):
 
 
 def table(rows, figure, sigma, base=BASE):
-    found = {name: ratios(rows, name, figure, sigma, base) for name in names_in(rows) if name != base}
-    return md_table(["sampler", *map(str, errors(rows, BASE, figure, sigma))],
-                    [ratio_row(name, of_counts) for name, of_counts in found.items()])
+    return md_table(["sampler", *map(str, ratios(rows, BASE, figure, sigma))],
+                    [ratio_row(name, ratios(rows, name, figure, sigma, base)) for name in names_in(rows) if name != base])
 
 
 def best_peer(rows, figure):
@@ -122,7 +116,7 @@ def summary_table(rows):
         lines.append(ratio_row(f"{name}: blue", ratios(rows, "blue", figure, "2.1")))
         if best := best_peer(rows, figure):
             lines.append(ratio_row("best of OpenQMC", best))
-    return md_table(["", *map(str, errors(rows, BASE, next(iter(FIGURES)), "2.1"))], lines)
+    return md_table(["", *map(str, ratios(rows, BASE, next(iter(FIGURES)), "2.1"))], lines)
 
 
 def plot_spp(rows, path):
@@ -247,13 +241,6 @@ def report_text(rows, draws, command):
     return "\n".join(parts)
 
 
-def read_or_say(path):
-    try:
-        return read_rows(path)
-    except OSError as error:
-        sys.exit(f"bench: {error.filename}: {error.strerror}; measure first, without --again")
-
-
 def run(arguments):
     parser = Parser("samplers", __doc__)
     parser.hidden("--program", "build/tests/bench/bench_samplers")
@@ -267,14 +254,13 @@ def run(arguments):
     options = parser.parse_args(arguments)
 
     files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"
-    if options.again:
-        rows, draws = map(read_or_say, files)
-    else:
+    if not options.again:
         others = peers.chosen(options.openqmc, options.pathtracer)
         draws = [row for row in run_bench(options.draws, []) if row["form"] != "peer" or row["sampler"] in others]
         rows = run_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
         for path, found in zip(files, (rows, draws)):
             write_rows(path, list(found[0]), found)
+    rows, draws = map(read_rows, files)
     names = names_in(rows)
     plot_spp(rows, options.out / "samplers_spp.png")
     plot_spectra(options.program, names, options.out / "samplers_spectra.png")
