@@ -371,23 +371,12 @@ static void measure(const source *s, figure what, int domains, int n, double rms
 /* ---- The command line */
 
 static const char usage[] =
-    "usage: bench_samplers [--max-spp N] [--domains N] [--samplers NAME,...]\n"
+    "usage: bench_samplers [--max-spp N] [--domains N] [--sampler NAME]\n"
     "       bench_samplers --samples NAME SPP\n";
 
 static int refuse(void) {
     fputs(usage, stderr);
     return 2;
-}
-
-/* Whether `name` is one of the names in `list`, which have commas between them; all are in NULL. */
-static int is_listed(const char *list, const char *name) {
-    size_t length = strlen(name);
-    if (list == NULL) return 1;
-    for (const char *at = list; at != NULL; at = strchr(at, ',')) {
-        at += *at == ',';
-        if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0')) return 1;
-    }
-    return 0;
 }
 
 int main(int argc, char **argv) {
@@ -397,7 +386,7 @@ int main(int argc, char **argv) {
         {"mask", BN_SAMPLER_MASK, NULL},   {"blue", BN_SAMPLER_BLUE, NULL}};
     int known_count = KINDS, n = 0;
     unsigned long max_spp = MOST, domains = DOMAINS;
-    const char *samplers = NULL;
+    const char *sampler = NULL;
     char *end = "";
     for (int i = 0; i < bench_peer_count; ++i)
         known[known_count++] = (source){bench_peers[i].name, 0, &bench_peers[i]};
@@ -415,8 +404,8 @@ int main(int argc, char **argv) {
             max_spp = strtoul(argv[a + 1], &end, 10);
         else if (strcmp(argv[a], "--domains") == 0)
             domains = strtoul(argv[a + 1], &end, 10);
-        else if (strcmp(argv[a], "--samplers") == 0)
-            samplers = argv[a + 1];
+        else if (strcmp(argv[a], "--sampler") == 0)
+            sampler = argv[a + 1];
         else
             return refuse();
         if (*end != '\0') return refuse();
@@ -428,7 +417,7 @@ int main(int argc, char **argv) {
     for (int s = 0; s < known_count; ++s) {
         for (int what = 0; what < FIGURES; ++what) {
             double rmse[COUNTS][SIGMAS];
-            if (!is_listed(samplers, known[s].name)) continue;
+            if (sampler != NULL && strcmp(sampler, known[s].name) != 0) continue;
             measure(&known[s], (figure)what, (int)domains, n, rmse);
             for (int c = 0; c < n; ++c) {
                 for (int i = 0; i < SIGMAS; ++i) {

@@ -26,8 +26,7 @@ def test_draws_are_timed_in_every_form(programs, pathtracer):
 
 
 def test_every_figure_is_measured(programs):
-    rows = samplers.run_bench(programs["bench_samplers"], ["--max-spp", "2", "--domains", "2",
-                                                            "--samplers", "sobol,zorder,blue"])
+    rows = samplers.run_all(programs["bench_samplers"], ("sobol", "zorder", "blue"), "--max-spp", "2", "--domains", "2")
     assert {row["figure"] for row in rows} == set(samplers.FIGURES) and {row["spp"] for row in rows} == {"1", "2"}
     for figure in samplers.FIGURES:
         # In the pixel blue is about as good as sobol, or a little better.

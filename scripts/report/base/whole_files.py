@@ -28,4 +28,4 @@ def written_beside(path):
 
 def write_text(path, text):
     with written_beside(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+        beside.write_bytes(text.encode())

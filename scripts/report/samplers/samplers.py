@@ -75,7 +75,7 @@ def run_bench(program, arguments):
 def run_all(program, samplers, *arguments):
     """The rows of all samplers, two at a time, slowest first."""
     def run(name):
-        rows = run_bench(program, ["--samplers", name, *arguments])
+        rows = run_bench(program, ["--sampler", name, *arguments])
         print(f"bench: measured {name}", file=sys.stderr)
         return rows
 
