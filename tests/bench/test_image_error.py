@@ -21,14 +21,6 @@ def test_rmse_is_the_root_mean_square_over_pixels_and_channels():
     assert rmse(reference, reference, 2.1) == 0
 
 
-@pytest.mark.parametrize("sigma, expected", [(1.0, 1 / (2 * math.sqrt(math.pi))),
-                                             (2.1, 1 / (2 * 2.1 * math.sqrt(math.pi)))])
-def test_white_noise_falls_by_the_norm_of_the_gaussian(sigma, expected):
-    # 2^18 texels, blur correlates about 30 of them: a relative standard error of 0.8 %, five of which are given.
-    error = noise((512, 512))
-    assert rmse(error, 0 * error, sigma, "toroidal") == pytest.approx(expected, rel=0.04)
-
-
 def test_spectrum_of_white_noise_is_its_variance():
     frequency, power = radial_spectrum(3 * noise((256, 256)))
     assert np.all(np.diff(frequency) > 0) and 0 < frequency[0] and frequency[-1] < 0.5

@@ -8,20 +8,16 @@ import os
 from pathlib import Path
 
 import numpy as np
+import onnx
 import pytest
 import torch
-
-import bluenoise
-
-os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
-import onnx
-import onnx.reference
-import onnxruntime
 from bn_trainer import evaluate
 from bn_trainer.config import TrainerError
-from bn_trainer.export import check, export
+from bn_trainer.export import check, export, session_of
 from bn_trainer.model import Relaxation
 from bn_trainer.schedule import schedule
+
+import bluenoise
 
 DATA = Path(__file__).resolve().parents[2] / "libbn" / "data"
 SCALAR = ("neural.onnx", "neural_fast.onnx")
@@ -35,12 +31,6 @@ def small_model(channels):
     model.load_vector(model.vector() + 0.1 * torch.randn(model.vector().shape, dtype=torch.float64, generator=generator))
     model.calibrate(torch.rand(1, 1, 64, 64, generator=generator))
     return model
-
-
-def session_of(data):
-    options = onnxruntime.SessionOptions()
-    options.log_severity_level, options.intra_op_num_threads = 3, 1
-    return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
 
 
 @pytest.fixture(scope="module", params=[1, 2])

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy.typing as npt
 import torch
 
 from .config import TrainerError
+from .export import session_of
 from .files import load_model
 from .losses import VectorEnergy
 from .model import Relaxation, wrap
@@ -44,20 +44,15 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         parameters = sum(p.numel() for p in model.parameters())
         cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.2f} kFLOP per texel, radius {model.receptive_radius}"
         return torch_network(model), model.receptive_radius, cost
-    # ONNX Runtime may otherwise send telemetry.
-    os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
     try:
         import onnx
-        import onnxruntime
-    except ImportError:
-        raise TrainerError("evaluating an ONNX file needs the packages onnx and onnxruntime") from None
-    try:
+
         data = path.read_bytes()
         proto = onnx.load_from_string(data)
         radius = int({p.key: p.value for p in proto.metadata_props}["bn.receptive_radius"])
-        options = onnxruntime.SessionOptions()
-        options.log_severity_level, options.intra_op_num_threads = 3, torch.get_num_threads()
-        session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+        session = session_of(data)
+    except ImportError:
+        raise TrainerError("evaluating an ONNX file needs the packages onnx and onnxruntime") from None
     except OSError as error:
         raise TrainerError(f"cannot read {path}: {error.strerror}") from None
     except Exception:  # the parsers of onnx and ONNX Runtime raise many types
@@ -72,18 +67,10 @@ def network_of(path: Path) -> tuple[Network, int, str]:
 
 
 def flop_of(proto: Any) -> int:
-    """Operations per texel of a graph without strides: two per weight of a convolution, one per value that another
-    operator computes. Crops and concatenations are not counted."""
-    weights = {t.name: t.dims for t in proto.graph.initializer}
+    """Values per texel that a graph like those of export.py computes, without crops and concatenations."""
     channels = {value.name: value.type.tensor_type.shape.dim[1].dim_value
                 for values in (proto.graph.value_info, proto.graph.output) for value in values}
-    total = 0
-    for node in proto.graph.node:
-        if node.op_type == "Conv":
-            total += 2 * int(np.prod(weights[node.input[1]]))
-        elif node.op_type not in ("Slice", "Concat"):
-            total += channels.get(node.output[0], 1)
-    return total
+    return sum(channels.get(node.output[0], 1) for node in proto.graph.node if node.op_type not in ("Slice", "Concat"))
 
 
 def torch_network(model: Relaxation) -> Network:

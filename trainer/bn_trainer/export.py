@@ -13,6 +13,7 @@ difference and whose many channels leave the cache.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 from pathlib import Path
@@ -176,23 +177,25 @@ def onnx_bytes(model: Relaxation) -> bytes:
     return bytes(proto.SerializeToString())
 
 
+def session_of(data: bytes) -> Any:
+    """A session of ONNX Runtime, with as many threads as torch."""
+    # ONNX Runtime may otherwise send telemetry.
+    os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level, options.intra_op_num_threads = 3, torch.get_num_threads()
+    return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+
+
 def check(model: Relaxation, data: bytes) -> str:
     """Compares the file with torch at several sizes. Returns a summary, or raises TrainerError if they differ."""
     import onnx
     from onnx.reference import ReferenceEvaluator
 
     runs = {"the ONNX reference": ReferenceEvaluator(onnx.load_from_string(data)).run}
-    try:
-        # ONNX Runtime may otherwise send telemetry.
-        os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
-        import onnxruntime
-
-        options = onnxruntime.SessionOptions()
-        options.log_severity_level = 3
-        session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
-        runs["ONNX Runtime"] = session.run
-    except ImportError:
-        pass
+    with contextlib.suppress(ImportError):
+        runs["ONNX Runtime"] = session_of(data).run
     worst = largest = 0.0
     for height, width in CHECK_SIZES:
         # The reference evaluator is slow, so use it for one size only if ONNX Runtime is available.

@@ -74,30 +74,19 @@ def timed(make: Callable[[int], np.ndarray], seeds: Iterable[int]) -> tuple[np.n
     return np.stack(masks), float(np.median(seconds))
 
 
-def neural_maker(size: int, model: Optional[Path]) -> tuple[Optional[Callable[[int], np.ndarray]], str]:
-    """A function seed -> ranks for this library's network or the ONNX file `model`, and its name; or None and the reason
-    if the library has no network or does not find ONNX Runtime."""
+def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method]:
+    """White noise, void-and-cluster, and this library's network or that in the ONNX file `model`."""
     try:
         generator = bluenoise.NeuralGenerator(model, threads=1)
     except (AttributeError, ValueError, OSError, RuntimeError) as error:
-        if model is not None:
-            raise TrainerError(f"--model {model}: {error}") from None
-        return None, str(error)
-    return lambda seed: generator.mask((size, size), seed), model.name if model else "the built-in network"
-
-
-def library_methods(size: int, count: int, model: Optional[Path]) -> list[Method]:
-    seeds = range(count)
-    masks, seconds = timed(lambda seed: bluenoise.mask((size, size), method="white", seed=seed), seeds)
-    methods = [Method("white noise", size, "white", ranks_of(masks), seconds)]
-    masks, seconds = timed(lambda seed: bluenoise.mask((size, size), seed=seed), seeds)
-    methods.append(Method("void-and-cluster", size, "void-and-cluster", ranks_of(masks), seconds))
-    make, source = neural_maker(size, model)
-    if make is None:
-        say(f"skipping this library's network: {source}")
-    else:
-        masks, seconds = timed(make, seeds)
-        methods.append(Method("this library's network", size, "ours", ranks_of(masks), seconds, note=source))
+        raise TrainerError(f"--model {model}: {error}" if model else f"this library's network: {error}") from None
+    shape, methods = (size, size), []
+    for name, kind, make, note in (
+            ("white noise", "white", lambda seed: bluenoise.mask(shape, method="white", seed=seed), ""),
+            ("void-and-cluster", "void-and-cluster", lambda seed: bluenoise.mask(shape, seed=seed), ""),
+            ("this library's network", "ours", lambda seed: generator.mask(shape, seed), model.name if model else "the built-in network")):
+        masks, seconds = timed(make, range(count))
+        methods.append(Method(name, size, kind, ranks_of(masks), seconds, note=note))
     return methods
 
 
