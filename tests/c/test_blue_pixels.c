@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * How the pixels and families of BLUE differ: the pixels of a copy of the tile, shifted and reflected,
  * share the order of their samples, copies do not; so each sample by itself is as blue as the first.
- * Families use all shifts and reflections of the tile, and copies and members add random digits. False-alarm rates are for fresh seeds. */
+ * False-alarm rates are for fresh seeds. */
 #include "check.h"
 #include "samplers.h"
 #include <bn/bn_draw.h>
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { MEMBERS = 4, TILE = 64, ORDERED = 64 };
 
@@ -162,8 +160,6 @@ static void test_single_samples(const bn_sampler *s) {
     }
 }
 
-/* ---- Low digits and orders */
-
 /* ---- The tile */
 
 /* The upper 16 digits of the four coordinates of a place of the tile, from the lowest bits up. */
@@ -181,13 +177,6 @@ static void read_tile(const uint32_t *words) {
     }
 }
 
-static uint64_t first_digits(const bn_sampler *s, int32_t x, int32_t y, uint32_t domain) {
-    uint32_t u[4];
-    bn_sample_4d_u32(s, x, y, 0, domain, u);
-    return u[0] >> 16 | (u[1] & 0xffff0000u) | (uint64_t)(u[2] >> 16) << 32 |
-           (uint64_t)(u[3] >> 16) << 48;
-}
-
 /* Over the 4,096 labels the first three digits of the four coordinates are each of 8^4 cells once. */
 static void test_cells(void) {
     read_tile(bn_tables(NULL, NULL));
@@ -202,103 +191,6 @@ static void test_cells(void) {
     }
 }
 
-/* A copy of the tile in a family: from the lowest bit up the reflections of column and row and the
- * shifts of both, and what each member adds to the upper 16 digits of its coordinates. */
-typedef struct variant {
-    uint32_t view;
-    uint64_t keys[MEMBERS];
-} variant;
-
-enum { VIEW_BITS = 2 + 6 + 6, KEY_BITS = 16, VARIANT_BITS = VIEW_BITS + 4 * MEMBERS * KEY_BITS };
-
-/* Counts the variants that explain the draws of a family near pixel (0, 0): those in the same copy of
- * the tile as that pixel. At least a quarter of the others are. */
-static int find_variant(const bn_sampler *s, uint32_t parent, uint32_t key, variant *seen) {
-    static const int32_t pixels[][2] = {{0, 0},  {1, 0},  {0, 1},   {2, 1}, {-1, 0}, {0, -1},
-                                        {-2, 1}, {2, -1}, {-1, -2}, {1, 3}, {3, -3}, {-3, 2}};
-    enum { PIXELS = sizeof pixels / sizeof *pixels };
-    uint64_t looks[PIXELS][MEMBERS];
-    int count = 0;
-    for (uint32_t i = 0; i < PIXELS * MEMBERS; ++i) {
-        const int32_t *pixel = pixels[i / MEMBERS];
-        looks[i / MEMBERS][i % MEMBERS] =
-            first_digits(s, pixel[0], pixel[1], bn_domain_child(parent, key + i % MEMBERS));
-    }
-    for (uint32_t at = 0; at < TILE * TILE; ++at) {
-        for (uint32_t flips = 0; flips < 4u; ++flips) {
-            uint32_t flip_x = 0u - (flips & 1u), flip_y = 0u - (flips >> 1);
-            uint32_t shift_x = (at - flip_x) % TILE, shift_y = (at / TILE - flip_y) % TILE;
-            uint64_t keys[MEMBERS] = {0};
-            int same = 1;
-            for (uint32_t i = 0; i < PIXELS * MEMBERS && same; ++i) {
-                uint32_t column = ((uint32_t)pixels[i / MEMBERS][0] ^ flip_x) + shift_x;
-                uint32_t row = ((uint32_t)pixels[i / MEMBERS][1] ^ flip_y) + shift_y;
-                if (column / TILE != (flip_x + shift_x) / TILE ||
-                    row / TILE != (flip_y + shift_y) / TILE) {
-                    continue;
-                }
-                uint64_t added = looks[i / MEMBERS][i % MEMBERS] ^
-                                 tile[i % MEMBERS][row % TILE * TILE + column % TILE];
-                if (i < MEMBERS) keys[i] = added;
-                same = keys[i % MEMBERS] == added;
-            }
-            if (!same) continue;
-            seen->view = flips | shift_x << 2 | shift_y << 8;
-            memcpy(seen->keys, keys, sizeof keys);
-            ++count;
-        }
-    }
-    return count;
-}
-
-/* Bits of a variant: those of the view, then 16 of each coordinate from its first digit down. */
-static uint32_t variant_bit(const variant *v, int bit) {
-    if (bit < VIEW_BITS) return v->view >> bit & 1u;
-    bit -= VIEW_BITS;
-    return (uint32_t)(v->keys[bit / KEY_BITS / 4] >>
-                      (16 * (bit / KEY_BITS % 4) + KEY_BITS - 1 - bit % KEY_BITS)) &
-           1u;
-}
-
-static int is_leading(int bit) {
-    return bit < VIEW_BITS || (bit - VIEW_BITS) % KEY_BITS < 8;
-}
-
-/* All members of a family see the tile in one way, and over random families all ways and added
- * digits are equally likely: each bit of the variant is even, and so is the sum of any two of one
- * coordinate, or of the view and the first eight added digits of all coordinates of all members.
- * (Later digits of dimensions 2 and 3 repeat those of 0 and 1.) Beyond 6 deviations has probability
- * 2e-9 in each of about 12,000 tests. */
-static void test_variants(void) {
-    enum { FAMILIES = 4096, SEEDS = 4 };
-    static int ones[VARIANT_BITS][VARIANT_BITS];
-    int tests = 0;
-    for (uint32_t family = 0; family < FAMILIES;) {
-        const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, family);
-        read_tile(bn_tables(NULL, NULL));
-        for (uint32_t i = 0; i < FAMILIES / SEEDS; ++i, ++family) {
-            variant found = {0, {0}};
-            uint32_t bits[VARIANT_BITS], parent = bn_hash32(family);
-            CHECK(find_variant(&s, parent, family % 256u * 4u, &found) == 1);
-            for (int a = 0; a < VARIANT_BITS; ++a) {
-                bits[a] = variant_bit(&found, a);
-                ones[a][a] += (int)bits[a];
-                for (int b = 0; b < a; ++b) ones[a][b] += (int)(bits[a] ^ bits[b]);
-            }
-        }
-    }
-    for (int a = 0; a < VARIANT_BITS; ++a) {
-        for (int b = 0; b <= a; ++b) {
-            const int same_coordinate =
-                b >= VIEW_BITS && (a - VIEW_BITS) / KEY_BITS == (b - VIEW_BITS) / KEY_BITS;
-            if (!same_coordinate && !(is_leading(a) && is_leading(b))) continue;
-            CHECK(fabs(ones[a][b] - 0.5 * FAMILIES) < 6.0 * 0.5 * sqrt(FAMILIES));
-            ++tests;
-        }
-    }
-    printf("%d sums of bits of families are even\n", tests);
-}
-
 int main(void) {
     const bn_sampler s = make_sampler(BN_SAMPLER_BLUE, 0, 21);
     for (int32_t i = 0; i < 4; ++i) {
@@ -308,6 +200,5 @@ int main(void) {
     test_copies(&s, bn_domain_child(3, 6));
     test_single_samples(&s);
     test_cells();
-    test_variants();
     return check_result();
 }

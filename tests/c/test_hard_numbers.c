@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Numbers at which arithmetic goes wrong: every float that a draw can be, sums of 2^18 samples,
- * extreme sigmas. */
+ * Numbers at which arithmetic goes wrong: every float that a draw can be, extreme sigmas. */
 #include "check.h"
 #include "masks.h"
-#include "samplers.h"
 #include <bn/bn_draw.h>
 #include <float.h>
 #include <math.h>
@@ -19,31 +17,6 @@ static void test_every_float(void) {
     CHECK(wrong == 0);
     CHECK(bn_draw_float(0) == 0 && bn_draw_float(255) == 0 && bn_draw_float(256) == 0x1p-24f);
     CHECK(bn_draw_float(UINT32_MAX) == 1 - 0x1p-24f);
-}
-
-/* The first 2^m samples of a pixel have one value in each interval of length 2^-m, for every m, so
- * running sums of the first m bits are known integers. */
-static void test_running_sums(void) {
-    enum { LOG2 = 18 };
-    static const int32_t kinds[] = {BN_SAMPLER_BLUE, BN_SAMPLER_SOBOL};
-    for (int k = 0; k < 2; ++k) {
-        const bn_sampler s = make_sampler(kinds[k], 0, 21);
-        uint64_t sums[LOG2 + 1][4] = {{0}};
-        double mean = 0;
-        for (uint32_t i = 0; i < 1u << LOG2; ++i) {
-            uint32_t u[4];
-            bn_inline_sample_4d_u32(&s, -7, 1000003, i, 77, u);
-            for (int m = LOG2; m > 0 && i < 1u << m; --m) {
-                for (int d = 0; d < 4; ++d) sums[m][d] += u[d] >> (32 - m);
-            }
-            mean += (bn_draw_float(u[0]) - mean) / (i + 1.0);
-        }
-        for (int m = 1; m <= LOG2; ++m) {
-            const uint64_t count = (uint64_t)1 << m;
-            for (int d = 0; d < 4; ++d) CHECK(sums[m][d] == count * (count - 1) / 2);
-        }
-        CHECK(fabs(mean - 0.5) < 0x1p-18);
-    }
 }
 
 static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) {
@@ -86,7 +59,6 @@ static void test_sigmas(void) {
 
 int main(void) {
     test_every_float();
-    test_running_sums();
     test_sigmas();
     return check_result();
 }

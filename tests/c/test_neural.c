@@ -229,15 +229,6 @@ static void test_threads_are_used(void) {
     CHECK(bn_neural_mask(neural, extent, extent, 0, ranks, count) == BN_SUCCESS);
     CHECK(state->most_running == 1 && state->runs > 2);
     bn_neural_close(neural);
-    /* One thread and three divide the image differently, and the last tiles overlap the ones before
-     * them. */
-    for (uint32_t threads = 1; threads <= 3; threads += 2) {
-        static uint32_t large[2][509 * 503];
-        CHECK(open_parts(&parts, FAKE_RUNTIME, threads, &neural) == BN_SUCCESS);
-        CHECK(bn_neural_mask(neural, 509, 503, 3, large[threads / 2], 509 * 503) == BN_SUCCESS);
-        if (threads == 3) CHECK(memcmp(large[0], large[1], sizeof large[0]) == 0);
-        bn_neural_close(neural);
-    }
     CHECK(state->living == 0);
 }
 

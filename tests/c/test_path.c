@@ -124,42 +124,6 @@ static void no_two_decisions_share_a_number(int32_t kind) {
     CHECK(most > 2000);
 }
 
-/* The domains of a path: 64 rays, 64 decisions of each kind, and a split of each. */
-static int compare_words(const void *a, const void *b) {
-    const uint32_t v = *(const uint32_t *)a, w = *(const uint32_t *)b;
-    return (v > w) - (v < w);
-}
-
-static void domains_do_not_collide(void) {
-    enum { RAYS = 64, EACH = 16, FRAMES = 4 };
-    static uint32_t domains[FRAMES * RAYS * (1 + EACH * (3 + 8))];
-    size_t n = 0;
-    for (uint32_t frame = 0; frame < FRAMES; ++frame) {
-        const bn_path path = bn_path_start(0, 0, 0, frame);
-        domains[n++] = bn_path_camera_domain(path);
-        for (uint32_t number = 0; number + 1 < RAYS; ++number) {
-            const uint32_t ray = bn_path_ray_domain(path, number);
-            domains[n++] = ray;
-            for (uint32_t k = 0; k < EACH; ++k) {
-                const uint32_t split = bn_ray_split_domain(ray, k);
-                domains[n++] = bn_ray_1d_domain(ray, 4 * k);
-                domains[n++] = bn_ray_2d_domain(ray, 2 * k);
-                domains[n++] = bn_ray_4d_domain(ray, k);
-                domains[n++] = split;
-                for (uint32_t more = 0; more < 3; ++more) {
-                    const bn_path branch = bn_path_branch(path, split, 4, 4 * more);
-                    domains[n++] = bn_path_ray_domain(branch, 0);
-                    domains[n++] = bn_path_ray_domain(branch, 1);
-                }
-            }
-        }
-    }
-    qsort(domains, n, sizeof domains[0], compare_words);
-    int equal = 0;
-    for (size_t i = 1; i < n; ++i) equal += domains[i - 1] == domains[i];
-    CHECK(n > 40000 && equal == 0);
-}
-
 /* Whatever pixels drew at one ray, they agree at the next. */
 static void the_next_ray_does_not_care(void) {
     const bn_sampler sampler = make_sampler(BN_SAMPLER_BLUE, 0, 3);
@@ -222,12 +186,9 @@ static void a_split_is_one_sequence(void) {
     }
 }
 
-/* ---- Collisions */
-
 int main(void) {
     CHECK(sizeof(bn_path) == 16);
     for (int32_t kind = 0; kind < KINDS; ++kind) no_two_decisions_share_a_number(kind);
-    domains_do_not_collide();
     the_next_ray_does_not_care();
     a_split_is_one_sequence();
     return check_result();

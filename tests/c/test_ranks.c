@@ -4,32 +4,6 @@
 #include "masks.h"
 #include <math.h>
 
-static void test_against_counting(void) {
-    static const float special[] = {0.0f,    -0.0f,    INFINITY, -INFINITY, 1e-45f, -1e-45f,
-                                    3.4e38f, -3.4e38f, 1.0f,     -1.0f,     0.5f,   0.5f};
-    enum { special_count = sizeof special / sizeof *special };
-    uint32_t state = 1;
-    for (size_t count = 1; count < 400; count += 7) {
-        float values[400];
-        uint32_t ranks[400];
-        for (size_t i = 0; i < count; ++i) {
-            uint32_t r = next_random(&state);
-            values[i] = r % 3 == 0 ? special[r / 3 % special_count]
-                                   : (float)((int32_t)(r / 3 % 64) - 32) * 0.37f;
-        }
-        CHECK(bn_ranks_from_values(values, count, ranks) == BN_SUCCESS);
-        size_t wrong = 0;
-        for (size_t i = 0; i < count; ++i) {
-            uint32_t smaller = 0;
-            for (size_t j = 0; j < count; ++j) {
-                smaller += values[j] < values[i] || (values[j] == values[i] && j < i);
-            }
-            wrong += ranks[i] != smaller;
-        }
-        CHECK(wrong == 0);
-    }
-}
-
 /* Ranks are right if, in their order, values ascend and equal values keep their order. */
 static int are_ranks(const float *values, size_t count, const uint32_t *ranks) {
     if (!is_permutation(ranks, count)) return 0;
@@ -53,7 +27,7 @@ static void test_many_values(void) {
     for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
         for (int few = 0; few < 2; ++few) {
             for (size_t i = 0; i < counts[c]; ++i) {
-                uint32_t bits = few ? (next_random(&state) & 63u) << 26 : next_random(&state);
+                uint32_t bits = few ? (next_random(&state) & 511u) << 23 : next_random(&state);
                 if ((bits & 0x7fffffffu) > 0x7f800000u) bits &= 0xff7fffffu; /* no NaN */
                 memcpy(&values[i], &bits, sizeof bits);
             }
@@ -98,7 +72,6 @@ static void test_to_float(void) {
 }
 
 int main(void) {
-    test_against_counting();
     test_many_values();
     test_bad_input();
     test_to_float();

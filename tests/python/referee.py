@@ -4,13 +4,26 @@
 import numpy as np
 
 
-def power_spectrum(values):
-    """Power divided by variance, by sums of cosines and sines; frequency 0 is 0."""
+def transform(values):
+    """By sums of cosines and sines."""
     height, width = values.shape
-    centred = values - values.mean()
     fy = np.exp(-2j * np.pi * np.outer(np.arange(height), np.arange(height)) / height)
     fx = np.exp(-2j * np.pi * np.outer(np.arange(width), np.arange(width)) / width)
-    return np.abs(fy @ centred @ fx) ** 2 / np.sum(centred**2)
+    return fy @ values @ fx
+
+
+def power_spectrum(values):
+    """Power divided by variance; frequency 0 is 0."""
+    centred = values - values.mean()
+    return np.abs(transform(centred)) ** 2 / np.sum(centred**2)
+
+
+def mask_error(ranks, sigma):
+    """The rms over 64 levels of a level's pattern after a Gaussian, by its transfer function."""
+    f = np.fft.fftfreq(ranks.shape[0])[:, None] ** 2 + np.fft.fftfreq(ranks.shape[1])[None, :] ** 2
+    levels = (np.arange(64) + 0.5) / 64
+    patterns = [((ranks + 0.5) / ranks.size < level) - level for level in levels]
+    return np.sqrt(np.mean([(np.abs(transform(p) * np.exp(-2 * np.pi**2 * sigma**2 * f)) ** 2).sum() for p in patterns])) / ranks.size
 
 
 def rings(shape):

@@ -2,7 +2,6 @@
 """Choices on arrays: the bits of bn_choose.h, whose own tests judge the choices, and refusals with name and value."""
 
 import doctest
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -12,10 +11,6 @@ import bluenoise
 from bluenoise import _choose
 
 STEPS = 2**24
-RANDOM = np.random.default_rng(7)
-# Draws at both ends, near round numbers and anywhere.
-DRAWS = np.concatenate([[0, 1, 2, STEPS - 2, STEPS - 1], *(STEPS * k // 20 + np.arange(-2, 3) for k in range(1, 20)),
-                        RANDOM.integers(0, STEPS, 2000)]) / STEPS
 
 
 def words(choices):
@@ -37,18 +32,6 @@ def test_choices_have_the_bits_of_c():
     for k, scale in enumerate(np.float32([1, 3, 0.75, 1e10])):
         found[k::4, 4], found[k::4, 5] = words(bluenoise.choose_cdf(shares * scale, u[k::4]))
     assert hash_of(found) == table()["choices"]
-
-
-@pytest.mark.parametrize("probability", [Fraction(1, 4), Fraction(5, 7)])
-def test_what_is_left_is_the_stretched_middle_of_the_step(probability):
-    """By exact fractions, apart from what C and Python share."""
-    limit = int(np.ceil(np.float64(np.float32(float(probability))) * STEPS))
-    chosen, rest = bluenoise.choose(float(probability), DRAWS)
-    for draw, yes, left in zip(DRAWS, chosen, rest):
-        step = int(draw * STEPS)
-        low, width = (0, limit) if step < limit else (limit, STEPS - limit)
-        assert yes == (step < limit)
-        assert int(float(left) * STEPS) == Fraction((2 * (step - low) + 1) * STEPS, 2 * width).__floor__()
 
 
 def test_shapes_broadcast():

@@ -32,41 +32,10 @@ def test_uint8_at_256_levels_is_unchanged():
     assert (dither(image, 256) == image).all()
 
 
-def encode(linear):
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-
-
-def decode(value):
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-
-
-@pytest.mark.parametrize("levels", [2, 4])
-def test_srgb_keeps_the_mean_in_linear_light(levels):
-    for light in (0.05, 0.2, 0.5, 0.9):
-        image = np.full((256, 256), encode(light))
-        out = dither(image, levels, srgb=True)
-        assert decode(out.astype(np.float64)).mean() == pytest.approx(light, abs=0.001)
-        assert out.mean() != pytest.approx(image.mean(), abs=0.01)
-
-
-def test_channels_do_not_correlate():
-    grey = dither(np.full((256, 256, 3), 0.5))
-    for a, b in ((0, 1), (0, 2), (1, 2)):
-        assert abs(np.corrcoef(grey[..., a].ravel(), grey[..., b].ravel())[0, 1]) < 0.1
-        assert (grey[..., a] != grey[..., b]).any()
-
-
 def test_channels_alike_on_request():
     grey = dither(np.full((64, 64, 3), 0.5), channel_offset=False)
     assert (grey[..., 0] == grey[..., 1]).all() and (grey[..., 0] == grey[..., 2]).all()
     assert (grey[..., 0] == dither(np.full((64, 64), 0.5))).all()
-
-
-def test_mask_tiles_from_the_first_texel():
-    ranks = mask((8, 12), seed=3)
-    out = dither(np.full((30, 30), 0.3), mask=ranks)
-    assert (out[:16, :12] == dither(np.full((16, 12), 0.3), mask=ranks)).all()
-    assert (out[8:16, 12:24] == out[:8, :12]).all()
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,9 @@ import bluenoise
 from bluenoise import _core
 
 
-@pytest.mark.parametrize("work", [_core.power_spectrum, lambda ranks: _core.mask_error(ranks, 1.0)])
-def test_a_measure_is_left_at_once(work):
+@pytest.mark.parametrize("work", [
+    _core.power_spectrum, lambda ranks: _core.mask_error(ranks, 1.0), lambda ranks: bluenoise.mask(ranks.shape)])
+def test_work_is_left_at_once(work):
     """Signal handlers run while the library works: those of one call run one by one. Otherwise they would run together, after
     the call. Without an exception the result comes through."""
     ranks = bluenoise.mask((2048, 2048), method="white")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 import importlib.util
-import threading
 
 import numpy as np
 import pytest
@@ -14,8 +13,8 @@ def is_permutation(ranks):
 
 
 QUICK = {"method": "anneal", "sweeps": 20}
-FLAT = [(1,), (7,), (40,), (64,), (1, 1), (1, 9), (9, 1), (16, 16), (13, 30)]
-DEEP = [(1, 1, 1), (5, 6, 7)]
+FLAT = [(1,), (40,), (1, 9), (13, 30)]
+DEEP = [(5, 6, 7)]
 
 
 @pytest.mark.parametrize(
@@ -31,23 +30,6 @@ def test_every_rank_once(method, shape):
     assert (ranks == mask(shape, seed=3, **options)).all()
 
 
-@pytest.mark.parametrize("shape", FLAT)
-@pytest.mark.parametrize("channels", [2, 4])
-def test_every_rank_once_in_each_channel(shape, channels):
-    vectors = mask(shape, seed=3, channels=channels, **QUICK)
-    assert vectors.shape == (channels, *shape)
-    assert all(is_permutation(channel) for channel in vectors)
-
-
-@pytest.mark.parametrize("method", ["void-and-cluster", "white"])
-def test_seeds(method):
-    first = mask((32, 32), method=method, seed=1)
-    assert (first == mask((32, 32), method=method, seed=1)).all()
-    assert (first != mask((32, 32), method=method, seed=2)).mean() > 0.9
-    one, two = (mask((8, 8), method=method, seed=np.random.default_rng(1)) for _ in range(2))
-    assert (one == two).all()
-
-
 @pytest.mark.parametrize("number", [64, np.int64(64)])
 def test_an_integer_is_no_shape(number):
     """The command takes 64 for a square, NumPy for a row."""
@@ -55,12 +37,15 @@ def test_an_integer_is_no_shape(number):
         mask(number)
 
 
-def test_anneal_is_better_than_void_and_cluster():
-    options = {"method": "anneal", "far_weight": 0}
-    annealed = bluenoise.measure(mask((64, 64), seed=5, sigma=1.0, **options))
-    assert annealed["e_1"] < 0.985 * bluenoise.measure(mask((64, 64), seed=5))["e_1"]
-    wide = bluenoise.measure(mask((64, 64), seed=5, sigma=2.0, sweeps=200, **options))
-    assert wide["e_2"] < annealed["e_2"]
+@pytest.mark.parametrize(("method", "name", "value"), [
+    ("void-and-cluster", "sigma", 1.9), ("void-and-cluster", "initial_fraction", 0.3),
+    *((name, "seed", 1) for name in ("void-and-cluster", "relax", "white", "anneal")), ("anneal", "sigma", 2),
+    ("anneal", "far_sigma", 3), ("anneal", "far_weight", 0),
+    ("anneal", "value_sigma", 0.5), ("anneal", "start_temperature", 0.1), ("anneal", "end_temperature", 1e-9), ("anneal", "sweeps", 21),
+    ("anneal", "order_ends", False)])
+def test_options_reach_the_library(method, name, value):
+    options = {"method": method, **(QUICK if method == "anneal" else {}), **({"channels": 2} if name == "value_sigma" else {})}
+    assert (mask((24, 24), **options) != mask((24, 24), **{**options, name: value})).any()
 
 
 def test_anneal_starts_from_ranks_and_leaves_them():
@@ -107,7 +92,7 @@ def test_auto_is_the_method_that_the_docs_recommend():
         ((8, 8), {"method": "auto", "channels": 5}, ValueError, ["channels", "5"]),
         ((8, 8), {"method": "void"}, ValueError, ["method", "'void'", "void-and-cluster", "white"]),
         ((8, 8), {"method": None}, TypeError, ["method", "None"]),
-        ((0, 8), {}, ValueError, ["shape", "0"]),
+        ((0, 8), {}, ValueError, ["shape", "extents of at least 1", "(0, 8)"]),
         ((8, -1), {}, ValueError, ["shape", "-1"]),
         ((8.0, 8), {}, TypeError, ["shape", "8.0"]),
         ((), {}, ValueError, ["shape", "()"]),
@@ -116,11 +101,8 @@ def test_auto_is_the_method_that_the_docs_recommend():
         (None, {}, TypeError, ["shape", "None"]),
         ((2**16, 2**16), {}, MemoryError, ["shape", "65536"]),
         ((2**32, 1), {}, MemoryError, ["shape", str(2**32), "2**31 - 1"]),
-        ((0, 64), {}, ValueError, ["extents of at least 1", "(0, 64)"]),
         (memoryview(np.zeros((2, 2), int)), {}, TypeError, ["shape", "memory"]),
-        ((2**32 - 1,) * 3, {}, MemoryError, ["shape"]),
         ((8, 8), {"sigma": 0}, ValueError, ["sigma", "0"]),
-        ((8, 8), {"sigma": -1.5}, ValueError, ["sigma", "-1.5"]),
         ((8, 8), {"sigma": float("nan")}, ValueError, ["sigma", "nan"]),
         ((8, 8), {"sigma": float("inf")}, ValueError, ["sigma", "inf"]),
         ((8, 8), {"sigma": 16.01}, ValueError, ["sigma", "16.01"]),
@@ -138,8 +120,6 @@ def test_auto_is_the_method_that_the_docs_recommend():
         ((8, 8), {"method": "relax", "threads": 2.0}, TypeError, ["threads", "2.0"]),
         ((8, 8), {"method": "relax", "sweeps": 4}, TypeError, ["sweeps", "relax"]),
         ((8, 8), {"method": "relax", "sigma": 1}, TypeError, ["sigma", "relax"]),
-        ((8, 8), {"method": "anneal", "start_from_ranks": [[0]]}, ValueError, ["start_from_ranks", "(1, 1)"]),
-        ((8, 8), {"method": "anneal", "start_from_ranks": np.zeros((8, 8), int)}, ValueError, ["start_from_ranks", "64 times"]),
         ((4, 4, 4), {"method": "anneal"}, ValueError, ["shape", "(4, 4, 4)"]),
         ((8, 8), {"method": "anneal", "sigma": 0.2}, ValueError, ["sigma", "0.2"]),
         ((8, 8), {"method": "anneal", "sigma": 4.1}, ValueError, ["sigma", "4.1"]),
@@ -263,13 +243,6 @@ def test_arrays_that_another_thread_changes_are_copied_before_they_are_checked(c
     np.testing.assert_array_equal(found, call(expected_ranks))
 
 
-@pytest.mark.parametrize(("size", "options"), [(128, {}), (256, {"method": "relax"}), (8, QUICK)])
-def test_progress_cancels(size, options):
-    for limit in (0, 0.3, 0.5):
-        with pytest.raises(bluenoise.CancelledError):
-            mask((size, size), progress=lambda fraction: fraction >= limit, **options)
-
-
 def test_an_exception_in_progress_comes_through():
     def fail(fraction):
         raise LookupError("enough")
@@ -283,28 +256,6 @@ def test_an_exception_in_progress_comes_through():
 
     with pytest.raises(ArithmeticError):
         mask((128, 128), progress=lambda fraction: Unclear())
-
-
-def test_interrupt_stops_a_long_mask():
-    """A signal during the work stops it long before its end."""
-    import signal
-
-    seen = []
-    main = threading.main_thread()
-
-    def on_progress(fraction):
-        seen.append(fraction)
-        if len(seen) == 1:
-            signal.pthread_kill(main.ident, signal.SIGINT)
-
-    # A process started in the background of a script ignores interrupts until it is told not to.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            mask((512, 512), progress=on_progress)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert seen[-1] < 1
 
 
 def test_to_float():
@@ -323,6 +274,7 @@ def test_to_float():
 def test_to_float_of_channels_is_that_of_each(shape, channels):
     ranks = mask(shape, channels=channels, **QUICK)
     values = to_float(ranks)
+    assert ranks.shape == (channels, *shape) and all(is_permutation(own) for own in ranks)
     for own, found in zip(ranks, values):
         assert (found == to_float(own)).all()
     assert values.max() > 0.98

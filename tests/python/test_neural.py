@@ -301,13 +301,6 @@ def test_builtin_networks_agree_with_onnxruntime(tmp_path, name, shape):
         assert values.std() > 0.2 and (np.diff(in_order) > -1e-4).all()
 
 
-@pytest.mark.parametrize("shape", [(16, 16), (37, 53), (64, 64), (200, 131)])
-def test_builtin_masks_are_permutations(builtin, shape):
-    ranks = builtin.mask(shape, seed=1)
-    assert np.array_equal(np.sort(ranks, axis=None), np.arange(ranks.size))
-    assert (ranks == bluenoise.mask(shape, method="neural", seed=1)).all()
-
-
 def test_builtin_windows_show_one_uniform_plane(builtin):
     plane = builtin.window(-300, 20, 500, 400, seed=6)
     assert plane.min() >= 0 and plane.max() < 1

@@ -47,18 +47,6 @@ def test_no_two_points_are_close(method, least, seed):
     assert closest(bluenoise.points(256, method=method, seed=seed), True) > least
 
 
-@pytest.mark.parametrize("method, below", [("best-candidate", 0.3), ("poisson-disk", 0.3), ("mask", 0.3)])
-def test_low_frequencies_are_weak(method, below):
-    """The power of white noise is 1 on average, that of the poorest of these sets 0.15 below a third of the principal
-    frequency."""
-    needs(method)
-    points = bluenoise.points(400, method=method, seed=1)
-    u, v = np.meshgrid(np.arange(-6, 7), np.arange(-6, 7))
-    low = (np.hypot(u, v) < 20 / 3) & ((u != 0) | (v != 0))
-    waves = np.exp(-2j * np.pi * (points @ np.stack([u[low], v[low]])))
-    assert (np.abs(waves.sum(0)) ** 2 / len(points)).mean() < below
-
-
 @pytest.mark.parametrize("method", ["best-candidate", "mask"])
 def test_the_first_points_of_a_set_are_a_set(method):
     needs(method)
