@@ -47,10 +47,6 @@ def test_decisions_have_the_domains_that_the_readme_names(draws):
     assert run(draws, "domains") == "0\n"
 
 
-def test_pixels_survive_packing(draws):
-    assert run(draws, "pixels") == "0\n"
-
-
 def test_kernels_for_gpus_draw_the_same(folder, static_library):
     """Without 64-bit products."""
     program = link(folder, static_library, "gpu", "-D__KERNEL_GPU__")

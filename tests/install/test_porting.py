@@ -143,69 +143,23 @@ def test_tile(build):
     assert run(build(main_dot_cpp=TILE.replace("TEXT", text))) == "0\n"
 
 
-# Rays that draw any numbers, in every order, with `Sampler` for the renderer's: prints how many numbers come twice in all of
-# four pixels, and how many rays begin otherwise after other rays before them.
-COUNTED = """
-#include <algorithm>
-#include <array>
-#include <cstdio>
-#include <random>
-#include <vector>
-#include "sampler.hpp"
-int main() {
-    const bn::Sampler shared(9);
-    std::mt19937 random(1);
-    long twice = 0, other = 0;
-    std::array<float, 2> begin[40][4] = {};
-    for (int trial = 0; trial < 200; ++trial) {
-        std::vector<std::array<float, 4>> all;
-        const unsigned program = random();
-        for (int place = 0; place < 4; ++place) {
-            std::mt19937 choices(program);
-            BlueSampler sampler(shared);
-            sampler.StartPixelSample(1000 * place, 77 - place, 3);
-            size_t at = 0;
-            const auto put = [&](float u) {
-                if (place == 0) all.push_back({});
-                all[at++][place] = u;
-            };
-            const unsigned rays = 1 + choices() % 40;
-            for (unsigned ray = 0; ray < rays; ++ray) {
-                if (ray > 0) sampler.StartRay(ray);
-                const auto first = sampler.Get2D();
-                other += trial > 0 && first != begin[ray][place] && begin[ray][place][0] != 0;
-                begin[ray][place] = first;
-                put(first[0]), put(first[1]);
-                for (unsigned more = choices() % 8 ? choices() % 7 : choices() % 60; more > 0; --more) {
-                    if (choices() % 2) {
-                        put(sampler.Get1D());
-                    } else {
-                        const auto pair = sampler.Get2D();
-                        put(pair[0]), put(pair[1]);
-                    }
-                }
-            }
-        }
-        std::sort(all.begin(), all.end());
-        for (size_t i = 1; i < all.size(); ++i) twice += all[i] == all[i - 1];
-    }
-    std::printf("%ld %ld\\n", twice, other);
-}
-"""
-
 # Asks in an order of its arguments.
 ORDER = """
 #include "sampler.hpp"
 int main(int, char **arguments) {
     const bn::Sampler shared(9);
     bn::SequentialSampler numbers(shared);
+    BlueSampler listed(shared);
     numbers.expect("22", "121");
     numbers.start(1, 2, 3);
+    listed.StartPixelSample(1, 2, 3);
+    int wrong = 0;
     for (const char *request = arguments[1]; *request; ++request) {
-        if (*request == '1') numbers.get_1d();
-        else if (*request == '2') numbers.get_2d();
-        else numbers.start_ray(unsigned(*request - 'a'));
+        if (*request == '1') wrong += numbers.get_1d() != listed.Get1D();
+        else if (*request == '2') wrong += numbers.get_2d() != listed.Get2D();
+        else numbers.start_ray(unsigned(*request - 'a')), listed.StartRay(unsigned(*request - 'a'));
     }
+    return wrong;
 }
 """
 
@@ -224,10 +178,6 @@ def test_debug_builds_stop_at_another_order(order, wrong):
 @pytest.fixture(scope="module")
 def order(build):
     return build(sampler_dot_hpp=listing("counted.hpp"), main_dot_cpp=ORDER)
-
-
-def test_counted(build):
-    assert run(build(sampler_dot_hpp=listing("counted.hpp"), main_dot_cpp=COUNTED)) == "0 0\n"
 
 
 WAVEFRONT = """

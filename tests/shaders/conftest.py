@@ -37,10 +37,11 @@ def need_module(name: str) -> None:
     need(importlib.util.find_spec(name), f"Python package {name}")
 
 
-def need_vulkan() -> None:
-    need(ctypes.util.find_library("vulkan"), "Vulkan loader")
-    folders = (Path(folder) / "vulkan/icd.d" for folder in ("/usr/share", "/etc", "/usr/local/share"))
-    need(any(folder.is_dir() and any(folder.iterdir()) for folder in folders), "Vulkan driver")
+def need_wgpu() -> None:
+    need_module("wgpu")
+    import wgpu
+
+    need(wgpu.gpu.enumerate_adapters_sync(), "driver for Vulkan")
 
 
 def need_opengl() -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a shader over buffers 0, 1 ... and returns a result of which each thread writes its part.
 
-A compute shader writes the last buffer: WGSL with wgpu, SPIR-V with Vulkan, GLSL with OpenGL, HLSL with Slang on the CPU.
+A compute shader writes the last buffer: WGSL and SPIR-V with wgpu, GLSL with OpenGL, HLSL with Slang on the CPU.
 A fragment shader reads textures in place of buffers, and its pixels are the result.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 GROUP = 64  # threads of a work group, as in the shaders here
 
 
-def run_wgsl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
+def run_wgpu(code, buffers: list, result_size: int, threads: int) -> bytes:
     import wgpu
 
     device = wgpu.gpu.request_adapter_sync().request_device_sync()
@@ -30,83 +30,6 @@ def run_wgsl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
     work.end()
     device.queue.submit([encoder.finish()])
     return bytes(device.queue.read_buffer(result))
-
-
-def run_spirv(code: bytes, buffers: list, result_size: int, threads: int) -> bytes:
-    import vulkan as vk
-
-    instance = _instance(vk)
-    device = None
-    try:
-        physical = vk.vkEnumeratePhysicalDevices(instance)[0]
-        device = vk.vkCreateDevice(physical, vk.VkDeviceCreateInfo(pQueueCreateInfos=[
-            vk.VkDeviceQueueCreateInfo(queueFamilyIndex=0, pQueuePriorities=[1.0])]), None)
-        return _dispatch(vk, physical, device, code, buffers, result_size, threads)
-    finally:
-        if device is not None:
-            vk.vkDestroyDevice(device, None)
-        vk.vkDestroyInstance(instance, None)
-
-
-def _instance(vk):
-    about = vk.VkApplicationInfo(apiVersion=vk.VK_MAKE_VERSION(1, 1, 0))
-    return vk.vkCreateInstance(vk.VkInstanceCreateInfo(pApplicationInfo=about), None)
-
-
-def _dispatch(vk, physical, device, code, buffers, result_size, threads):
-    """What it makes goes with the device; the process of a test is short."""
-    made = [_buffer(vk, physical, device, data, len(data)) for data in buffers]
-    made.append(_buffer(vk, physical, device, None, result_size))
-    count = len(made)
-    kind = vk.VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
-    bindings = [vk.VkDescriptorSetLayoutBinding(binding=i, descriptorType=kind, descriptorCount=1,
-                                                stageFlags=vk.VK_SHADER_STAGE_COMPUTE_BIT) for i in range(count)]
-    set_layout = vk.vkCreateDescriptorSetLayout(
-        device, vk.VkDescriptorSetLayoutCreateInfo(pBindings=bindings), None)
-    layout = vk.vkCreatePipelineLayout(device, vk.VkPipelineLayoutCreateInfo(pSetLayouts=[set_layout]), None)
-    module = vk.vkCreateShaderModule(device, vk.VkShaderModuleCreateInfo(codeSize=len(code), pCode=code), None)
-    # Structures have names here so that they outlive the calls: the package copies them without what they point to.
-    stage = vk.VkPipelineShaderStageCreateInfo(stage=vk.VK_SHADER_STAGE_COMPUTE_BIT, module=module, pName="main")
-    pipelines = vk.vkCreateComputePipelines(device, None, 1, [
-        vk.VkComputePipelineCreateInfo(layout=layout, stage=stage)], None)
-    pool = vk.vkCreateDescriptorPool(device, vk.VkDescriptorPoolCreateInfo(
-        maxSets=1, pPoolSizes=[vk.VkDescriptorPoolSize(type=kind, descriptorCount=count)]), None)
-    (group,) = vk.vkAllocateDescriptorSets(device, vk.VkDescriptorSetAllocateInfo(
-        descriptorPool=pool, pSetLayouts=[set_layout]))
-    whole = [vk.VkDescriptorBufferInfo(buffer=buffer, offset=0, range=size) for buffer, _, size in made]
-    writes = [vk.VkWriteDescriptorSet(dstSet=group, dstBinding=i, descriptorCount=1, descriptorType=kind,
-                                      pBufferInfo=[each]) for i, each in enumerate(whole)]
-    vk.vkUpdateDescriptorSets(device, count, writes, 0, None)
-
-    commands = vk.vkCreateCommandPool(device, vk.VkCommandPoolCreateInfo(queueFamilyIndex=0), None)
-    (command,) = vk.vkAllocateCommandBuffers(device, vk.VkCommandBufferAllocateInfo(
-        commandPool=commands, level=vk.VK_COMMAND_BUFFER_LEVEL_PRIMARY, commandBufferCount=1))
-    vk.vkBeginCommandBuffer(command, vk.VkCommandBufferBeginInfo())
-    vk.vkCmdBindPipeline(command, vk.VK_PIPELINE_BIND_POINT_COMPUTE, pipelines[0])
-    vk.vkCmdBindDescriptorSets(command, vk.VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 1, [group], 0, None)
-    vk.vkCmdDispatch(command, -(-threads // GROUP), 1, 1)
-    vk.vkEndCommandBuffer(command)
-    queue = vk.vkGetDeviceQueue(device, 0, 0)
-    vk.vkQueueSubmit(queue, 1, [vk.VkSubmitInfo(pCommandBuffers=[command])], None)
-    vk.vkDeviceWaitIdle(device)
-    return bytes(vk.vkMapMemory(device, made[-1][1], 0, result_size, 0))
-
-
-def _buffer(vk, physical, device, data, size):
-    """A buffer, its memory, which the host sees, and its size."""
-    buffer = vk.vkCreateBuffer(device, vk.VkBufferCreateInfo(
-        size=size, usage=vk.VK_BUFFER_USAGE_STORAGE_BUFFER_BIT), None)
-    wants = vk.vkGetBufferMemoryRequirements(device, buffer)
-    visible = vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | vk.VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
-    types = vk.vkGetPhysicalDeviceMemoryProperties(physical).memoryTypes
-    index = next(i for i, each in enumerate(types)
-                 if wants.memoryTypeBits >> i & 1 and each.propertyFlags & visible == visible)
-    memory = vk.vkAllocateMemory(device, vk.VkMemoryAllocateInfo(allocationSize=wants.size, memoryTypeIndex=index), None)
-    vk.vkBindBufferMemory(device, buffer, memory, 0)
-    if data is not None:
-        vk.vkMapMemory(device, memory, 0, size, 0)[:] = data
-        vk.vkUnmapMemory(device, memory)
-    return buffer, memory, size
 
 
 def run_opengl(code: str, buffers: list, result_size: int, threads: int) -> bytes:
@@ -159,15 +82,10 @@ def run_slang(path: Path, buffers: list, result_size: int, threads: int) -> byte
 def main():
     """Prints what the functions above run on."""
     import moderngl
-    import vulkan as vk
     import wgpu
 
     adapter = wgpu.gpu.request_adapter_sync().info
     print(f"wgpu {wgpu.__version__}: {adapter['device']}, {adapter['backend_type']}, {adapter['description']}")
-    instance = _instance(vk)
-    found = vk.vkGetPhysicalDeviceProperties(vk.vkEnumeratePhysicalDevices(instance)[0])
-    print(f"Vulkan: {found.deviceName}")
-    vk.vkDestroyInstance(instance, None)
     about = moderngl.create_standalone_context(backend="egl").info
     print(f"OpenGL: {about['GL_RENDERER']}, {about['GL_VERSION']}")
 

@@ -11,7 +11,7 @@ layout(std430, binding = 1) readonly buffer bn_cdf_table {
 layout(std430, binding = 2) readonly buffer case_table {
     uint cases[];
 };
-layout(std430, binding = 3) writeonly buffer result_table {
+layout(std430, binding = 3) buffer result_table {
     uint results[];
 };
 #define BN_WORD(i) bn_words[i]

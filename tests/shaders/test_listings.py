@@ -5,7 +5,7 @@ import os
 import re
 
 import pytest
-from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, need_module, need_vulkan, run
+from conftest import GLSLANG, HERE, INCLUDE, ROOT, need, need_wgpu, run
 from test_device_code import compile_with_nvrtc
 from test_shaders import with_texts
 
@@ -47,8 +47,7 @@ def test_hlsl(tmp_path, name, define):
 
 
 def test_wgsl():
-    need_vulkan()
-    need_module("wgpu")
+    need_wgpu()
     import wgpu
 
     texts = "".join((INCLUDE / "bn" / name).read_text() for name in ("bn_draw.wgsl", "bn_choose.wgsl"))

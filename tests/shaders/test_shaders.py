@@ -8,7 +8,7 @@ import shutil
 import devices
 import numpy as np
 import pytest
-from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_vulkan, run
+from conftest import GLSLANG, HERE, INCLUDE, need, need_module, need_opengl, need_wgpu, run
 
 RESULTS = ["domain", *(f"bits {d}" for d in range(4)), *(f"float {d}" for d in range(4)), "bn_choose", "what it left",
            "bn_choose_u32", "what it left", "bn_choose_cdf", "what it left", "pair or path"]
@@ -59,17 +59,15 @@ def test_the_cases_reach_everything(cases):
 
 
 def test_wgsl(cases):
-    need_vulkan()
-    need_module("wgpu")
-    compare(devices.run_wgsl, wgsl(), cases)
+    need_wgpu()
+    compare(devices.run_wgpu, wgsl(), cases)
 
 
 def test_glsl(cases, tmp_path):
-    need_vulkan()
-    need_module("vulkan")
+    need_wgpu()
     source = tmp_path / "draw.comp"
     source.write_text(with_texts((HERE / "draw.comp").read_text()))
-    compare(devices.run_spirv, spirv(tmp_path, source), cases)
+    compare(devices.run_wgpu, spirv(tmp_path, source), cases)
 
 
 def test_glsl_in_opengl(cases):
@@ -92,10 +90,9 @@ def test_glsl_with_textures(cases, version):
 
 
 def test_hlsl(cases, tmp_path):
-    need_vulkan()
-    need_module("vulkan")
+    need_wgpu()
     code = spirv(tmp_path, HERE / "draw.hlsl", "-D", "-e", "main", f"-I{INCLUDE / 'bn'}")
-    compare(devices.run_spirv, code, cases)
+    compare(devices.run_wgpu, code, cases)
 
 
 def test_hlsl_in_slang(cases, tmp_path):

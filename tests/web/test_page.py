@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/web in Chromium, from disk: its draws are the library's, what it shows is true, and it can be used."""
+"""examples/web in Chromium, from disk: what it shows is true, and it can be used."""
 
-import json
 import re
 from pathlib import Path
 
@@ -14,28 +13,6 @@ import bluenoise
 ROOT = Path(__file__).resolve().parents[2]
 WEB = ROOT / "examples" / "web"
 PAGE = (WEB / "index.html").as_uri()
-
-# Draws of cases [x, y, index, domain, key], as the page's shaders make them: pixel i of row 0 has the bits of case i, pixel
-# i of row 1 those of the floats, and row 2 the domain.
-DRAW_CASES = """((kind, cases) => {
-  const gl = document.createElement("canvas").getContext("webgl2"), count = cases.length / 5;
-  const program = compile(gl, `${DRAWS}
-    uniform usampler2D cases;
-    out uvec4 result;
-    uint part(int i) { return texelFetch(cases, ivec2(5 * int(gl_FragCoord.x) + i & 63, (5 * int(gl_FragCoord.x) + i) >> 6), 0).r; }
-    void main() {
-      uint domain = bn_domain_child(part(3), part(4));
-      bn_uint4 bits = bn_draw_${kind}_bits(SEED, part(0), part(1), part(2), domain);
-      int row = int(gl_FragCoord.y);
-      result = row == 0 ? uvec4(bits.x, bits.y, bits.z, bits.w) : uvec4(domain);
-      if (row == 1) result = floatBitsToUint(bn_draw_${kind}(SEED, part(0), part(1), part(2), domain));
-    }`);
-  draw(gl, program, makeImage(gl, count, 3), count, 3, {bn_words: makeWords(gl), cases: makeWords(gl, cases)});
-  const result = new Uint32Array(12 * count);
-  gl.readPixels(0, 0, count, 3, gl.RGBA_INTEGER, gl.UNSIGNED_INT, result);
-  if (gl.getError()) throw new Error(`WebGL error ${gl.getError()}`);
-  return Array.from(result);
-})"""
 
 
 def open_page(browser, *size, **options):
@@ -73,25 +50,6 @@ def test_nothing_is_loaded_from_elsewhere():
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"https?://|\bfetch\(|XMLHttpRequest|\bimport\b.*\bfrom\b['\" ]", text) or path.suffix == ".py", path
         assert not re.search(r"(?:src|href)=\"(?!data:,|(?:package/)?\w+\.(?:js|css)\")", text), path
-
-
-@pytest.mark.parametrize("kind", ["white", "sobol", "blue"])
-def test_draws_are_the_librarys(small, kind):
-    random = np.random.default_rng(5)
-    cases = random.integers(0, 2**32, (300, 5), np.uint64).astype(np.uint32)
-    cases[:200, :2] = random.integers(-70, 70, (200, 2)).astype(np.int32).view(np.uint32)  # x, y
-    cases[:150, 2] = np.arange(150) * 4 % 300                                              # index
-    cases[::2, 3] = 0                                                                      # parent
-    cases[:100, 4] = np.arange(100) % 9                                                    # key
-    text = json.dumps(cases.ravel().tolist())
-    rows = np.array(small.value(f"{DRAW_CASES}('{kind}', new Uint32Array({text}))"), np.uint32).reshape(3, 300, 4)
-    sampler = bluenoise.Sampler(kind, seed=1)
-    x, y, index, parent, key = cases.T
-    domain = np.array([bluenoise._core.domain_child(int(a), int(b)) for a, b in zip(parent, key)], np.uint32)
-    assert np.array_equal(rows[2, :, 0], domain)
-    expected = sampler.sample(x.view(np.int32), y.view(np.int32), index, domain)
-    assert np.array_equal(rows[1], expected.view(np.uint32))
-    assert np.array_equal((rows[0] >> np.uint32(8)).astype(np.float32) / np.float32(2**24), expected)
 
 
 def test_blue_has_the_least_error_after_a_blur(small):
