@@ -91,3 +91,24 @@ class Parser(argparse.ArgumentParser):
         """What tables.write_or_print() needs."""
         self.hidden("--guide", guide)
         self.add_argument("--print", action="store_true", help=f"print the table without changing {guide}")
+
+
+# ---- The command line in a report
+
+# Options that say where to read and write, or how often, not what to measure.
+PLACES = ("--out", "--pages", "--pathtracer", "--jobs", "--program")
+FOLDERS = ("--openqmc", "--pbrt", "--luxcore", "--cycles")  # whose name a report does not show
+
+
+def command_shown(command, arguments):
+    """The command line that a report quotes: what is measured, not where."""
+    words, result = iter(arguments), [f"scripts/bench {command}"]
+    for word in words:
+        name, equals, _ = word.partition("=")
+        if name in (*PLACES, *FOLDERS) and not equals:
+            next(words, None)
+        if name in FOLDERS:
+            result += [name, "DIR"]
+        elif name not in (*PLACES, "--retime"):
+            result.append(word)
+    return " ".join(result)

@@ -13,8 +13,7 @@ from scipy.special import erf
 
 import bluenoise
 
-from ..base.bench_options import command_shown
-from ..base.command import Parser
+from ..base.command import Parser, command_shown
 from ..base.files import write_text
 from ..base.plots import plain_numbers, plt, save
 from ..base.tables import md_table

@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.bench_options import command_shown
-from ..base.command import names_of
+from ..base.command import command_shown, names_of
 from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_rows, write_text
 from ..base.progress import Progress, duration, in_parallel

@@ -13,8 +13,7 @@ import numpy as np
 import OpenEXR
 
 from ..base import peers
-from ..base.bench_options import command_shown
-from ..base.command import Parser
+from ..base.command import Parser, command_shown
 from ..base.files import read_exr, write_text
 from ..base.plots import plain_numbers, plt, save, style
 from ..base.progress import Progress

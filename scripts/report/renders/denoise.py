@@ -14,7 +14,6 @@ import numpy as np
 import OpenEXR
 
 from ..base import peers
-from ..base.bench_options import add_common_options, finish_options
 from ..base.command import Parser, package
 from ..base.files import read_first_half, write_text
 from ..base.plots import finish, plt, save
@@ -230,12 +229,11 @@ class Report:
 
 def parse_options(arguments):
     parser = Parser("denoise", __doc__)
-    views.add_options(parser)
+    views.add_options(parser, REFERENCE_SPP, "out/denoise")
     parser.number("--spp", max(COUNTS), "largest sample count, at most 16")
-    add_common_options(parser, REFERENCE_SPP, "out/denoise")
     options = parser.parse_args(arguments)
     options.samplers, options.chosen = LABELS, views.of(parser, options)
-    finish_options(parser, options, "denoise", arguments)
+    views.finish_options(parser, options, "denoise", arguments)
     options.seeds = options.seeds or SEEDS
     options.counts = tuple(spp for spp in COUNTS if spp <= options.spp)
     return options

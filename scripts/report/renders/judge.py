@@ -268,13 +268,6 @@ class Run:
         return results
 
 
-def prepare(work, references, tasks):
-    """Renders and measures everything but blue, so that a change of blue alone leaves only blue to render."""
-    left = [task for task in tasks if task.label != "blue"]
-    work.results(references, left)
-    print(f"{len(left)} runs are in the cache; {len(tasks) - len(left)} of blue are left")
-
-
 class Cells:
     """Results by view, sampler and sample count: for each measure a list with one value per seed."""
 

@@ -16,7 +16,6 @@ import statistics
 import numpy as np
 
 from ..base import peers
-from ..base.bench_options import add_common_options, finish_options
 from ..base.command import Parser
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
@@ -27,7 +26,7 @@ from ..measure.gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISI
 from ..measure.image_error import MEASURES, WHAT_FOR, measure_name
 from ..measure.ratios import worse_cells
 from . import variants, views
-from .judge import SEEDS, SPECTRUM_COUNTS, Cells, Run, plan, prepare, render_references, seeds_up_to
+from .judge import SEEDS, SPECTRUM_COUNTS, Cells, Run, plan, render_references, seeds_up_to
 from .variants import SIDE_SEEDS
 from .views import SETS, SHOWN
 
@@ -269,14 +268,12 @@ REFERENCE_SPP, QUICK_SEEDS = 2048, 4
 
 def parse_options(arguments):
     parser = Parser("renders", __doc__)
-    views.add_options(parser)
+    views.add_options(parser, REFERENCE_SPP, "out/renders")
     variants.add_option(parser)
     parser.number("--spp", 64, "largest sample count, at most 64")
-    add_common_options(parser, REFERENCE_SPP, "out/renders")
     parser.add_argument("--lights", choices=["coin"], help="one direction off each surface, by a coin, as many small renderers do")
-    parser.add_argument("--prepare", action="store_true", help="render what is missing, for every sampler but blue, and write no report")
     options = parser.parse_args(arguments)
-    finish_options(parser, options, "renders", arguments)
+    views.finish_options(parser, options, "renders", arguments)
     lights = ("--lights", options.lights) if options.lights else ()
     options.chosen = tuple(dataclasses.replace(view, lights=lights) for view in views.of(parser, options))
     options.seeds = seeds_up_to(options.spp, options.seeds or (QUICK_SEEDS if options.quick else SEEDS))
@@ -289,9 +286,6 @@ def run(arguments):
     work = Run(options.pathtracer, "renders", max(options.seeds), options.jobs)
     tasks = plan(chosen, options.labels, options.seeds)
     references = render_references(options.pathtracer, chosen, options.reference_spp)
-    if options.prepare:
-        prepare(work, references, tasks)
-        return
     cells = Cells(work.results(references, tasks))
     machine = equal_quality.machine()
     cost = shares = None

@@ -10,9 +10,12 @@ scene's, rotated, moved and zoomed.
 import dataclasses
 import hashlib
 import math
+import os
 from pathlib import Path
 
-from ..base.command import names_of, parse_size
+from ..base import peers
+from ..base.command import command_shown, names_of, parse_size, positive
+from . import variants
 from .renderer import Request
 
 SCENES = ("cornell", "penumbra", "glossy", "lens", "glass", "interior", "motion", "fog")  # new ones last: places depend on the order
@@ -158,8 +161,8 @@ def of(parser, options):
         parser.error(str(error))
 
 
-def add_options(parser):
-    """Adds --views, --scenes, --size, --crop and --quick; of(parser, options) gives the views."""
+def add_options(parser, reference_spp, pages):
+    """Options shared by `renders` and `denoise`; of(parser, options) gives the views."""
     parser.add_argument("--views", choices=SETS, default=SHOWN, metavar="SET", help=(
         "; ".join(f"{name}: {what}" for name, what in SETS.items()) + f" (default {SHOWN})"))
     parser.add_argument("--scenes", type=names_of("scene", SCENES), default=SCENES, metavar="A,B,...",
@@ -170,3 +173,26 @@ def add_options(parser):
                         help=f"size of the crops, four of each picture (default {CROP[0]}x{CROP[1]})")
     parser.add_argument("--quick", action="store_true", help=f"crops of {QUICK_CROP[0]}x{QUICK_CROP[1]} pixels and few seeds: a check "
                         "whose figures go to out/ alone")
+    parser.add_argument("--seeds", type=positive, metavar="N", help="at most N seeds for each picture")
+    parser.number("--reference-spp", reference_spp, "samples per pixel of references, a multiple of 32")
+    parser.number("--jobs", os.cpu_count() or 1, "pictures to render at a time, one thread each", ": one per core")
+    parser.add_argument("--no-times", action="store_true", help="skip the cost of samples, which needs an idle machine")
+    parser.add_argument("--retime", action="store_true", help="repeat timings that are in the cache")
+    parser.add_argument("--out", type=Path, help="folder for the report (default docs/report)")
+    parser.add_argument("--pages", type=Path, metavar="FOLDER", help=f"folder for large tables (default {pages})")
+    parser.set_defaults(default_pages=Path(pages), lights=None)
+    parser.pathtracer()
+
+
+def finish_options(parser, options, command, arguments):
+    """Checks the options of add_options() and derives folders, labels and command from them. What is not
+    of the shown views, or a trial, goes to the folder of large tables alone."""
+    if options.reference_spp % 32:
+        parser.error(f"--reference-spp must be a multiple of 32, not {options.reference_spp}")
+    place = Path() if options.views == SHOWN else Path(options.views)
+    options.pages = options.pages or options.default_pages / ("quick" if options.quick else "") / place / (options.lights or "")
+    options.out = options.out or (options.pages if options.quick or options.lights or place.name else Path("docs/report"))
+    options.labels = variants.chosen(options.samplers, peers.chosen(options.openqmc, options.pathtracer))
+    if "sobol-global" in options.labels and "sobol-global" not in peers.samplers(options.pathtracer):
+        parser.error("sobol-global needs Boost (Debian: libboost-dev) when the path tracer is built; install it, or remove it from --samplers")
+    options.command = command_shown(command, arguments)
