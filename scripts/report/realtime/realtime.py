@@ -25,18 +25,14 @@ from ..samplers.paths import half_planes, inside
 
 
 class Draws:
-    """A sampler of libbn. The index is that of the frame, or every frame has a key of its own and index 0. `at` moves pixels and
-    index, (x, y, frame) -> (x, y, index)."""
+    """A sampler of libbn. The index is that of the frame, or every frame has a key of its own and index 0."""
 
-    def __init__(self, kind, new_key=False, at=None):
-        self.kind, self.new_key, self.at = kind, new_key, at or (lambda x, y, frame: (x, y, frame))
+    def __init__(self, kind, new_key=False):
+        self.kind, self.new_key = kind, new_key
 
     def frame(self, frame, dimensions, seed, size):
         y, x = np.mgrid[:size, :size]
-        x, y, index = self.at(x, y, frame)
-        sampler = bluenoise.Sampler(self.kind, seed=seed)
-        path = bluenoise.Path(sampler, x, y, 0, frame) if self.new_key else bluenoise.Path(sampler, x, y, index)
-        ray = path.ray(0)
+        ray = bluenoise.Path(bluenoise.Sampler(self.kind, seed=seed), x, y, *((0, frame) if self.new_key else (frame, 0))).ray(0)
         return ray.next_1d()[..., None] if dimensions == 1 else ray.draw()[..., :dimensions]
 
 
