@@ -125,7 +125,7 @@ void bake_blocks(bake_table *table, const bake_options *options) {
         add_products(t, 1 + axis, f, 16, 2);
     }
     for (int b = 0; b < BLOCKS; ++b) {
-        t->upper[b] = table->label[0][b / WIDE * 4 * SIDE + b % WIDE * 4] >> 4;
+        t->upper[b] = table->label[0][bake_pixel_of(b, 0)] >> 4;
     }
     double scale = 0;
     for (int b = 0; b < BLOCKS; ++b) scale += t->gram[0][b][b] * t->kernel[0][NEAR][NEAR] / BLOCKS;

@@ -127,9 +127,7 @@ static int bit_count(uint64_t v) {
 /* At powers of two, then at `partials` counts between them. */
 static void put_errors(float *out, const uint64_t *bits, int levels, int partials,
                        const bake_sample_order *order, double mean) {
-    int counts[LEVELS];
-    bake_prefix_counts(bits, levels, counts);
-    for (int l = 0; l < levels; ++l) out[l] = (float)(counts[l] / (double)(1 << l) - mean);
+    bake_prefix_errors(bits, levels, mean, out, 1);
     for (int c = 0; c < partials; ++c) {
         int inside = bit_count(bits[0] & order->mask[c]);
         out[levels + c] = (float)(inside / (double)bake_partial_count[c] - mean);

@@ -40,11 +40,9 @@ static uint32_t map_coordinate(uint32_t v, const int *maps) {
 
 static void apply_choice(pole_vectors *v, const digit_choice *choice) {
     for (int d = 0; d < 4; ++d) {
-        for (int j = 0; j < POLE_INDEX_BITS; ++j) {
-            v->index[j][d] = map_coordinate(v->index[j][d], choice->coordinate[d]);
-        }
-        for (int j = 0; j < POLE_LABEL_BITS; ++j) {
-            v->label[j][d] = map_coordinate(v->label[j][d], choice->coordinate[d]);
+        for (int k = 0; k < POLE_VECTORS; ++k) {
+            uint32_t *digits = pole_vector(v, k) + d;
+            *digits = map_coordinate(*digits, choice->coordinate[d]);
         }
     }
     map_bits(v->index, POLE_DIGITS, choice->index);

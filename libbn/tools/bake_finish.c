@@ -12,9 +12,8 @@
 #include <string.h>
 
 static void exchange(pole_vectors *v, int pair) {
-    for (int i = 0; i < POLE_INDEX_BITS + POLE_LABEL_BITS; ++i) {
-        uint32_t *u =
-            (i < POLE_INDEX_BITS ? v->index[i] : v->label[i - POLE_INDEX_BITS]) + 2 * pair;
+    for (int k = 0; k < POLE_VECTORS; ++k) {
+        uint32_t *u = pole_vector(v, k) + 2 * pair;
         uint32_t first = u[0];
         u[0] = u[1];
         u[1] = first;

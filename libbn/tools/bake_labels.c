@@ -96,12 +96,8 @@ static float inner_product(const float *a, const float *b, int width) {
     return sum;
 }
 
-static int pixel_of(int block, int place) {
-    return (block / 16 * 4 + place / 4) * SIDE + block % 16 * 4 + place % 4;
-}
-
 static void gram_of_block(feature_group *g, const arrangement *t, int block) {
-    uint32_t upper = t->label[pixel_of(block, 0)] & ~15u;
+    uint32_t upper = t->label[bake_pixel_of(block, 0)] & ~15u;
     float own[16][16];
     const feature_set *first = &g->set[0];
     for (uint32_t i = 0; i < 16; ++i) {
@@ -121,8 +117,9 @@ static void gram_of_block(feature_group *g, const arrangement *t, int block) {
             for (int s = 1; s < g->sets; ++s) {
                 const feature_set *set = &g->set[s];
                 sum += inner_product(
-                    features_at(set, pixel_of(block, (int)i >> 4), upper | (i & 15)),
-                    features_at(set, pixel_of(block, (int)j >> 4), upper | (j & 15)), set->f.width);
+                    features_at(set, bake_pixel_of(block, (int)i >> 4), upper | (i & 15)),
+                    features_at(set, bake_pixel_of(block, (int)j >> 4), upper | (j & 15)),
+                    set->f.width);
             }
             gram[i * 256 + j] = gram[j * 256 + i] = sum;
         }
@@ -182,7 +179,7 @@ static void enter_block(const arrangement *t, int block, block_state *b) {
         const feature_group *g = &t->group[i];
         b->gram[i] = g->gram + (size_t)block * (g->crossed ? 65536 : 256);
         for (int place = 0; place < 16; ++place) {
-            int p = pixel_of(block, place);
+            int p = bake_pixel_of(block, place);
             uint32_t upper = t->label[p] & ~15u;
             b->label[place] = t->label[p] & 15u;
             for (int s = 0; s < g->sets; ++s) {
@@ -259,7 +256,7 @@ static void visit(arrangement *t, int block, double temperature, bake_random *r)
         swap(t, &b, p, q);
     }
     for (int place = 0; place < 16; ++place) {
-        int p = pixel_of(block, place);
+        int p = bake_pixel_of(block, place);
         uint16_t old = t->label[p];
         uint16_t label = (uint16_t)((old & ~15u) | b.label[place]);
         if (label == old) continue;

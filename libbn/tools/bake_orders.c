@@ -131,11 +131,7 @@ static void errors_of(const uint64_t *a, const uint64_t *b, double mean,
                       float error[FEW_LEVELS][PIXEL_COUNT]) {
     for (int p = 0; p < PIXEL_COUNT; ++p) {
         uint64_t both = a[p] & b[p];
-        int counts[LEVELS];
-        bake_prefix_counts(&both, FEW_LEVELS, counts);
-        for (int l = 0; l < FEW_LEVELS; ++l) {
-            error[l][p] = (float)(counts[l] / (double)(1 << l) - mean);
-        }
+        bake_prefix_errors(&both, FEW_LEVELS, mean, &error[0][p], PIXEL_COUNT);
     }
 }
 

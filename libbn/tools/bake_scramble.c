@@ -32,12 +32,8 @@ static void measure_independent(bake_planes *s, int planes) {
     for (int f = 0; f < planes; ++f) {
         for (int p = 0; p < CORNER * CORNER; ++p) {
             uint64_t bits[4];
-            int counts[LEVELS];
             bake_plane_bits(&s->plane[f], s->sobol[p][0], s->sobol[p][1], POINTS, bits);
-            bake_prefix_counts(bits, LEVELS, counts);
-            for (int l = 0; l < LEVELS; ++l) {
-                error[l][p] = (float)(counts[l] / (double)(1 << l) - s->plane[f].mean);
-            }
+            bake_prefix_errors(bits, LEVELS, s->plane[f].mean, &error[0][p], CORNER * CORNER);
         }
         for (int l = 0; l < LEVELS; ++l) {
             s->independent[l][f] = sqrt(bake_mean_square(error[l], CORNER * CORNER));
@@ -59,12 +55,9 @@ void bake_planes_measure(bake_planes *s, const pole_vectors *v, int which, const
         }
         for (int f = 0; f < planes; ++f) {
             uint64_t bits[4];
-            int counts[LEVELS];
             bake_plane_bits(&s->plane[f], x[f % KEYS], y[f % KEYS], points, bits);
-            bake_prefix_counts(bits, levels, counts);
-            for (int l = 0; l < levels; ++l) {
-                s->error[l][f][p] = (float)(counts[l] / (double)(1 << l) - s->plane[f].mean);
-            }
+            bake_prefix_errors(bits, levels, s->plane[f].mean, &s->error[0][f][p],
+                               PLANES * CORNER * CORNER);
         }
     }
     double gain = sqrt(bake_blur_gain(3));

@@ -55,7 +55,8 @@ int bake_count(const bake_options *options, double count, int least) {
 
 /* ---- The table ---- */
 
-uint32_t bake_morton(uint32_t x, uint32_t y) {
+/* The index of pixel (x, y) along the Morton curve, x in the even bits. */
+static uint32_t morton(uint32_t x, uint32_t y) {
     uint32_t m = 0;
     for (int i = 0; i < 6; ++i) m |= (x >> i & 1u) << (2 * i) | (y >> i & 1u) << (2 * i + 1);
     return m;
@@ -75,7 +76,7 @@ static uint32_t permuted(uint32_t which, uint32_t child) {
 
 void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within) {
     for (uint32_t p = 0; p < PIXELS; ++p) {
-        uint32_t m = bake_morton(p % SIDE, p / SIDE), out = 0;
+        uint32_t m = morton(p % SIDE, p / SIDE), out = 0;
         for (int level = 5; level >= 0; --level) {
             uint32_t child = m >> (2 * level) & 3u;
             uint64_t hash =
@@ -106,8 +107,8 @@ static uint32_t later_at(uint32_t member, uint32_t four, uint32_t bits) {
     return BN_LATER_AT + ((four * 16u + (bn_reverse_bits(bits) >> 28)) * MEMBERS + member) * 4u;
 }
 
-static uint32_t pixel_of_block(uint32_t b) {
-    return b / 16 * 4 * SIDE + b % 16 * 4;
+int bake_pixel_of(int block, int place) {
+    return (block / 16 * 4 + place / 4) * SIDE + block % 16 * 4 + place % 4;
 }
 
 /* bn_draw.glsl has the layout. */
@@ -123,7 +124,7 @@ void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
         const pole_vectors *v = &table->member[a];
         uint32_t sum[4];
         for (uint32_t b = 0; b < BLOCKS; ++b) {
-            pole_label_shift(v, table->label[0][pixel_of_block(b)] & ~15u, sum);
+            pole_label_shift(v, table->label[0][bake_pixel_of((int)b, 0)] & ~15u, sum);
             pack_digits(sum, words + BN_BLOCKS_AT + (b * MEMBERS + a) * 2u);
         }
         for (uint32_t i = 0; i < 16u; ++i) {
@@ -310,8 +311,8 @@ void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, in
     }
 }
 
-void bake_prefix_counts(const uint64_t *bits, int levels, int *counts) {
-    int total = 0;
+void bake_prefix_errors(const uint64_t *bits, int levels, double mean, float *out, int stride) {
+    int counts[LEVELS], total = 0;
     for (int word = 0; word < (levels > 7 ? 4 : 1); ++word) {
         uint64_t v = bits[word];
         if (word == 0) counts[0] = (int)(v & 1u);
@@ -330,6 +331,9 @@ void bake_prefix_counts(const uint64_t *bits, int levels, int *counts) {
         if (word == 0) counts[6] = total;
         if (word == 1) counts[7] = total;
         if (word == 3) counts[8] = total;
+    }
+    for (int l = 0; l < levels; ++l) {
+        out[l * stride] = (float)(counts[l] / (double)(1 << l) - mean);
     }
 }
 

@@ -55,8 +55,8 @@ int bake_count(const bake_options *options, double count, int least);
 
 /* ---- The table ---- */
 
-/* The index of pixel (x, y) along the Morton curve, x in the even bits. */
-uint32_t bake_morton(uint32_t x, uint32_t y);
+/* Pixel `place`, row by row, of a block. */
+int bake_pixel_of(int block, int place);
 
 /* Labels by random permutations of the four children of every block, down to single pixels when
  * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
@@ -113,8 +113,9 @@ bake_plane bake_plane_step(int dimension, double place);
 void bake_plane_bits(const bake_plane *plane, const float *x, const float *y, int count,
                      uint64_t *bits);
 
-/* How many of the first 2^l bits are set, for l = 0 ... 6 with one word, 8 with four. */
-void bake_prefix_counts(const uint64_t *bits, int levels, int *counts);
+/* By how much the share of set bits among the first 2^l differs from `mean`, `stride` numbers apart, for
+ * l = 0 ... 6 with one word, 8 with four. */
+void bake_prefix_errors(const uint64_t *bits, int levels, double mean, float *out, int stride);
 
 /* ---- Images, toroidal, `side` pixels wide ---- */
 

@@ -104,11 +104,9 @@ void pole_index_point(const pole_vectors *v, uint32_t index, uint32_t out[4]) {
 
 void pole_add_digit(pole_vectors *v, int d, int from, int to) {
     assert(from < to);
-    for (int k = 0; k < POLE_INDEX_BITS; ++k) {
-        v->index[k][d] ^= (v->index[k][d] >> (31 - from) & 1u) << (31 - to);
-    }
-    for (int k = 0; k < POLE_LABEL_BITS; ++k) {
-        v->label[k][d] ^= (v->label[k][d] >> (31 - from) & 1u) << (31 - to);
+    for (int k = 0; k < POLE_VECTORS; ++k) {
+        uint32_t *digits = pole_vector(v, k) + d;
+        *digits ^= (*digits >> (31 - from) & 1u) << (31 - to);
     }
 }
 

@@ -21,6 +21,11 @@ typedef struct {
     uint32_t label[POLE_LABEL_BITS][4];
 } pole_vectors;
 
+/* Those of the index, then those of the label: k is 0 to POLE_VECTORS - 1. */
+static inline uint32_t *pole_vector(pole_vectors *v, int k) {
+    return k < POLE_INDEX_BITS ? v->index[k] : v->label[k - POLE_INDEX_BITS];
+}
+
 /* A linear map of the field onto itself as a space of bits: one of six. */
 int pole_map(int map, int element);
 
