@@ -131,7 +131,8 @@ def open_picture(path: Path) -> Any:
     return _decode_picture(path, read_bytes(path))
 
 
-def _decode_picture(path: Path, data: bytes) -> Any:
+def _decode_picture(path: Path, data: bytes, raw_mode: str = "") -> Any:
+    """``raw_mode``: what Pillow takes the texels in the file for, instead of what they are."""
     Image = pillow()
     from PIL import ImageOps
 
@@ -140,6 +141,8 @@ def _decode_picture(path: Path, data: bytes) -> Any:
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             picture = Image.open(io.BytesIO(data))
+            if raw_mode:
+                picture.tile = [(*picture.tile[0][:3], raw_mode)]
             picture.load()
             return ImageOps.exif_transpose(picture)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
@@ -197,57 +200,13 @@ def _decode_exr(path: Path, data: bytes) -> npt.NDArray[Any]:
 
 
 def _decode_png16(path: Path, data: bytes) -> npt.NDArray[Any]:
-    """A PNG of several channels with 16 bits, (height, width, channels); Pillow keeps only 8 of them. Pillow has checked the
-    chunks before. Filters are those of the PNG specification, section 9."""
-    name, width, height, _, colour, _, _, interlaced = struct.unpack(">4sIIBBBBB", data[12:29])
-    channels = {number: count for count, number in _PNG_COLOUR_TYPES.items()}.get(colour, 0)
-    if name != b"IHDR" or channels == 0 or interlaced:
-        raise ValueError(f"{path} cannot be read as a picture: 16-bit channels need RGB, RGBA or grey and alpha, not interlaced")
-    step, stride = 2 * channels, 2 * channels * width
-    at, parts = 8, []
-    while at + 8 <= len(data):
-        size, name = struct.unpack(">I4s", data[at : at + 8])
-        if name == b"IDAT":
-            parts.append(data[at + 8 : at + 8 + size])
-        at += size + 12
-    try:
-        unpacked = zlib.decompressobj().decompress(b"".join(parts), height * (stride + 1))
-    except zlib.error as error:
-        raise ValueError(f"{path} cannot be read as a picture: {error}") from None
-    if len(unpacked) != height * (stride + 1):
-        raise ValueError(f"{path} cannot be read as a picture: it ends early")
-    texels = np.zeros((height + 1, width + 1, step), np.uint8)  # with a row above and a column at the left, of zeros
-    for y, row in enumerate(np.frombuffer(unpacked, np.uint8).reshape(height, -1), 1):
-        line, above = row[1:].reshape(width, step), texels[y - 1]
-        if row[0] == 0:
-            texels[y, 1:] = line
-        elif row[0] == 1:
-            texels[y, 1:] = np.cumsum(line, axis=0, dtype=np.uint8)
-        elif row[0] == 2:
-            texels[y, 1:] = line + above[1:]
-        elif row[0] in (3, 4):
-            texels[y, 1:] = _unfiltered(line.tobytes(), above.tobytes(), step, row[0] == 4)
-        else:
-            raise ValueError(f"{path} cannot be read as a picture: unknown filter")
-    return np.ascontiguousarray(texels[1:, 1:]).view(">u2").astype(np.uint16)
-
-
-def _unfiltered(line: bytes, above: bytes, step: int, paeth: bool) -> npt.NDArray[np.uint8]:
-    """A row of the filters Average and Paeth, byte by byte."""
-    row = bytearray(step) + bytearray(line)
-    for i in range(step, len(row)):
-        left, up, corner = row[i - step], above[i], above[i - step]
-        if paeth:
-            near = left + up - corner
-            from_left, from_up, from_corner = abs(near - left), abs(near - up), abs(near - corner)
-            if from_left <= from_up and from_left <= from_corner:
-                guess = left
-            else:
-                guess = up if from_up <= from_corner else corner
-        else:
-            guess = (left + up) // 2
-        row[i] = (row[i] + guess) & 255
-    return np.frombuffer(row, np.uint8)[step:].reshape(-1, step)
+    """A PNG of several channels with 16 bits, (height, width, channels). Pillow keeps the upper byte of each, or the lower one if it
+    takes that for the upper. It has four channels for grey and alpha, which hold all bytes of these."""
+    if data[25] == _PNG_COLOUR_TYPES[2]:
+        return np.array(_decode_picture(path, data, "RGBA")).view(">u2").astype(np.uint16)
+    mode = "RGB" if data[25] == _PNG_COLOUR_TYPES[3] else "RGBA"
+    upper, lower = (np.asarray(_decode_picture(path, data, f"{mode};16{order}")).astype(np.uint16) for order in "BL")
+    return upper << 8 | lower
 
 
 def load_values(path: Path) -> npt.NDArray[Any]:
