@@ -212,7 +212,7 @@ Transform cofactors(const Transform &t, bool &mirrors) {
 struct Reader {
     const tinygltf::Model &model;
     SceneDraft &draft;
-    GltfMaterials materials;
+    std::function<uint32_t(int, bool)> material;
 };
 
 // Calls `triangle` with three corner indices below `count`, for each triangle of a primitive mode.
@@ -277,7 +277,7 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
         draft_add_vertex(draft, v);
     }
 
-    const uint32_t material = r.materials.get(primitive.material, !colours.empty());
+    const uint32_t material = r.material(primitive.material, !colours.empty());
     std::vector<uint32_t> indices;
     if (primitive.indices >= 0) indices = gltf_indices(r.model, primitive.indices, count);
     const auto vertex = [&](size_t corner) {
@@ -402,7 +402,7 @@ SceneDraft gltf_read(SceneFolder &folder) {
     for (const std::string &extension : model.extensionsUsed)
         if (!is_known(extension)) draft.ignored.insert("the extension " + printable(extension));
     if (!model.animations.empty()) draft.ignored.insert("animations");
-    Reader reader = {model, draft, GltfMaterials(model, folder, draft)};
+    Reader reader = {model, draft, gltf_material_reader(model, folder, draft)};
     read_nodes(reader);
     return draft;
 }

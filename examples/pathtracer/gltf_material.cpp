@@ -4,6 +4,7 @@
 // others use glTF's metallic-roughness model.
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "gltf_parts.h"
@@ -105,6 +106,163 @@ Material factors_of(const tinygltf::Material &source) {
     return m;
 }
 
+// Reads materials and their textures, each once.
+struct MaterialReader {
+    const tinygltf::Model &model;
+    SceneFolder &folder;
+    SceneDraft &draft;
+    std::map<std::pair<int, bool>, uint32_t> materials;
+    std::map<std::pair<int, bool>, int32_t> textures;
+
+    int32_t load(int index, bool srgb) {
+        const auto [known, is_new] = textures.try_emplace({index, srgb}, -1);
+        if (!is_new) return known->second;
+        const tinygltf::Texture &texture = gltf_at(model.textures, index, "texture");
+        if (texture.source < 0) {
+            draft.ignored.insert(unreadable_picture(model, texture));
+            return -1;
+        }
+        const tinygltf::Image &image = gltf_at(model.images, texture.source, "image");
+        const auto read = [&]() -> std::vector<unsigned char> {
+            if (image.bufferView >= 0) {
+                const GltfBytes bytes = gltf_buffer_view(model, image.bufferView, "an image");
+                return {bytes.data, bytes.data + bytes.size};
+            }
+            // If tinygltf read nothing, errors matter only now.
+            return image.image.empty() ? folder.read(percent_decoded(image.uri)) : image.image;
+        };
+        known->second = draft_add_texture(draft, image_name(image, texture.source), srgb, read);
+        Texture &loaded = draft.scene.textures.back();
+        if (texture.sampler >= 0) {
+            const tinygltf::Sampler &sampler = gltf_at(model.samplers, texture.sampler, "sampler");
+            const auto wrap = [](int mode) {
+                return mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Texture::CLAMP
+                       : mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Texture::MIRROR
+                                                                       : Texture::REPEAT;
+            };
+            loaded.wrap_u = wrap(sampler.wrapS);
+            loaded.wrap_v = wrap(sampler.wrapT);
+            loaded.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+        }
+        return known->second;
+    }
+
+    template <typename Info>
+    TextureUse texture(const Info &info, bool srgb) {
+        TextureUse use;
+        if (info.index < 0) return use;
+        const tinygltf::ExtensionMap &extensions = info.extensions;
+        int set = info.texCoord;
+        const char *const transform = "KHR_texture_transform";
+        if (extensions.count(transform) > 0) {
+            const auto pair = [&](const char *name, int i, double otherwise) {
+                const tinygltf::Value *v = member(extensions, transform, name);
+                if (!v || !v->IsArray() || v->ArrayLen() != 2 || !v->Get(i).IsNumber())
+                    return otherwise;
+                return v->Get(i).GetNumberAsDouble();
+            };
+            const double turn = gltf_number(extensions, transform, "rotation", 0);
+            const double sine = std::sin(turn), cosine = std::cos(turn);
+            const double sx = pair("scale", 0, 1), sy = pair("scale", 1, 1);
+            const double rows[2][3] = {{cosine * sx, sine * sy, pair("offset", 0, 0)},
+                                       {-sine * sx, cosine * sy, pair("offset", 1, 0)}};
+            for (int r = 0; r < 2; ++r)
+                for (int c = 0; c < 3; ++c) use.transform[r][c] = static_cast<float>(rows[r][c]);
+            set = static_cast<int>(gltf_number(extensions, transform, "texCoord", set));
+        }
+        if (set < 0 || set > 1) {
+            draft.ignored.insert("textures on a third set of coordinates");
+            return use;
+        }
+        use.set = static_cast<uint32_t>(set);
+        use.texture = load(info.index, srgb);
+        return use;
+    }
+
+    void read_glass(const tinygltf::Material &source, Material &m) {
+        m.kind = Material::DIELECTRIC;
+        if (source.alphaMode == "BLEND") { // the uncovered part passes all colours
+            const float cover = bounded(alpha_of(source));
+            m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
+        }
+        if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
+            draft.ignored.insert("textures of transmission");
+        if (source.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
+            draft.ignored.insert("textures of roughness on what transmits");
+    }
+
+    void read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps) {
+        maps.metallic_roughness =
+            texture(source.pbrMetallicRoughness.metallicRoughnessTexture, false);
+        const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
+        const bool bare = m.metallic == 0 && coat_of(source) == 0;
+        m.kind = all_metal ? Material::CONDUCTOR
+                 : bare    ? Material::DIFFUSE
+                           : Material::METALLIC_ROUGHNESS;
+    }
+
+    Emission read_emission(const tinygltf::Material &source, SurfaceMaps &maps) {
+        Emission emission;
+        emission.both_sides = source.doubleSided;
+        const double strength = gltf_number(source.extensions, "KHR_materials_emissive_strength",
+                                            "emissiveStrength", 1);
+        if (source.emissiveFactor.size() == 3)
+            emission.radiance = bounded(strength, 0, 1e9) * colour(source.emissiveFactor, 1e9);
+        maps.emission_factor = emission.radiance;
+        if (max_component(emission.radiance) > 0)
+            maps.emission = texture(source.emissiveTexture, true);
+        return emission;
+    }
+
+    void read_holes(const tinygltf::Material &source, bool transmits, SurfaceMaps &maps) {
+        const double alpha = alpha_of(source);
+        const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
+        const bool picture_has_holes =
+            maps.colour.texture >= 0 &&
+            draft.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;
+        if (!mask && !(blend && !transmits && (alpha < 1 || picture_has_holes))) return;
+        maps.alpha = bounded(alpha);
+        maps.alpha_cutoff = mask ? bounded(source.alphaCutoff, 0, 2) : 0.5f;
+        if (picture_has_holes) maps.cut_out = maps.colour;
+        if (blend) draft.ignored.insert("blending (what covers less than half is cut out)");
+    }
+
+    uint32_t read(int index, bool vertex_colours) {
+        const tinygltf::Material standard;
+        const tinygltf::Material &source =
+            index < 0 ? standard : gltf_at(model.materials, index, "material");
+        for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
+            if (member(source.extensions, "KHR_materials_specular", name))
+                draft.ignored.insert("colours and textures of coats");
+        for (const auto &[extension, value] : source.extensions)
+            if (SUPPORTED.count(extension) == 0)
+                draft.ignored.insert("the extension " + printable(extension));
+
+        Material m = factors_of(source);
+        const bool transmits = transmits_light(source, m.metallic);
+        SurfaceMaps maps;
+        maps.vertex_colours = vertex_colours;
+        maps.colour = texture(source.pbrMetallicRoughness.baseColorTexture, true);
+        if (transmits)
+            read_glass(source, m);
+        else
+            read_opaque(source, m, maps);
+        // Glass stays two-sided: what is inside is seen through its back faces.
+        m.single_sided = !source.doubleSided && !transmits;
+        maps.normal = texture(source.normalTexture, false);
+        maps.normal_scale = bounded(source.normalTexture.scale, -100, 100);
+        const Emission emission = read_emission(source, maps);
+        read_holes(source, transmits, maps);
+        return draft_add_material(draft, m, emission, maps);
+    }
+
+    uint32_t get(int material, bool vertex_colours) {
+        const auto known = materials.find({material, vertex_colours});
+        if (known != materials.end()) return known->second;
+        return materials[{material, vertex_colours}] = read(material, vertex_colours);
+    }
+};
+
 } // namespace
 
 double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extension,
@@ -113,150 +271,10 @@ double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extensi
     return value && value->IsNumber() ? value->GetNumberAsDouble() : otherwise;
 }
 
-int32_t GltfMaterials::load(int index, bool srgb) {
-    const auto [known, is_new] = textures_.try_emplace({index, srgb}, -1);
-    if (!is_new) return known->second;
-    const tinygltf::Texture &texture = gltf_at(model_.textures, index, "texture");
-    if (texture.source < 0) {
-        draft_.ignored.insert(unreadable_picture(model_, texture));
-        return -1;
-    }
-    const tinygltf::Image &image = gltf_at(model_.images, texture.source, "image");
-    const auto read = [&]() -> std::vector<unsigned char> {
-        if (image.bufferView >= 0) {
-            const GltfBytes bytes = gltf_buffer_view(model_, image.bufferView, "an image");
-            return {bytes.data, bytes.data + bytes.size};
-        }
-        // If tinygltf read nothing, errors matter only now.
-        return image.image.empty() ? folder_.read(percent_decoded(image.uri)) : image.image;
+std::function<uint32_t(int, bool)> gltf_material_reader(const tinygltf::Model &model,
+                                                        SceneFolder &folder, SceneDraft &draft) {
+    return [reader = MaterialReader{model, folder, draft, {}, {}}](int material,
+                                                                   bool vertex_colours) mutable {
+        return reader.get(material, vertex_colours);
     };
-    known->second = draft_add_texture(draft_, image_name(image, texture.source), srgb, read);
-    Texture &loaded = draft_.scene.textures.back();
-    if (texture.sampler >= 0) {
-        const tinygltf::Sampler &sampler = gltf_at(model_.samplers, texture.sampler, "sampler");
-        const auto wrap = [](int mode) {
-            return mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Texture::CLAMP
-                   : mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Texture::MIRROR
-                                                                   : Texture::REPEAT;
-        };
-        loaded.wrap_u = wrap(sampler.wrapS);
-        loaded.wrap_v = wrap(sampler.wrapT);
-        loaded.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
-    }
-    return known->second;
-}
-
-template <typename Info>
-TextureUse GltfMaterials::texture(const Info &info, bool srgb) {
-    TextureUse use;
-    if (info.index < 0) return use;
-    const tinygltf::ExtensionMap &extensions = info.extensions;
-    int set = info.texCoord;
-    const char *const transform = "KHR_texture_transform";
-    if (extensions.count(transform) > 0) {
-        const auto pair = [&](const char *name, int i, double otherwise) {
-            const tinygltf::Value *v = member(extensions, transform, name);
-            if (!v || !v->IsArray() || v->ArrayLen() != 2 || !v->Get(i).IsNumber())
-                return otherwise;
-            return v->Get(i).GetNumberAsDouble();
-        };
-        const double turn = gltf_number(extensions, transform, "rotation", 0);
-        const double sine = std::sin(turn), cosine = std::cos(turn);
-        const double sx = pair("scale", 0, 1), sy = pair("scale", 1, 1);
-        const double rows[2][3] = {{cosine * sx, sine * sy, pair("offset", 0, 0)},
-                                   {-sine * sx, cosine * sy, pair("offset", 1, 0)}};
-        for (int r = 0; r < 2; ++r)
-            for (int c = 0; c < 3; ++c) use.transform[r][c] = static_cast<float>(rows[r][c]);
-        set = static_cast<int>(gltf_number(extensions, transform, "texCoord", set));
-    }
-    if (set < 0 || set > 1) {
-        draft_.ignored.insert("textures on a third set of coordinates");
-        return use;
-    }
-    use.set = static_cast<uint32_t>(set);
-    use.texture = load(info.index, srgb);
-    return use;
-}
-
-uint32_t GltfMaterials::get(int material, bool vertex_colours) {
-    const auto known = materials_.find({material, vertex_colours});
-    if (known != materials_.end()) return known->second;
-    return materials_[{material, vertex_colours}] = read(material, vertex_colours);
-}
-
-void GltfMaterials::read_glass(const tinygltf::Material &source, Material &m) {
-    m.kind = Material::DIELECTRIC;
-    if (source.alphaMode == "BLEND") { // the uncovered part passes all colours
-        const float cover = bounded(alpha_of(source));
-        m.albedo = cover * m.albedo + (1 - cover) * Vec3{1, 1, 1};
-    }
-    if (member(source.extensions, "KHR_materials_transmission", "transmissionTexture"))
-        draft_.ignored.insert("textures of transmission");
-    if (source.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
-        draft_.ignored.insert("textures of roughness on what transmits");
-}
-
-void GltfMaterials::read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps) {
-    maps.metallic_roughness = texture(source.pbrMetallicRoughness.metallicRoughnessTexture, false);
-    const bool all_metal = m.metallic == 1 && maps.metallic_roughness.texture < 0;
-    const bool bare = m.metallic == 0 && coat_of(source) == 0;
-    m.kind = all_metal ? Material::CONDUCTOR
-             : bare    ? Material::DIFFUSE
-                       : Material::METALLIC_ROUGHNESS;
-}
-
-Emission GltfMaterials::read_emission(const tinygltf::Material &source, SurfaceMaps &maps) {
-    Emission emission;
-    emission.both_sides = source.doubleSided;
-    const double strength =
-        gltf_number(source.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1);
-    if (source.emissiveFactor.size() == 3)
-        emission.radiance = bounded(strength, 0, 1e9) * colour(source.emissiveFactor, 1e9);
-    maps.emission_factor = emission.radiance;
-    if (max_component(emission.radiance) > 0) maps.emission = texture(source.emissiveTexture, true);
-    return emission;
-}
-
-// Where the surface has holes: alpha below the cutoff, of which blending is taken as one half.
-void GltfMaterials::read_holes(const tinygltf::Material &source, bool transmits,
-                               SurfaceMaps &maps) {
-    const double alpha = alpha_of(source);
-    const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
-    const bool picture_has_holes =
-        maps.colour.texture >= 0 &&
-        draft_.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;
-    if (!mask && !(blend && !transmits && (alpha < 1 || picture_has_holes))) return;
-    maps.alpha = bounded(alpha);
-    maps.alpha_cutoff = mask ? bounded(source.alphaCutoff, 0, 2) : 0.5f;
-    if (picture_has_holes) maps.cut_out = maps.colour;
-    if (blend) draft_.ignored.insert("blending (what covers less than half is cut out)");
-}
-
-uint32_t GltfMaterials::read(int index, bool vertex_colours) {
-    const tinygltf::Material standard;
-    const tinygltf::Material &source =
-        index < 0 ? standard : gltf_at(model_.materials, index, "material");
-    for (const char *name : {"specularTexture", "specularColorTexture", "specularColorFactor"})
-        if (member(source.extensions, "KHR_materials_specular", name))
-            draft_.ignored.insert("colours and textures of coats");
-    for (const auto &[extension, value] : source.extensions)
-        if (SUPPORTED.count(extension) == 0)
-            draft_.ignored.insert("the extension " + printable(extension));
-
-    Material m = factors_of(source);
-    const bool transmits = transmits_light(source, m.metallic);
-    SurfaceMaps maps;
-    maps.vertex_colours = vertex_colours;
-    maps.colour = texture(source.pbrMetallicRoughness.baseColorTexture, true);
-    if (transmits)
-        read_glass(source, m);
-    else
-        read_opaque(source, m, maps);
-    // Glass stays two-sided: what is inside is seen through its back faces.
-    m.single_sided = !source.doubleSided && !transmits;
-    maps.normal = texture(source.normalTexture, false);
-    maps.normal_scale = bounded(source.normalTexture.scale, -100, 100);
-    const Emission emission = read_emission(source, maps);
-    read_holes(source, transmits, maps);
-    return draft_add_material(draft_, m, emission, maps);
 }

@@ -5,9 +5,8 @@
 
 #include <tiny_gltf.h>
 
-#include <map>
+#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "error.h"
@@ -47,30 +46,11 @@ const Element &gltf_at(const std::vector<Element> &list, int index, const char *
 
 // ---- gltf_material.cpp
 
-class GltfMaterials {
-  public:
-    GltfMaterials(const tinygltf::Model &model, SceneFolder &folder, SceneDraft &draft)
-        : model_(model), folder_(folder), draft_(draft) {}
-    // The draft's material for a material of the model (-1: the default one). Materials and their
-    // textures are read on first use: image files that are not used may be missing. Throws Error.
-    uint32_t get(int material, bool vertex_colours);
-
-  private:
-    uint32_t read(int material, bool vertex_colours);
-    void read_glass(const tinygltf::Material &source, Material &m);
-    void read_opaque(const tinygltf::Material &source, Material &m, SurfaceMaps &maps);
-    Emission read_emission(const tinygltf::Material &source, SurfaceMaps &maps);
-    void read_holes(const tinygltf::Material &source, bool transmits, SurfaceMaps &maps);
-    template <typename Info> // TextureInfo, NormalTextureInfo
-    TextureUse texture(const Info &info, bool srgb);
-    int32_t load(int index, bool srgb);
-
-    const tinygltf::Model &model_;
-    SceneFolder &folder_;
-    SceneDraft &draft_;
-    std::map<std::pair<int, bool>, uint32_t> materials_;
-    std::map<std::pair<int, bool>, int32_t> textures_;
-};
+// A function that returns the draft's material for a material of the model (-1: the default one), with
+// vertex colours or without. It reads materials and their textures on first use: image files that are
+// not used may be missing. It throws Error; its arguments must outlive it.
+std::function<uint32_t(int, bool)> gltf_material_reader(const tinygltf::Model &model,
+                                                        SceneFolder &folder, SceneDraft &draft);
 
 // A number in an extension, or `otherwise` if it is missing.
 double gltf_number(const tinygltf::ExtensionMap &extensions, const char *extension,

@@ -24,6 +24,20 @@ struct Light {
     float cosine_inner = 1, cosine_outer = 0; // SPOT: full inside, none outside, smooth between
 };
 
+// A parallelogram or a triangle that emits from its front.
+inline Light area_light(Light::Kind kind, Vec3 corner, Vec3 edge_u, Vec3 edge_v, Vec3 radiance) {
+    Light light{};
+    const Vec3 normal = cross(edge_u, edge_v);
+    light.kind = kind;
+    light.corner = corner;
+    light.edge_u = edge_u;
+    light.edge_v = edge_v;
+    light.normal = normalize_or(normal, {0, 0, 1});
+    light.area = (kind == Light::TRIANGLE ? 0.5f : 1.0f) * length(normal);
+    light.radiance = radiance;
+    return light;
+}
+
 // Whether scattered rays can hit the light.
 inline bool light_has_extent(const Light &light) {
     return light.kind < Light::POINT;

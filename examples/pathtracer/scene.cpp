@@ -19,9 +19,7 @@ void include(Bounds &b, Vec3 v) {
 
 // All that there is while the shutter is open.
 Bounds extent_of(const Scene &scene) {
-    const float infinity = std::numeric_limits<float>::infinity();
-    Bounds b = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-    for (const Vec3 v : scene.vertices) include(b, v);
+    Bounds b = scene_bounds(scene);
     for (size_t i = 0; i < scene.motions.size(); ++i)
         include(b, scene.vertices[i] + scene.motions[i]);
     if (scene.medium) include(b, scene.medium->low), include(b, scene.medium->high);
@@ -39,7 +37,6 @@ void drop_triangles_without_area(Scene &scene) {
         scene.surfaces[kept] = scene.surfaces[i];
         ++kept;
     }
-    scene.dropped_triangles += static_cast<uint32_t>(scene.triangles.size() - kept);
     scene.triangles.resize(kept);
     scene.surfaces.resize(kept);
 }
@@ -89,38 +86,10 @@ void prepare_lights(Scene &scene) {
         scene.lights[i].probability = scene.light_limits[i + 1] - scene.light_limits[i];
 }
 
-} // namespace
-
-Bounds scene_bounds(const Scene &scene) {
-    Bounds b = {scene.vertices[0], scene.vertices[0]};
-    for (const Vec3 v : scene.vertices) include(b, v);
-    return b;
-}
-
-void scene_finish(Scene &scene) {
-    for (const Vec3 v : scene.vertices)
-        if (!is_finite(v)) throw Error("the scene has a vertex that is not a finite number");
-    if (!scene.normals.empty()) scene.normals.resize(scene.vertices.size(), {0, 0, 0});
-    if (!scene.motions.empty()) scene.motions.resize(scene.vertices.size(), {0, 0, 0});
-    drop_triangles_without_area(scene);
-    prepare_lights(scene);
-    for (Material &material : scene.materials) material_prepare(material);
-}
-
-Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices) {
-    vertices.clear();
-    if (points.empty()) return {0, 0, 0};
-    Point3d low = points[0], high = points[0];
-    for (const Point3d p : points) {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-    const Point3d middle = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
-    vertices.reserve(points.size());
-    for (const Point3d p : points) vertices.push_back(minus(p, middle));
-    return middle;
-}
-
+// Bends a shading normal just enough to reflect `wo` above the surface, whose normal is
+// `geometric`. Without this, mirrors with normal maps would have black spots where the reflection
+// points into the surface (Keller et al., "The Iray Light Transport Simulation and Rendering
+// System", 2017, adapt shading normals this way). `wo` must be on the front of the surface.
 Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     // The least cosine allowed between the mirrored direction and the geometric normal.
     const float facing = dot(geometric, wo);
@@ -137,6 +106,32 @@ Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo) {
     const Vec3 lifted =
         rise > 0.1f ? mirrored + (below / rise) * normal : mirrored + below * geometric;
     return normalize_or(wo + normalize_or(lifted, geometric), geometric);
+}
+
+void finish_chosen(Scene &scene, const SceneOptions &options) {
+    scene_choose_camera(scene, options.camera);
+    for (Material &material : scene.materials) material.single_scatter = options.single_scatter;
+    scene.single_scatter = options.single_scatter;
+    scene_finish(scene);
+}
+
+} // namespace
+
+Bounds scene_bounds(const Scene &scene) {
+    const float infinity = std::numeric_limits<float>::infinity();
+    Bounds b = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for (const Vec3 v : scene.vertices) include(b, v);
+    return b;
+}
+
+void scene_finish(Scene &scene) {
+    for (const Vec3 v : scene.vertices)
+        if (!is_finite(v)) throw Error("the scene has a vertex that is not a finite number");
+    if (!scene.normals.empty()) scene.normals.resize(scene.vertices.size(), {0, 0, 0});
+    if (!scene.motions.empty()) scene.motions.resize(scene.vertices.size(), {0, 0, 0});
+    drop_triangles_without_area(scene);
+    prepare_lights(scene);
+    for (Material &material : scene.materials) material_prepare(material);
 }
 
 Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo) {
@@ -177,17 +172,6 @@ const std::vector<SceneEntry> &scene_entries() {
     };
     return entries;
 }
-
-namespace {
-
-void finish_chosen(Scene &scene, const SceneOptions &options) {
-    scene_choose_camera(scene, options.camera);
-    for (Material &material : scene.materials) material.single_scatter = options.single_scatter;
-    scene.single_scatter = options.single_scatter;
-    scene_finish(scene);
-}
-
-} // namespace
 
 Scene scene_build(const std::string &name, const SceneOptions &options) {
     if (is_scene_file(name)) {

@@ -58,7 +58,6 @@ struct Scene {
     // Set by scene_finish.
     std::vector<float> light_limits; // for choosing lights, see distribution.h
     int32_t environment_light = -1;  // index of the environment's light, or -1 if it is not sampled
-    uint32_t dropped_triangles = 0;  // those without area
 
     std::vector<std::string> notes; // tell the user what was left out of a scene file
 };
@@ -67,7 +66,7 @@ struct Bounds {
     Vec3 low, high;
 };
 
-// Of the vertices, of which there must be one.
+// Of the vertices; from infinity to -infinity if there are none.
 Bounds scene_bounds(const Scene &scene);
 
 // Prepares any scene for rendering: drops triangles without area and lights without power, turns
@@ -75,21 +74,10 @@ Bounds scene_bounds(const Scene &scene);
 // finite.
 void scene_finish(Scene &scene);
 
-// Converts double-precision points, such as those of transformed files, to float vertices. The
-// centre of their bounds is subtracted first, so float keeps the digits that matter. Returns the
-// centre; subtract it from cameras and lights too.
-Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices);
-
 // The shading normal of a hit, on the side of `wo`: the interpolated vertex normal, bent by a
 // normal map, if the scene has these, otherwise `normal`. For reflecting materials it reflects `wo`
 // above the surface; for diffuse ones `wo` is on its front.
 Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec3 normal, Vec3 wo);
-
-// Bends a shading normal just enough to reflect `wo` above the surface, whose normal is
-// `geometric`. Without this, mirrors with normal maps would have black spots where the reflection
-// points into the surface (Keller et al., "The Iray Light Transport Simulation and Rendering
-// System", 2017, adapt shading normals this way). `wo` must be on the front of the surface.
-Vec3 mirroring_normal(Vec3 normal, Vec3 geometric, Vec3 wo);
 
 struct SceneEntry {
     const char *name;

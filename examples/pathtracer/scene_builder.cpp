@@ -22,13 +22,6 @@ void add_triangle(Scene &scene, Surface surface, uint32_t a, uint32_t b, uint32_
     scene.surfaces.push_back(surface);
 }
 
-Light area_light(Light::Kind kind, Vec3 corner, Vec3 edge_u, Vec3 edge_v, Vec3 radiance) {
-    const Vec3 normal = cross(edge_u, edge_v);
-    const float area = (kind == Light::TRIANGLE ? 0.5f : 1.0f) * length(normal);
-    return {kind, corner,   edge_u,  edge_v, normalize_or(normal, {0, 0, 1}),
-            area, radiance, nullptr, 0,      0};
-}
-
 } // namespace
 
 uint32_t add_diffuse(Scene &scene, Vec3 albedo) {
@@ -67,9 +60,9 @@ void add_quad(Scene &scene, uint32_t material, Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
 }
 
 void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
-    const auto light = static_cast<int32_t>(scene.lights.size());
+    const auto number = static_cast<int32_t>(scene.lights.size());
     scene.lights.push_back(area_light(Light::PARALLELOGRAM, a, b - a, c - b, radiance));
-    add_quad(scene, Surface{material, light}, a, b, c, a + (c - b));
+    add_quad(scene, Surface{material, number}, a, b, c, a + (c - b));
 }
 
 void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
@@ -79,14 +72,6 @@ void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 midd
     const Vec3 half_x = (0.5f * width) * x, half_y = (0.5f * height) * cross(normal, x);
     add_light(scene, material, radiance, middle - half_x - half_y, middle + half_x - half_y,
               middle + half_x + half_y);
-}
-
-void add_triangle_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c) {
-    const auto light = static_cast<int32_t>(scene.lights.size());
-    scene.lights.push_back(area_light(Light::TRIANGLE, a, b - a, c - a, radiance));
-    const auto first = static_cast<uint32_t>(scene.vertices.size());
-    scene.vertices.insert(scene.vertices.end(), {a, b, c});
-    add_triangle(scene, Surface{material, light}, first, first + 1, first + 2);
 }
 
 void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]) {

@@ -20,9 +20,6 @@ void add_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, V
 void add_light_towards(Scene &scene, uint32_t material, Vec3 radiance, Vec3 middle, Vec3 target,
                        float width, float height);
 
-// A triangle light that emits from its front.
-void add_triangle_light(Scene &scene, uint32_t material, Vec3 radiance, Vec3 a, Vec3 b, Vec3 c);
-
 // A block that stands on the floor, without a bottom. The corners are those of its top,
 // counter-clockwise as seen from above.
 void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corners)[4]);

@@ -48,21 +48,14 @@ bool make_area_lights(SceneDraft &draft) {
         if (!has_any(emission.radiance)) continue;
         const auto &t = scene.triangles[i].vertices;
         const Vec3 corner = scene.vertices[t[0]];
-        const Vec3 edge_u = scene.vertices[t[1]] - corner, edge_v = scene.vertices[t[2]] - corner;
-        const Vec3 normal = cross(edge_u, edge_v);
-        Light light{};
-        light.kind = Light::TRIANGLE;
-        light.corner = corner;
-        light.edge_u = edge_u;
-        light.edge_v = edge_v;
-        light.normal = normalize_or(normal, {0, 0, 1});
-        light.area = 0.5f * length(normal);
+        Light light = area_light(Light::TRIANGLE, corner, scene.vertices[t[1]] - corner,
+                                 scene.vertices[t[2]] - corner, emission.radiance);
         light.both_sides = emission.both_sides;
         const int32_t maps = scene.materials[material].maps;
         light.mapped = maps >= 0 && scene.maps[static_cast<size_t>(maps)].emission.texture >= 0;
-        light.radiance = light.mapped ? mean_emission(scene, static_cast<uint32_t>(i),
-                                                      whole_textures[static_cast<size_t>(maps)])
-                                      : emission.radiance;
+        if (light.mapped)
+            light.radiance = mean_emission(scene, static_cast<uint32_t>(i),
+                                           whole_textures[static_cast<size_t>(maps)]);
         lit = lit || (!light.mapped && max_component(light.radiance) > MAX_GLOW);
         if (scene.lights.size() >= (1u << 22))
             throw Error("has more than 2^22 triangles that emit light");
@@ -70,6 +63,23 @@ bool make_area_lights(SceneDraft &draft) {
         scene.lights.push_back(light);
     }
     return lit;
+}
+
+// Converts double-precision points, such as those of transformed files, to float vertices. The
+// centre of their bounds is subtracted first, so float keeps the digits that matter. Returns the
+// centre; subtract it from cameras and lights too.
+Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices) {
+    vertices.clear();
+    if (points.empty()) return {0, 0, 0};
+    Point3d low = points[0], high = points[0];
+    for (const Point3d p : points) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    const Point3d middle = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
+    vertices.reserve(points.size());
+    for (const Point3d p : points) vertices.push_back(minus(p, middle));
+    return middle;
 }
 
 // A three-quarter front view, slightly from above, as close as shows everything in a square.

@@ -21,15 +21,11 @@ class KnownNumbers : public PeerSampler {
               float *u) const override {
         ++drawn[key];
         for (int d = 0; d < dimensions; ++d) {
-            const auto found = changed.find({key, d});
             uint64_t state = 0;
             for (const uint32_t part : {static_cast<uint32_t>(x), static_cast<uint32_t>(y), index,
-                                        key, static_cast<uint32_t>(d)}) {
-                Random random{state + part};
-                random();
-                state = random.state ^ random.state >> 29;
-                state *= 0xff51afd7ed558ccdu;
-            }
+                                        key, static_cast<uint32_t>(d)})
+                state = state * 1000003 + part;
+            const auto found = changed.find({key, d});
             u[d] = found != changed.end() ? found->second : Random{state}();
         }
     }

@@ -168,27 +168,18 @@ def test_pictures_of_other_depths(pathtracer, even_sky):
         np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), expected, atol=1e-3)
 
 
-def test_wrapping_and_transforms(pathtracer, even_sky):
-    nearest = lambda **wrap: lambda g: g.texture(FOUR, magFilter=9728, **wrap)
-    plain = linear(FOUR.reshape(4, 3))
-
-    def seen(texture, coordinates, **info):
-        return corner_colours(pathtracer, textured_floor(texture, np.float32(coordinates), **info), even_sky)
-
-    moved = QUAD_COORDINATES + np.float32([1, 0])
-    np.testing.assert_allclose(seen(nearest(), moved), plain, atol=1e-3)
-    np.testing.assert_allclose(seen(nearest(wrapS=33648), moved), plain[[1, 0, 3, 2]], atol=1e-3)
-    np.testing.assert_allclose(seen(nearest(wrapS=33071), moved), plain[[1, 1, 3, 3]], atol=1e-3)
-    transform = lambda **t: {"info": {"extensions": {"KHR_texture_transform": t}}}
-    np.testing.assert_allclose(seen(nearest(), QUAD_COORDINATES, **transform(offset=[1, 0])), plain, atol=1e-3)
-    shifted = seen(nearest(), QUAD_COORDINATES, **transform(offset=[0.5, 0]))
-    np.testing.assert_allclose(shifted, plain[[1, 0, 3, 2]], atol=1e-3)
-    upside_down = seen(nearest(), QUAD_COORDINATES, **transform(offset=[0, 1], scale=[1, -1]))
-    np.testing.assert_allclose(upside_down, plain[[2, 3, 0, 1]], atol=1e-3)
+@pytest.mark.parametrize(("moved", "wrap", "transform", "order"), [
+    (1, {}, {}, [0, 1, 2, 3]), (1, {"wrapS": 33648}, {}, [1, 0, 3, 2]), (1, {"wrapS": 33071}, {}, [1, 1, 3, 3]),
+    (0, {}, {"offset": [1, 0]}, [0, 1, 2, 3]), (0, {}, {"offset": [0.5, 0]}, [1, 0, 3, 2]),
+    (0, {}, {"offset": [0, 1], "scale": [1, -1]}, [2, 3, 0, 1]),
     # A quarter turn of the coordinates, counter-clockwise as the extension has it, and back into the square: the
     # picture turns clockwise.
-    turned = seen(nearest(), QUAD_COORDINATES, **transform(offset=[0, 1], rotation=np.pi / 2))
-    np.testing.assert_allclose(turned, plain[[2, 0, 3, 1]], atol=1e-3)
+    (0, {}, {"offset": [0, 1], "rotation": np.pi / 2}, [2, 0, 3, 1])])
+def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, order):
+    info = {"extensions": {"KHR_texture_transform": transform}} if transform else {}
+    texture = lambda g: g.texture(FOUR, magFilter=9728, **wrap)
+    scene = textured_floor(texture, QUAD_COORDINATES + np.float32([moved, 0]), info=info)
+    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), linear(FOUR.reshape(4, 3))[order], atol=1e-3)
 
 
 def test_the_second_set_and_vertex_colours(pathtracer, even_sky):
@@ -234,37 +225,25 @@ def test_normal_maps(pathtracer):
 # ---- Materials
 
 
-def test_transmission_is_glass(pathtracer, even_sky):
-    """Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can."""
-    for distance, colour in ((4, 1), (0.3, 1), (4, 0.5)):
-        g = Gltf()
-        extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.4}}
-        pbr = {"metallicFactor": 0, "roughnessFactor": 0.0, "baseColorFactor": [colour, colour, colour, 1]}
-        ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions))
-        g.camera(0.3, translation=[0, 0, distance])
-        image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
-        if colour == 1:
-            assert image.mean() == pytest.approx(1, abs=0.01)
-        else:
-            assert image[12, 12, 0] == pytest.approx(0.25, abs=0.06)
-
-
-def test_what_is_blended_and_transmits_is_glass(pathtracer, even_sky):
-    """A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out."""
-    for pbr in ({}, {"metallicFactor": 0}):
-        g = Gltf()
-        extensions = {"KHR_materials_transmission": {"transmissionFactor": 0.75}, "KHR_materials_ior": {"ior": 1.01}}
-        pbr = {"roughnessFactor": 0.0, "baseColorFactor": [0, 0, 0, 0.25], **pbr}
-        ball(g, g.add("materials", pbrMetallicRoughness=pbr, alphaMode="BLEND", extensions=extensions))
-        g.camera(0.1, translation=[0, 0, 4])
-        image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
-        np.testing.assert_allclose(image, 0.75**2, atol=0.01)
-    metal = Gltf()
-    pbr = {"roughnessFactor": 0.0, "baseColorFactor": [0.5, 0.5, 0.5, 1]}
-    ball(metal, metal.add("materials", pbrMetallicRoughness=pbr, alphaMode="BLEND", extensions=extensions))
-    metal.camera(0.1, translation=[0, 0, 4])
-    image = picture(pathtracer, metal, "--spp", 16, "--env", even_sky)
-    np.testing.assert_allclose(image, 0.5, atol=0.01)  # a mirror; glass would show a quarter
+@pytest.mark.parametrize(("distance", "pbr", "glass", "expected"), [
+    # Clear glass under an even sky cannot be seen, from outside or from within; tinted glass can.
+    (4, {"baseColorFactor": [1, 1, 1, 1]}, (1, 1.4), 1), (0.3, {"baseColorFactor": [1, 1, 1, 1]}, (1, 1.4), 1),
+    (4, {"baseColorFactor": [0.5, 0.5, 0.5, 1]}, (1, 1.01), 0.25),
+    # A black one that covers a quarter lets three quarters through twice, also where metallicFactor is left out.
+    (4, {"baseColorFactor": [0, 0, 0, 0.25]}, (0.75, 1.01), 0.75**2),
+    (4, {"baseColorFactor": [0, 0, 0, 0.25], "metallicFactor": None}, (0.75, 1.01), 0.75**2),
+    # What covers all and leaves it out is metal: a mirror, where glass would show a quarter.
+    (4, {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": None}, (0.75, 1.01), 0.5)])
+def test_transmission_is_glass(pathtracer, even_sky, distance, pbr, glass, expected):
+    g = Gltf()
+    pbr = {"metallicFactor": 0, "roughnessFactor": 0.0, **pbr}
+    pbr = {name: value for name, value in pbr.items() if value is not None}
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": glass[0]}, "KHR_materials_ior": {"ior": glass[1]}}
+    blend = {"alphaMode": "BLEND"} if glass[0] < 1 else {}
+    ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, **blend))
+    g.camera(0.1, translation=[0, 0, distance])
+    image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
+    np.testing.assert_allclose(image, expected, atol=0.02)
 
 
 def test_pictures_of_other_kinds(pathtracer, even_sky):
@@ -350,16 +329,14 @@ def test_polygons_of_an_obj_cover_what_they_should(pathtracer, even_sky):
     """Concave ones, of either turn and from any first corner: the share of the picture that is dark goes with their
     area, to within the pixels along their edges."""
     angles = np.linspace(0.15, 2 * np.pi - 0.15, 60)
-    arc = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    hole = 0.5 * np.array([(-1, -1), (-1, 1), (1, 1), (1, -1), (-1, -1)])
-    comb = [(-1, -1), (1, -1), (1, 1), (0.6, 1), (0.6, -0.5), (0.2, -0.5), (0.2, 1), (-0.2, 1), (-0.2, -0.5), (-1, -0.5)]
+    arc, square = np.stack([np.cos(angles), np.sin(angles)], axis=1), [(-1, -1), (1, -1), (1, 1), (-1, 1)]
     shapes = {
-        "square": [(-1, -1), (1, -1), (1, 1), (-1, 1)],
+        "square": square,
         "corner": [(-1, -1), (1, -1), (1, 0), (0, 0), (0, 1), (-1, 1)],
         "dart": [(-1, -1), (0, -0.6), (1, -1), (0, 1)],
-        "comb": comb,
+        "comb": [*square[:3], (0.6, 1), (0.6, -0.5), (0.2, -0.5), (0.2, 1), (-0.2, 1), (-0.2, -0.5), (-1, -0.5)],
         "ring": [*arc, *(0.6 * arc[::-1])],
-        "frame": [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1), *hole],
+        "frame": [*square, (-1, -1), (-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)],
     }
     path = pathtracer.folder / "polygon.obj"
     arguments = ["--scene", path, "--size", "64x64", "--spp", 4, "--env", even_sky, "--max-depth", 0]
