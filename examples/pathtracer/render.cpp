@@ -31,14 +31,13 @@ struct Job {
     const RenderSettings *settings;
     uint32_t count;
     Film *film;
-    int tiles_x, tile_count;
-    Crop blocks; // the film's crop, enlarged to whole tiles
-    std::atomic<int> next_tile{0};
+    std::vector<Crop> tiles; // row by row, those at the edges smaller
+    std::atomic<size_t> next_tile{0};
     std::atomic<bool> stop{false};
     std::mutex mutex;
     std::condition_variable finished; // signalled when a thread exits
     PathCounters counters;            // guarded by the mutex, like the rest
-    int tiles_done = 0;
+    size_t tiles_done = 0;
     unsigned threads_left = 0;
 };
 
@@ -77,23 +76,12 @@ void render_block(const Job &job, const Crop &block, PathCounters &counters) {
     }
 }
 
-Crop tile_of(const Film &film, const Crop &blocks, int tiles_x, int tile) {
-    const int x0 = blocks.x0 + tile % tiles_x * TILE_SIZE;
-    const int y0 = blocks.y0 + tile / tiles_x * TILE_SIZE;
-    return {std::max(x0, film.crop.x0), std::max(y0, film.crop.y0),
-            std::min(x0 + TILE_SIZE, film.crop.x1), std::min(y0 + TILE_SIZE, film.crop.y1)};
-}
-
-int tiles_along(int length) {
-    return (length + TILE_SIZE - 1) / TILE_SIZE;
-}
-
 void render_tiles(Job &job) {
     geometry_thread_begin();
     while (!job.stop.load(std::memory_order_relaxed)) {
-        const int tile = job.next_tile.fetch_add(1, std::memory_order_relaxed);
-        if (tile >= job.tile_count) break;
-        const Crop pixels = tile_of(*job.film, job.blocks, job.tiles_x, tile);
+        const size_t tile = job.next_tile.fetch_add(1, std::memory_order_relaxed);
+        if (tile >= job.tiles.size()) break;
+        const Crop &pixels = job.tiles[tile];
         PathCounters counters;
         if (job.settings->noise.level > 0)
             render_block(job, pixels, counters);
@@ -120,9 +108,12 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
     job.settings = &settings;
     job.count = count;
     job.film = &film;
-    job.blocks = whole_blocks(film.crop, film.full_width, film.full_height);
-    job.tiles_x = tiles_along(width(job.blocks));
-    job.tile_count = job.tiles_x * tiles_along(height(job.blocks));
+    const Crop &crop = film.crop, all = whole_blocks(crop, film.full_width, film.full_height);
+    for (int y = all.y0; y < all.y1; y += TILE_SIZE)
+        for (int x = all.x0; x < all.x1; x += TILE_SIZE)
+            job.tiles.push_back({std::max(x, crop.x0), std::max(y, crop.y0),
+                                 std::min(x + TILE_SIZE, crop.x1),
+                                 std::min(y + TILE_SIZE, crop.y1)});
 
     std::vector<std::thread> threads;
     {
@@ -138,7 +129,8 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
         }
         while (!job.finished.wait_for(lock, std::chrono::milliseconds(100),
                                       [&] { return job.threads_left == 0; })) {
-            const double fraction = static_cast<double>(job.tiles_done) / job.tile_count;
+            const double fraction =
+                static_cast<double>(job.tiles_done) / static_cast<double>(job.tiles.size());
             RenderTotals so_far = totals;
             so_far.counters += job.counters;
             so_far.seconds += seconds_since(start);
@@ -150,7 +142,7 @@ bool render_until(const Integrator &integrator, const RenderSettings &settings, 
     for (std::thread &thread : threads) thread.join();
     totals.counters += job.counters;
     totals.seconds += seconds_since(start);
-    return job.tiles_done == job.tile_count;
+    return job.tiles_done == job.tiles.size();
 }
 
 // The most samples per pixel in one pass.
