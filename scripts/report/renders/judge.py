@@ -85,14 +85,10 @@ class Store:
     def __init__(self, folder):
         self.folder = folder
         if folder.is_dir():
-            oldest = time.time() - KEPT_DAYS * 86400
             for path in folder.iterdir():
-                if path.stat().st_mtime >= oldest:
-                    continue
-                if path.is_dir():
-                    shutil.rmtree(path, ignore_errors=True)  # left by a run that was killed
-                else:
-                    path.unlink(missing_ok=True)
+                if path.stat().st_mtime < time.time() - KEPT_DAYS * 86400:
+                    # Folders are left by runs that were killed.
+                    shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
 
     def _path(self, key):
         text = json.dumps([FORMAT, key], sort_keys=True)
