@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Samplers and their draws: making them, ranges, determinism, block and inline forms, nets,
- * independence of domains and seeds. How blue the samples are is tested in tests/quality. */
+ * Samplers and their draws: making them, ranges, determinism, block and inline forms, nets. How blue and how
+ * independent the samples are is tested in tests/quality. */
 #include "check.h"
 #include "samplers.h"
 #define BN_BUILDING_DRAWS /* bn_sample_4d() and others are the library's here */
 #include <bn/bn_draw.h>
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static uint32_t random_u32(void) {
@@ -230,74 +228,6 @@ static void test_nets_of_squares(void) {
     }
 }
 
-/* Samples never repeat, neither those of distant indices nor those of a picture: 2^16 of them have no more
- * equal 64-bit values of a pair than chance has (expected 1e-10). */
-static int compare_u64(const void *a, const void *b) {
-    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
-static void test_no_repeats(void) {
-    enum { N = 1 << 16 };
-    uint64_t *values = malloc(N * sizeof *values);
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 0);
-        for (int over_pixels = 0; over_pixels < 2; ++over_pixels) {
-            for (uint32_t i = 0; i < N; ++i) {
-                uint32_t u[4];
-                if (over_pixels) {
-                    bn_sample_4d_u32(&s, (int32_t)(i & 255u) - 99, (int32_t)(i >> 8), 0, 9, u);
-                } else {
-                    bn_sample_4d_u32(&s, 10, 20, i < N / 2 ? i : i * 65521u, 9, u);
-                }
-                values[i] = (uint64_t)u[0] << 32 | u[1];
-            }
-            qsort(values, N, sizeof *values, compare_u64);
-            int repeats = 0;
-            for (int i = 1; i < N; ++i) repeats += values[i] == values[i - 1];
-            CHECK(repeats == 0);
-        }
-    }
-    free(values);
-}
-
-/* The correlation of the first sample of two streams over a 64x64 picture, times sqrt(pixels):
- * about standard normal when they are independent and white; blue streams vary less or more
- * together with the shift, so the limit is generous: |z| > 6 has probability 2e-9 per pair for
- * white noise. Two looks of MASK at one texel of its 4096, or at neighbours, do correlate: about
- * one in 400 pairs, so more than 4 of 110 have probability 1e-6. */
-static double correlation(const bn_sampler *s, const bn_sampler *t, uint32_t d, uint32_t e, int i,
-                          int j) {
-    double sum = 0.0;
-    for (int32_t y = 0; y < 64; ++y) {
-        for (int32_t x = 0; x < 64; ++x) {
-            float u[4], v[4];
-            bn_sample_4d(s, x, y, 0, d, u);
-            bn_sample_4d(t, x, y, 0, e, v);
-            sum += (u[i] - 0.5) * (v[j] - 0.5) * 12.0;
-        }
-    }
-    return sum / 64.0;
-}
-
-static void test_independence(void) {
-    for (int32_t kind = 0; kind < KINDS; ++kind) {
-        const bn_sampler s = make_sampler(kind, 0, 1), t = make_sampler(kind, 0, 2);
-        int correlated = 0;
-        /* The same arguments give the same samples: the statistic sees dependence. */
-        CHECK(correlation(&s, &s, 5, 5, 0, 0) > 30.0);
-        for (uint32_t pair = 0; pair < 40; ++pair) {
-            uint32_t d = bn_domain_child(BN_DOMAIN_ROOT, pair);
-            uint32_t e = bn_domain_child(BN_DOMAIN_ROOT, pair + 1000);
-            int i = (int)(pair & 3u), j = (int)(pair >> 2 & 3u);
-            correlated += !(fabs(correlation(&s, &s, d, e, i, j)) < 6.0);
-            correlated += !(fabs(correlation(&s, &t, d, d, i, j)) < 6.0);
-            correlated += i != j && !(fabs(correlation(&s, &s, d, d, i, j)) < 6.0);
-        }
-        CHECK(correlated <= (kind == BN_SAMPLER_MASK ? 4 : 0));
-    }
-}
-
 /* The first sample of kind MASK is the mask: its values, seen through every domain's shift. */
 static void test_mask_values(void) {
     enum { W = 6, H = 4, COUNT = W * H };
@@ -343,7 +273,5 @@ int main(void) {
     test_block_arguments();
     test_nets();
     test_nets_of_squares();
-    test_no_repeats();
-    test_independence();
     return check_result();
 }

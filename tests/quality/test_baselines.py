@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scramblings of SOBOL, and that samples, pixels, digits, domains and seeds of every kind have nothing in common that they should
+not have. Everything is seeded; false-alarm rates are for fresh seeds."""
+
+import typing
+
+import numpy as np
+import pytest
+
+from bluenoise import Sampler, SamplerKind, domain
+
+every_kind = pytest.mark.parametrize("kind", typing.get_args(SamplerKind))
+Y, X = np.mgrid[:64, :64]
+
+
+def digits(sampler, *where):
+    """The 24 digits of floats, (..., 4)."""
+    return (sampler.sample(*where) * 2.0**24).astype(np.uint32)
+
+
+def test_sobol_scrambles_both_dimensions_of_a_pair():
+    """Of the first four samples of a pixel, two have equal first digits in both dimensions of a pair. With one scrambling for both,
+    their second digits would also be equal in both samples or in neither; independent ones are so half of the time. Six deviations
+    have a false-alarm rate below 1e-8."""
+    u = digits(Sampler("sobol", seed=8), np.arange(4096)[:, None], 5, np.arange(4), 9)
+    for pair in (0, 2):
+        differ = (u[..., pair] ^ u[..., pair + 1]) >> 22
+        chosen = differ < 2
+        assert (chosen.sum(1) == 2).all()
+        alike = (np.bitwise_xor.reduce(differ * chosen, axis=1) == 0).sum()
+        assert abs(alike - 2048) < 6 * 32
+
+
+@every_kind
+def test_no_period(kind):
+    """No kind repeats after a power of two of pixels, as tiles that are all alike would."""
+    sampler = Sampler(kind, seed=3)
+    x, y, index = X[:8, :8, None] - 3, Y[:8, :8, None] - 4, np.arange(4)
+    here = sampler.sample(x, y, index, 77)
+    for period in 64 * 4 ** np.arange(8):
+        for dx, dy in ((period, 0), (0, period), (period, period)):
+            assert not (here == sampler.sample(x + dx, y + dy, index, 77)).all((2, 3)).any()
+
+
+@every_kind
+def test_digits_are_even(kind):
+    """Each is set in half of the pixels, also beyond those that a mask or a tile gives: six deviations of independent pixels, a
+    false-alarm rate below 1e-6 in all."""
+    y, x = np.ogrid[:512, :512]
+    u = digits(Sampler(kind, seed=5), x, y, 0, 12)
+    for digit in range(24):
+        assert (abs((u >> digit & 1).sum((0, 1)) - 2.0**17) < 6 * 256).all()
+
+
+@every_kind
+def test_no_repeats(kind):
+    """2^16 samples, of distant indices or of a picture, have no more equal values of a pair than chance has (expected 1e-5)."""
+    sampler, i = Sampler(kind), np.arange(2**16)
+    indices = np.where(i < 2**15, i, i * 65521 % 2**32)
+    for where in ((10, 20, indices, 9), ((i & 255) - 99, i >> 8, 0, 9)):
+        u = digits(sampler, *where).astype(np.uint64)
+        assert len(np.unique(u[:, 0] << np.uint64(24) | u[:, 1])) == 2**16
+
+
+@every_kind
+def test_domains_and_seeds_are_independent(kind):
+    """The correlation of the first samples of two streams over 64 x 64 pixels, times sqrt(pixels), is about standard normal when they
+    are independent and white; blue streams vary less or more together with the shift, so the limit is generous: |z| > 6 has probability
+    2e-9 per pair for white noise. Two looks of MASK at one texel of its 4096, or at neighbours, do correlate: about one in 400 pairs, so
+    more than 4 of 110 have probability 1e-6."""
+    def correlation(s, t, d, e, i, j):
+        u, v = (sampler.sample(X, Y, 0, number).astype(float) - 0.5 for sampler, number in ((s, d), (t, e)))
+        return (u[..., i] * v[..., j]).sum() * 12 / 64
+
+    s, t = Sampler(kind, seed=1), Sampler(kind, seed=2)
+    assert correlation(s, s, 5, 5, 0, 0) > 30  # the statistic sees dependence
+    found = []
+    for pair in range(40):
+        d, e, i, j = domain(pair), domain(pair + 1000), pair % 4, pair // 4 % 4
+        found += [correlation(s, s, d, e, i, j), correlation(s, t, d, d, i, j), *([correlation(s, s, d, d, i, j)] if i != j else [])]
+    assert (np.abs(found) >= 6).sum() <= (4 if kind == "mask" else 0)
+
+
+def seed_of(key):
+    """The seed whose hash is `key`: that of SplitMix64, undone."""
+    mask = 2**64 - 1
+    key = (key ^ key >> 31 ^ key >> 62) * pow(0x94D049BB133111EB, -1, 2**64) & mask
+    key = (key ^ key >> 27 ^ key >> 54) * pow(0xBF58476D1CE4E5B9, -1, 2**64) & mask
+    return (key ^ key >> 30 ^ key >> 60) - 0x9E3779B97F4A7C15 & mask
+
+
+@every_kind
+@pytest.mark.parametrize("half", [0, 1])
+def test_both_halves_of_a_hashed_seed_matter_to_every_member_of_every_family(kind, half):
+    """Of the sixteen combinations of the first two digits of a dimension in two samplers, over 64 x 64 pixels, each is there 256 times
+    if they are independent, and one 1,024 times if one is the other with its digits flipped, as with the same shifts, orders or curve."""
+    key = 0x0123456789ABCDEF
+    s, t = Sampler(kind, seed=seed_of(key)), Sampler(kind, seed=seed_of(key ^ 0x5EED5EED << 32 * half))
+    assert (s.seed_words() != t.seed_words()).tolist() == [half == 0, half == 1]
+
+    def most_frequent(other, number):
+        u, v = (digits(each, X, Y, 0, number).reshape(-1, 4) >> 22 for each in (s, other))
+        return np.array([np.bincount(u[:, d] << 2 | v[:, d]).max() for d in range(4)])
+
+    assert all((most_frequent(t, domain(4, child)) < 512).all() for child in range(8))
+    assert most_frequent(s, domain(4, 0))[0] >= 1024
