@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the pixels of BLUE differ: those of a copy of the tile share the order of their samples, copies do not; so each sample by itself
+is as blue as the first. False-alarm rates are for fresh seeds."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bluenoise
+
+ndimage = pytest.importorskip("scipy.ndimage")
+
+TILE, SEED = 64, 21
+HEADER = (Path(__file__).resolve().parents[2] / "libbn/include/bn/bn_draw.glsl").read_text(encoding="utf-8")
+
+
+def look(x, y, domain, count=64):
+    """The digits of sample 0, and the order of the first samples: relative to sample 0 the pixel's own digits cancel."""
+    samples = bluenoise.Sampler("blue", seed=SEED).sample(x[..., None], y[..., None], np.arange(count), domain)
+    digits = (samples * 2.0**24).astype(np.uint32)
+    return digits[..., 0, :], digits[..., 1:, 0] ^ digits[..., :1, 0]
+
+
+def is_chance(equal, expected):
+    """Six deviations above what is expected, and six more: below 1e-7 by chance."""
+    return equal <= expected + 6 * np.sqrt(expected) + 6
+
+
+@pytest.mark.parametrize("i", range(4))
+def test_pixels_of_a_copy_have_one_order_and_low_digits_of_their_own(i):
+    """Over 128 x 128 pixels orders change at two columns and two rows, a tile apart."""
+    y, x = np.mgrid[:2 * TILE, :2 * TILE]
+    first, order = look(x + 77 * i - 200, y + 777 * i * i - 1000, bluenoise._core.domain_child(4, i))
+    for axis in (0, 1):
+        changes = (np.diff(order.astype(np.int64), axis=axis) != 0).any(-1)
+        along = changes.any(1 - axis)
+        assert (changes.all(1 - axis) == along).all()
+        (at,) = np.nonzero(along)
+        assert len(at) == 2 and at[1] - at[0] == TILE or len(at) == 1 and at[0] == TILE - 1
+    low = first & 255
+    differ = low[:, 1:] ^ low[:, :-1]
+    pairs = differ[..., 0].size
+    assert is_chance((differ == 0).sum(), 4 * pairs / 256)
+    for digit in range(8):
+        assert (abs((differ >> digit & 1).sum((0, 1)) - pairs / 2) < 6 * np.sqrt(pairs) / 2).all()
+
+
+@pytest.mark.parametrize("domain", [0, bluenoise._core.domain_child(3, 6)])
+def test_copies_share_their_order_as_often_as_chance_has_it(domain):
+    """The order of 16 samples is one of 2^9, that of 64 one of 2^20."""
+    y, x = TILE * (np.mgrid[:192, :192] - 96)
+    _, order = look(x, y, domain)
+    for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (1, -2), (2, 1), (2, -1), (0, 2), (2, 0)):
+        here, there = order[:192 - dy, max(-dx, 0):192 - max(dx, 0)], order[dy:, max(dx, 0):192 + min(dx, 0)]
+        for count, orders in ((16, 2**9), (64, 2**20)):
+            equal = (here[..., :count - 1] == there[..., :count - 1]).all(-1)
+            assert is_chance(equal.sum(), equal.size / orders)
+
+
+@pytest.mark.parametrize("index", [0, 1, 2, 3, 5, 6, 11, 23, 47, 100, 200, 255])
+def test_single_samples(index):
+    """In the middle of an octave a sample is as blue as the first, over copies with different orders too: the error of half-planes after
+    a blur, over that of white noise. With an order of its own in each pixel it would be 1."""
+    y, x = np.mgrid[:128, :128]
+    grid = (np.arange(256) + 0.5) / 256
+    kernel = np.exp(-0.5 * (np.arange(-7, 8) / 2.1) ** 2)
+    gain, square = ((kernel / kernel.sum()) ** 2).sum() ** 2, 0
+    for f in range(12):
+        c, d = np.cos(2.4 * f), np.sin(2.4 * f)
+        offset = 0.5 * (c + d) + 0.15 * np.sin(12 * f)
+        mean = (c * grid[:, None] + d * grid < offset).mean()
+        u = bluenoise.Sampler("blue", seed=SEED).sample(x, y, index, bluenoise._core.domain_child(11, f), pair=f // 2 % 4)
+        error = (float(c) * u[..., 0] + float(d) * u[..., 1] < float(offset)) - mean
+        error = ndimage.gaussian_filter(error, 2.1, truncate=7 / 2.1)[7:-7, 7:-7]
+        square += (error**2).mean() / (mean * (1 - mean) * gain) / 12
+    print(f"\nsample {index} alone: {np.sqrt(square):.3f} of white noise after a blur")
+    assert np.sqrt(square) < 0.65
+
+
+def test_cells():
+    """Over the 4,096 labels the first three digits of the four coordinates are each of 8^4 cells once."""
+    words = bluenoise.tables()
+    pixels, places, blocks = (int(re.search(rf"#define BN_{name}_AT (\d+)u?", HEADER)[1]) for name in ("PIXELS", "PLACES", "BLOCKS"))
+    row, column = np.mgrid[:TILE, :TILE]
+    for member in range(4):
+        place = words[pixels + row * TILE + column] >> 8 * member & 15
+        at = places + 2 * (member * 16 + place), blocks + 2 * ((row // 4 * 16 + column // 4) * 4 + member)
+        coordinates = [(words[at[0] + half] ^ words[at[1] + half]) >> shift & 7 for half in (0, 1) for shift in (13, 29)]
+        assert len(np.unique(np.ravel_multi_index(coordinates, (8,) * 4))) == TILE**2
