@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Annealing: where it has become cold no exchange is better, and vectors are blue in every direction. tests/c/test_anneal.c has the
+rest."""
+
+import numpy as np
+import pytest
+
+import bluenoise
+
+
+@pytest.mark.parametrize(("seed", "shape"), list(enumerate([(8, 8), (10, 6), (7, 9), (16, 4), (5, 5)])))
+def test_coldest_is_a_minimum(seed, shape):
+    """None of the exchanges that it tries brings ranks that differ more closer together: with the energy summed anew for each, on tori so
+    small that windows reach around them, even, odd and narrow. Exact. The weight of a pair of texels is the Gaussians of both blurs over
+    the shorter way around the torus, of 32,000 over all pairs of a texel, rounded; none at exactly half of an extent."""
+    options = bluenoise._core.AnnealOptions()
+    ranks = bluenoise.mask(shape, method="anneal", seed=seed, sweeps=4000, start_temperature=1e-2, end_temperature=1e-12, order_ends=False)
+    r, count = ranks.ravel().astype(np.int64), ranks.size
+    place = np.stack(np.unravel_index(np.arange(count), shape))
+    way = abs(place[:, :, None] - place[:, None])
+    extent = np.array(shape)[:, None, None]
+    way = np.minimum(way, extent - way)
+    square = (way**2).sum(0)
+    weight = np.exp(-square / (4 * options.sigma**2)) / options.sigma**2
+    weight += options.far_weight * np.exp(-square / (4 * options.far_sigma**2)) / options.far_sigma**2
+    weight[~((2 * way < extent) & (way <= 7)).all(0) | (square == 0)] = 0
+    weight = np.floor(weight * 32000 / weight[0].sum() + 0.5).astype(np.int64)
+    tried = ((way <= 3).all(0) | (abs(r[:, None] - r) <= count // 32 + 1)) & (square > 0)
+    for i, j in np.argwhere(tried):
+        others = np.setdiff1d(np.arange(count), (i, j))
+        assert ((weight[i] - weight[j]) * (abs(r[j] - r) - abs(r[i] - r)))[others].sum() <= 0
+
+
+def test_vectors():
+    """The error of a half-plane's pattern after a Gaussian, over directions and offsets: what a vector mask is for. The mask error of
+    the ranks along a direction is its mean over all offsets."""
+    def error(vectors):
+        found = []
+        for angle in np.pi * np.arange(12) / 12 + 0.1:
+            values = np.cos(angle) * vectors[0] + np.sin(angle) * vectors[1]
+            order = bluenoise._core.ranks_from_values(values.astype(np.float32).ravel()).reshape(values.shape)
+            found.append(bluenoise._core.mask_error(order, 1.0))
+        return np.sqrt(np.mean(np.square(found)))
+
+    white = np.stack([bluenoise.mask((32, 32), method="white", seed=seed) for seed in (1, 2)])
+    assert error(bluenoise.mask((32, 32), method="anneal", channels=2, sweeps=150, start_from_ranks=white)) < 0.62 * error(white)
