@@ -52,11 +52,11 @@ FUNCTIONS = {
 }
 
 
-def measure(sets, offset_count, counts):
+def measure(sets, offset_count):
     """{name: {function: [variance for each count]}}: mean squared errors over sets and offsets."""
     rng = np.random.default_rng(1)
     results = {name: {function: [] for function in FUNCTIONS} for name in SETS}
-    for n in counts:
+    for n in COUNTS:
         offsets = rng.random((sets, offset_count, 2))
         for name, (make, _, _) in SETS.items():
             points = np.stack([make(n, seed) for seed in range(1, sets + 1)])
@@ -66,10 +66,10 @@ def measure(sets, offset_count, counts):
     return results
 
 
-def rate(counts, variances):
+def rate(variances):
     """The exponent a of the power law n**-a that fits the variances."""
-    first = counts.index(min(RATE_FROM, counts[-2]))
-    return -float(np.polyfit(np.log(counts[first:]), np.log(variances[first:]), 1)[0])
+    first = COUNTS.index(RATE_FROM)
+    return -float(np.polyfit(np.log(COUNTS[first:]), np.log(variances[first:]), 1)[0])
 
 
 def spectrum(make, sets):
@@ -87,7 +87,7 @@ def spectrum(make, sets):
     return ((np.arange(len(counts)) + 0.5) / BINS_PER_PRINCIPAL)[filled], np.bincount(ring, power[inside])[filled] / counts[filled]
 
 
-def plot(results, spectra, counts, path):
+def plot(results, spectra, path):
     figure = plt.figure(figsize=(12, 8.4), layout="constrained")
     top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1, 1.3, 1.3))
     for axis, (name, (make, colour, _)) in zip(top.subplots(1, len(SETS)), SETS.items()):
@@ -102,7 +102,7 @@ def plot(results, spectra, counts, path):
     axis.legend(fontsize=8, ncols=3)
     for axis, function in zip(bottom.subplots(1, len(FUNCTIONS)), FUNCTIONS):
         for name, (_, colour, marker) in SETS.items():
-            axis.loglog(counts, results[name][function], color=colour, marker=marker, markersize=4, linewidth=1.3)
+            axis.loglog(COUNTS, results[name][function], color=colour, marker=marker, markersize=4, linewidth=1.3)
         axis.set(title=function, xlabel="points", ylabel="variance")
         axis.set_xscale("log", base=2)
         plain_numbers(axis.xaxis)
@@ -110,7 +110,7 @@ def plot(results, spectra, counts, path):
     save(figure, path, 32, laid_out=True)
 
 
-def report_text(results, spectra, options, counts, command):
+def report_text(results, spectra, options, command):
     shares = {name: {function: values[-1] / results["white"][function][-1] for function, values in own.items()} for name, own in results.items()}
     over = ", ".join(f"{name} {np.exp(np.mean(np.log(list(own.values())))):.2g}" for name, own in shares.items() if name != "white")
     return "\n".join([
@@ -125,13 +125,13 @@ def report_text(results, spectra, options, counts, command):
         "lowest frequencies, so without a step in the function their error falls about as fast as that of white noise, from a lower start. Points "
         "of a mask have less there, and the nets `sobol` and `blue` have least.", "",
         f"Power is the mean of periodograms of {SPECTRUM_COUNT} points below half the principal frequency, where white noise has 1, over "
-        f"{options.sets} sets; less is better. Then the variance of the mean of a function over {counts[-1]} points, relative to white noise, and the "
+        f"{options.sets} sets; less is better. Then the variance of the mean of a function over {COUNTS[-1]} points, relative to white noise, and the "
         f"exponent *a* of the power law *n^-a* that fits the variances from {RATE_FROM} points on. A disc of radius {RADIUS}, a cone over it, and a "
         f"Gaussian of sigma {SIGMA}; each set is moved by {options.offsets} random offsets on the torus, which makes every estimate unbiased (Singh "
         'et al., "Analysis of sample correlations for Monte Carlo rendering", 2019).', "",
         md_table(["set", "power", *(head for function in FUNCTIONS for head in (function, "rate"))], [
             [name, f"{spectra[name][1][spectra[name][0] < 0.5].mean():.3f}",
-             *(cell for function, values in own.items() for cell in (f"{shares[name][function]:.2g}", f"{rate(counts, values):.1f}"))]
+             *(cell for function, values in own.items() for cell in (f"{shares[name][function]:.2g}", f"{rate(values):.1f}"))]
             for name, own in results.items()])])
 
 
@@ -139,13 +139,11 @@ def run(arguments):
     parser = Parser("points", __doc__)
     parser.number("--sets", 10, "sets of each kind")
     parser.number("--offsets", 200, "random offsets of each set")
-    parser.add_argument("--most", type=int, choices=COUNTS[2:], default=COUNTS[-1], help="largest number of points (default 1024)")
     parser.out()
     options = parser.parse_args(arguments)
-    counts = [n for n in COUNTS if n <= options.most]
     spectra = {name: spectrum(make, options.sets) for name, (make, _, _) in SETS.items()}
-    results = measure(options.sets, options.offsets, counts)
-    plot(results, spectra, counts, options.out / "points.png")
-    text = report_text(results, spectra, options, counts, command_shown("points", arguments))
+    results = measure(options.sets, options.offsets)
+    plot(results, spectra, options.out / "points.png")
+    text = report_text(results, spectra, options, command_shown("points", arguments))
     write_text(options.out / "points.md", text)
     print(text)

@@ -133,11 +133,11 @@ def reference_of(mitsuba, scene, spp):
     return sum(picture(mitsuba, loaded, 1000 + part, spp // parts) for part in range(parts)) / parts
 
 
-def measure(mitsuba, names, size, seeds, reference_spp, progress):
+def measure(mitsuba, size, seeds, reference_spp, progress):
     """{(scene, spp): {sampler: (error as displayed, raw)}}, both after the blur, root mean squares over seeds."""
     result, done = {}, 0
-    for name in names:
-        scene = SCENES[name](mitsuba, size)
+    for name, make in SCENES.items():
+        scene = make(mitsuba, size)
         progress(f"{name}, reference", done)
         reference = reference_of(mitsuba, scene, reference_spp)
         done += reference_spp
@@ -179,17 +179,12 @@ def run(arguments):
     parser.number("--size", 320, "side of the pictures")
     parser.number("--seeds", 16, "pictures of each sampler")
     parser.number("--reference-spp", REFERENCE_SPP, "samples per pixel of references")
-    parser.add_argument("--scenes", type=lambda text: [int(part) for part in text.split(",")], metavar="N,...",
-                        default=list(range(len(SCENES))), help="numbers of scenes, from 0 (default: all)")
     parser.add_argument("--picture", metavar="FILE", nargs="?", const=PICTURE,
                         help=f"only make the picture of {PICTURE_SPP} samples per pixel (default {PICTURE})")
     parser.table("docs/mitsuba.md")
     options = parser.parse_args(arguments)
-    if not all(0 <= number < len(SCENES) for number in options.scenes):
-        parser.error(f"--scenes takes numbers from 0 to {len(SCENES) - 1}")
     if options.picture:
         return make_picture(load_mitsuba(), options.picture, PICTURE_SIZE, options.reference_spp)
-    names = [list(SCENES)[number] for number in options.scenes]
-    with Progress(len(names) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS))) as progress:
-        text = table(measure(load_mitsuba(), names, options.size, options.seeds, options.reference_spp, progress))
+    with Progress(len(SCENES) * (options.reference_spp + len(SAMPLERS) * options.seeds * sum(COUNTS))) as progress:
+        text = table(measure(load_mitsuba(), options.size, options.seeds, options.reference_spp, progress))
     write_or_print(options, COMMAND, text)

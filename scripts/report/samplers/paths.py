@@ -390,8 +390,7 @@ def table(name, seeds):
 def run(arguments):
     parser = Parser("paths", __doc__)
     parser.number("--seeds", 2, "seeds of each integrand")
-    parser.add_argument("--only", choices=EXPERIMENTS, help="one experiment")
     parser.table("docs/report/paths.md")
     options = parser.parse_args(arguments)
-    for name in [options.only] if options.only else EXPERIMENTS:
+    for name in EXPERIMENTS:
         write_or_print(options, f"{COMMAND}: {name}", table(name, options.seeds))
