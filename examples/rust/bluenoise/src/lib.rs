@@ -47,28 +47,27 @@ pub enum Error {
     Other(i32),
 }
 
+const ERRORS: [(i32, Error); 5] = [
+    (sys::BN_ERROR_INVALID_ARGUMENT, Error::InvalidArgument),
+    (sys::BN_ERROR_SIZE_MISMATCH, Error::SizeMismatch),
+    (sys::BN_ERROR_OUT_OF_MEMORY, Error::OutOfMemory),
+    (sys::BN_ERROR_BAD_DATA, Error::BadData),
+    (sys::BN_ERROR_UNSUPPORTED, Error::Unsupported),
+];
+
 impl Error {
     fn check(result: i32) -> Result<(), Error> {
-        Err(match result {
-            sys::BN_SUCCESS => return Ok(()),
-            sys::BN_ERROR_INVALID_ARGUMENT => Error::InvalidArgument,
-            sys::BN_ERROR_SIZE_MISMATCH => Error::SizeMismatch,
-            sys::BN_ERROR_OUT_OF_MEMORY => Error::OutOfMemory,
-            sys::BN_ERROR_BAD_DATA => Error::BadData,
-            sys::BN_ERROR_UNSUPPORTED => Error::Unsupported,
-            other => Error::Other(other),
-        })
+        if result == sys::BN_SUCCESS {
+            return Ok(());
+        }
+        Err(ERRORS.into_iter().find(|&(code, _)| code == result).map_or(Error::Other(result), |(_, error)| error))
     }
 
     /// BN_ERROR_... of bn.h.
     pub fn code(self) -> i32 {
         match self {
-            Error::InvalidArgument => sys::BN_ERROR_INVALID_ARGUMENT,
-            Error::SizeMismatch => sys::BN_ERROR_SIZE_MISMATCH,
-            Error::OutOfMemory => sys::BN_ERROR_OUT_OF_MEMORY,
-            Error::BadData => sys::BN_ERROR_BAD_DATA,
-            Error::Unsupported => sys::BN_ERROR_UNSUPPORTED,
             Error::Other(code) => code,
+            known => ERRORS.into_iter().find(|&(_, error)| error == known).expect("a known error").0,
         }
     }
 }

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The decisions of a path: every number by what it is for, so that no two decisions share one.
+// SAFETY of all draws below: the sampler lives as long as `'s`.
 
-use crate::Sampler;
+use crate::sampler::{filled, Sampler};
 use bluenoise_sys as sys;
-
-/// What a draw writes to an array. SAFETY of all draws below: the sampler lives as long as `'s`.
-fn filled<const N: usize>(draw: impl FnOnce(*mut f32)) -> [f32; N] {
-    let mut out = [0.0; N];
-    draw(out.as_mut_ptr());
-    out
-}
 
 /// One sample of one pixel. It is a name alone: copies name the same numbers.
 #[derive(Clone, Copy, Debug)]

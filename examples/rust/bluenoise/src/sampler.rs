@@ -7,6 +7,13 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::ptr::{null, null_mut};
 
+/// What a draw writes to an array.
+pub(crate) fn filled<T: Default + Copy, const N: usize>(draw: impl FnOnce(*mut T)) -> [T; N] {
+    let mut out = [T::default(); N];
+    draw(out.as_mut_ptr());
+    out
+}
+
 /// What to draw from; bn.h says what each is for.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -100,26 +107,20 @@ impl<'m> Sampler<'m> {
 
     /// Sample `index` of pixel (x, y) in a domain: four numbers.
     pub fn sample(&self, x: i32, y: i32, index: u32, domain: Domain) -> [f32; 4] {
-        let mut out = [0.0; 4];
         // SAFETY: a valid sampler, and room for four.
-        unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_sample_4d(&self.state, x, y, index, domain.0, out) })
     }
 
     /// One pair of them alone: the first with `pair` 0, the second with 1, and the same as single numbers with 2 and 3.
     pub fn sample_pair(&self, x: i32, y: i32, index: u32, domain: Domain, pair: u32) -> [f32; 2] {
-        let mut out = [0.0; 2];
         // SAFETY: as above.
-        unsafe { sys::bn_sample_pair(&self.state, x, y, index, domain.0, pair, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_sample_pair(&self.state, x, y, index, domain.0, pair, out) })
     }
 
     /// 32 bits each.
     pub fn sample_u32(&self, x: i32, y: i32, index: u32, domain: Domain) -> [u32; 4] {
-        let mut out = [0; 4];
         // SAFETY: as above.
-        unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out.as_mut_ptr()) }
-        out
+        filled(|out| unsafe { sys::bn_sample_4d_u32(&self.state, x, y, index, domain.0, out) })
     }
 
     /// The samples of a pixel one after the other, from `first` to the last there is.
