@@ -127,20 +127,22 @@ def preprocess(text: str, calls: dict) -> str:
 
 
 def tokenize(text: str) -> list:
-    """Pairs (kind, token); of white space only line ends are kept, as ("space", their number)."""
-    found, at = [], 0
+    """Triples (margin, kind, token): what stands before a token, comments and numbers of line ends. The last token is None."""
+    found, margin, at = [], [], 0
     while at < len(text):
         match = TOKEN.match(text, at)
         if not match:
             raise Untranslatable(text[at:at + 40])
         at = match.end()
-        if match.lastgroup == "name" and match[0] in TOKENS:
-            found += [("symbol" if token == "," else "name", token) for token in TOKENS[match[0]]]
-        elif match.lastgroup != "space":
-            found.append((match.lastgroup, match[0]))
-        elif "\n" in match[0]:
-            found.append(("space", match[0].count("\n")))
-    return found
+        if match.lastgroup == "comment":
+            margin.append(match[0])
+        elif match.lastgroup == "space":
+            margin += [match[0].count("\n")] if "\n" in match[0] else []
+        else:
+            for token in TOKENS.get(match[0], [match[0]]):
+                found.append((margin, match.lastgroup, token))
+                margin = []
+    return [*found, (margin, "end", None)]
 
 
 # ---- Expressions: a pair of their text and the level of their outermost operator
@@ -162,39 +164,29 @@ class Translator:
     # Tokens
 
     def peek(self, ahead: int = 0):
-        return next((token for kind, token in self.code_from(self.at) if (ahead := ahead - 1) < 0), None)
-
-    def code_from(self, at):
-        return (pair for pair in self.tokens[at:] if pair[0] not in ("space", "comment"))
+        return self.tokens[min(self.at + ahead, len(self.tokens) - 1)][2]
 
     def take(self, wanted=None):
-        while self.tokens[self.at][0] in ("space", "comment"):
-            self.comment_if_any()
-        token = self.tokens[self.at][1]
+        margin, _, token = self.tokens[self.at]
+        comments = [part for part in margin if isinstance(part, str)]
+        if comments:
+            raise Untranslatable(f"a comment inside a statement: {comments[0]}")
         if wanted is not None and token != wanted:
             raise Untranslatable(f"'{wanted}' expected at '{token}' after {self.lines[-1:]}")
         self.at += 1
         return token
 
-    def comment_if_any(self):
-        kind, text = self.tokens[self.at]
-        if kind == "comment":
-            raise Untranslatable(f"a comment inside a statement: {text}")
-        self.at += 1
-
     def margin(self, indent: int):
         """Comments and empty lines before a statement or a declaration; a comment behind the last one joins its line."""
-        first = True
-        while self.at < len(self.tokens) and self.tokens[self.at][0] in ("space", "comment"):
-            kind, text = self.tokens[self.at]
-            if kind == "comment" and first and self.lines:
-                self.lines[-1] += " " + text
-            elif kind == "comment":
-                self.lines += [" " * indent + re.sub(r"\n\s*", "\n" + " " * (indent + 1), text)]
-            elif text > 1 and self.lines and self.lines[-1] != "" and not self.lines[-1].endswith("{"):
+        margin = self.tokens[self.at][0]
+        for i, part in enumerate(margin):
+            if isinstance(part, str) and i == 0 and self.lines:
+                self.lines[-1] += " " + part
+            elif isinstance(part, str):
+                self.lines += [" " * indent + re.sub(r"\n\s*", "\n" + " " * (indent + 1), part)]
+            elif part > 1 and self.lines and self.lines[-1] != "" and not self.lines[-1].endswith("{"):
                 self.lines.append("")
-            self.at += 1
-            first = False
+        margin.clear()
 
     # Expressions
 
@@ -324,15 +316,15 @@ class Translator:
 
     def assigned_names(self) -> set:
         """Names that the function whose body is next assigns to: WGSL tells constants and variables apart."""
-        depth, names, code = 0, set(), list(self.code_from(self.at))
-        for i, (_, token) in enumerate(code):
+        depth, names, code = 0, set(), [token for _, _, token in self.tokens[self.at:]]
+        for i, token in enumerate(code):
             depth += (token == "{") - (token == "}")
             if token in ASSIGNMENTS:
                 start = i - 1
-                while code[start - 1][1] == ".":
+                while code[start - 1] == ".":
                     start -= 2
-                if code[start - 1][1] not in TYPES and code[start - 1][1] != ",":
-                    names.add(code[start][1])
+                if code[start - 1] not in TYPES and code[start - 1] != ",":
+                    names.add(code[start])
             if depth == 0:
                 return names
         raise Untranslatable("a function without an end")
@@ -367,10 +359,12 @@ class Translator:
     def file(self) -> list:
         """The texts of the declarations, with the comments above them."""
         groups = []
-        self.take_comment_at_the_top()
+        top = self.tokens[0][0]
+        while top and isinstance(top.pop(0), int):  # the translation has a comment of its own
+            pass
         self.margin(0)
         while self.peek() is not None:
-            kind, token = self.tokens[self.at]
+            _, kind, token = self.tokens[self.at]
             if kind == "raw":
                 self.put(0, token) if "\n" not in token else self.lines.append(token)
                 self.at += 1
@@ -382,12 +376,6 @@ class Translator:
             self.lines = []
             self.margin(0)
         return groups
-
-    def take_comment_at_the_top(self):
-        """The translation has one of its own."""
-        while self.tokens[self.at][0] == "space":
-            self.at += 1
-        self.at += self.tokens[self.at][0] == "comment"
 
 
 def translate(name: str) -> dict:
