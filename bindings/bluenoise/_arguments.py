@@ -9,7 +9,7 @@ import os
 import reprlib
 import secrets
 import sys
-from typing import Any, Callable, Literal, NoReturn, Optional, Sequence, SupportsIndex, Union
+from typing import Any, Callable, Iterable, Literal, NoReturn, Optional, Sequence, SupportsIndex, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -58,6 +58,14 @@ def real(name: str, value: object, low: float, high: float, low_included: bool =
         bracket = "[" if low_included else "("
         raise ValueError(f"{name} must be in {bracket}{low}, {high}], not {number}")
     return number
+
+
+def one_of(name: str, value: object, known: Iterable[str]) -> None:
+    """Raises unless the value is one of the known strings."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a string, not {value!r}")
+    if value not in known:
+        raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
 
 
 def seed(value: object) -> int:

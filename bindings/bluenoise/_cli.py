@@ -177,10 +177,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
-    command.add_argument("--method", default="void-and-cluster", choices=METHODS,
-                         help="default void-and-cluster; auto chooses by size and channels")
-    command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    _add_options(command, _MASK_OPTIONS, METHODS)
+    _add_method(command, METHODS, "void-and-cluster", "; auto chooses by size and channels", _MASK_OPTIONS)
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
     command.add_argument("--json", action="store_true", help="describe the mask as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
@@ -231,9 +228,7 @@ def _parser() -> argparse.ArgumentParser:
         "except for --method mask.",
     )
     command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
-    command.add_argument("--method", default="best-candidate", choices=POINTS_METHODS, help="default best-candidate")
-    command.add_argument("--seed", default=0, type=_seed, help="0 to 2**64 - 1, or random (default 0)")
-    _add_options(command, _POINTS_OPTIONS, POINTS_METHODS)
+    _add_method(command, POINTS_METHODS, "best-candidate", "", _POINTS_OPTIONS)
     command.add_argument("--json", action="store_true", help="describe the points as JSON on standard output")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
     _add_output(command, _POINTS_SUFFIXES, "csv")
@@ -252,7 +247,7 @@ def _parser() -> argparse.ArgumentParser:
                          help=f"of {','.join(_textures.FORMATS)} (default all)")
     command.add_argument("--sweeps", type=_positive, default=_textures.SWEEPS, help="of annealing 2 and 4 channels: trial swaps per texel "
                          f"(default {_textures.SWEEPS})")
-    command.add_argument("--seed", default=1, type=_seed, help="0 to 2**64 - 1, or random (default 1)")
+    _add_seed(command, 1)
     command.add_argument("--json", action="store_true", help="print the contents of pack.json")
     command.add_argument("--quiet", action="store_true", help="do not show progress")
     command.set_defaults(run=_write_textures)
@@ -346,7 +341,15 @@ _POINTS_OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def _add_options(command: argparse.ArgumentParser, options: Mapping[str, Any], known: Mapping[str, Sequence[str]]) -> None:
+def _add_seed(command: argparse.ArgumentParser, default: int) -> None:
+    command.add_argument("--seed", default=default, type=_seed, help=f"0 to 2**64 - 1, or random (default {default})")
+
+
+def _add_method(
+    command: argparse.ArgumentParser, known: Mapping[str, Sequence[str]], default: str, note: str, options: Mapping[str, Any]
+) -> None:
+    command.add_argument("--method", default=default, choices=known, help=f"default {default}{note}")
+    _add_seed(command, 0)
     for name, words in options.items():
         methods = ", ".join(method for method in known if name in known[method])
         command.add_argument(f"--{name.replace('_', '-')}", **{**words, "help": f"{methods}: {words['help']}"})

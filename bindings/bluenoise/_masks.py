@@ -149,10 +149,7 @@ def mask(
     """
     given = {name: value for name, value in locals().items() if value is not None}
     extents = arguments.shape(shape, 3)
-    if not isinstance(method, str):
-        raise TypeError(f"method must be a string, not {method!r}")
-    if method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
+    arguments.one_of("method", method, METHODS)
     options = {name: value for name, value in given.items() if name not in ("shape", "method", "seed", "out")}
     for name, value in options.items():
         if name not in METHODS[method]:
@@ -224,20 +221,14 @@ def _neural(
     seed: Seed,
     out: Optional[Ranks],
     *,
-    model: Union[None, PathLike, bytes] = None,
-    runtime: Optional[PathLike] = None,
-    threads: int = 0,
-    provider: Optional[NeuralProvider] = None,
-    channels: int = 0,
     progress: Optional[Progress] = None,
+    **options: Any,
 ) -> Ranks:
     if len(shape) != 2:
         raise ValueError(f"shape for method 'neural' must be (h, w), not {shape}")
-    default = model is runtime is provider is None and type(threads) is int and threads == 0
-    if default and type(channels) is int:
-        generator = builtin_generator(channels)
-    else:
-        generator = NeuralGenerator(model, runtime, threads, provider, channels)
+    channels, threads = options.get("channels", 0), options.get("threads", 0)
+    shared = type(channels) is type(threads) is int and threads == 0 and not options.keys() - {"channels", "threads"}
+    generator = builtin_generator(channels or 1) if shared else NeuralGenerator(**options)
     return generator.mask(shape, seed, out=out, progress=progress)
 
 

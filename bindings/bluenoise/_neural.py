@@ -85,10 +85,8 @@ class NeuralGenerator:
         count = arguments.integer("threads", threads, *arguments.UINT32)
         wanted = arguments.integer("channels", channels, 0, 2 if model is None else 16)
         library = None if runtime is None else _path("runtime", runtime)
-        if provider is not None and not isinstance(provider, str):
-            raise TypeError(f"provider must be a string, not {provider!r}")
-        if provider is not None and provider not in get_args(NeuralProvider):
-            raise ValueError(f"provider must be one of {', '.join(get_args(NeuralProvider))}, not {provider!r}")
+        if provider is not None:
+            arguments.one_of("provider", provider, get_args(NeuralProvider))
         content = bytes(model) if isinstance(model, (bytes, bytearray, memoryview)) else None
         path = None if model is None or content is not None else _path("model", model)
         if path is not None and not os.path.exists(path):
@@ -174,18 +172,9 @@ class NeuralGenerator:
         return NeuralGenerator, self._arguments
 
     def __repr__(self) -> str:
-        model, runtime, threads, provider, channels = self._arguments
-        parts = []
-        if model is not None:
-            parts.append(f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model))
-        if runtime is not None:
-            parts.append(f"runtime={runtime!r}")
-        if threads:
-            parts.append(f"threads={threads}")
-        if provider is not None:
-            parts.append(f"provider={provider!r}")
-        if channels:
-            parts.append(f"channels={channels}")
+        model, *others = self._arguments
+        parts = [] if model is None else [f"<{len(model)} bytes>" if isinstance(model, bytes) else repr(model)]
+        parts += [f"{name}={value!r}" for name, value in zip(("runtime", "threads", "provider", "channels"), others) if value]
         return f"NeuralGenerator({', '.join(parts)})"
 
 
@@ -194,13 +183,9 @@ def _check_build() -> None:
         raise _core.RuntimeMissingError("bluenoise was built without the network (BN_NEURAL=OFF)")
 
 
-def builtin_generator(channels: int = 0) -> NeuralGenerator:
-    """A shared generator with the built-in network of so many channels and all threads."""
-    return _shared_generator(channels or 1)
-
-
 @functools.lru_cache(maxsize=2)
-def _shared_generator(channels: int) -> NeuralGenerator:
+def builtin_generator(channels: int = 1) -> NeuralGenerator:
+    """A shared generator with the built-in network of so many channels and all threads."""
     return NeuralGenerator(channels=channels)
 
 

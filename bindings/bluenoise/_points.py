@@ -92,10 +92,7 @@ def points(
     """
     options = {"candidates": candidates, "mask": mask, "jitter": jitter}
     n = arguments.integer("n", n, 0, _MAX_POINTS)
-    if not isinstance(method, str):
-        raise TypeError(f"method must be a string, not {method!r}")
-    if method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
+    arguments.one_of("method", method, METHODS)
     arguments.callback("progress", progress)
     given = {name: value for name, value in options.items() if value is not None}
     for name, value in given.items():

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, Optional, Union, cast, overload
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Optional, Sequence, Union, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -73,10 +73,7 @@ class Sampler:
         samples_per_pixel: int = 0,
         mask: Optional[npt.ArrayLike] = None,
     ) -> None:
-        if not isinstance(kind, str):
-            raise TypeError(f"kind must be a string, not {kind!r}")
-        if kind not in _core.sampler_kinds:
-            raise ValueError(f"kind must be one of {', '.join(_core.sampler_kinds)}, not {kind!r}")
+        arguments.one_of("kind", kind, _core.sampler_kinds)
         ranks = None
         if mask is not None:
             if kind != "mask":
@@ -157,14 +154,26 @@ class Sampler:
         if axes > _MOST_AXES:
             raise ValueError(f"x, y, index and domain have {axes} axes together; {_MOST_AXES} is the most")
         try:
-            same = all(array.shape == given[0].shape for array in given)
-            at_x, at_y, at_index, at_domain = given if same else np.broadcast_arrays(*given)
+            shape = np.broadcast(*given).shape
         except ValueError:
             shapes = ", ".join(str(array.shape) for array in given)
             raise ValueError(f"x, y, index and domain do not broadcast: shapes {shapes}") from None
-        result = arguments.output(out, (*at_x.shape, dims), np.float32)
-        self._core.sample(at_x, at_y, at_index, at_domain, result, -1 if pair is None else pair)
+        result = arguments.output(out, (*shape, dims), np.float32)
+        self._draw(given, result, -1 if pair is None else pair)
         return result
+
+    def _draw(self, given: Sequence[npt.NDArray[Any]], out: npt.NDArray[np.float32], pair: int) -> None:
+        """Draws at x, y, index and domain, which broadcast, in parts, between which Ctrl-C is noticed."""
+        if out.size == 0:
+            return
+        lanes, first = out.reshape(-1, out.shape[-1]), 0
+        nditer: Any = np.nditer  # its types lack "contig"
+        flags, op_flags = ["buffered", "external_loop"], [["readonly", "contig"]] * len(given)
+        with nditer(given, flags, op_flags, order="C", buffersize=_LANES) as parts:
+            for x, y, index, domain in parts:
+                last = first + len(x)
+                self._core.sample(x, y, index, domain, lanes[first:last], pair)
+                first = last
 
     def block(
         self,
@@ -201,13 +210,10 @@ class Sampler:
         if dims == 4:
             self._core.block(x0, y0, first_index, domain, result)
             return result
-        x = np.arange(x0, x0 + width, dtype=np.int64).astype(np.int32)
-        y = np.arange(y0, y0 + height, dtype=np.int64).astype(np.int32)[:, None]
+        x = np.arange(x0, x0 + width, dtype=np.int64).astype(np.int32)[:, None]
+        y = np.arange(y0, y0 + height, dtype=np.int64).astype(np.int32)[:, None, None]
         index = np.arange(first_index, first_index + index_count, dtype=np.int64).astype(np.uint32)
-        if index_count > 1:  # else rows of pixels are the inner loop
-            x, y = x[:, None], y[:, :, None]
-        x, y, index, domains = np.broadcast_arrays(x, y, index, np.uint32(domain))
-        self._core.sample(x, y, index, domains, result.reshape(*x.shape, dims))
+        self._draw((x, y, index, np.array(domain, np.uint32)), result, -1)
         return result
 
     def seed_words(self) -> npt.NDArray[np.uint32]:
@@ -295,7 +301,8 @@ def tables() -> npt.NDArray[np.uint32]:
     return _core.tables()
 
 
-_MOST_AXES = 31  # of what pybind11 and NumPy before 2 can pass, less one for dimensions
+_LANES = 2**16  # of a part
+_MOST_AXES = 31  # of the 32 of NumPy before 2, as the result has one more
 
 
 def _restore(

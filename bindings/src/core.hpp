@@ -25,7 +25,6 @@ using Floats = py::array_t<float, py::array::c_style>;
 void bind_errors(py::module_ &module);
 void bind_sampler(py::module_ &module);
 void bind_masks(py::module_ &module);
-void bind_images(py::module_ &module);
 void bind_neural(py::module_ &module);
 
 /* Raises the exception for a result other than BN_SUCCESS; `arguments` lists names and values for the

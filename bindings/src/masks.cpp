@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Generating, converting and measuring masks. */
+ * Generating, converting and measuring masks, and dithering. */
 #include "core.hpp"
-
-#include <vector>
 
 namespace bluenoise {
 
@@ -48,16 +46,6 @@ void generate(Ranks &ranks, Options options, const py::object &callback) {
         arguments);
 }
 
-Ranks ranks_from_values(const Floats &values) {
-    Ranks ranks(values.size());
-    const float *from = values.data();
-    uint32_t *to = ranks.mutable_data();
-    const auto count = static_cast<size_t>(values.size());
-    check(unlocked([&] { return bn_ranks_from_values(from, count, to); }),
-          "ranks of " + std::to_string(count) + " values");
-    return ranks;
-}
-
 Floats ranks_to_float(const Ranks &ranks, uint64_t count) {
     Floats values(ranks.size());
     const uint32_t *from = ranks.data();
@@ -74,10 +62,6 @@ py::object builtin_mask(uint32_t size) {
     check(bn_builtin_mask_copy(size, ranks.mutable_data(), static_cast<size_t>(ranks.size())),
           "built-in mask " + std::to_string(size));
     return ranks;
-}
-
-bool builtin_mask_exists(uint32_t size) {
-    return bn_builtin_mask(size) != nullptr;
 }
 
 double mask_error(const Ranks &ranks, double sigma) {
@@ -112,6 +96,29 @@ Floats power_spectrum(const Ranks &ranks) {
     return power;
 }
 
+/* The image has shape (height, width, channels); the mask is (height, width) or None. */
+Floats dither(const Floats &image, uint32_t levels, bool srgb, bool channel_offset,
+              const py::object &mask) {
+    bn_dither_options options = bn_dither_options_default();
+    options.levels = levels;
+    options.srgb = srgb ? 1 : 0;
+    options.channel_offset = channel_offset ? 1 : 0;
+    Floats out({image.shape(0), image.shape(1), image.shape(2)});
+    const float *from = image.data();
+    float *to = out.mutable_data();
+    const auto height = static_cast<uint32_t>(image.shape(0));
+    const auto width = static_cast<uint32_t>(image.shape(1));
+    const auto channels = static_cast<uint32_t>(image.shape(2));
+    const auto count = static_cast<size_t>(image.size());
+    std::string arguments = "image of " + std::to_string(height) + " x " + std::to_string(width) +
+                            " with " + std::to_string(channels) + " channels, levels " +
+                            std::to_string(levels);
+    const Ranks ranks = set_mask(options, mask, arguments);
+    check(unlocked([&] { return bn_dither(&options, from, width, height, channels, to, count); }),
+          arguments);
+    return out;
+}
+
 } // namespace
 
 void bind_masks(py::module_ &module) {
@@ -143,12 +150,14 @@ void bind_masks(py::module_ &module) {
                py::arg("options"), py::arg("progress"));
     module.def("relax", &generate<relax_one, bn_relax_options>, py::arg("ranks").noconvert(),
                py::arg("options"), py::arg("progress"));
-    module.def("ranks_from_values", &ranks_from_values, py::arg("values").noconvert());
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));
-    module.def("builtin_mask_exists", &builtin_mask_exists, py::arg("size"));
+    module.def("builtin_mask_exists",
+               [](uint32_t size) { return bn_builtin_mask(size) != nullptr; });
     module.def("power_spectrum", &power_spectrum, py::arg("ranks").noconvert());
     module.def("mask_error", &mask_error, py::arg("ranks").noconvert(), py::arg("sigma"));
+    module.def("dither", &dither, py::arg("image").noconvert(), py::arg("levels"), py::arg("srgb"),
+               py::arg("channel_offset"), py::arg("mask"));
 }
 
 } // namespace bluenoise

@@ -10,7 +10,6 @@ PYBIND11_MODULE(_core, module, pybind11::mod_gil_not_used()) {
     bluenoise::bind_errors(module);
     bluenoise::bind_sampler(module);
     bluenoise::bind_masks(module);
-    bluenoise::bind_images(module);
 #ifndef BN_NO_NEURAL
     bluenoise::bind_neural(module);
 #endif

@@ -33,6 +33,12 @@ void interruptible(const std::string &arguments, const py::object &callback, Wor
     progress.finish(result, arguments);
 }
 
+/* A window, for error messages. */
+std::string place(int64_t x0, int64_t y0, uint32_t width, uint32_t height) {
+    return "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
+           std::to_string(width) + ", height " + std::to_string(height);
+}
+
 class NeuralGenerator {
   public:
     /* `where` describes the model and the runtime for error messages. */
@@ -76,12 +82,9 @@ class NeuralGenerator {
         const uint32_t height = extent(out, 2), width = extent(out, 1);
         float *values = out.mutable_data();
         const auto count = static_cast<size_t>(out.size());
-        interruptible("x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
-                          std::to_string(width) + ", height " + std::to_string(height),
-                      py::none(), [&] {
-                          return bn_neural_window(neural_.get(), x0, y0, width, height, seed,
-                                                  values, count);
-                      });
+        interruptible(place(x0, y0, width, height), py::none(), [&] {
+            return bn_neural_window(neural_.get(), x0, y0, width, height, seed, values, count);
+        });
     }
 
   private:
@@ -99,8 +102,7 @@ Floats neural_noise(int64_t x0, int64_t y0, uint32_t width, uint32_t height, uin
     const auto count = static_cast<size_t>(noise.size());
     const bn_result result =
         unlocked([&] { return bn_neural_noise(x0, y0, width, height, seed, out, count); });
-    check(result, "x0 " + std::to_string(x0) + ", y0 " + std::to_string(y0) + ", width " +
-                      std::to_string(width) + ", height " + std::to_string(height));
+    check(result, place(x0, y0, width, height));
     return noise;
 }
 

@@ -238,7 +238,7 @@ def test_a_pipe_is_refused_at_once(name, tmp_path):
 
 def test_a_build_without_the_network_says_so(monkeypatch):
     monkeypatch.delattr(bluenoise._core, "NeuralGenerator")
-    _neural._shared_generator.cache_clear()
+    _neural.builtin_generator.cache_clear()
     for call in (NeuralGenerator, lambda: NeuralGenerator.noise(0, 0, 1, 1),
                  lambda: bluenoise.mask((16, 16), method="neural")):
         with pytest.raises(RuntimeMissingError, match="BN_NEURAL=OFF"):

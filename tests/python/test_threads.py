@@ -41,7 +41,6 @@ WORK = {
     "relax": lambda: core.relax(RANKS[None, :128, :128].copy(), core.RelaxOptions(), None),
     "anneal": lambda: core.anneal(RANKS[None].copy(), SHORT, None),
     "ranks_to_float": lambda: core.ranks_to_float(RANKS.reshape(-1), RANKS.size),
-    "ranks_from_values": lambda: core.ranks_from_values(IMAGE.reshape(-1)),
     "mask_error": lambda: core.mask_error(RANKS, 1.0),
     "power_spectrum": lambda: core.power_spectrum(RANKS),
     "neural_noise": lambda: core.neural_noise(0, 0, 512, 512, 0),
