@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Argument checks: every error message contains the argument's name and value; nothing is truncated or wrapped."""
+"""Argument checks and calls of callbacks: every error message contains the argument's name and value; nothing is truncated or wrapped."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from typing import Any, Callable, Iterable, Literal, NoReturn, Optional, Sequenc
 
 import numpy as np
 import numpy.typing as npt
+
+from . import _core
 
 MaskMethod = Literal["auto", "void-and-cluster", "relax", "anneal", "neural", "white", "builtin"]
 NeuralProvider = Literal["cpu", "cuda"]
@@ -83,6 +85,12 @@ def callback(name: str, value: Optional[Progress]) -> Optional[Progress]:
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable or None, not {reprlib.repr(value)}")
     return value
+
+
+def report(progress: Optional[Progress], fraction: float) -> None:
+    """Calls a callback, if there is one. Raises CancelledError if it returns a true value."""
+    if progress is not None and progress(fraction):
+        raise _core.CancelledError(f"progress asked to stop at {fraction:.3f}")
 
 
 def array(name: str, value: object) -> npt.NDArray[Any]:

@@ -15,7 +15,6 @@ from . import _arguments as arguments
 from . import _core
 from ._arguments import MaskMethod, NeuralProvider, Progress, Ranks, Seed, Shape
 from ._neural import NeuralGenerator, PathLike, builtin_generator
-from ._progress import report
 
 _FAR_SIGMA = 1.5
 _BUILTIN_SIZES = (16, 32, 64, 128, 256)
@@ -271,7 +270,7 @@ def _white(
         sampler.block(0, 0, first, 0, samples)
         bits = (samples[0, 0, :, :2] * 2**24).astype(np.uint64)
         keys[first : first + len(bits)] = (bits[:, 0] << np.uint64(24)) | bits[:, 1]
-        report(progress, 0.5 * first / count)
+        arguments.report(progress, 0.5 * first / count)
     blocks = -(-count // _WHITE_BLOCK)
     block = (keys * np.uint64(blocks) >> np.uint64(48)).astype(np.uint16)
     flat, first = ranks.reshape(-1), 0
@@ -280,7 +279,7 @@ def _white(
         texels = texels[np.argsort(keys[texels], kind="stable")]
         flat[texels] = np.arange(first, first + texels.size, dtype=np.uint32)
         first += texels.size
-        report(progress, 0.5 + 0.5 * first / count)
+        arguments.report(progress, 0.5 + 0.5 * first / count)
     return ranks
 
 
@@ -298,7 +297,7 @@ def _builtin(
     builtin = _core.builtin_mask(shape[0])
     assert builtin is not None
     np.copyto(ranks, builtin)
-    report(progress, 1.0)
+    arguments.report(progress, 1.0)
     return ranks
 
 

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from . import _arguments as arguments
 from . import _core
-from ._progress import report
 
 MeasureName = Literal["e_0.75", "e_1", "e_1.5", "e_2", "anisotropy", "low_frequency", "exact"]
 
@@ -111,8 +110,8 @@ def measure(
             found[name] = _core.mask_error(ranks, float(name[2:]))
         done += _COST[name]
         if done < total:
-            report(progress, done / total)
-    report(progress, 1.0)
+            arguments.report(progress, done / total)
+    arguments.report(progress, 1.0)
     return found
 
 

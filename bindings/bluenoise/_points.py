@@ -14,7 +14,6 @@ from . import _arguments as arguments
 from . import _core
 from ._arguments import PointsMethod, Progress, Seed
 from ._masks import mask as make_mask
-from ._progress import report
 
 Points = npt.NDArray[np.float64]
 
@@ -99,7 +98,7 @@ def points(
         if name not in METHODS[method]:
             raise TypeError(f"method {method!r} has no option {name} (given as {value!r})")
     found = _MAKERS[method](n, arguments.seed(seed), progress=progress, **given)
-    report(progress, 1.0)
+    arguments.report(progress, 1.0)
     return found
 
 
@@ -152,7 +151,7 @@ def _best_candidate(
         if k + 1 - in_tree == _RECENT:
             in_tree, tree = k + 1, cKDTree(result[: k + 1], boxsize=1)
             grid.tighten()
-            report(progress, ((k + 1) / n) ** 2)
+            arguments.report(progress, ((k + 1) / n) ** 2)
     return result
 
 
@@ -210,7 +209,7 @@ def _poisson_disk(
             if kept[first]:
                 kept[second] = False
         found = np.concatenate([found, trials[kept]])
-        report(progress, min(len(found) / n, 1.0) ** 8)
+        arguments.report(progress, min(len(found) / n, 1.0) ** 8)
         radius *= 1 - 0.1 / candidates
         throw += 1
     return found[:n]

@@ -208,7 +208,9 @@ class Sampler:
         dims = arguments.integer("dims", dims, 1, 4)
         result = arguments.output(out, (height, width, index_count, dims), np.float32)
         if dims == 4:
-            self._core.block(x0, y0, first_index, domain, result)
+            rows = max(1, 4 * _LANES // (width * index_count))
+            for row in range(0, height, rows):  # between which Ctrl-C is noticed
+                self._core.block(x0, y0 + row, first_index, domain, result[row : row + rows])
             return result
         x = np.arange(x0, x0 + width, dtype=np.int64).astype(np.int32)[:, None]
         y = np.arange(y0, y0 + height, dtype=np.int64).astype(np.int32)[:, None, None]

@@ -22,7 +22,6 @@ from ._arguments import Progress
 from ._glsl import TEXTS
 from ._masks import _BUILTIN_SIZES, mask
 from ._measure import measure
-from ._progress import report
 from ._sampler import Sampler, tables
 
 FORMATS = ("png", "exr", "ktx2")
@@ -77,7 +76,7 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
                   for path in sorted(beside.rglob("*")) if path.is_file()}
         pack["sha256"] = hashes
         (beside / "pack.json").write_text(json.dumps(pack, indent=1) + "\n", encoding="utf-8")
-    report(progress, 1.0)
+    arguments.report(progress, 1.0)
     return pack
 
 

@@ -11,12 +11,10 @@ PyObject *cancelled_error = nullptr;
 PyObject *runtime_missing_error = nullptr;
 
 PyObject *new_error(py::module_ &module, const char *name, const char *doc) {
-    std::string qualified = std::string("bluenoise.") + name;
-    PyObject *error =
-        PyErr_NewExceptionWithDoc(qualified.c_str(), doc, PyExc_RuntimeError, nullptr);
-    if (error == nullptr) throw py::error_already_set();
-    module.add_object(name, py::handle(error));
-    return error;
+    py::exception<std::exception> error(module, name, PyExc_RuntimeError);
+    error.attr("__module__") = "bluenoise";
+    error.attr("__doc__") = doc;
+    return error.release().ptr();
 }
 
 PyObject *exception_type(bn_result result) {
@@ -51,10 +49,10 @@ void check(bn_result result, const std::string &arguments) {
     throw py::error_already_set();
 }
 
-void Interrupts::poll() {
+void Progress::poll() {
     auto now = std::chrono::steady_clock::now();
-    if (now - last_ < interval) return;
-    last_ = now;
+    if (now - last_poll_ < interval) return;
+    last_poll_ = now;
     py::gil_scoped_acquire lock;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
@@ -70,7 +68,7 @@ int32_t Progress::report(double fraction) {
 int32_t Progress::call(void *self, double fraction) noexcept {
     auto *progress = static_cast<Progress *>(self);
     try {
-        progress->interrupts_.poll();
+        progress->poll();
         if (progress->callable_.is_none()) return 0;
         py::gil_scoped_acquire lock;
         return progress->report(fraction);

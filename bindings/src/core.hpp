@@ -52,18 +52,6 @@ Ranks set_mask(Options &options, const py::object &mask, std::string &arguments)
     return ranks;
 }
 
-/* Lets Ctrl-C interrupt long work that runs without the GIL: poll() takes the GIL at most once per
- * interval and throws what a signal handler raised. */
-class Interrupts {
-  public:
-    static constexpr std::chrono::milliseconds interval{50};
-
-    void poll();
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
 /* A Python callable (or None) as a bn_progress. It receives the fraction done; a true result cancels.
  * Exceptions, including those from signal handlers, cancel too, and finish() raises them again.
  * Create and finish it with the GIL held; call() runs without it. */
@@ -78,11 +66,16 @@ class Progress {
     void finish(bn_result result, const std::string &arguments);
 
   private:
+    /* Ctrl-C can interrupt the work: takes the GIL at most once per interval and throws what a signal
+     * handler raised. */
+    void poll();
     int32_t report(double fraction);
+
+    static constexpr std::chrono::milliseconds interval{50};
 
     py::object callable_;
     double reported_ = 0;
-    Interrupts interrupts_;
+    std::chrono::steady_clock::time_point last_poll_ = std::chrono::steady_clock::now();
     std::exception_ptr error_;
 };
 

@@ -10,40 +10,32 @@ py::ssize_t extent(uint32_t value) {
     return static_cast<py::ssize_t>(value);
 }
 
-const char *name(const bn_void_and_cluster_options &) {
-    return "void-and-cluster";
-}
-const char *name(const bn_anneal_options &) {
-    return "anneal";
-}
-const char *name(const bn_relax_options &) {
-    return "relax";
-}
-
 /* With the arguments of the other two. */
 bn_result relax_one(const bn_relax_options *options, uint32_t width, uint32_t height, uint32_t,
                     uint32_t *ranks, size_t count) {
     return bn_relax(options, width, height, ranks, count);
 }
 
-/* Makes a mask in `ranks`, of three extents, the last two height and width; from the mask that it
- * holds if options.start_from_ranks is set. */
+/* A function that makes a mask in `ranks`, of three extents, the last two height and width; from the
+ * mask that it holds if options.start_from_ranks is set. */
 template <auto make, typename Options>
-void generate(Ranks &ranks, Options options, const py::object &callback) {
-    Progress progress(callback);
-    options.progress = Progress::call;
-    options.progress_user = &progress;
-    uint32_t *out = ranks.mutable_data();
-    const auto count = static_cast<size_t>(ranks.size());
-    uint32_t extents[3];
-    std::string arguments = name(options);
-    for (py::ssize_t axis = 0; axis < 3; ++axis) {
-        extents[axis] = static_cast<uint32_t>(ranks.shape(axis));
-        arguments += (axis > 0 ? " x " : ", ") + std::to_string(extents[axis]);
-    }
-    progress.finish(
-        unlocked([&] { return make(&options, extents[2], extents[1], extents[0], out, count); }),
-        arguments);
+auto generator(const char *name) {
+    return [name](Ranks &ranks, Options options, const py::object &callback) {
+        Progress progress(callback);
+        options.progress = Progress::call;
+        options.progress_user = &progress;
+        uint32_t *out = ranks.mutable_data();
+        const auto count = static_cast<size_t>(ranks.size());
+        uint32_t extents[3];
+        std::string arguments = name;
+        for (py::ssize_t axis = 0; axis < 3; ++axis) {
+            extents[axis] = static_cast<uint32_t>(ranks.shape(axis));
+            arguments += (axis > 0 ? " x " : ", ") + std::to_string(extents[axis]);
+        }
+        const bn_result result = unlocked(
+            [&] { return make(&options, extents[2], extents[1], extents[0], out, count); });
+        progress.finish(result, arguments);
+    };
 }
 
 Floats ranks_to_float(const Ranks &ranks, uint64_t count) {
@@ -144,12 +136,13 @@ void bind_masks(py::module_ &module) {
         .def_readwrite("order_ends", &bn_anneal_options::order_ends)
         .def_readwrite("start_from_ranks", &bn_anneal_options::start_from_ranks)
         .def_readwrite("seed", &bn_anneal_options::seed);
-    module.def("void_and_cluster", &generate<bn_void_and_cluster, bn_void_and_cluster_options>,
+    module.def("void_and_cluster",
+               generator<bn_void_and_cluster, bn_void_and_cluster_options>("void-and-cluster"),
                py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
-    module.def("anneal", &generate<bn_anneal, bn_anneal_options>, py::arg("ranks").noconvert(),
-               py::arg("options"), py::arg("progress"));
-    module.def("relax", &generate<relax_one, bn_relax_options>, py::arg("ranks").noconvert(),
-               py::arg("options"), py::arg("progress"));
+    module.def("anneal", generator<bn_anneal, bn_anneal_options>("anneal"),
+               py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
+    module.def("relax", generator<relax_one, bn_relax_options>("relax"),
+               py::arg("ranks").noconvert(), py::arg("options"), py::arg("progress"));
     module.def("ranks_to_float", &ranks_to_float, py::arg("ranks").noconvert(), py::arg("count"));
     module.def("builtin_mask", &builtin_mask, py::arg("size"));
     module.def("builtin_mask_exists",

@@ -4,17 +4,12 @@
 
 #include <bn/bn_path.h>
 
-#include <algorithm>
-
 namespace bluenoise {
 
 namespace {
 
 using Int32s = py::array_t<int32_t, py::array::c_style>;
 using UInt32s = py::array_t<uint32_t, py::array::c_style>;
-
-/* Samples of a block between two polls for interrupts: some milliseconds. */
-constexpr size_t poll_interval = size_t{1} << 18;
 
 class Sampler {
   public:
@@ -59,22 +54,12 @@ class Sampler {
         const auto height = static_cast<uint32_t>(out.shape(0));
         const auto width = static_cast<uint32_t>(out.shape(1));
         const auto index_count = static_cast<uint32_t>(out.shape(2));
-        const size_t row_count = size_t{width} * index_count * 4;
-        const auto rows = static_cast<uint32_t>(std::max(size_t{1}, poll_interval * 4 / row_count));
+        const auto size = static_cast<size_t>(out.size());
         float *to = out.mutable_data();
-        bn_result result = out.shape(3) == 4 ? BN_SUCCESS : BN_ERROR_SIZE_MISMATCH;
-        {
-            py::gil_scoped_release release;
-            Interrupts interrupts;
-            uint32_t now = 0;
-            for (uint32_t y = 0; y < height && result == BN_SUCCESS; y += now) {
-                now = std::min(rows, height - y);
-                result = bn_sample_block(&sampler_, x0, static_cast<int32_t>(y0 + int64_t{y}),
-                                         width, now, first_index, index_count, domain,
-                                         to + y * row_count, now * row_count);
-                interrupts.poll();
-            }
-        }
+        const bn_result result = unlocked([&] {
+            return bn_sample_block(&sampler_, x0, y0, width, height, first_index, index_count,
+                                   domain, to, size);
+        });
         check(result, "width " + std::to_string(width) + ", height " + std::to_string(height) +
                           ", index_count " + std::to_string(index_count));
     }
