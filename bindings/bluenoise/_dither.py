@@ -84,15 +84,6 @@ def dither(
         True to shift the mask differently for each channel, so that the errors of channels are uncorrelated. Masks with
         channels of their own are never shifted.
 
-    Raises
-    ------
-    ValueError
-        There are NaN or values outside [0, 1], a shape is wrong (channels come last), or a mask is not a permutation.
-    TypeError
-        An argument has a wrong type.
-    MemoryError
-        There is not enough memory.
-
     Examples
     --------
     >>> float(dither(np.full((64, 64), 0.25)).mean())

@@ -77,13 +77,6 @@ class Path:
         Frames that must be independent have numbers of their own, integers from 0 to 2**32 - 1. Where frames are averaged,
         the index goes on instead, and the frame stays 0.
 
-    Raises
-    ------
-    ValueError
-        A number is out of range, or shapes do not broadcast.
-    TypeError
-        An argument has a wrong type.
-
     Examples
     --------
     >>> y, x = np.mgrid[0:4, 0:6]

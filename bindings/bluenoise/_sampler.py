@@ -43,13 +43,6 @@ class Sampler:
         The mask for kind ``"mask"``: ranks of shape (height, width), or (n,) for a row, each of 0 .. n - 1 exactly once.
         None: the built-in 64 x 64 mask.
 
-    Raises
-    ------
-    ValueError
-        The kind is unknown, a number is out of range, or a mask is not a permutation.
-    TypeError
-        An argument has a wrong type.
-
     Examples
     --------
     >>> sampler = Sampler("blue", seed=1)
@@ -277,13 +270,6 @@ def domain(*keys: Any) -> Any:
     A domain identifies one decision of a light path; samples of different domains are independent. Domains that differ only
     in their last key, within an aligned group of four (0 to 3, 4 to 7, ...), form a family, which "blue" stratifies
     jointly. Without keys, this is the root, 0. ``Path`` chooses the domains of a path for you.
-
-    Raises
-    ------
-    ValueError
-        A key is out of range, or arrays do not broadcast.
-    TypeError
-        A key is no integer.
     """
     found: Any = 0
     for key in keys:
