@@ -254,19 +254,16 @@ static void make_features(bake_features *f, error_matrix *m, int count, int step
 void bake_features_of_label(bake_features *f, const bake_table *table, const bake_options *options,
                             int member, int what) {
     /* At 1, 2, 4 ... 256 samples, then at the counts between. */
-    static const double
-        plane_weight[LEVELS + PARTIALS] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
-                                           .8,  .7,  .7,  .5,  .6,  .5,  .6,  .4, .5},
-                              product_weight[LEVELS + PARTIALS] = {1.1, 1.1, 1.1, 1.2, 1,  1,
-                                                                   1,   .5,  .4,  .5,  .4, .4,
-                                                                   .3,  .4,  .3,  .4,  .3, .3},
-                              bump_weight[LEVELS + PARTIALS] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
-                                                                .3, .3, .3, .2, .2, .2, .2, .1, .1},
-                              single_weight[LEVELS + PARTIALS] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.4,
-                                                                  1.4, .6,  .5,  .7,  .6,  .6,
-                                                                  .4,  .5,  .4,  .5,  .4,  .4},
-                              step_weight[LEVELS] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3},
-                              axes_weight[LEVELS] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
+    static const double plane_weight[] = {1.9, 1.5, 1.4, 1.5, 1.3, 1.3, 1.3, .6, .5,
+                                          .8,  .7,  .7,  .5,  .6,  .5,  .6,  .4, .5};
+    static const double product_weight[] = {1.1, 1.1, 1.1, 1.2, 1,  1,  1,  .5, .4,
+                                            .5,  .4,  .4,  .3,  .4, .3, .4, .3, .3};
+    static const double bump_weight[] = {.5, .4, .4, .3, .3, .2, .2, .1, .1,
+                                         .3, .3, .3, .2, .2, .2, .2, .1, .1};
+    static const double single_weight[] = {1.5, 1.5, 1.5, 1.5, 1.4, 1.4, 1.4, .6, .5,
+                                           .7,  .6,  .6,  .4,  .5,  .4,  .5,  .4, .4};
+    static const double step_weight[] = {3, 1.5, 1.8, 1.2, 1.4, 1, 1, .4, .3};
+    static const double axes_weight[] = {1, 1, 1, 1, 1, .7, .7, .4, .4};
     enum { MOST = 160 };
     static label_integrand list[MOST];
     static bake_pair pairs[2];

@@ -71,34 +71,26 @@ impl<'m> Sampler<'m> {
     }
 
     pub fn with_kind(kind: Kind<'m>, seed: u64) -> Result<Sampler<'m>, Error> {
-        let mut options = sys::bn_sampler_options {
-            struct_size: std::mem::size_of::<sys::bn_sampler_options>(),
-            kind: sys::BN_SAMPLER_BLUE,
-            samples_per_pixel: 0,
-            seed,
-            mask_ranks: null(),
-            mask_width: 0,
-            mask_height: 0,
+        let (number, samples_per_pixel, mask) = match kind {
+            Kind::Blue => (sys::BN_SAMPLER_BLUE, 0, None),
+            Kind::Sobol => (sys::BN_SAMPLER_SOBOL, 0, None),
+            Kind::White => (sys::BN_SAMPLER_WHITE, 0, None),
+            Kind::ZOrder { samples_per_pixel } => (sys::BN_SAMPLER_ZORDER, samples_per_pixel, None),
+            Kind::Mask => (sys::BN_SAMPLER_MASK, 0, None),
+            Kind::MaskOf { ranks, width, height } => (sys::BN_SAMPLER_MASK, 0, Some((ranks, width, height))),
         };
-        match kind {
-            Kind::Blue => {}
-            Kind::Sobol => options.kind = sys::BN_SAMPLER_SOBOL,
-            Kind::White => options.kind = sys::BN_SAMPLER_WHITE,
-            Kind::ZOrder { samples_per_pixel } => {
-                options.kind = sys::BN_SAMPLER_ZORDER;
-                options.samples_per_pixel = samples_per_pixel;
-            }
-            Kind::Mask => options.kind = sys::BN_SAMPLER_MASK,
-            Kind::MaskOf { ranks, width, height } => {
-                if u64::from(width) * u64::from(height) != ranks.len() as u64 {
-                    return Err(Error::SizeMismatch);
-                }
-                options.kind = sys::BN_SAMPLER_MASK;
-                options.mask_ranks = ranks.as_ptr();
-                options.mask_width = width;
-                options.mask_height = height;
-            }
+        if matches!(mask, Some((ranks, width, height)) if u64::from(width) * u64::from(height) != ranks.len() as u64) {
+            return Err(Error::SizeMismatch);
         }
+        let options = sys::bn_sampler_options {
+            struct_size: std::mem::size_of::<sys::bn_sampler_options>(),
+            kind: number,
+            samples_per_pixel,
+            seed,
+            mask_ranks: mask.map_or(null(), |(ranks, _, _)| ranks.as_ptr()),
+            mask_width: mask.map_or(0, |(_, width, _)| width),
+            mask_height: mask.map_or(0, |(_, _, height)| height),
+        };
         let mut sampler = Sampler::new(0);
         // SAFETY: mask_ranks is null or has width * height elements, which live as long as 'm.
         Error::check(unsafe { sys::bn_sampler_init(&mut sampler.state, &options) })?;
