@@ -40,6 +40,12 @@ def test_thousands_of_lanes_in_any_layout_equal_a_block(kind, dims):
     np.testing.assert_array_equal(shuffled, block.reshape(-1, dims)[order])
 
 
+def test_a_large_block_equals_its_parts():
+    block = Sampler(seed=4).block(-20, -5, 512, 700, 3, 4)
+    for rows in (0, 300, 699):
+        np.testing.assert_array_equal(block[rows:rows + 1], Sampler(seed=4).block(-20, rows - 5, 512, 1, 3, 4))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_pair_is_part_of_the_four(kind):
     sampler = Sampler(kind, seed=9)
