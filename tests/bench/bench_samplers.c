@@ -370,9 +370,8 @@ static void measure(const source *s, figure what, int domains, int n, double rms
 
 /* ---- The command line */
 
-static const char usage[] =
-    "usage: bench_samplers [--max-spp N] [--domains N] [--sampler NAME]\n"
-    "       bench_samplers --samples NAME SPP\n";
+static const char usage[] = "usage: bench_samplers [--max-spp N] [--domains N] [--sampler NAME]\n"
+                            "       bench_samplers --samples NAME SPP\n";
 
 static int refuse(void) {
     fputs(usage, stderr);
