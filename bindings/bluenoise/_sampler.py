@@ -161,7 +161,8 @@ class Sampler:
             return
         lanes, first = out.reshape(-1, out.shape[-1]), 0
         if len(lanes) == 1:  # in a fraction of the time
-            self._core.sample(*(array.reshape(1) for array in given), lanes, pair)
+            x, y, index, domain = (array.reshape(1) for array in given)
+            self._core.sample(x, y, index, domain, lanes, pair)
             return
         nditer: Any = np.nditer  # its types lack "contig"
         flags, op_flags = ["buffered", "external_loop"], [["readonly", "contig"]] * len(given)
