@@ -221,6 +221,10 @@ typedef struct bn_sampler {
     uint32_t mask_width, mask_height;
 } bn_sampler;
 
+#ifdef __clang__ /* which warns of casts in C++ */
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wold-style-cast"
+#endif
 /* A sampler of one of the kinds above; another number means BLUE. ZORDER is tuned for 256 samples,
  * and MASK uses the built-in mask. Cannot fail. */
 BN_CONSTEXPR bn_sampler bn_sampler_make(bn_sampler_kind kind, uint64_t seed) {
@@ -235,6 +239,9 @@ BN_CONSTEXPR bn_sampler bn_sampler_make(bn_sampler_kind kind, uint64_t seed) {
     if (kind < BN_SAMPLER_BLUE || kind > BN_SAMPLER_MASK) sampler.kind = BN_SAMPLER_BLUE;
     return sampler;
 }
+#ifdef __clang__
+#pragma clang diagnostic pop
+#endif
 
 /* The same with all options, checked. On failure *sampler is as it was. Errors: INVALID_ARGUMENT
  * (sampler is NULL, the kind is unknown, a mask has a zero extent, extents were given without a mask,
