@@ -117,7 +117,7 @@ def report_text(results, spectra, options, command):
         "# Point sets", "",
         f"Printed by `{command}`. The sets are those of `bluenoise.points`, with white noise and one pixel's samples of `sobol` and `blue` for "
         "comparison.", "",
-        f"The variance of a mean over the most points is this share of white noise's, on average over three functions: {over}. To integrate in a "
+        f"The variance of a mean over the most points is this share of white noise's, as a geometric mean over three functions: {over}. To integrate in a "
         "pixel use a sampler, and `blue` for errors that are blue *between* pixels; point sets are for placing things, "
         "[also on a surface](../points.md).", "",
         "![256 points of each set, their spectra, and the variance of three integrals](points.png)", "",

@@ -172,7 +172,7 @@ Get the checkout with:
   git -C DIR submodule update --init --recursive
 and that of LuxCoreRender with:
   git clone https://github.com/LuxCoreRender/LuxCore DIR && git -C DIR checkout {lux_scenes.COMMIT}
-The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in a quarter of an hour on two cores. The report's
+The first stays as it is: a copy of it is patched and built in ~/.cache/libbn/pbrt, in 9 minutes of processor time. The report's
 comparison, --crops 2 --seeds 2 --spp 16, then takes {MINUTES} minutes of processor time the first time. Builds, references and results are cached there: a run
 that was interrupted resumes, and a change of libbn renders only `blue` again.""")
     known = sum(SETS.values(), ())

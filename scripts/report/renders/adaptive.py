@@ -24,7 +24,7 @@ from .renderer import run_pathtracer
 from .views import View
 
 SCENES = {"cornell": 1.0, "penumbra": 0.0, "glossy": 0.0}  # and exposures, in stops
-SAMPLERS = ("white", "sobol", "zorder", "blue")
+SAMPLERS = ("white", "sobol", "sobol-global", "zorder", "blue")
 WIDTH, HEIGHT = 120, 90
 LEVELS = (0.2, 0.1, 0.05)
 LEAST, MOST = 16, 256  # samples per pixel: --min-spp and --spp
@@ -133,9 +133,10 @@ def answers(result, names):
         + f"({', '.join(f'`{name}` at {level:g}' for level, name in zip(LEVELS, best))}).",
         "- **Does it reach the level?** Errors of single pixels are "
         + ", ".join(f"{spread([adaptive[k].errors[0.0] / level for _, adaptive in both])} of the level {level:g}" for k, level in enumerate(LEVELS))
-        + f". The estimate is that of independent samples, so stratified ones are below it; blocks that reach {MOST} samples are above.",
-        f"- **Is it biased?** The light of the displayed pictures is {lights.mean():+.3f} % off that of plain ones with as many "
-        f"samples, with a standard error of {lights.std(ddof=1) / np.sqrt(len(lights)):.3f} % over all of them. Blocks whose samples miss light "
+        + f". The level is judged as if samples were independent, so stratified ones end below it; where blocks stop at {MOST} "
+        "samples, pictures may end above.",
+        f"- **Is it biased?** The light of adaptive pictures as displayed differs by {lights.mean():+.3f} % from that of plain ones with as many "
+        f"samples (standard error {lights.std(ddof=1) / np.sqrt(len(lights)):.3f} %). Blocks whose samples miss light "
         "stop early, which darkens adaptive pictures (Kirk and Arvo, \"Unbiased Sampling Techniques for Image Synthesis\", 1991).",
     ]
 
@@ -147,9 +148,10 @@ def report_text(result, names, command, commit):
         f"Built-in scenes of the path tracer ({', '.join(f'`{scene}`' for scene in result)}) at {WIDTH}x{HEIGHT} pixels, "
         f"`--noise` {', '.join(f'{level:g}' for level in LEVELS)} with `--min-spp {LEAST} --spp {MOST}`, against plain pictures of "
         f"{', '.join(map(str, COUNTS))} samples. `zorder` is declared at each count of plain pictures, and at {MOST} in adaptive "
-        f"ones, whose counts nobody knows before. References have {REFERENCE_SPP} samples per pixel (`sobol`, another seed).",
-        "Errors are differences as displayed (exposed and clipped), over the light of the reference plus a fiftieth of white, and",
-        f"root mean squares over {SEEDS} seeds. Where a few bright paths decide, as in `glossy`, an unlucky picture still moves a ratio.", "",
+        f"ones, whose counts are not known in advance. References have {REFERENCE_SPP} samples per pixel (`sobol`, another seed).",
+        f"Errors are differences as displayed (exposed and clipped), divided by the reference's blurred luminance plus {DARKEST}, and",
+        f"root mean squares over {SEEDS} seeds. Where a few bright paths decide, as in `glossy`, one unlucky picture can move a ratio; there are no "
+        "intervals.", "",
         "For each level: samples per pixel on average, the error over that of plain pictures with as many samples (unblurred, and "
         "after a blur of 2.1 pixels), and the error after the blur over that of `blue`.", "",
         *([f"OpenQMC is at commit {commit}.", ""] if commit else []), table(result, names), ""])

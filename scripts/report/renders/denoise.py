@@ -136,7 +136,7 @@ class DenoisedRun(Run):
 # ---- The report
 
 COUNTS, SEEDS = (1, 2, 4, 8, 16), 4
-LABELS = ("white", "sobol", "blue")
+LABELS = ("white", "sobol", "sobol-global", "zorder", "blue")
 SHOWN = ("relative", "displayed")
 TIME_MEASURE = f"plain:{equal_quality.MEASURE}"
 
@@ -170,12 +170,13 @@ class Report:
     def short(self, measure):
         """What the denoiser leaves of the advantage, in a paragraph."""
         parts = []
-        for than in ("white", "sobol", *([BEST_PEER] if self.gains.peers else [])):
+        for than in ("white", "sobol", "sobol-global", "zorder", *([BEST_PEER] if self.gains.peers else [])):
             found = [gain for spp in self.counts if (gain := self.gain("plain", measure, than)(spp))]
             parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} times less than {than if than == BEST_PEER else f'`{than}`'}")
-        cells = [gain for scene in self.scenes for spp in self.counts if (gain := self.gain("plain", measure, "sobol", scene)(spp))]
-        return (f"After Open Image Denoise, {MEASURES[measure]}, at {', '.join(map(str, self.counts))} samples: the error of `blue` is "
-                f"{'; '.join(parts)}. Against `sobol`, by scene and count, it is smaller beyond doubt in {sum(gain.low > 1 for gain in cells)} "
+        counted = ", ".join(str(gain.views) if (gain := self.gain("plain", measure)(spp)) else "0" for spp in self.counts)
+        cells = [gain for way in WAYS for scene in self.scenes for spp in self.counts if (gain := self.gain(way, measure, "sobol", scene)(spp))]
+        return (f"After Open Image Denoise (`plain`), {MEASURES[measure]}, at {', '.join(map(str, self.counts))} samples, in {counted} of "
+                f"{len(self.references)} crops: the error of `blue` is {'; '.join(parts)}. Against `sobol`, by scene, count and way, it is smaller beyond doubt in {sum(gain.low > 1 for gain in cells)} "
                 f"cases and larger in {sum(gain.high < 1 for gain in cells)}.")
 
     def text(self):

@@ -14,7 +14,7 @@ from ..base.tables import md_table, update_table
 from ..measure.gains import BEST_PEER, read_rows
 
 COMMAND = "scripts/bench summary"
-COUNTS, SHORT_COUNTS = (1, 3, 4, 6, 16, 64), (1, 3, 4, 6, 8, 16, 64)
+COUNTS, SHORT_COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64), (1, 3, 4, 6, 8, 16, 64)
 MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "as displayed, sigma 1.0", "displayed": "as displayed, single pixels",
             "rmse_2.1": "raw, sigma 2.1", "rmse_1.0": "raw, sigma 1.0", "rmse": "raw, single pixels"}
 # Where, the file, the command that writes it, and what blue is compared with there.
@@ -33,7 +33,7 @@ SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PE
 TIME_COMMAND = f"{COMMAND}: time"
 TIMES = {"white noise's error at 16 samples": ("renders_headline.csv", "seconds:displayed_2.1", 16),
          "at 64": ("renders_headline.csv", "seconds:displayed_2.1", 64),
-         "at 16, after Open Image Denoise": ("denoise.csv", "seconds:plain:displayed_2.1", 16)}
+         "at 16, after Open Image Denoise and the blur": ("denoise.csv", "seconds:plain:displayed_2.1", 16)}
 TIMED = {"pcg": "PCG32", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: "the best of OpenQMC", "blue": "`blue`"}
 
 
