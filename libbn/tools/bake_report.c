@@ -93,7 +93,12 @@ static void print_row(const double *over, const double *under, const char *name,
     va_end(numbers);
     printf("| %-28s |", text);
     for (int l = 0; l < LEVELS; ++l) {
-        printf(" %.3f |", under != NULL ? over[l] / under[l] : over[l]);
+        const double ratio = under != NULL ? over[l] / under[l] : over[l];
+        if (isnan(ratio)) {
+            printf("       |"); /* not measured */
+        } else {
+            printf(" %.3f |", ratio);
+        }
     }
     printf("\n");
     fflush(stdout);

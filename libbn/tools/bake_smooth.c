@@ -317,7 +317,9 @@ void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LE
         }
     }
     for (int k = 0; k < BAKE_SMOOTH_KINDS; ++k) {
-        for (int l = 0; l < LEVELS; ++l) mean[k][l] = exp(mean[k][l] / functions[k]);
+        for (int l = 0; l < LEVELS; ++l) {
+            mean[k][l] = k == 0 || l < FEW_LEVELS ? exp(mean[k][l] / functions[k]) : NAN;
+        }
     }
     free(j);
 }

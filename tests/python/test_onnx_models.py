@@ -46,7 +46,7 @@ def test_metadata_that_are_no_numbers(key, value):
     ("sparse_spacing", 0, BAD), ("sparse_spacing", 3.5, BAD), ("sparse_spacing", "", BAD),
     ("quantiles", quantiles(65, -1000, 1000), GOOD), ("quantiles", quantiles(65, 7, 0), BAD),
     ("quantiles", quantiles(65, 100000, -1), BAD), ("quantiles", quantiles(64, 0, 1), BAD),
-    ("quantiles", quantiles(66, 0, 1), BAD),
+    ("quantiles", quantiles(66, 0, 1), BAD), ("quantiles", "0,2,1," + quantiles(62, 3, 1), BAD),
     *(("quantiles", text, BAD) for text in ("", ",", "1", "0.5", "-", "--1", "1,,2")),
 ])
 def test_ranges_of_metadata(key, value, expected):
@@ -85,8 +85,6 @@ def model(graph, inputs=value("noise", 11), outputs=value("mask", 12), more=b"")
 
 WEIGHTS = tensor("weights", (1, 1, 3, 3), 36)
 CONV = node("Conv", "noise,weights", "mask") + WEIGHTS
-
-
 
 
 @pytest.mark.parametrize(("bytes_", "expected"), [
@@ -148,6 +146,7 @@ CHAIN = b"".join(node("Relu", f"v{i}" if i else "deep", f"v{i + 1}") for i in ra
     (convolved(2000) + node("Relu", "deep", "last"), UNSUPPORTED),
     (padded((0, 50000, 0, 50000)), UNSUPPORTED),
     (WEIGHTS + node("ConvTranspose", "noise,weights", "last", strides=(200, 200)), UNSUPPORTED),
+    (convolved(64) + tensor("wide", (64, 64, 1, 1)) + node("ConvTranspose", "deep,wide", "last", group=64), UNSUPPORTED),
     # All of the values are used at the end, so all are alive at once.
     (convolved(32) + CHAIN + node("Sum", ",".join(f"v{i + 1}" for i in range(59)), "last"), UNSUPPORTED),
     # Two attributes of one name, of which a runtime might take either.

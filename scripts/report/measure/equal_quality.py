@@ -107,7 +107,7 @@ def seconds_of(gains, cost, counts, label, measure, at):
 
 
 def time_gain(gains, cost, counts, label, measure, at):
-    """How many times less processor time a label needs than white noise, as a Gain; None where it is not reached."""
+    """The processor time of white noise over that of a label, as a Gain; None where it is not reached."""
     found = seconds_of(gains, cost, counts, label, measure, at)
     return gain_of({view: [math.log(white / own)] for view, (own, white) in found.items()}, len(gains.views) - len(found))
 
@@ -122,7 +122,7 @@ def rows(gains, cost, counts, measure=MEASURE, targets=TARGETS):
 def table_rows(gains, cost, counts, measure=MEASURE, targets=TARGETS):
     """(header, rows) of texts."""
     header = ["sampler", "seconds a sample", *(text for at in targets if at in counts for text in (
-        f"seconds to white's error at {at}", "times less than white"))]
+        f"seconds to white's error at {at}", "seconds of white over that"))]
     lines = []
     for label in gains.labels:
         line = [label, f"{statistics.geometric_mean(value for (_, name), value in cost.items() if name == label):.3g}"]

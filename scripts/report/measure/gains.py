@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many times smaller one sampler's error is than another's, over many scenes and views, with bootstrap intervals.
+"""The error of one sampler over another's, over many scenes and views, with bootstrap intervals.
 
 A gain is the geometric mean, over scenes, of the geometric means over their pictures, crops and seeds. Its 95 % interval
 comes from a hierarchical bootstrap that resamples scenes, pictures within scenes, crops within pictures and seeds within

@@ -273,7 +273,7 @@ empty, the reference is too noisy."""
                 f"{said['blue_noise_pure'].format(' with *pure*')} and {said['blue_noise_first'].format(' with *first*')}. Told {PREVIEW_SPP} and stopped "
                 f"before, as in a preview, *pure* has {of(f'blue_noise_pure {PREVIEW_SPP}', most=PREVIEW_SPP)} times and *first* "
                 f"{of(f'blue_noise_first {PREVIEW_SPP}', most=PREVIEW_SPP)} times. "
-                f"{last}A sample with `blue` takes {self.time('blue'):.2f} times as long as with Tabulated Sobol.")
+                f"{last}A sample with `blue` takes about as long as with Tabulated Sobol ({self.time('blue'):.2f} times).")
 
 
 # ---- The command

@@ -259,7 +259,7 @@ class OtherReport:
         rows = [[self.name(label), f"{self.time(label):.2f}",
                  f"{statistics.median(1e6 * self.rate(view, label) / math.prod(view.size) for view in self.references):.2f}"]
                 for label in self.samplers]
-        return md_table(["sampler", f"processor time over {self.name(self.samplers[0])}'s", "median, µs per sample"], rows)
+        return md_table(["sampler", f"processor time over {self.name(self.samplers[0])}'s, mean over pictures", "median, µs per sample"], rows)
 
     def references_table(self):
         """A reference's own error over the smallest of any sampler at the largest count, the greatest of a scene."""

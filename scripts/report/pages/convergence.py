@@ -107,7 +107,7 @@ def plots(rows, errors):
             values, seconds = ([row[key] for row in own.values()] for key in (measure, "seconds"))
             for axis, x, y in zip(axes[:, column], (list(own), list(own), seconds), (np.divide(base, values), values, values)):
                 axis.loglog(x, y, **style(name, samplers))
-        axes[0, column].set_title(f"{PLOTTED[measure]}: times less than {samplers[0]}")
+        axes[0, column].set_title(f"{PLOTTED[measure]}: {samplers[0]}'s over it")
         for row, label in enumerate(("samples per pixel", "samples per pixel", "seconds of rendering, one thread")):
             axes[row, column].set_xlabel(label)
             plain_numbers(axes[row, column].xaxis, axes[row, column].yaxis)

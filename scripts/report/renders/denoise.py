@@ -172,12 +172,12 @@ class Report:
         parts = []
         for than in ("white", "sobol", "sobol-global", "zorder", *([BEST_PEER] if self.gains.peers else [])):
             found = [gain for spp in self.counts if (gain := self.gain("plain", measure, than)(spp))]
-            parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} times less than {than if than == BEST_PEER else f'`{than}`'}")
+            parts.append(f"{' '.join(f'{gain.value:.2f}' for gain in found)} with {than if than == BEST_PEER else f'`{than}`'}")
         counted = ", ".join(str(gain.views) if (gain := self.gain("plain", measure)(spp)) else "0" for spp in self.counts)
         cells = [gain for way in WAYS for scene in self.scenes for spp in self.counts if (gain := self.gain(way, measure, "sobol", scene)(spp))]
         return (f"After Open Image Denoise (`plain`), {MEASURES[measure]}, at {', '.join(map(str, self.counts))} samples, in {counted} of "
-                f"{len(self.references)} crops: the error of `blue` is {'; '.join(parts)}. Against `sobol`, by scene, count and way, it is smaller beyond doubt in {sum(gain.low > 1 for gain in cells)} "
-                f"cases and larger in {sum(gain.high < 1 for gain in cells)}.")
+                f"{len(self.references)} crops, errors over that of `blue` are {'; '.join(parts)}. By scene, count and way `sobol` errs more beyond "
+                f"doubt in {sum(gain.low > 1 for gain in cells)} cases and less in {sum(gain.high < 1 for gain in cells)}.")
 
     def text(self):
         options, counts = self.options, self.counts
@@ -186,7 +186,7 @@ class Report:
             self.short("displayed"), "", self.short("displayed_2.1"), "", "![sobol / blue after the denoiser](denoise.png)", "",
             f"{len(self.references)} crops of {len(self.scenes)} built-in scenes (the set *{options.views}*, {views.SETS[options.views]}), "
             f"{options.seeds} seed{'s' * (options.seeds > 1)} of each, against references with {options.reference_spp} samples per pixel. Crops are "
-            "denoised by themselves. Ratios say how many times smaller the error is: geometric means over scenes, pictures, crops and seeds, with "
+            "denoised by themselves. Ratios are geometric means over scenes, pictures, crops and seeds, with "
             "the 95 % interval of a bootstrap over all four. Relative RMSE divides the difference by the reference plus a tenth of its mean. A "
             "view is excluded from ratios for which its reference is too noisy."
             + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",

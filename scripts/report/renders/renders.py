@@ -56,7 +56,7 @@ class Report:
     # ---- Gains
 
     def gain_table(self, measure):
-        """One row per sample count: how many times smaller blue's error is than that of each other, with intervals."""
+        """One row per sample count: the error of each other sampler over that of blue, with intervals."""
         thans, rows = self.gains.thans(), []
         for spp in self.counts:
             found = [self.gains.gain("blue", spp, measure, than) for than in thans]
@@ -86,9 +86,9 @@ class Report:
         """Three sentences: how much less noise, where most and least, and what the tests of the pictures found."""
         found = {than: [gain.value for spp in self.counts if (gain := self.gains.gain("blue", spp, HEADLINE_MEASURES[0], than))]
                  for than in self.gains.thans()}
-        ends = [f"{min(values):.2f} to {max(values):.2f} than {than if than == BEST_PEER else f'`{than}`'}" for than, values in found.items() if values]
-        parts = [f"As displayed, after a blur of 2.1 pixels, `blue` has this many times less error, the smallest and the largest over the "
-                 f"sample counts from {min(self.counts)} to {max(self.counts)}: {', '.join(ends)}."]
+        ends = [f"{min(values):.2f} to {max(values):.2f} with {than if than == BEST_PEER else f'`{than}`'}" for than, values in found.items() if values]
+        parts = [f"As displayed, after a blur of 2.1 pixels, errors over that of `blue`, the smallest and the largest over the "
+                 f"sample counts from {min(self.counts)} to {max(self.counts)}, are {', '.join(ends)}."]
         least = {scene: statistics.geometric_mean(own) for scene in self.scenes
                  if (own := self.spread(scene, max(self.counts), HEADLINE_MEASURES[0], "sobol"))}
         if len(least) > 1:
@@ -238,7 +238,7 @@ class Report:
                  "and OpenQMC's samplers render one progressive run, measured at each sample count; `zorder` renders each count separately, because "
                  "it must know the count. `sobol` is padded: its two pairs of dimensions are sequences of their own.", "",
                  "## Error reduction", "",
-                 "Each number says how many times smaller blue's error is: geometric means over scenes, pictures, crops and seeds, "
+                 "Each number is the error of another sampler over that of `blue`: geometric means over scenes, pictures, crops and seeds, "
                  "with 95 % intervals of a bootstrap that resamples all four. A crop is excluded where blue's error is less than "
                  f"{REFERENCE_MARGIN:g} times the error of the reference itself, or "
                  f"where the error of white noise as displayed is below {VISIBLE:g} at one sample.", ""]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The first table of docs/report and the README's: `scripts/bench summary` writes both
 
-It reads what `scripts/bench renders` and `scripts/bench pbrt` wrote to docs/report: how many times smaller blue's error is than that of other samplers, in crops of large pictures that nothing was tuned on. If the
-first was run with times, and `scripts/bench denoise`, it also writes how long each sampler takes to an error.
+It reads what `scripts/bench renders` and `scripts/bench pbrt` wrote to docs/report: errors of other samplers over
+that of blue, in crops of large pictures that nothing was tuned on. If the first was run with times, and `scripts/bench denoise`, it also writes
+how long each sampler takes to an error.
 """
 
 import argparse
@@ -57,7 +58,7 @@ def table(parts):
                 if any(found):
                     rows.append([f"{where}, {over([gain for gain in found if gain])}", MEASURES[measure], name,
                                  *(gain.text() if gain else "" for gain in found)])
-    return md_table(["where", "error", "times less than", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
+    return md_table(["where", "measured", "error over that of `blue`", "1 spp", *(str(spp) for spp in COUNTS[1:])], rows)
 
 
 def short_table(parts):
