@@ -50,7 +50,7 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels) 
     Environment e{width, height, std::move(texels), {}, {}, {}, 0};
     for (Vec3 &v : e.texels) {
         if (!is_finite(v)) throw Error("it has a texel that is not finite");
-        v = {std::max(0.0f, v.x), std::max(0.0f, v.y), std::max(0.0f, v.z)};
+        v = max(Vec3(0), v);
     }
     const auto w = static_cast<size_t>(width), h = static_cast<size_t>(height);
     e.row_limits.resize(h + 1);
@@ -139,7 +139,7 @@ Environment environment_sky(Vec3 to_sun) {
 }
 
 Environment environment_read(const std::string &path) {
-    if (path == "sky") return environment_sky(normalize({-0.40f, 0.62f, 0.68f}));
+    if (path == "sky") return environment_sky(normalize(Vec3{-0.40f, 0.62f, 0.68f}));
     if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
     const Image image = exr_read(path);
     const int width = ::width(image.crop), height = ::height(image.crop);

@@ -34,7 +34,7 @@ float auto_exposure(const Film &film) {
                 for (int x = left; x < std::min(left + BLOCK, columns); ++x) {
                     const FilmPixel &p = film_pixel(film, film.crop.x0 + x, film.crop.y0 + y);
                     if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
-                    light += luminance(rounded({p.radiance[0], p.radiance[1], p.radiance[2]}));
+                    light += luminance(Vec3(p.radiance[0], p.radiance[1], p.radiance[2]));
                     ++count;
                 }
             if (!(light > 0)) continue;

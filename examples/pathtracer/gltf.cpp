@@ -6,6 +6,10 @@
 #include <cstring>
 #include <set>
 
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
 #include "gltf_parts.h"
 
 namespace {
@@ -128,83 +132,32 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
 
 // ---- Transformations
 
-// The upper three rows of a 4 x 4 matrix.
-struct Transform {
-    double m[3][4];
-};
+using Transform = glm::dmat4x3; // without the last row, which is 0, 0, 0, 1
 
-constexpr Transform IDENTITY = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-
-Transform operator*(const Transform &a, const Transform &b) {
-    Transform c;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 4; ++j) {
-            c.m[i][j] = j == 3 ? a.m[i][3] : 0;
-            for (int k = 0; k < 3; ++k) c.m[i][j] += a.m[i][k] * b.m[k][j];
-        }
-    return c;
-}
-
-Transform local_transform(const tinygltf::Node &node) {
-    Transform t = IDENTITY;
-    if (node.matrix.size() == 16) { // column-major
-        for (size_t i = 0; i < 3; ++i)
-            for (size_t j = 0; j < 4; ++j) t.m[i][j] = node.matrix[4 * j + i];
-        return t;
-    }
-    double q[4] = {0, 0, 0, 1};
-    if (node.rotation.size() == 4) {
-        const std::vector<double> &r = node.rotation;
-        const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
-        if (length > 0)
-            for (size_t i = 0; i < 4; ++i) q[i] = r[i] / length;
-    }
-    const double x = q[0], y = q[1], z = q[2], w = q[3];
-    const double rotation[3][3] = {
-        {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-        {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-        {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
-    for (size_t i = 0; i < 3; ++i) {
-        for (size_t j = 0; j < 3; ++j)
-            t.m[i][j] = rotation[i][j] * (node.scale.size() == 3 ? node.scale[j] : 1);
-        t.m[i][3] = node.translation.size() == 3 ? node.translation[i] : 0;
-    }
+glm::dmat4 local_transform(const tinygltf::Node &node) {
+    const std::vector<double> &r = node.rotation, &scale = node.scale, &by = node.translation;
+    if (node.matrix.size() == 16)
+        return glm::dmat4(Transform(glm::make_mat4(node.matrix.data())));
+    glm::dmat4 t(1);
+    if (r.size() == 4) t = mat4_cast(normalize(glm::dquat(r[3], r[0], r[1], r[2])));
+    if (scale.size() == 3) t = glm::scale(t, glm::make_vec3(scale.data()));
+    if (by.size() == 3) t[3] = {by[0], by[1], by[2], 1};
     return t;
 }
 
-Point3d applied(const Transform &t, const float *p) {
-    const auto row = [&](int i) {
-        return t.m[i][0] * p[0] + t.m[i][1] * p[1] + t.m[i][2] * p[2] + t.m[i][3];
-    };
-    return {row(0), row(1), row(2)};
-}
-
-// The unit vector along t * (x, y, z), without the translation; zero if that has no direction.
-Vec3 direction(const Transform &t, double x, double y, double z) {
-    double v[3], squares = 0;
-    for (int i = 0; i < 3; ++i) {
-        v[i] = t.m[i][0] * x + t.m[i][1] * y + t.m[i][2] * z;
-        squares += v[i] * v[i];
-    }
-    const double length = std::sqrt(squares);
-    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
-    return rounded({v[0] / length, v[1] / length, v[2] / length});
+// The unit vector along t * v; zero if that has no direction.
+Vec3 direction(const glm::dmat3 &t, glm::dvec3 v) {
+    v = t * v;
+    const double size = length(v);
+    return size > 0 && std::isfinite(size) ? Vec3(v / size) : Vec3(0);
 }
 
 // The cofactor matrix transforms normals correctly under any scale. A mirror would flip them, so
 // its cofactors are negated.
-Transform cofactors(const Transform &t, bool &mirrors) {
-    Transform c{};
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            const int a = (i + 1) % 3, b = (i + 2) % 3, d = (j + 1) % 3, e = (j + 2) % 3;
-            c.m[i][j] = t.m[a][d] * t.m[b][e] - t.m[a][e] * t.m[b][d];
-        }
-    mirrors = t.m[0][0] * c.m[0][0] + t.m[0][1] * c.m[0][1] + t.m[0][2] * c.m[0][2] < 0;
-    if (mirrors)
-        for (auto &row : c.m)
-            for (double &v : row) v = -v;
-    return c;
+glm::dmat3 cofactors(const glm::dmat3 &m, bool &mirrors) {
+    const glm::dmat3 c(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]));
+    mirrors = dot(m[0], c[0]) < 0;
+    return mirrors ? -c : c;
 }
 
 // ---- Meshes
@@ -259,21 +212,17 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
     const std::vector<float> colours = optional("COLOR_0", colour_components, "vertex colours");
 
     bool mirrored;
-    const Transform normal_matrix = cofactors(transform, mirrored);
+    const glm::dmat3 normal_matrix = cofactors(glm::dmat3(transform), mirrored);
     const auto first = static_cast<uint32_t>(draft.points.size());
     for (size_t i = 0; i < count; ++i) {
         DraftVertex v;
-        v.position = applied(transform, &positions[3 * i]);
-        if (!normals.empty())
-            v.normal =
-                direction(normal_matrix, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
+        v.position = transform * glm::dvec4(glm::make_vec3(&positions[3 * i]), 1);
+        if (!normals.empty()) v.normal = direction(normal_matrix, glm::make_vec3(&normals[3 * i]));
         for (int set = 0; set < 2; ++set)
             if (!coordinates[set].empty())
-                v.coordinates[set] = {coordinates[set][2 * i], coordinates[set][2 * i + 1]};
-        if (!colours.empty()) {
-            const float *c = &colours[static_cast<size_t>(colour_components) * i];
-            v.colour = {bounded(c[0]), bounded(c[1]), bounded(c[2])};
-        }
+                v.coordinates[set] = glm::make_vec2(&coordinates[set][2 * i]);
+        if (!colours.empty())
+            v.colour = bounded_colour(&colours[static_cast<size_t>(colour_components) * i]);
         draft_add_vertex(draft, v);
     }
 
@@ -296,17 +245,15 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
 
 void read_camera(Reader &r, int index, const Transform &t, const std::string &node_name) {
     const tinygltf::Camera &camera = gltf_at(r.model.cameras, index, "camera");
-    const Vec3 forward = direction(t, 0, 0, -1), up = direction(t, 0, 1, 0);
+    const Vec3 forward = direction(glm::dmat3(t), {0, 0, -1});
+    const Vec3 up = direction(glm::dmat3(t), {0, 1, 0});
     const double angle = camera.perspective.yfov;
     if (camera.type != "perspective") {
         r.draft.ignored.insert("orthographic cameras");
     } else if (!(max_magnitude(cross(forward, up)) > 1e-3f) || !(angle > 1e-4 && angle < 3.1)) {
         r.draft.ignored.insert("a camera without direction or angle");
     } else {
-        r.draft.cameras.push_back({{t.m[0][3], t.m[1][3], t.m[2][3]},
-                                   forward,
-                                   up,
-                                   static_cast<float>(std::tan(0.5 * angle)),
+        r.draft.cameras.push_back({t[3], forward, up, static_cast<float>(std::tan(0.5 * angle)),
                                    printable(node_name.empty() ? camera.name : node_name)});
     }
 }
@@ -317,18 +264,15 @@ void read_light(Reader &r, int index, const Transform &t) {
     const std::map<std::string, Light::Kind> kinds = {
         {"point", Light::POINT}, {"spot", Light::SPOT}, {"directional", Light::DIRECTIONAL}};
     const auto kind = kinds.find(source.type);
-    light.normal = direction(t, 0, 0, -1);
-    const Point3d position = {t.m[0][3], t.m[1][3], t.m[2][3]};
-    const bool is_placed =
-        std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z);
-    if (kind == kinds.end() || !is_placed ||
+    light.normal = direction(glm::dmat3(t), {0, 0, -1});
+    if (kind == kinds.end() || !is_finite(t[3]) ||
         (kind->second != Light::POINT && !(max_magnitude(light.normal) > 0))) {
         r.draft.ignored.insert("lights of unknown kinds or without a direction");
         return;
     }
     light.kind = kind->second;
     const std::vector<double> &c = source.color;
-    const Vec3 colour = c.size() == 3 ? rounded({c[0], c[1], c[2]}) : Vec3{1, 1, 1};
+    const Vec3 colour = c.size() == 3 ? Vec3(c[0], c[1], c[2]) : Vec3(1);
     light.radiance = static_cast<float>(source.intensity) * colour;
     if (!is_finite(light.radiance) || std::min({colour.x, colour.y, colour.z}) < 0)
         throw Error("has a light whose intensity is negative or not a number");
@@ -337,7 +281,7 @@ void read_light(Reader &r, int index, const Transform &t) {
         light.cosine_outer = static_cast<float>(std::cos(source.spot.outerConeAngle));
     }
     if (source.range > 0) r.draft.ignored.insert("the range of lights");
-    r.draft.lights.push_back({light, position});
+    r.draft.lights.push_back({light, t[3]});
 }
 
 // ---- Nodes
@@ -369,7 +313,7 @@ void read_nodes(Reader &r) {
     };
     if (!model.scenes.empty()) {
         const int chosen = model.defaultScene < 0 ? 0 : model.defaultScene;
-        reach(gltf_at(model.scenes, chosen, "scene").nodes, IDENTITY);
+        reach(gltf_at(model.scenes, chosen, "scene").nodes, Transform(1));
         if (model.scenes.size() > 1) r.draft.ignored.insert("scenes but the default one");
     } else { // glTF leaves this open: read every node without a parent
         std::set<int> children;
@@ -381,7 +325,7 @@ void read_nodes(Reader &r) {
         std::vector<int> roots;
         for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
             if (children.count(i) == 0) roots.push_back(i);
-        reach(roots, IDENTITY);
+        reach(roots, Transform(1));
     }
     while (!open.empty()) {
         const auto [index, parent] = open.back();

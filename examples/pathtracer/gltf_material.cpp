@@ -20,8 +20,7 @@ const tinygltf::Value *member(const tinygltf::ExtensionMap &extensions, const ch
 }
 
 Vec3 colour(const std::vector<double> &factor, double high = 1) {
-    if (factor.size() < 3) return {1, 1, 1};
-    return {bounded(factor[0], 0, high), bounded(factor[1], 0, high), bounded(factor[2], 0, high)};
+    return factor.size() < 3 ? Vec3(1) : bounded_colour(factor.data(), high);
 }
 
 const std::set<std::string> SUPPORTED = {"KHR_materials_ior", "KHR_materials_transmission",

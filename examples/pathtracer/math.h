@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors, orthonormal frames and maps from the unit square.
+// Vectors, which are GLM's, orthonormal frames and maps from the unit square.
 //
 // The maps from the unit square decide how much of a sampler's quality survives. The concentric map
 // to the disc (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997) preserves
@@ -10,81 +10,31 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
 constexpr float PI = 3.14159265358979f;
 
-struct Point3d {
-    double x, y, z;
-};
+using Vec2 = glm::vec2;
+using Vec3 = glm::vec3;
+using Point3d = glm::dvec3;
 
-struct Vec2 {
-    float x, y;
-};
-
-struct Vec3 {
-    float x, y, z;
-};
-
-inline Vec3 rounded(Point3d p) {
-    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-}
-inline Vec3 minus(Point3d a, Point3d b) {
-    return rounded({a.x - b.x, a.y - b.y, a.z - b.z});
-}
-
-inline Vec2 operator+(Vec2 a, Vec2 b) {
-    return {a.x + b.x, a.y + b.y};
-}
-inline Vec2 operator-(Vec2 a, Vec2 b) {
-    return {a.x - b.x, a.y - b.y};
-}
-inline Vec2 operator*(float s, Vec2 v) {
-    return {s * v.x, s * v.y};
-}
-inline Vec3 operator+(Vec3 a, Vec3 b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-inline Vec3 operator-(Vec3 a, Vec3 b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-inline Vec3 operator*(Vec3 a, Vec3 b) {
-    return {a.x * b.x, a.y * b.y, a.z * b.z};
-}
-inline Vec3 operator*(float s, Vec3 v) {
-    return {s * v.x, s * v.y, s * v.z};
-}
-inline Vec3 operator-(Vec3 v) {
-    return {-v.x, -v.y, -v.z};
-}
-inline Vec3 &operator+=(Vec3 &a, Vec3 b) {
-    return a = a + b;
-}
-inline Vec3 &operator*=(Vec3 &a, Vec3 b) {
-    return a = a * b;
-}
-
-inline float dot(Vec3 a, Vec3 b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-inline Vec3 cross(Vec3 a, Vec3 b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline float length(Vec3 v) {
-    return std::sqrt(dot(v, v));
-}
-inline Vec3 normalize(Vec3 v) {
-    return (1 / length(v)) * v;
-}
 inline float luminance(Vec3 rgb) {
     return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
 }
-inline float max_component(Vec3 v) {
+template <typename Number>
+Number max_component(glm::tvec3<Number> v) {
     return std::max(v.x, std::max(v.y, v.z));
 }
-inline float max_magnitude(Vec3 v) {
-    return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+template <typename Number>
+Number max_magnitude(glm::tvec3<Number> v) {
+    return max_component(abs(v));
 }
 
-inline bool is_finite(Vec3 v) {
+template <typename Number>
+bool is_finite(glm::tvec3<Number> v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
@@ -95,7 +45,7 @@ inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     const float largest = max_magnitude(v);
     if (!(largest > 0) || !std::isfinite(largest)) return fallback;
     // In two steps: a single division could overflow for the shortest vectors.
-    return normalize({v.x / largest, v.y / largest, v.z / largest});
+    return normalize(v / largest);
 }
 
 // An orthonormal frame around a unit normal.

@@ -8,14 +8,6 @@ namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
-struct Axes {
-    float at[3];
-};
-
-Axes axes(Vec3 v) {
-    return {{v.x, v.y, v.z}};
-}
-
 size_t index_of(const int (&size)[3], int x, int y, int z) {
     return (static_cast<size_t>(z) * static_cast<size_t>(size[1]) + static_cast<size_t>(y)) *
                static_cast<size_t>(size[0]) +
@@ -44,16 +36,15 @@ Medium::Range range_of(const Medium &m, const int (&block)[3]) {
 // it returns false (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987).
 template <typename Visit>
 void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
-    const Axes origin = axes(ray.origin), direction = axes(ray.direction);
-    const Axes low = axes(m.low), high = axes(m.high);
+    const Vec3 origin = ray.origin, direction = ray.direction, low = m.low, high = m.high;
     float from = 0;
     for (int i = 0; i < 3; ++i) {
-        if (direction.at[i] == 0) {
-            if (!(origin.at[i] >= low.at[i] && origin.at[i] <= high.at[i])) return;
+        if (direction[i] == 0) {
+            if (!(origin[i] >= low[i] && origin[i] <= high[i])) return;
             continue;
         }
-        const float a = (low.at[i] - origin.at[i]) / direction.at[i];
-        const float b = (high.at[i] - origin.at[i]) / direction.at[i];
+        const float a = (low[i] - origin[i]) / direction[i];
+        const float b = (high[i] - origin[i]) / direction[i];
         from = std::max(from, std::min(a, b));
         end = std::min(end, std::max(a, b));
     }
@@ -62,14 +53,14 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     int block[3], step[3];
     float next[3], length[3]; // where the ray leaves the block on each axis, and crosses one
     for (int i = 0; i < 3; ++i) {
-        const float side = (high.at[i] - low.at[i]) * Medium::BLOCK / static_cast<float>(m.size[i]);
-        const float place = (origin.at[i] + from * direction.at[i] - low.at[i]) / side;
+        const float side = (high[i] - low[i]) * Medium::BLOCK / static_cast<float>(m.size[i]);
+        const float place = (origin[i] + from * direction[i] - low[i]) / side;
         block[i] = std::clamp(static_cast<int>(place), 0, m.blocks[i] - 1);
-        step[i] = direction.at[i] < 0 ? -1 : 1;
-        const float face = low.at[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
-        const bool crosses = direction.at[i] != 0;
-        next[i] = crosses ? (face - origin.at[i]) / direction.at[i] : INFINITE;
-        length[i] = crosses ? side / std::abs(direction.at[i]) : INFINITE;
+        step[i] = direction[i] < 0 ? -1 : 1;
+        const float face = low[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
+        const bool crosses = direction[i] != 0;
+        next[i] = crosses ? (face - origin[i]) / direction[i] : INFINITE;
+        length[i] = crosses ? side / std::abs(direction[i]) : INFINITE;
     }
     while (from < end) {
         const int axis =
@@ -137,12 +128,11 @@ Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, flo
 }
 
 float medium_density(const Medium &m, Vec3 point) {
-    const Axes p = axes(point), low = axes(m.low), high = axes(m.high);
     int before[3], after[3];
     float rest[3];
     for (int i = 0; i < 3; ++i) {
         const auto count = static_cast<float>(m.size[i]);
-        const float place = (p.at[i] - low.at[i]) / (high.at[i] - low.at[i]) * count - 0.5f;
+        const float place = (point[i] - m.low[i]) / (m.high[i] - m.low[i]) * count - 0.5f;
         const float inside = std::clamp(place, 0.0f, count - 1);
         before[i] = static_cast<int>(inside);
         after[i] = std::min(before[i] + 1, m.size[i] - 1);

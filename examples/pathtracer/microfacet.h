@@ -41,7 +41,7 @@ inline float ggx_visible_density(float alpha, Vec3 o, Vec3 h) {
 // Samples a normal with that density from a uniform point on the unit disc (Heitz, "Sampling the
 // GGX Distribution of Visible Normals", 2018).
 inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
-    const Vec3 stretched = normalize({alpha * o.x, alpha * o.y, o.z});
+    const Vec3 stretched = normalize(Vec3{alpha * o.x, alpha * o.y, o.z});
     const float squared = stretched.x * stretched.x + stretched.y * stretched.y;
     const Vec3 t1 =
         squared > 0 ? (1 / std::sqrt(squared)) * Vec3{-stretched.y, stretched.x, 0} : Vec3{1, 0, 0};
@@ -51,7 +51,7 @@ inline Vec3 ggx_visible_normal(float alpha, Vec3 o, Vec2 disc) {
     const float y = (1 - s) * std::sqrt(std::max(0.0f, 1 - x * x)) + s * disc.y;
     const float z = std::sqrt(std::max(0.0f, 1 - x * x - y * y));
     const Vec3 h = x * t1 + y * t2 + z * stretched;
-    return normalize({alpha * h.x, alpha * h.y, std::max(h.z, 1e-6f)});
+    return normalize(Vec3{alpha * h.x, alpha * h.y, std::max(h.z, 1e-6f)});
 }
 
 // The fraction of light an interface reflects. eta: index of refraction of the far side over the

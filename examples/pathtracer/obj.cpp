@@ -81,10 +81,6 @@ class MaterialFiles : public tinyobj::MaterialReader {
     std::string problem_;
 };
 
-Vec3 colour(const tinyobj::real_t (&c)[3], double high = 1) {
-    return {bounded(c[0], 0, high), bounded(c[1], 0, high), bounded(c[2], 0, high)};
-}
-
 // Converts the file's materials to the scene's.
 struct MaterialReader {
     SceneDraft &draft;
@@ -116,8 +112,9 @@ struct MaterialReader {
         Material m;
         SurfaceMaps maps;
         maps.vertex_colours = vertex_colours;
-        const Vec3 diffuse = colour(source.diffuse), specular = colour(source.specular);
-        const Vec3 passed = colour(source.transmittance);
+        const Vec3 diffuse = bounded_colour(source.diffuse);
+        const Vec3 specular = bounded_colour(source.specular);
+        const Vec3 passed = bounded_colour(source.transmittance);
         // The roughness whose lobe is as wide as that of the Blinn-Phong exponent.
         const double exponent = source.shininess > 0 ? source.shininess : 0;
         m.roughness = bounded(std::sqrt(std::sqrt(2 / (exponent + 2))));
@@ -151,7 +148,7 @@ struct MaterialReader {
         if (maps.cut_out.texture >= 0) maps.alpha_cutoff = 0.5f;
 
         Emission emission;
-        emission.radiance = colour(source.emission, 1e9);
+        emission.radiance = bounded_colour(source.emission, 1e9);
         if (max_component(emission.radiance) > 0)
             maps.emission = texture(source.emissive_texname, source.emissive_texopt, true);
         maps.emission_factor = emission.radiance;
@@ -234,9 +231,7 @@ void note_ignored(const ObjFile &file, SceneDraft &draft) {
 // one triangle is left. The polygon is projected along the axis nearest to its normal, which Newell's
 // method gives.
 
-struct Point2d {
-    double x, y;
-};
+using Point2d = glm::dvec2;
 
 // Twice the signed area of a triangle, positive if it is counter-clockwise.
 double turn(Point2d a, Point2d b, Point2d c) {
@@ -245,27 +240,19 @@ double turn(Point2d a, Point2d b, Point2d c) {
 
 // Projects the polygon so that it is counter-clockwise.
 std::vector<Point2d> flattened(const std::vector<Point3d> &corners) {
-    double n[3] = {0, 0, 0};
+    Point3d n(0);
     const Point3d o = corners[0];
-    for (size_t i = 0; i < corners.size(); ++i) {
-        const Point3d p = corners[i], q = corners[(i + 1) % corners.size()];
-        n[0] += (p.y - q.y) * ((p.z - o.z) + (q.z - o.z));
-        n[1] += (p.z - q.z) * ((p.x - o.x) + (q.x - o.x));
-        n[2] += (p.x - q.x) * ((p.y - o.y) + (q.y - o.y));
-    }
-    int axis = std::abs(n[0]) > std::abs(n[1]) ? 0 : 1;
-    if (std::abs(n[2]) > std::abs(n[axis])) axis = 2;
+    for (size_t i = 0; i < corners.size(); ++i)
+        n += cross(corners[i] - o, corners[(i + 1) % corners.size()] - o);
+    int axis = std::abs(n.x) > std::abs(n.y) ? 0 : 1;
+    if (std::abs(n.z) > std::abs(n[axis])) axis = 2;
     const double side = n[axis] < 0 ? -1 : 1;
     std::vector<Point2d> result;
     for (const Point3d p : corners) {
-        const double v[3] = {p.x - o.x, p.y - o.y, p.z - o.z};
+        const Point3d v = p - o;
         result.push_back({v[(axis + 1) % 3], side * v[(axis + 2) % 3]});
     }
     return result;
-}
-
-bool same(Point2d a, Point2d b) {
-    return a.x == b.x && a.y == b.y;
 }
 
 // Splits a polygon without holes into n - 2 triangles with the same orientation, each given by three
@@ -288,7 +275,7 @@ std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> 
         for (const size_t i : left) {
             const Point2d p = points[i];
             // Coincident corners, as on a bridge to a hole and back, are not inside.
-            if (same(p, a) || same(p, b) || same(p, c)) continue;
+            if (p == a || p == b || p == c) continue;
             if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
         }
         return true;
@@ -314,20 +301,18 @@ std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> 
 // ---- Vertices and faces
 
 DraftVertex vertex_of(const tinyobj::attrib_t &a, const tinyobj::index_t &index) {
-    const auto f = [](double v) { return static_cast<float>(v); };
     DraftVertex v;
     const size_t p = 3 * checked(index.vertex_index, a.vertices.size() / 3, "vertex");
     v.position = {a.vertices[p], a.vertices[p + 1], a.vertices[p + 2]};
-    if (p + 2 < a.colors.size())
-        v.colour = {bounded(a.colors[p]), bounded(a.colors[p + 1]), bounded(a.colors[p + 2])};
+    if (p + 2 < a.colors.size()) v.colour = bounded_colour(&a.colors[p]);
     if (index.normal_index >= 0) {
         const size_t n = 3 * checked(index.normal_index, a.normals.size() / 3, "normal");
-        v.normal = {f(a.normals[n]), f(a.normals[n + 1]), f(a.normals[n + 2])};
+        v.normal = {a.normals[n], a.normals[n + 1], a.normals[n + 2]};
     }
     if (index.texcoord_index >= 0) {
         const size_t t =
             2 * checked(index.texcoord_index, a.texcoords.size() / 2, "texture coordinate");
-        v.coordinates[0] = {f(a.texcoords[t]), f(a.texcoords[t + 1])};
+        v.coordinates[0] = {a.texcoords[t], a.texcoords[t + 1]};
     }
     return v;
 }

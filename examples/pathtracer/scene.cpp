@@ -13,8 +13,8 @@
 namespace {
 
 void include(Bounds &b, Vec3 v) {
-    b.low = {std::min(b.low.x, v.x), std::min(b.low.y, v.y), std::min(b.low.z, v.z)};
-    b.high = {std::max(b.high.x, v.x), std::max(b.high.y, v.y), std::max(b.high.z, v.z)};
+    b.low = min(b.low, v);
+    b.high = max(b.high, v);
 }
 
 // All that there is while the shutter is open.
@@ -23,7 +23,7 @@ Bounds extent_of(const Scene &scene) {
     for (size_t i = 0; i < scene.motions.size(); ++i)
         include(b, scene.vertices[i] + scene.motions[i]);
     if (scene.medium) include(b, scene.medium->low), include(b, scene.medium->high);
-    if (!(b.low.x <= b.high.x)) b = {{0, 0, 0}, {0, 0, 0}};
+    if (!(b.low.x <= b.high.x)) b = {};
     return b;
 }
 
@@ -119,7 +119,7 @@ void finish_chosen(Scene &scene, const SceneOptions &options) {
 
 Bounds scene_bounds(const Scene &scene) {
     const float infinity = std::numeric_limits<float>::infinity();
-    Bounds b = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    Bounds b = {Vec3(infinity), Vec3(-infinity)};
     for (const Vec3 v : scene.vertices) include(b, v);
     return b;
 }

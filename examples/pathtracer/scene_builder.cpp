@@ -141,7 +141,7 @@ void add_profile(Scene &scene, uint32_t material, float x0, float x1,
     for (size_t i = 0; i < profile.size(); ++i) {
         const Vec2 before = profile[i > 0 ? i - 1 : 0];
         const Vec2 after = profile[std::min(i + 1, profile.size() - 1)];
-        const Vec3 n = normalize({0, after.x - before.x, before.y - after.y});
+        const Vec3 n = normalize(Vec3{0, after.x - before.x, before.y - after.y});
         add_vertex(scene, {x0, profile[i].y, profile[i].x}, n);
         add_vertex(scene, {x1, profile[i].y, profile[i].x}, n);
     }

@@ -36,14 +36,6 @@ std::string digits(Vec3 v, Point3d origin) {
     return digits(v.x, origin.x) + "," + digits(v.y, origin.y) + "," + digits(v.z, origin.z);
 }
 
-Point3d plus(Vec3 a, Point3d b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-
-bool same(Vec3 a, Vec3 b) {
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 float tan_half(double fov) {
     return static_cast<float>(std::tan(0.5 * fov * DEGREE));
 }
@@ -63,17 +55,16 @@ std::string numbered_names(const Scene &scene) {
 }
 
 void aim(Scene &scene, Point3d eye, Point3d target) {
-    const double x = target.x - eye.x, y = target.y - eye.y, z = target.z - eye.z;
-    const double distance = std::sqrt(x * x + y * y + z * z);
+    const double distance = length(target - eye);
     if (!(distance > 0) || !std::isfinite(distance))
         throw Error("the camera has no direction: --eye and --target are both " +
-                    digits(minus(eye, scene.origin), scene.origin) + "; move one of them");
-    const Vec3 forward = rounded({x / distance, y / distance, z / distance});
+                    digits(Vec3(eye - scene.origin), scene.origin) + "; move one of them");
+    const Vec3 forward = Vec3((target - eye) / distance);
     Vec3 up = {0, 1, 0};
     if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
     Camera &camera = scene.camera;
-    camera.position = minus(eye, scene.origin);
-    camera.target = minus(target, scene.origin);
+    camera.position = Vec3(eye - scene.origin);
+    camera.target = Vec3(target - scene.origin);
     camera.forward = forward;
     camera.right = normalize(cross(forward, up));
     camera.up = cross(camera.right, forward);
@@ -109,11 +100,11 @@ void scene_choose_camera(Scene &scene, const CameraChoice &choice) {
                                                : std::string("cameras ") + numbered_names(scene)));
         scene.camera = scene.cameras[*choice.number].camera;
     }
-    const Point3d eye = choice.eye.value_or(plus(scene.camera.position, scene.origin));
-    const Point3d target = choice.target.value_or(plus(scene.camera.target, scene.origin));
+    const Point3d eye = choice.eye.value_or(Point3d(scene.camera.position) + scene.origin);
+    const Point3d target = choice.target.value_or(Point3d(scene.camera.target) + scene.origin);
     // Re-aiming at the same target would change the last bits of the scene's own camera.
-    if (!same(minus(eye, scene.origin), scene.camera.position) ||
-        !same(minus(target, scene.origin), scene.camera.target))
+    if (Vec3(eye - scene.origin) != scene.camera.position ||
+        Vec3(target - scene.origin) != scene.camera.target)
         aim(scene, eye, target);
     if (choice.fov) scene.camera.tan_half_height = tan_half(*choice.fov);
 }
@@ -139,7 +130,7 @@ std::string camera_list(const Scene &scene) {
 std::string scene_extent_text(const Scene &scene) {
     if (scene.vertices.empty()) return "is empty";
     const auto [low, high] = scene_bounds(scene);
-    const Point3d from = plus(low, scene.origin), to = plus(high, scene.origin);
+    const Point3d from = Point3d(low) + scene.origin, to = Point3d(high) + scene.origin;
     char text[256];
     std::snprintf(text, sizeof text, "reaches from %.4g,%.4g,%.4g to %.4g,%.4g,%.4g", from.x,
                   from.y, from.z, to.x, to.y, to.z);

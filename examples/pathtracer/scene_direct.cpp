@@ -129,7 +129,7 @@ Scene scene_lens() {
     scene.camera = camera_look_at({0, 0.8f, 4.2f}, {0, 0.33f, 0}, {0, 1, 0}, 0.23f);
     camera_set_lens(scene.camera, 0.075f, {0, 0.3f, 0.35f});
     scene.environment =
-        std::make_shared<Environment>(environment_sky(normalize({-0.62f, 0.52f, 0.40f})));
+        std::make_shared<Environment>(environment_sky(normalize(Vec3{-0.62f, 0.52f, 0.40f})));
 
     const uint32_t plain = add_diffuse(scene, {0.42f, 0.38f, 0.33f});
     add_quad(scene, plain, {-60, 0, 60}, {60, 0, 60}, {60, 0, -60}, {-60, 0, -60});

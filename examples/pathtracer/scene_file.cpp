@@ -24,12 +24,7 @@ std::string ending(const std::string &name) {
 }
 
 bool is_usable(Point3d p) {
-    return std::abs(p.x) <= MAX_COORDINATE && std::abs(p.y) <= MAX_COORDINATE &&
-           std::abs(p.z) <= MAX_COORDINATE;
-}
-
-bool has_any(Vec3 v) {
-    return v.x > 0 || v.y > 0 || v.z > 0;
+    return is_finite(p) && max_magnitude(p) <= MAX_COORDINATE;
 }
 
 // Turns triangles of emissive materials into lights. Returns whether any counts as a lamp. Textured
@@ -45,7 +40,7 @@ bool make_area_lights(SceneDraft &draft) {
     for (size_t i = 0; i < scene.triangles.size(); ++i) {
         const uint32_t material = scene.surfaces[i].material;
         const Emission &emission = draft.emission[material];
-        if (!has_any(emission.radiance)) continue;
+        if (!(max_component(emission.radiance) > 0)) continue;
         const auto &t = scene.triangles[i].vertices;
         const Vec3 corner = scene.vertices[t[0]];
         Light light = area_light(Light::TRIANGLE, corner, scene.vertices[t[1]] - corner,
@@ -73,12 +68,12 @@ Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices
     if (points.empty()) return {0, 0, 0};
     Point3d low = points[0], high = points[0];
     for (const Point3d p : points) {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+        low = min(low, p);
+        high = max(high, p);
     }
-    const Point3d middle = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
+    const Point3d middle = 0.5 * (low + high);
     vertices.reserve(points.size());
-    for (const Point3d p : points) vertices.push_back(minus(p, middle));
+    for (const Point3d p : points) vertices.push_back(p - middle);
     return middle;
 }
 
@@ -87,12 +82,11 @@ Camera framing_camera(const Scene &scene) {
     const auto [low, high] = scene_bounds(scene);
     const Vec3 middle = 0.5f * (low + high), half = 0.5f * (high - low);
     const float tan_half_height = 0.35f, margin = 1.05f;
-    const Vec3 to_eye = normalize({0.55f, 0.42f, 1});
+    const Vec3 to_eye = normalize(Vec3{0.55f, 0.42f, 1});
     Camera camera = camera_look_at(middle + to_eye, middle, {0, 1, 0}, tan_half_height);
     float distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
-        const Vec3 v = {corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
-                        corner & 4 ? half.z : -half.z};
+        const Vec3 v = half * Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
         const float aside = std::max(std::abs(dot(v, camera.right)), std::abs(dot(v, camera.up)));
         distance = std::max(distance, margin * aside / tan_half_height - dot(v, camera.forward));
     }
@@ -103,7 +97,7 @@ Camera framing_camera(const Scene &scene) {
 // Moves a camera of the file to the origin along with the scene. Its target is the point on its
 // axis nearest to the scene's centre.
 Camera placed_camera(const DraftCamera &draft, Point3d middle) {
-    const Vec3 position = minus(draft.position, middle);
+    const Vec3 position = Vec3(draft.position - middle);
     const float ahead = -dot(position, draft.forward);
     const Vec3 target = position + (ahead > 0 ? ahead : 1) * draft.forward;
     Camera camera = camera_look_at(position, target, draft.up, draft.tan_half_height);
@@ -196,7 +190,7 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
                 draft.ignored.insert("a light beyond 1e15");
                 continue;
             }
-            light.light.corner = minus(light.position, middle);
+            light.light.corner = Vec3(light.position - middle);
             if (options.photometric)
                 light.light.radiance = (1 / LUMENS_PER_WATT) * light.light.radiance;
             scene.lights.push_back(light.light);

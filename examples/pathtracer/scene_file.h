@@ -29,6 +29,11 @@ inline float bounded(double value, double low = 0, double high = 1) {
     return static_cast<float>(value > low ? std::min(value, high) : low);
 }
 
+template <typename Number>
+Vec3 bounded_colour(const Number *rgb, double high = 1) {
+    return {bounded(rgb[0], 0, high), bounded(rgb[1], 0, high), bounded(rgb[2], 0, high)};
+}
+
 struct DraftCamera {
     Point3d position;
     Vec3 forward, up; // unit vectors

@@ -142,7 +142,7 @@ void test_area_lights() {
               "triangle %d: %g by samples, %g by rays", triangle, by_light.mean(), met.mean());
         // Not from behind, not from the edge.
         CHECK(light_sample(light, {0, 9, 0}, {0.5f, 0.5f}).pdf == 0, "it shines backwards");
-        const Vec3 in_plane = light.corner + 7 * light.edge_u;
+        const Vec3 in_plane = light.corner + 7.0f * light.edge_u;
         const LightSample edge = light_sample(light, in_plane, {0.5f, 0.5f});
         CHECK(edge.pdf >= 0 && !std::isnan(edge.pdf), "pdf %g", edge.pdf);
     }

@@ -191,16 +191,16 @@ void test_reciprocity() {
 Vec3 albedo(const Material &m, bool front, Vec3 wo, uint64_t seed, int side) {
     Random random{seed};
     const float n = static_cast<float>(side);
-    Point3d sum = {0, 0, 0};
+    Point3d sum(0);
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x) {
             const Vec2 u = {(static_cast<float>(x) + random()) / n,
                             (static_cast<float>(y) + random()) / n};
             const MaterialSample s = material_sample(m, front, wo, u, random());
             if (!(s.pdf > 0)) continue;
-            sum = {sum.x + s.weight.x, sum.y + s.weight.y, sum.z + s.weight.z};
+            sum += Point3d(s.weight);
         }
-    return (1 / (n * n)) * rounded(sum);
+    return Vec3(sum) / (n * n);
 }
 
 // White materials return all light, within what the tables round: single scattering alone would
