@@ -3,6 +3,12 @@
  * each function does. */
 #include "simd/vec_x86.h"
 
+/* A function of two vectors from an instruction. */
+#define BN_BINARY(name, type, operation)                                                           \
+    static inline type name(type a, type b) {                                                      \
+        return operation(a, b);                                                                    \
+    }
+
 #if defined(BN_SIMD_AVX512)
 #define BN_SIMD_NAME "avx512"
 #define BN_SIMD_TABLE bn_simd_avx512
@@ -22,24 +28,12 @@ static inline bn_i32v i32_load_rows(const int32_t *p, ptrdiff_t step) {
 static inline void i32_store(int32_t *p, bn_i32v a) {
     _mm512_store_si512((void *)p, a);
 }
-static inline bn_i32v i32_add(bn_i32v a, bn_i32v b) {
-    return _mm512_add_epi32(a, b);
-}
-static inline bn_i32v i32_subtract(bn_i32v a, bn_i32v b) {
-    return _mm512_sub_epi32(a, b);
-}
-static inline bn_i32v i32_and(bn_i32v a, bn_i32v b) {
-    return _mm512_and_si512(a, b);
-}
-static inline bn_i32v i32_or(bn_i32v a, bn_i32v b) {
-    return _mm512_or_si512(a, b);
-}
-static inline bn_i32v i32_min(bn_i32v a, bn_i32v b) {
-    return _mm512_min_epi32(a, b);
-}
-static inline bn_i32v i32_max(bn_i32v a, bn_i32v b) {
-    return _mm512_max_epi32(a, b);
-}
+BN_BINARY(i32_add, bn_i32v, _mm512_add_epi32)
+BN_BINARY(i32_subtract, bn_i32v, _mm512_sub_epi32)
+BN_BINARY(i32_and, bn_i32v, _mm512_and_si512)
+BN_BINARY(i32_or, bn_i32v, _mm512_or_si512)
+BN_BINARY(i32_min, bn_i32v, _mm512_min_epi32)
+BN_BINARY(i32_max, bn_i32v, _mm512_max_epi32)
 static inline int32_t i32_lowest(bn_i32v a) {
     __m256i b = _mm256_min_epi32(_mm512_castsi512_si256(a), _mm512_extracti64x4_epi64(a, 1));
     return sse_lowest(_mm_min_epi32(_mm256_castsi256_si128(b), _mm256_extracti128_si256(b, 1)));
@@ -69,24 +63,12 @@ static inline bn_i32v i32_load_rows(const int32_t *p, ptrdiff_t step) {
 static inline void i32_store(int32_t *p, bn_i32v a) {
     _mm256_store_si256((__m256i *)(void *)p, a);
 }
-static inline bn_i32v i32_add(bn_i32v a, bn_i32v b) {
-    return _mm256_add_epi32(a, b);
-}
-static inline bn_i32v i32_subtract(bn_i32v a, bn_i32v b) {
-    return _mm256_sub_epi32(a, b);
-}
-static inline bn_i32v i32_and(bn_i32v a, bn_i32v b) {
-    return _mm256_and_si256(a, b);
-}
-static inline bn_i32v i32_or(bn_i32v a, bn_i32v b) {
-    return _mm256_or_si256(a, b);
-}
-static inline bn_i32v i32_min(bn_i32v a, bn_i32v b) {
-    return _mm256_min_epi32(a, b);
-}
-static inline bn_i32v i32_max(bn_i32v a, bn_i32v b) {
-    return _mm256_max_epi32(a, b);
-}
+BN_BINARY(i32_add, bn_i32v, _mm256_add_epi32)
+BN_BINARY(i32_subtract, bn_i32v, _mm256_sub_epi32)
+BN_BINARY(i32_and, bn_i32v, _mm256_and_si256)
+BN_BINARY(i32_or, bn_i32v, _mm256_or_si256)
+BN_BINARY(i32_min, bn_i32v, _mm256_min_epi32)
+BN_BINARY(i32_max, bn_i32v, _mm256_max_epi32)
 static inline int32_t i32_lowest(bn_i32v a) {
     return sse_lowest(_mm_min_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1)));
 }
@@ -103,9 +85,7 @@ typedef __m256i bn_i32x8, bn_i16x16;
 static inline bn_i32x8 x8_zero(void) {
     return _mm256_setzero_si256();
 }
-static inline bn_i32x8 x8_subtract(bn_i32x8 a, bn_i32x8 b) {
-    return _mm256_sub_epi32(a, b);
-}
+BN_BINARY(x8_subtract, bn_i32x8, _mm256_sub_epi32)
 static inline int32_t x8_sum(bn_i32x8 a) {
     __m128i s = _mm_add_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));
     s = _mm_add_epi32(s, _mm_shuffle_epi32(s, 0x4e));
@@ -123,18 +103,12 @@ static inline bn_i16x16 i16_clamp(bn_i16x16 a, bn_i16x16 low, bn_i16x16 high) {
 static inline void i16_store(int16_t *p, bn_i16x16 a) {
     _mm256_storeu_si256((__m256i *)(void *)p, a);
 }
-static inline bn_i16x16 i16_add(bn_i16x16 a, bn_i16x16 b) {
-    return _mm256_add_epi16(a, b);
-}
-static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 a, bn_i16x16 b) {
-    return _mm256_subs_epi16(a, b);
-}
+BN_BINARY(i16_add, bn_i16x16, _mm256_add_epi16)
+BN_BINARY(i16_subtract_saturated, bn_i16x16, _mm256_subs_epi16)
 static inline bn_i16x16 i16_shift_left(bn_i16x16 a, int32_t shift) {
     return _mm256_sll_epi16(a, _mm_cvtsi32_si128(shift));
 }
-static inline bn_i16x16 i16_multiply_upper(bn_i16x16 a, bn_i16x16 b) {
-    return _mm256_mulhrs_epi16(a, b);
-}
+BN_BINARY(i16_multiply_upper, bn_i16x16, _mm256_mulhrs_epi16)
 static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 a, bn_i16x16 b) {
     return _mm256_add_epi32(sum, _mm256_madd_epi16(a, b));
 }

@@ -11,6 +11,13 @@ typedef struct bn_i16x16 {
     int16x8_t a, b;
 } bn_i16x16;
 
+/* A function of two vectors from an instruction. */
+#define BN_BINARY(name, type, operation)                                                           \
+    static inline type name(type x, type y) {                                                      \
+        type r = {operation(x.a, y.a), operation(x.b, y.b)};                                       \
+        return r;                                                                                  \
+    }
+
 #define BN_I32_LANES 8
 typedef bn_i32x8 bn_i32v;
 static inline bn_i32v i32_set(int32_t v) {
@@ -30,30 +37,12 @@ static inline void i32_store(int32_t *p, bn_i32v x) {
     vst1q_s32(p, x.a);
     vst1q_s32(p + 4, x.b);
 }
-static inline bn_i32v i32_add(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {vaddq_s32(x.a, y.a), vaddq_s32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_subtract(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {vsubq_s32(x.a, y.a), vsubq_s32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_and(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {vandq_s32(x.a, y.a), vandq_s32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_or(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {vorrq_s32(x.a, y.a), vorrq_s32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_min(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {vminq_s32(x.a, y.a), vminq_s32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_max(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {vmaxq_s32(x.a, y.a), vmaxq_s32(x.b, y.b)};
-    return r;
-}
+BN_BINARY(i32_add, bn_i32v, vaddq_s32)
+BN_BINARY(i32_subtract, bn_i32v, vsubq_s32)
+BN_BINARY(i32_and, bn_i32v, vandq_s32)
+BN_BINARY(i32_or, bn_i32v, vorrq_s32)
+BN_BINARY(i32_min, bn_i32v, vminq_s32)
+BN_BINARY(i32_max, bn_i32v, vmaxq_s32)
 static inline int32_t i32_lowest(bn_i32v x) {
     return vminvq_s32(vminq_s32(x.a, x.b));
 }
@@ -70,10 +59,7 @@ static inline bn_i32x8 x8_zero(void) {
     bn_i32x8 r = {vdupq_n_s32(0), vdupq_n_s32(0)};
     return r;
 }
-static inline bn_i32x8 x8_subtract(bn_i32x8 x, bn_i32x8 y) {
-    bn_i32x8 r = {vsubq_s32(x.a, y.a), vsubq_s32(x.b, y.b)};
-    return r;
-}
+BN_BINARY(x8_subtract, bn_i32x8, vsubq_s32)
 static inline int32_t x8_sum(bn_i32x8 x) {
     return vaddvq_s32(vaddq_s32(x.a, x.b));
 }
@@ -94,18 +80,9 @@ static inline void i16_store(int16_t *p, bn_i16x16 x) {
     vst1q_s16(p, x.a);
     vst1q_s16(p + 8, x.b);
 }
-static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
-    bn_i16x16 r = {vaddq_s16(x.a, y.a), vaddq_s16(x.b, y.b)};
-    return r;
-}
-static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
-    bn_i16x16 r = {vqsubq_s16(x.a, y.a), vqsubq_s16(x.b, y.b)};
-    return r;
-}
-static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
-    bn_i16x16 r = {vqrdmulhq_s16(x.a, y.a), vqrdmulhq_s16(x.b, y.b)};
-    return r;
-}
+BN_BINARY(i16_add, bn_i16x16, vaddq_s16)
+BN_BINARY(i16_subtract_saturated, bn_i16x16, vqsubq_s16)
+BN_BINARY(i16_multiply_upper, bn_i16x16, vqrdmulhq_s16)
 static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
     const int16x8_t by = vdupq_n_s16((int16_t)shift);
     bn_i16x16 r = {vshlq_s16(x.a, by), vshlq_s16(x.b, by)};

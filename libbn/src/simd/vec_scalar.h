@@ -5,6 +5,14 @@
 #define BN_SIMD_NAME "scalar"
 #define BN_SIMD_TABLE bn_simd_scalar
 #define BN_I32_LANES 8
+
+/* A function of two vectors from what it does to a lane. */
+#define BN_BINARY(name, type, lanes, lane)                                                         \
+    static inline type name(type x, type y) {                                                      \
+        for (int i = 0; i < (lanes); ++i) x.v[i] = lane;                                           \
+        return x;                                                                                  \
+    }
+
 typedef struct bn_i32v {
     int32_t v[8];
 } bn_i32v;
@@ -25,30 +33,12 @@ static inline bn_i32v i32_load_rows(const int32_t *p, ptrdiff_t step) {
 static inline void i32_store(int32_t *p, bn_i32v x) {
     memcpy(p, x.v, sizeof x.v);
 }
-static inline bn_i32v i32_add(bn_i32v x, bn_i32v y) {
-    for (int i = 0; i < 8; ++i) x.v[i] += y.v[i];
-    return x;
-}
-static inline bn_i32v i32_subtract(bn_i32v x, bn_i32v y) {
-    for (int i = 0; i < 8; ++i) x.v[i] -= y.v[i];
-    return x;
-}
-static inline bn_i32v i32_and(bn_i32v x, bn_i32v y) {
-    for (int i = 0; i < 8; ++i) x.v[i] &= y.v[i];
-    return x;
-}
-static inline bn_i32v i32_or(bn_i32v x, bn_i32v y) {
-    for (int i = 0; i < 8; ++i) x.v[i] |= y.v[i];
-    return x;
-}
-static inline bn_i32v i32_min(bn_i32v x, bn_i32v y) {
-    for (int i = 0; i < 8; ++i) x.v[i] = y.v[i] < x.v[i] ? y.v[i] : x.v[i];
-    return x;
-}
-static inline bn_i32v i32_max(bn_i32v x, bn_i32v y) {
-    for (int i = 0; i < 8; ++i) x.v[i] = y.v[i] > x.v[i] ? y.v[i] : x.v[i];
-    return x;
-}
+BN_BINARY(i32_add, bn_i32v, 8, x.v[i] + y.v[i])
+BN_BINARY(i32_subtract, bn_i32v, 8, x.v[i] - y.v[i])
+BN_BINARY(i32_and, bn_i32v, 8, x.v[i] & y.v[i])
+BN_BINARY(i32_or, bn_i32v, 8, x.v[i] | y.v[i])
+BN_BINARY(i32_min, bn_i32v, 8, y.v[i] < x.v[i] ? y.v[i] : x.v[i])
+BN_BINARY(i32_max, bn_i32v, 8, y.v[i] > x.v[i] ? y.v[i] : x.v[i])
 static inline int32_t i32_lowest(bn_i32v x) {
     int32_t low = x.v[0];
     for (int i = 1; i < 8; ++i) low = x.v[i] < low ? x.v[i] : low;
@@ -77,10 +67,7 @@ static inline bn_i32x8 x8_zero(void) {
     bn_i32x8 r = {{0}};
     return r;
 }
-static inline bn_i32x8 x8_subtract(bn_i32x8 x, bn_i32x8 y) {
-    for (int i = 0; i < 8; ++i) x.v[i] -= y.v[i];
-    return x;
-}
+BN_BINARY(x8_subtract, bn_i32x8, 8, x.v[i] - y.v[i])
 static inline int32_t x8_sum(bn_i32x8 x) {
     uint32_t sum = 0;
     for (int i = 0; i < 8; ++i) sum += x.v[i];
@@ -106,10 +93,7 @@ static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
 static inline void i16_store(int16_t *p, bn_i16x16 x) {
     memcpy(p, x.v, sizeof x.v);
 }
-static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
-    for (int i = 0; i < 16; ++i) x.v[i] = (int16_t)(x.v[i] + y.v[i]);
-    return x;
-}
+BN_BINARY(i16_add, bn_i16x16, 16, (int16_t)(x.v[i] + y.v[i]))
 static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
     for (int i = 0; i < 16; ++i) {
         int32_t d = x.v[i] - y.v[i];
@@ -121,10 +105,7 @@ static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
     for (int i = 0; i < 16; ++i) x.v[i] = (int16_t)(x.v[i] * (1 << shift));
     return x;
 }
-static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
-    for (int i = 0; i < 16; ++i) x.v[i] = (int16_t)((x.v[i] * y.v[i] + (1 << 14)) >> 15);
-    return x;
-}
+BN_BINARY(i16_multiply_upper, bn_i16x16, 16, (int16_t)((x.v[i] * y.v[i] + (1 << 14)) >> 15))
 static inline bn_i32x8 i16_multiply_add(bn_i32x8 sum, bn_i16x16 x, bn_i16x16 y) {
     for (int i = 0; i < 8; ++i) {
         sum.v[i] += (uint32_t)(x.v[2 * i] * y.v[2 * i] + x.v[2 * i + 1] * y.v[2 * i + 1]);

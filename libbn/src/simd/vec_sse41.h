@@ -9,6 +9,13 @@ typedef struct bn_halves {
     __m128i a, b;
 } bn_halves, bn_i32x8, bn_i16x16;
 
+/* A function of two vectors from an instruction. */
+#define BN_BINARY(name, type, operation)                                                           \
+    static inline type name(type x, type y) {                                                      \
+        type r = {operation(x.a, y.a), operation(x.b, y.b)};                                       \
+        return r;                                                                                  \
+    }
+
 #define BN_I32_LANES 8
 typedef bn_halves bn_i32v;
 static inline bn_i32v i32_set(int32_t v) {
@@ -30,30 +37,12 @@ static inline void i32_store(int32_t *p, bn_i32v x) {
     _mm_store_si128((__m128i *)(void *)(p), x.a);
     _mm_store_si128((__m128i *)(void *)(p + 4), x.b);
 }
-static inline bn_i32v i32_add(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {_mm_add_epi32(x.a, y.a), _mm_add_epi32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_subtract(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {_mm_sub_epi32(x.a, y.a), _mm_sub_epi32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_and(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {_mm_and_si128(x.a, y.a), _mm_and_si128(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_or(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {_mm_or_si128(x.a, y.a), _mm_or_si128(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_min(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {_mm_min_epi32(x.a, y.a), _mm_min_epi32(x.b, y.b)};
-    return r;
-}
-static inline bn_i32v i32_max(bn_i32v x, bn_i32v y) {
-    bn_i32v r = {_mm_max_epi32(x.a, y.a), _mm_max_epi32(x.b, y.b)};
-    return r;
-}
+BN_BINARY(i32_add, bn_i32v, _mm_add_epi32)
+BN_BINARY(i32_subtract, bn_i32v, _mm_sub_epi32)
+BN_BINARY(i32_and, bn_i32v, _mm_and_si128)
+BN_BINARY(i32_or, bn_i32v, _mm_or_si128)
+BN_BINARY(i32_min, bn_i32v, _mm_min_epi32)
+BN_BINARY(i32_max, bn_i32v, _mm_max_epi32)
 static inline int32_t i32_lowest(bn_i32v x) {
     return sse_lowest(_mm_min_epi32(x.a, x.b));
 }
@@ -70,10 +59,7 @@ static inline bn_i32x8 x8_zero(void) {
     bn_i32x8 r = {_mm_setzero_si128(), _mm_setzero_si128()};
     return r;
 }
-static inline bn_i32x8 x8_subtract(bn_i32x8 x, bn_i32x8 y) {
-    bn_i32x8 r = {_mm_sub_epi32(x.a, y.a), _mm_sub_epi32(x.b, y.b)};
-    return r;
-}
+BN_BINARY(x8_subtract, bn_i32x8, _mm_sub_epi32)
 static inline int32_t x8_sum(bn_i32x8 x) {
     __m128i s = _mm_add_epi32(x.a, x.b);
     s = _mm_add_epi32(s, _mm_shuffle_epi32(s, 0x4e));
@@ -97,18 +83,9 @@ static inline void i16_store(int16_t *p, bn_i16x16 x) {
     _mm_storeu_si128((__m128i *)(void *)p, x.a);
     _mm_storeu_si128((__m128i *)(void *)(p + 8), x.b);
 }
-static inline bn_i16x16 i16_add(bn_i16x16 x, bn_i16x16 y) {
-    bn_i16x16 r = {_mm_add_epi16(x.a, y.a), _mm_add_epi16(x.b, y.b)};
-    return r;
-}
-static inline bn_i16x16 i16_subtract_saturated(bn_i16x16 x, bn_i16x16 y) {
-    bn_i16x16 r = {_mm_subs_epi16(x.a, y.a), _mm_subs_epi16(x.b, y.b)};
-    return r;
-}
-static inline bn_i16x16 i16_multiply_upper(bn_i16x16 x, bn_i16x16 y) {
-    bn_i16x16 r = {_mm_mulhrs_epi16(x.a, y.a), _mm_mulhrs_epi16(x.b, y.b)};
-    return r;
-}
+BN_BINARY(i16_add, bn_i16x16, _mm_add_epi16)
+BN_BINARY(i16_subtract_saturated, bn_i16x16, _mm_subs_epi16)
+BN_BINARY(i16_multiply_upper, bn_i16x16, _mm_mulhrs_epi16)
 static inline bn_i16x16 i16_shift_left(bn_i16x16 x, int32_t shift) {
     const __m128i by = _mm_cvtsi32_si128(shift);
     bn_i16x16 r = {_mm_sll_epi16(x.a, by), _mm_sll_epi16(x.b, by)};
