@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes libbn/src/masks/relax_schedule.h, the integers of bn_relax, from the schedule in libbn/data/relax.json.
+"""Writes the integers of bn_relax into libbn/src/masks/relax_schedule.h, from the schedule in libbn/data/relax.json.
 
 The file lists steps v <- keep v + sum over offsets o of w_o clip(v_p - v_(p+o), -1, 1). A step has one weight for each
 group of offsets [y, x]; the symmetries of the square map the offsets of a group to each other. Each step gets the finest
@@ -9,6 +9,7 @@ scale at which no value can exceed 16 bits. `--check` writes nothing, and fails 
 
 import argparse
 import json
+import re
 import sys
 import textwrap
 from pathlib import Path
@@ -18,43 +19,6 @@ HEADER = LIBBN / "src" / "masks" / "relax_schedule.h"
 # White noise of 16 bits, at the scale 2^13, is v = 8 (u - 1/2).
 FIRST_SCALE, FIRST_MOST = 1 << 13, 1 << 15
 MOST = (1 << 15) - 1
-
-TEXT = """\
-/* SPDX-License-Identifier: Apache-2.0
- * The learned steps of bn_relax: data/relax.json in integers, written by libbn/tools/make_relax.py.
- * GROUPS: the most of a step. PAIRS: of all steps. `limit`: 1 at the scale before the step. */
-#ifndef BN_RELAX_SCHEDULE_H
-#define BN_RELAX_SCHEDULE_H
-
-#include <stdint.h>
-
-enum {{
-    BN_RELAX_LEARNED_STEPS = {steps},
-    BN_RELAX_LEARNED_GROUPS = {groups},
-    BN_RELAX_LEARNED_PAIRS = {pairs},
-    BN_RELAX_LEARNED_REACH = {reach}
-}};
-
-/* Up to eight offsets, (+-x, +-y) and (+-y, +-x), with 0 <= y <= x. */
-typedef struct bn_relax_learned_group {{
-    int16_t x, y, weight;
-}} bn_relax_learned_group;
-
-typedef struct bn_relax_learned_step {{
-    int16_t limit, shift; /* the shift makes the limit use all 16 bits */
-    int32_t keep;         /* times 2^15 */
-    uint32_t group_count;
-    bn_relax_learned_group groups[BN_RELAX_LEARNED_GROUPS];
-}} bn_relax_learned_step;
-
-/* clang-format off */
-static const bn_relax_learned_step bn_relax_learned_steps[BN_RELAX_LEARNED_STEPS] = {{
-{rows}
-}};
-/* clang-format on */
-
-#endif
-"""
 
 
 def images(x, y):
@@ -76,9 +40,7 @@ def rounded(product):
 
 def integers(step, scale, most, to_scale):
     """The step from one scale to another: shift, keep, weights, and the largest value after it."""
-    shift = 0
-    while scale << (shift + 1) <= MOST:
-        shift += 1
+    shift = (MOST // scale).bit_length() - 1
     ratio = to_scale * 2**15 / scale
     keep = round(step["keep"] * ratio)
     weights = [round(weight * ratio / 2**shift) for weight in step["weights"]]
@@ -110,21 +72,25 @@ def row(step):
     return "\n".join(" " * (4 if i == 0 else 5) + line.replace("_", " ") for i, line in enumerate(lines))
 
 
-def header(schedule):
+def header(schedule, text):
+    """The text of the header with the numbers of a schedule in place of those that it has."""
     steps = quantise(schedule)
     offsets = [offset for _, _, _, groups in steps for x, y, _ in groups for offset in images(x, y)]
-    return TEXT.format(steps=len(steps), groups=max(len(groups) for _, _, _, groups in steps), pairs=len(offsets),
-                       reach=max(x for x, _ in offsets), rows="\n".join(map(row, steps)))
+    for name, number in (("STEPS", len(steps)), ("GROUPS", max(len(groups) for _, _, _, groups in steps)),
+                         ("PAIRS", len(offsets)), ("REACH", max(x for x, _ in offsets))):
+        text = re.sub(rf"(BN_RELAX_LEARNED_{name} =) \d+", rf"\1 {number}", text)
+    rows = "\n".join(map(row, steps))
+    return re.sub(r"(\[BN_RELAX_LEARNED_STEPS\] = \{\n).*?(?=\n\};)", rf"\1{rows}", text, flags=re.S)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail if the header is not up to date")
-    options = parser.parse_args()
-    text = header(json.loads((LIBBN / "data" / "relax.json").read_text(encoding="utf-8")))
-    if not options.check:
+    check, before = parser.parse_args().check, HEADER.read_text(encoding="utf-8")
+    text = header(json.loads((LIBBN / "data" / "relax.json").read_text(encoding="utf-8")), before)
+    if not check:
         HEADER.write_text(text, encoding="utf-8")
-    elif HEADER.read_text(encoding="utf-8") != text:
+    elif before != text:
         sys.exit("make_relax: relax_schedule.h is not up to date; run libbn/tools/make_relax.py")
 
 
