@@ -30,9 +30,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
         require(model.align >= 1 && model.align <= BN_MODEL_MOST_ALIGN, "align");
         require(model.channels >= 1 && model.channels <= BN_MODEL_MOST_CHANNELS, "channels");
         require(memchr(model.output, 0, sizeof model.output) != NULL, "output name");
-        const uint32_t extent = 256 + 2 * model.radius;
         const bn_result memory =
-            bn_onnx_memory_check(bytes, size, extent, extent, BN_MODEL_MOST_ELEMENTS);
+            bn_onnx_memory_check(bytes, size, 256 + 2 * model.radius, BN_MODEL_MOST_ELEMENTS);
         require(memory == BN_SUCCESS || memory == BN_ERROR_BAD_DATA ||
                     memory == BN_ERROR_UNSUPPORTED,
                 "result of the memory check");

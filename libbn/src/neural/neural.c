@@ -147,14 +147,12 @@ static bn_result choose_most_texels(bn_neural *n, const void *bytes, size_t size
     uint32_t extent = BN_TILE_EXTENT;
     bn_result result = BN_SUCCESS;
     while (provider != BN_PROVIDER_CPU && extent < BN_GPU_TILE_EXTENT) {
-        const uint32_t outer = 2 * extent + margins;
-        result = bn_onnx_memory_check(bytes, size, outer, outer, BN_GPU_MOST_ELEMENTS);
+        result = bn_onnx_memory_check(bytes, size, 2 * extent + margins, BN_GPU_MOST_ELEMENTS);
         if (result != BN_SUCCESS) break;
         extent *= 2;
     }
     while (provider == BN_PROVIDER_CPU && extent > BN_TILE_HALVED_EXTENT) {
-        const uint32_t outer = extent + margins;
-        result = bn_onnx_memory_check(bytes, size, outer, outer, BN_CACHED_ELEMENTS);
+        result = bn_onnx_memory_check(bytes, size, extent + margins, BN_CACHED_ELEMENTS);
         if (result != BN_ERROR_UNSUPPORTED) break;
         extent /= 2;
     }
@@ -184,8 +182,8 @@ static bn_result open_model(bn_neural *n, const bn_neural_options *o) {
         result = BN_ERROR_INVALID_ARGUMENT;
     }
     if (result == BN_SUCCESS) {
-        const uint32_t outer = BN_TILE_EXTENT + 2 * n->model.radius;
-        result = bn_onnx_memory_check(bytes, size, outer, outer, BN_MODEL_MOST_ELEMENTS);
+        result = bn_onnx_memory_check(bytes, size, BN_TILE_EXTENT + 2 * n->model.radius,
+                                      BN_MODEL_MOST_ELEMENTS);
     }
     if (result == BN_SUCCESS) result = choose_most_texels(n, bytes, size);
     if (result == BN_SUCCESS) {

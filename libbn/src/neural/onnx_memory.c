@@ -1,25 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Bounds the memory of a model: a file of a few hundred bytes can ask for gigabytes of tensors.
  *
- * Walks the nodes in order, as they run, with an upper bound on the four extents of each value, and
- * adds up the elements of the values that are alive: those that a later node uses, and all that
- * depend on constants alone, which the runtime computes in advance. Only operators that keep images
- * images are known, and few let them grow. Time and memory are linear in the nodes. */
+ * Walks the nodes in order, as they run, with an upper bound on the extents of each value, and adds
+ * up the elements of the values that are alive: those that a later node uses, and all that depend on
+ * constants alone, which the runtime computes in advance. Only operators that keep images images are
+ * known, and few let them grow. Time and memory are linear in the nodes. */
 #include "neural/onnx_memory.h"
 #include "base/memory.h"
 #include "neural/protobuf.h"
+#include <math.h>
 #include <string.h>
 
 enum { AXES = 4, MOST_INPUTS = 256, MOST_VALUES = 1 << 18, NEVER = 0 };
-static const uint64_t HUGE_COUNT = (uint64_t)1 << 40;
 
-/* Upper bounds on the extents of a value. Constants may have fewer axes, aligned at the end, as in
- * broadcasting, with ones before them. */
+/* Upper bounds on the extents of a value, in doubles, which do not overflow. Constants may have fewer
+ * axes, aligned at the end, as in broadcasting, with ones before them. */
 typedef struct value {
     span name;
-    uint64_t extent[AXES];
-    uint32_t last_use; /* the number of a node, from 1 */
-    int is_ready, is_constant;
+    double batch, channels, side; /* of height and width, the larger */
+    double count;                 /* of elements */
+    uint32_t last_use;            /* the number of a node, from 1 */
+    int is_defined, is_ready, is_constant;
 } value;
 
 typedef struct table {
@@ -27,32 +28,14 @@ typedef struct table {
     size_t size; /* a power of two */
 } table;
 
-static uint64_t times(uint64_t a, uint64_t b) {
-    return b != 0 && a > HUGE_COUNT / b ? HUGE_COUNT : a * b;
-}
-
-static uint64_t plus(uint64_t a, uint64_t b) {
-    return a + b > HUGE_COUNT ? HUGE_COUNT : a + b;
-}
-
-static uint64_t larger(uint64_t a, uint64_t b) {
-    return a > b ? a : b;
-}
-
-static uint64_t count_of(const uint64_t extent[AXES]) {
-    uint64_t count = 1;
-    for (int i = 0; i < AXES; ++i) count = times(count, extent[i]);
-    return count;
-}
-
-/* The slot of a name: the one that has it, or the free one where it belongs. */
+/* The value of a name, a new one for a new name. */
 static value *find(const table *t, span name) {
     const size_t length = (size_t)(name.end - name.at);
     uint64_t hash = 0xcbf29ce484222325u; /* FNV-1a */
     for (size_t i = 0; i < length; ++i) hash = (hash ^ name.at[i]) * 0x100000001b3u;
     for (size_t at = (size_t)(hash ^ hash >> 32);; ++at) {
         value *v = &t->slots[at & (t->size - 1)];
-        if (v->name.at == NULL) return v;
+        if (v->name.at == NULL) v->name = name;
         if ((size_t)(v->name.end - v->name.at) == length &&
             (length == 0 || memcmp(v->name.at, name.at, length) == 0))
             return v;
@@ -109,14 +92,14 @@ static int attribute_integers(span node, const char *name, int64_t integers[AXES
 
 /* The largest integer of an attribute, `least` where there is none larger. Returns 0 when it cannot
  * be read or one is negative. */
-static int largest(span node, const char *name, uint64_t least, uint64_t *found) {
+static int largest(span node, const char *name, double least, double *found) {
     int64_t integers[AXES];
     const int count = attribute_integers(node, name, integers);
     *found = least;
     for (int i = 0; i < count; ++i) {
         /* So many were read. NOLINTNEXTLINE(*-core.UndefinedBinaryOperatorResult) */
         if (integers[i] < 0) return 0;
-        *found = larger(*found, times(1, (uint64_t)integers[i]));
+        *found = fmax(*found, (double)integers[i]);
     }
     return count >= 0;
 }
@@ -125,25 +108,27 @@ static int largest(span node, const char *name, uint64_t least, uint64_t *found)
 static int read_tensor(span s, value *v) {
     enum { DIMS = 1, NAME = 8 };
     int64_t dims[AXES];
+    double extent[AXES] = {1, 1, 1, 1};
     field f;
     const int axes = read_integers(s, DIMS, dims, AXES);
-    if (axes < 0) return 0;
-    for (int i = 0; i < AXES; ++i) {
-        const int64_t extent = i < AXES - axes ? 1 : dims[i - (AXES - axes)];
-        if (extent < 0) return 0;
-        v->extent[i] = times(1, (uint64_t)extent);
+    for (int i = 0; i < axes; ++i) {
+        if (dims[i] < 0) return 0;
+        extent[AXES - axes + i] = (double)dims[i];
     }
+    v->batch = extent[0];
+    v->channels = extent[1];
+    v->side = fmax(extent[2], extent[3]);
+    v->count = extent[0] * extent[1] * extent[2] * extent[3];
     while (next_field(&s, &f) == 1) {
         if (f.number == NAME && is_bytes(&f)) v->name = f.bytes;
     }
-    return 1;
+    return axes >= 0;
 }
 
 /* ---- Operators */
 
 typedef enum rule {
     ELEMENTWISE, /* at most the extents of all inputs together */
-    CAST,
     CONCAT,
     CONSTANT,
     CONV,
@@ -155,12 +140,12 @@ typedef enum rule {
 } rule;
 
 static const char *const operators[RULES] = {
-    "Abs Add And BatchNormalization Ceil Celu Clip Cos CumSum Div Dropout Elu Equal Erf Exp Floor "
+    "Abs Add And BatchNormalization Ceil Celu Clip Cast Cos CumSum Div Dropout Elu Equal Erf Exp "
+    "Floor "
     "Gelu Greater GreaterOrEqual GroupNormalization HardSigmoid HardSwish Identity "
     "InstanceNormalization LRN LayerNormalization LeakyRelu Less LessOrEqual Log LogSoftmax Max "
     "Mean Min Mish Mod Mul Neg Not Or PRelu Pow Reciprocal Relu Round Selu Sigmoid Sign Sin Slice "
     "Softmax Softplus Softsign Split Sqrt Sub Sum Tanh ThresholdedRelu Where Xor",
-    "Cast",
     "Concat",
     "Constant",
     "Conv",
@@ -183,83 +168,84 @@ static rule rule_of(span name) {
 
 /* The extents of the other operators' results are those of all inputs together; a batch of more than
  * one image, which could multiply them, is refused. */
-static int elementwise(value *const *inputs, int count, uint64_t to[AXES]) {
+static int elementwise(value *const *inputs, int count, value *to) {
     for (int k = 0; k < count; ++k) {
-        for (int i = 0; i < AXES; ++i) to[i] = larger(to[i], inputs[k]->extent[i]);
+        to->batch = fmax(to->batch, inputs[k]->batch);
+        to->channels = fmax(to->channels, inputs[k]->channels);
+        to->side = fmax(to->side, inputs[k]->side);
     }
-    return to[0] == 1;
+    return to->batch == 1;
 }
 
-static int concat(span node, value *const *inputs, int count, uint64_t to[AXES]) {
+static int concat(span node, value *const *inputs, int count, value *to) {
     int64_t axis[AXES];
+    double channels = 0, side = 0;
     if (attribute_integers(node, "axis", axis) != 1 || !elementwise(inputs, count, to)) return 0;
     if (axis[0] < 0) axis[0] += AXES;
-    if (axis[0] < 1 || axis[0] >= AXES) return 0;
-    to[axis[0]] = 0;
     for (int k = 0; k < count; ++k) {
         /* Constants may have fewer axes. */
         if (inputs[k]->is_constant) return 0;
-        to[axis[0]] = plus(to[axis[0]], inputs[k]->extent[axis[0]]);
+        channels += inputs[k]->channels;
+        side += inputs[k]->side;
     }
-    return 1;
+    if (axis[0] == 1) {
+        to->channels = channels;
+    } else {
+        to->side = side;
+    }
+    return axis[0] >= 1 && axis[0] < AXES;
 }
 
-static int constant(span node, uint64_t to[AXES]) {
-    value read;
+static int constant(span node, value *to) {
     span attribute, tensor;
     const int found = find_attribute(node, "value", &attribute);
-    if (found < 0) return 0;
-    if (found == 1) {
-        if (!only_message(attribute, 5, &tensor) || !read_tensor(tensor, &read)) return 0;
-        memcpy(to, read.extent, sizeof read.extent);
-    } else {
-        /* The numbers are in the attributes: no more of them than the node has bytes. */
-        to[AXES - 1] = (uint64_t)(node.end - node.at);
-    }
-    return 1;
+    if (found == 1) return only_message(attribute, 5, &tensor) && read_tensor(tensor, to);
+    /* The numbers are in the attributes: no more of them than the node has bytes. */
+    to->side = to->count = (double)(node.end - node.at);
+    return found == 0;
 }
 
-static int conv_transpose(span node, const value *weights, uint64_t to[AXES]) {
-    uint64_t shape, stride, dilation, extra, group;
+static int conv_transpose(span node, const value *weights, value *to) {
+    double shape, stride, dilation, extra, group;
     if (!largest(node, "output_shape", 0, &shape) || shape != 0 ||
         !largest(node, "strides", 1, &stride) || !largest(node, "dilations", 1, &dilation) ||
         !largest(node, "output_padding", 0, &extra) || !largest(node, "group", 1, &group)) {
         return 0;
     }
-    const uint64_t kernel = times(larger(weights->extent[2], weights->extent[3]), dilation);
-    to[1] = times(weights->extent[1], group);
-    for (int i = 2; i < AXES; ++i) to[i] = plus(times(to[i], stride), plus(kernel, extra));
+    to->channels = weights->channels * group;
+    to->side = to->side * stride + weights->side * dilation + extra;
     return 1;
 }
 
-/* The extents of a node's results; 0 when they cannot be bounded. */
-static int infer(span node, rule kind, value *const *inputs, int count, uint64_t to[AXES]) {
+/* The extents of a node's results, which are images of one texel before; 0 when they cannot be
+ * bounded. */
+static int infer(span node, rule kind, value *const *inputs, int count, value *to) {
     enum { STRING = 8 };
-    uint64_t number;
-    for (int i = 0; i < AXES; ++i) to[i] = 1;
-    if (kind == CONSTANT) return constant(node, to);
+    double number;
     if (count < 1) return 0;
     if (kind == CONCAT) return concat(node, inputs, count, to);
-    if (kind == CAST && (!largest(node, "to", 0, &number) || number == STRING)) return 0;
-    if (kind == CAST || kind == ELEMENTWISE) return elementwise(inputs, count, to);
+    if (kind == ELEMENTWISE) {
+        return largest(node, "to", 0, &number) && number != STRING && /* of Cast */
+               elementwise(inputs, count, to);
+    }
     /* The others take one image, and weights. */
     if (inputs[0]->is_constant || !elementwise(inputs, 1, to)) return 0;
     switch (kind) {
     case CONV:
         if (count < 2) return 0;
-        to[1] = inputs[1]->extent[0];
+        to->channels = inputs[1]->batch;
         return largest(node, "pads", 0, &number) && number == 0;
     case CONV_TRANSPOSE:
         return count >= 2 && conv_transpose(node, inputs[1], to);
     case DEPTH_TO_SPACE: /* as many elements as before */
         if (!largest(node, "blocksize", 1, &number) || number > 1024) return 0;
-        to[1] = to[1] / (number * number) + 1;
-        for (int i = 2; i < AXES; ++i) to[i] = times(to[i], number);
+        to->channels = floor(to->channels / (number * number)) + 1;
+        to->side *= number;
         return 1;
     case POOL:
         return largest(node, "pads", 0, &number) && number == 0;
     case GLOBAL_POOL:
-        to[2] = to[3] = 1;
+        to->side = 1;
         return 1;
     default:
         return 0;
@@ -271,97 +257,79 @@ static int infer(span node, rule kind, value *const *inputs, int count, uint64_t
 enum { NODE = 1, INITIALIZER = 5, INPUT = 11 };
 enum { NODE_INPUT = 1, NODE_OUTPUT = 2, NODE_OPERATOR = 4 };
 
-static int is_output(const field *f) {
-    return f->number == NODE_OUTPUT && is_bytes(f) && f->bytes.at != f->bytes.end;
+/* Whether a field of a node names a value. */
+static int is_value(const field *f, uint32_t number) {
+    return f->number == number && is_bytes(f) && f->bytes.at != f->bytes.end;
 }
 
-/* Puts a value with a name of its own into the table. */
-static value *insert(const table *t, span name) {
-    value *v = name.at == NULL ? NULL : find(t, name);
-    if (v == NULL || v->name.at != NULL) return NULL;
-    v->name = name;
-    return v;
-}
-
-/* Fills the table with the initializers, the input and all outputs of nodes. */
-static bn_result list_values(span graph, uint32_t height, uint32_t width, const table *t,
-                             uint64_t *alive) {
+/* Fills the table with the initializers, the input and all outputs of nodes, each of which has a name
+ * of its own, and with the last node that uses each value. */
+static bn_result list_values(span graph, double side, const table *t, double *alive) {
+    uint32_t number = 0;
     field f, inner;
     while (next_field(&graph, &f) == 1) {
-        value read = {.extent = {1, 1, height, width}, .is_ready = 1};
-        span s = f.bytes;
-        if (f.number == NODE) {
-            while (next_field(&s, &inner) == 1) {
-                if (is_output(&inner) && insert(t, inner.bytes) == NULL) return BN_ERROR_BAD_DATA;
-            }
-        } else if (f.number == INITIALIZER) {
-            if (!read_tensor(s, &read)) return BN_ERROR_UNSUPPORTED;
-            read.is_constant = 1;
-        } else if (f.number == INPUT) {
-            while (next_field(&s, &inner) == 1) {
-                if (inner.number == 1 && is_bytes(&inner)) read.name = inner.bytes;
+        value read = {.batch = 1, .channels = 1, .side = side, .count = side * side};
+        number += f.number == NODE;
+        for (span s = f.bytes; f.number == NODE && next_field(&s, &inner) == 1;) {
+            if (is_value(&inner, NODE_INPUT)) find(t, inner.bytes)->last_use = number;
+            if (is_value(&inner, NODE_OUTPUT) && find(t, inner.bytes)->is_defined++) {
+                return BN_ERROR_BAD_DATA;
             }
         }
         if (f.number != INITIALIZER && f.number != INPUT) continue;
-        value *v = insert(t, read.name);
-        if (v == NULL) return BN_ERROR_BAD_DATA;
+        if (f.number == INITIALIZER && !read_tensor(f.bytes, &read)) return BN_ERROR_UNSUPPORTED;
+        if (f.number == INPUT) only_message(f.bytes, 1, &read.name);
+        if (read.name.at == NULL) return BN_ERROR_BAD_DATA;
+        value *v = find(t, read.name);
+        if (v->is_defined) return BN_ERROR_BAD_DATA;
+        read.is_defined = read.is_ready = 1;
+        read.is_constant = f.number == INITIALIZER;
+        read.last_use = v->last_use;
         *v = read;
-        *alive = plus(*alive, count_of(v->extent));
+        *alive += v->count;
     }
     return BN_SUCCESS;
 }
 
-/* Records the last node that uses each value. */
-static void note_uses(span graph, const table *t) {
-    uint32_t number = 0;
-    field f, inner;
-    while (next_field(&graph, &f) == 1) {
-        if (f.number != NODE) continue;
-        ++number;
-        for (span s = f.bytes; next_field(&s, &inner) == 1;) {
-            if (inner.number == NODE_INPUT && is_bytes(&inner)) {
-                find(t, inner.bytes)->last_use = number;
-            }
-        }
-    }
-}
-
-static bn_result run_node(span node, uint32_t number, const table *t, uint64_t most,
-                          uint64_t *alive) {
-    value *inputs[MOST_INPUTS];
-    uint64_t extent[AXES];
+static bn_result run_node(span node, uint32_t number, const table *t, double most, double *alive) {
+    value *inputs[MOST_INPUTS], to = {.batch = 1, .channels = 1, .side = 1};
     span name = {NULL, NULL};
     field f;
     int count = 0, constants = 0;
     for (span s = node; next_field(&s, &f) == 1;) {
-        if (f.number == NODE_OPERATOR && is_bytes(&f)) name = f.bytes;
-        if (f.number != NODE_INPUT || !is_bytes(&f) || f.bytes.at == f.bytes.end) continue;
+        if (is_value(&f, NODE_OPERATOR)) name = f.bytes;
+        if (!is_value(&f, NODE_INPUT)) continue;
         value *v = find(t, f.bytes);
         if (!v->is_ready) return BN_ERROR_BAD_DATA;
         if (count == MOST_INPUTS) return BN_ERROR_UNSUPPORTED;
         constants += v->is_constant;
         inputs[count++] = v;
     }
-    if (!infer(node, rule_of(name), inputs, count, extent)) return BN_ERROR_UNSUPPORTED;
-    for (span s = node; next_field(&s, &f) == 1;) {
-        if (!is_output(&f)) continue;
-        value *v = find(t, f.bytes);
-        memcpy(v->extent, extent, sizeof extent);
-        v->is_ready = 1;
-        v->is_constant = constants == count;
-        *alive = plus(*alive, count_of(v->extent));
+    const rule kind = rule_of(name);
+    if (kind == CONSTANT ? !constant(node, &to) : !infer(node, kind, inputs, count, &to)) {
+        return BN_ERROR_UNSUPPORTED;
     }
-    if (*alive > most) return BN_ERROR_UNSUPPORTED;
+    if (kind != CONSTANT) to.count = to.channels * to.side * to.side;
+    for (span s = node; next_field(&s, &f) == 1;) {
+        if (!is_value(&f, NODE_OUTPUT)) continue;
+        value *v = find(t, f.bytes);
+        to.name = v->name;
+        to.last_use = v->last_use;
+        to.is_defined = to.is_ready = 1;
+        to.is_constant = constants == count;
+        *v = to;
+        *alive += v->count;
+    }
+    if (!(*alive <= most)) return BN_ERROR_UNSUPPORTED;
     for (int i = 0; i < count; ++i) {
         if (inputs[i]->last_use != number || inputs[i]->is_constant) continue;
-        *alive -= count_of(inputs[i]->extent);
+        *alive -= inputs[i]->count;
         inputs[i]->last_use = NEVER;
     }
     return BN_SUCCESS;
 }
 
-bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, uint32_t width,
-                               uint64_t most) {
+bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t side, double most) {
     const span whole = {bytes, (const unsigned char *)bytes + size};
     span graph;
     field f, inner;
@@ -370,7 +338,7 @@ bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, 
     for (span s = graph; next_field(&s, &f) == 1;) {
         names += f.number == INITIALIZER || f.number == INPUT;
         for (span t = f.bytes; f.number == NODE && next_field(&t, &inner) == 1;) {
-            names += is_output(&inner) != 0;
+            names += is_value(&inner, NODE_INPUT) || is_value(&inner, NODE_OUTPUT);
         }
     }
     if (names > MOST_VALUES) return BN_ERROR_UNSUPPORTED;
@@ -378,11 +346,10 @@ bn_result bn_onnx_memory_check(const void *bytes, size_t size, uint32_t height, 
     while (t.size < 2 * names + 2) t.size *= 2;
     t.slots = bn_allocate_zero(t.size, sizeof *t.slots);
     if (t.slots == NULL) return BN_ERROR_OUT_OF_MEMORY;
-    uint64_t alive = 0;
+    double alive = 0;
     uint32_t number = 0;
-    bn_result result = list_values(graph, height, width, &t, &alive);
-    if (result == BN_SUCCESS && alive > most) result = BN_ERROR_UNSUPPORTED;
-    note_uses(graph, &t);
+    bn_result result = list_values(graph, side, &t, &alive);
+    if (result == BN_SUCCESS && !(alive <= most)) result = BN_ERROR_UNSUPPORTED;
     for (span s = graph; result == BN_SUCCESS && next_field(&s, &f) == 1;) {
         if (f.number == NODE) result = run_node(f.bytes, ++number, &t, most, &alive);
     }
