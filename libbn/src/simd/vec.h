@@ -32,5 +32,6 @@ static inline uint32_t first_bit(uint64_t bits) {
 #else
 #include "simd/vec_scalar.h"
 #endif
+#undef BN_BINARY
 
 #endif
