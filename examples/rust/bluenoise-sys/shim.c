@@ -14,91 +14,38 @@ BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler, mask_low_digits) == 32);
 BN_SAME(sizeof(void *) != 8 || sizeof(bn_sampler_options) == 40);
 BN_SAME(sizeof(void *) != 8 || offsetof(bn_sampler_options, mask_width) == 32);
 
-bn_sampler bn_rs_sampler_make(int32_t kind, uint64_t seed) {
-    return bn_sampler_make(kind, seed);
-}
+#define BN_INLINE(result, name, parameters, arguments)                                             \
+    result bn_rs_##name parameters {                                                               \
+        return bn_##name arguments;                                                                \
+    }
+#define BN_DRAW(name, parameters, arguments)                                                       \
+    void bn_rs_##name parameters {                                                                 \
+        bn_##name arguments;                                                                       \
+    }
 
-bn_path bn_rs_path_start(int32_t x, int32_t y, uint32_t index, uint32_t frame) {
-    return bn_path_start(x, y, index, frame);
-}
+typedef const bn_sampler *sampler;
+typedef uint32_t u32;
 
-bn_ray bn_rs_path_ray(const bn_path *path, uint32_t ray) {
-    return bn_path_ray(path, ray);
-}
-
-bn_ray bn_rs_ray_keyed(const bn_ray *ray, uint32_t key) {
-    return bn_ray_keyed(ray, key);
-}
-
-bn_split bn_rs_ray_split(bn_ray *ray, uint32_t count) {
-    return bn_ray_split(ray, count);
-}
-
-bn_split bn_rs_ray_split_from(bn_ray *ray, uint32_t first) {
-    return bn_ray_split_from(ray, first);
-}
-
-bn_path bn_rs_split_path(const bn_split *split, uint32_t k) {
-    return bn_split_path(split, k);
-}
-
-void bn_rs_ray_draw(const bn_sampler *sampler, const bn_ray *ray, float out[4]) {
-    bn_ray_draw(sampler, ray, out);
-}
-
-void bn_rs_ray_draw_where(const bn_sampler *sampler, const bn_ray *ray, float out[2]) {
-    bn_ray_draw_where(sampler, ray, out);
-}
-
-void bn_rs_ray_draw_light(const bn_sampler *sampler, const bn_ray *ray, float out[2]) {
-    bn_ray_draw_light(sampler, ray, out);
-}
-
-float bn_rs_ray_1d(const bn_sampler *sampler, bn_ray *ray) {
-    return bn_ray_1d(sampler, ray);
-}
-
-void bn_rs_ray_2d(const bn_sampler *sampler, bn_ray *ray, float out[2]) {
-    bn_ray_2d(sampler, ray, out);
-}
-
-void bn_rs_ray_4d(const bn_sampler *sampler, bn_ray *ray, float out[4]) {
-    bn_ray_4d(sampler, ray, out);
-}
-
-float bn_rs_ray_1d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
-    return bn_ray_1d_at(sampler, ray, k);
-}
-
-void bn_rs_ray_2d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k, float out[2]) {
-    bn_ray_2d_at(sampler, ray, k, out);
-}
-
-void bn_rs_ray_4d_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k, float out[4]) {
-    bn_ray_4d_at(sampler, ray, k, out);
-}
-
-bn_split bn_rs_ray_split_at(const bn_ray *ray, uint32_t k, uint32_t count) {
-    return bn_ray_split_at(ray, k, count);
-}
-
-bn_rng bn_rs_ray_rng_at(const bn_sampler *sampler, const bn_ray *ray, uint32_t k) {
-    return bn_ray_rng_at(sampler, ray, k);
-}
-
-void bn_rs_path_first_light(const bn_sampler *sampler, const bn_path *path, uint32_t count,
-                            uint32_t k, float out[2]) {
-    bn_path_first_light(sampler, path, count, k, out);
-}
-
-void bn_rs_path_time(const bn_sampler *sampler, const bn_path *path, float out[2]) {
-    bn_path_time(sampler, path, out);
-}
-
-bn_rng bn_rs_ray_rng(const bn_sampler *sampler, bn_ray *ray) {
-    return bn_ray_rng(sampler, ray);
-}
-
-float bn_rs_rng_1d(bn_rng *rng) {
-    return bn_rng_1d(rng);
-}
+BN_INLINE(bn_sampler, sampler_make, (int32_t kind, uint64_t seed), (kind, seed))
+BN_INLINE(bn_path, path_start, (int32_t x, int32_t y, u32 i, u32 frame), (x, y, i, frame))
+BN_INLINE(bn_ray, path_ray, (const bn_path *p, u32 ray), (p, ray))
+BN_INLINE(bn_ray, ray_keyed, (const bn_ray *r, u32 key), (r, key))
+BN_INLINE(bn_split, ray_split, (bn_ray * r, u32 count), (r, count))
+BN_INLINE(bn_split, ray_split_from, (bn_ray * r, u32 first), (r, first))
+BN_INLINE(bn_split, ray_split_at, (const bn_ray *r, u32 k, u32 count), (r, k, count))
+BN_INLINE(bn_path, split_path, (const bn_split *split, u32 k), (split, k))
+BN_INLINE(float, ray_1d, (sampler s, bn_ray *r), (s, r))
+BN_INLINE(float, ray_1d_at, (sampler s, const bn_ray *r, u32 k), (s, r, k))
+BN_INLINE(bn_rng, ray_rng, (sampler s, bn_ray *r), (s, r))
+BN_INLINE(bn_rng, ray_rng_at, (sampler s, const bn_ray *r, u32 k), (s, r, k))
+BN_INLINE(float, rng_1d, (bn_rng * rng), (rng))
+BN_DRAW(ray_draw, (sampler s, const bn_ray *r, float out[4]), (s, r, out))
+BN_DRAW(ray_draw_where, (sampler s, const bn_ray *r, float out[2]), (s, r, out))
+BN_DRAW(ray_draw_light, (sampler s, const bn_ray *r, float out[2]), (s, r, out))
+BN_DRAW(ray_2d, (sampler s, bn_ray *r, float out[2]), (s, r, out))
+BN_DRAW(ray_2d_at, (sampler s, const bn_ray *r, u32 k, float out[2]), (s, r, k, out))
+BN_DRAW(ray_4d, (sampler s, bn_ray *r, float out[4]), (s, r, out))
+BN_DRAW(ray_4d_at, (sampler s, const bn_ray *r, u32 k, float out[4]), (s, r, k, out))
+BN_DRAW(path_time, (sampler s, const bn_path *p, float out[2]), (s, p, out))
+BN_DRAW(path_first_light, (sampler s, const bn_path *p, u32 count, u32 k, float out[2]),
+        (s, p, count, k, out))

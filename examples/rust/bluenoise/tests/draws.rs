@@ -43,20 +43,6 @@ const KINDS: [(Kind, i32); 5] = [
 const PLACES: [(i32, i32, u32); 5] =
     [(0, 0, 0), (3, 4, 5), (-7, 200, 300), (i32::MIN, i32::MAX, u32::MAX / 16), (64, -1, 16)];
 
-// They change only with the draws of libbn.
-const GOLDEN_ROOT: [u32; 4] = [0x8a8cbd0, 0x7386d405, 0xf378adf9, 0x8be4ba77];
-const GOLDEN_RAY: [u32; 4] = [0x3f14c9f4, 0x3ddfd2f8, 0x3f62c75d, 0x3f500d72];
-const GOLDEN_NUMBERS: [u32; 3] = [0x3d94cd48, 0x3f2aca3d, 0x3f2761f8];
-
-#[test]
-fn golden_bits() {
-    let sampler = Sampler::new(1);
-    assert_eq!(sampler.sample_u32(3, 4, 5, Domain::ROOT), GOLDEN_ROOT);
-    let mut ray = Path::new(&sampler, 3, 4, 5).ray(2);
-    assert_eq!(ray.draw().map(f32::to_bits), GOLDEN_RAY);
-    assert_eq!([ray.next_1d(), ray.next_1d(), ray.next_1d()].map(f32::to_bits), GOLDEN_NUMBERS);
-}
-
 #[test]
 fn samples_are_those_of_c() {
     for (kind, number) in KINDS {
