@@ -70,6 +70,15 @@ def test_glsl(cases, tmp_path):
     compare(devices.run_wgpu, spirv(tmp_path, source), cases)
 
 
+@pytest.mark.parametrize(("name", "version"), [
+    ("draw.comp", "430"), ("draw.comp", "310 es"), ("draw.frag", "330"), ("draw.frag", "300 es")])
+def test_versions_of_glsl(name, version, tmp_path):
+    need(GLSLANG, "glslangValidator")
+    source = re.sub("^#version .*", f"#version {version}", (HERE / name).read_text())
+    (tmp_path / name).write_text(with_texts(source))
+    run(GLSLANG, tmp_path / name)
+
+
 def test_glsl_in_opengl(cases):
     need_opengl()
     compare(devices.run_opengl, with_texts((HERE / "draw.comp").read_text()), cases)
