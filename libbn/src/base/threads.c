@@ -27,6 +27,10 @@ static void member_run(team_member *member);
 typedef SRWLOCK lock;
 typedef CONDITION_VARIABLE condition;
 typedef HANDLE thread;
+#define lock_take AcquireSRWLockExclusive
+#define lock_leave ReleaseSRWLockExclusive
+#define condition_wait(c, l) SleepConditionVariableSRW(c, l, INFINITE, 0)
+#define condition_wake_all WakeAllConditionVariable
 
 /* Neither holds anything that has to be given back. */
 static int both_init(lock *l, condition *c) {
@@ -38,22 +42,6 @@ static int both_init(lock *l, condition *c) {
 static void both_destroy(lock *l, condition *c) {
     (void)l;
     (void)c;
-}
-
-static void lock_take(lock *l) {
-    AcquireSRWLockExclusive(l);
-}
-
-static void lock_leave(lock *l) {
-    ReleaseSRWLockExclusive(l);
-}
-
-static void condition_wait(condition *c, lock *l) {
-    SleepConditionVariableSRW(c, l, INFINITE, 0);
-}
-
-static void condition_wake_all(condition *c) {
-    WakeAllConditionVariable(c);
 }
 
 static DWORD WINAPI run(void *member) {
@@ -85,6 +73,10 @@ static long processor_count(void) {
 typedef pthread_mutex_t lock;
 typedef pthread_cond_t condition;
 typedef pthread_t thread;
+#define lock_take pthread_mutex_lock
+#define lock_leave pthread_mutex_unlock
+#define condition_wait pthread_cond_wait
+#define condition_wake_all pthread_cond_broadcast
 
 static int both_init(lock *l, condition *c) {
     if (pthread_mutex_init(l, NULL) != 0) return 0;
@@ -96,22 +88,6 @@ static int both_init(lock *l, condition *c) {
 static void both_destroy(lock *l, condition *c) {
     pthread_cond_destroy(c);
     pthread_mutex_destroy(l);
-}
-
-static void lock_take(lock *l) {
-    pthread_mutex_lock(l);
-}
-
-static void lock_leave(lock *l) {
-    pthread_mutex_unlock(l);
-}
-
-static void condition_wait(condition *c, lock *l) {
-    pthread_cond_wait(c, l);
-}
-
-static void condition_wake_all(condition *c) {
-    pthread_cond_broadcast(c);
 }
 
 static void *run(void *member) {

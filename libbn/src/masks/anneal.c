@@ -5,8 +5,7 @@
 #include "base/float_environment.h"
 #include "base/memory.h"
 #include "base/options.h"
-#include "masks/anneal_scalar.h"
-#include "masks/anneal_vector.h"
+#include "masks/anneal_job.h"
 #include "masks/eliminate.h"
 #include <float.h>
 #include <string.h>

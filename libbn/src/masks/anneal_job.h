@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the annealing of one channel and of several. */
+ * The annealing of one channel and of two to four, and what both share. */
 #ifndef BN_ANNEAL_JOB_H
 #define BN_ANNEAL_JOB_H
 
@@ -18,6 +18,10 @@ typedef struct bn_anneal_job {
     const double *logs; /* -ln((i + 0.5) / BN_ANNEAL_LOG_SIZE) */
     bn_random random;
 } bn_anneal_job;
+
+/* Improve the ranks of a job. Errors: OUT_OF_MEMORY, CANCELLED. */
+bn_result bn_anneal_scalar(bn_anneal_job *job);
+bn_result bn_anneal_vector(bn_anneal_job *job);
 
 /* The temperature of a sweep, as a share of the largest gain. */
 static inline double bn_anneal_temperature(const bn_anneal_job *job, uint32_t sweep) {

@@ -7,8 +7,8 @@
  * sum by the difference of two sums of W clamp(r, a, b) over their windows, so a trial takes two
  * windows of 16-bit multiplications. Half of the trials swap with a texel of similar rank, half
  * with a texel nearby. */
-#include "masks/anneal_scalar.h"
 #include "base/memory.h"
+#include "masks/anneal_job.h"
 #include "simd/simd.h"
 
 enum { BN_ANNEAL_WEIGHT_SUM = 32000 /* the difference of two windows fits 32 bits */ };

@@ -3,8 +3,8 @@
  * sampling", 2016): the sum over pairs of texels of exp(-|p - q|^2 / (4 sigma^2)) times
  * exp(-|v_p - v_q|^(channels / 2) / value_sigma^2). A trial swaps the values of one channel, or of
  * all, between two texels. It takes two windows of table lookups for each of them. */
-#include "masks/anneal_vector.h"
 #include "base/memory.h"
+#include "masks/anneal_job.h"
 
 enum {
     BN_VECTOR_BITS = 12,                       /* of a value */

@@ -34,35 +34,21 @@ typedef struct library {
 
 #if defined(_WIN32)
 
-static void *library_load(const char *name) {
-    return (void *)LoadLibraryA(name);
-}
-
-static int library_is_loaded(const char *name) {
-    return GetModuleHandleA(name) != NULL;
-}
+#define library_load(name) (void *)LoadLibraryA(name)
+#define library_unload(handle) FreeLibrary((HMODULE)(handle))
+#define library_is_loaded(name) (GetModuleHandleA(name) != NULL)
+#define set_variable(name, value) _putenv_s(name, value)
+#define has_more_rights_than_user() 0
 
 static bn_ort_get_api_base library_entry(void *handle) {
     return (bn_ort_get_api_base)(void (*)(void))GetProcAddress((HMODULE)handle, "OrtGetApiBase");
 }
 
-static void library_unload(void *handle) {
-    FreeLibrary((HMODULE)handle);
-}
-
-static void set_variable(const char *name, const char *value) {
-    _putenv_s(name, value);
-}
-
-static int has_more_rights_than_user(void) {
-    return 0;
-}
-
 #elif defined(BN_HAVE_DLFCN)
 
-static void *library_load(const char *name) {
-    return dlopen(name, RTLD_NOW | RTLD_LOCAL);
-}
+#define library_load(name) dlopen(name, RTLD_NOW | RTLD_LOCAL)
+#define library_unload(handle) dlclose(handle)
+#define set_variable(name, value) setenv(name, value, 0)
 
 static int library_is_loaded(const char *name) {
 #if defined(RTLD_NOLOAD)
@@ -81,14 +67,6 @@ static bn_ort_get_api_base library_entry(void *handle) {
     bn_ort_get_api_base entry = NULL;
     memcpy(&entry, &symbol, sizeof entry);
     return entry;
-}
-
-static void library_unload(void *handle) {
-    dlclose(handle);
-}
-
-static void set_variable(const char *name, const char *value) {
-    setenv(name, value, 0);
 }
 
 /* For example in a set-user-ID program, whose user must not choose the code that it runs. */
@@ -126,9 +104,9 @@ static int load_anywhere(library *found) {
 #if defined(BN_HAVE_DLFCN)
     /* The program itself and the libraries it is linked with. */
     found->was_loaded = 1;
-    found->handle = dlopen(NULL, RTLD_NOW | RTLD_LOCAL);
+    found->handle = library_load(NULL);
     if (found->handle != NULL && library_entry(found->handle) != NULL) return 1;
-    if (found->handle != NULL) dlclose(found->handle);
+    if (found->handle != NULL) library_unload(found->handle);
 #endif
     for (size_t i = 0; i < sizeof library_names / sizeof *library_names; ++i) {
         if (library_is_loaded(library_names[i]) && load_named(library_names[i], found)) return 1;
@@ -147,9 +125,7 @@ static int load_library(const char *path, library *found) {
 
 #else
 
-static void library_unload(void *handle) {
-    (void)handle;
-}
+#define library_unload(handle) (void)(handle)
 
 #endif
 
