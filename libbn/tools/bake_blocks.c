@@ -105,7 +105,8 @@ static void anneal(block_tile *t, const bake_options *options, double hot) {
     }
 }
 
-void bake_blocks(bake_table *table, const bake_options *options) {
+void bake_blocks(bake_table *table, const bake_options *options, int member, int number) {
+    (void)member, (void)number;
     block_tile *t = bake_allocate(1, sizeof *t);
     bake_features f;
     make_kernel(t, 0, 3, 0);

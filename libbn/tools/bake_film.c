@@ -158,7 +158,8 @@ static void film_digits(pole_vectors *v, const bake_options *options) {
     }
 }
 
-void bake_start(bake_table *table, const bake_options *options) {
+void bake_start(bake_table *table, const bake_options *options, int member, int number) {
+    (void)member, (void)number;
     /* c and b of X^2 + b X + c: (w + 1, w + 1), (1, w + 1), (1, w), (w, w). */
     static const int quadratic[MEMBERS][2] = {{3, 3}, {2, 3}, {2, 1}, {1, 1}};
     for (int a = 0; a < MEMBERS; ++a) {

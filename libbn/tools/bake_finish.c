@@ -31,9 +31,10 @@ static void exchange_coordinates(bake_table *table) {
     memcpy(table->single[3], third, sizeof third);
 }
 
-void bake_finish(bake_table *table, const bake_options *options) {
+void bake_finish(bake_table *table, const bake_options *options, int member, int number) {
+    (void)number;
     bake_random r = bake_random_make(options->seed, 9, 0);
-    for (int member = 0; member < MEMBERS; ++member) {
+    for (member = 0; member < MEMBERS; ++member) {
         pole_vectors *v = &table->member[member];
         for (int d = 0; d < 4; ++d) {
             for (int to = POLE_DIGITS; to < 32; ++to) {

@@ -309,7 +309,8 @@ static arrangement *prepare(const bake_table *table, const bake_options *options
     return &t;
 }
 
-void bake_labels(bake_table *table, const bake_options *options, int member, int part, int parts) {
+void bake_labels(bake_table *table, const bake_options *options, int member, int part) {
+    const int parts = member < MEMBERS ? BAKE_LABEL_PARTS : BAKE_SINGLE_PARTS;
     uint16_t *label = member < MEMBERS ? table->label[member] : table->single[member - MEMBERS];
     static arrangement *t;
     static int prepared = -1;

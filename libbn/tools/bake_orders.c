@@ -225,7 +225,8 @@ static double products_judge(products *s, const bake_table *table, int member,
 
 /* ---- The stage ---- */
 
-void bake_order(bake_table *table, const bake_options *options, int member) {
+void bake_order(bake_table *table, const bake_options *options, int member, int number) {
+    (void)number;
     bake_random r = bake_random_make(options->seed, 3, (uint64_t)member);
     pole_vectors now = table->member[member], best = now;
     double energy = 1e30, least = 1e30;

@@ -20,8 +20,7 @@ enum { BLURRED, NARROW, RAW, WAYS };
 typedef double measure[WAYS][LEVELS];
 
 typedef struct {
-    bake_pair pair[MEMBERS][2];
-    const bake_table *table;
+    const bake_view *table;
     bake_key key[MEMBERS][2]; /* of a domain: other ones for each integrand */
     plane_bits first, second;
     float error[LEVELS][PIXELS], image[PIXELS];
@@ -42,7 +41,7 @@ static void plane_at(judge *j, const uint16_t *label, int member, int pair, cons
         } else {
             bake_key key = bake_key_of_pixel(j->key[member][pair],
                                              (uint64_t)(p * 8 + member * 2 + pair) + 1000003);
-            bake_pair_points(&j->pair[member][pair], label[p], key, POINTS, x, y);
+            bake_pair_points(&j->table->pair[member][pair], label[p], key, POINTS, x, y);
         }
         bake_plane_bits(plane, x, y, POINTS, out[p]);
     }
@@ -71,10 +70,24 @@ static void add(judge *j, measure m, int axes, int independent) {
     }
 }
 
-static void intersect(judge *j) {
+/* Adds the errors of a plane. */
+static void add_plane(judge *j, measure m, int member, int pair, const bake_plane *plane,
+                      int axes) {
+    plane_of(j, member, pair, plane, j->first);
+    errors_of(j, plane->mean);
+    add(j, m, axes, member == SOBOL);
+}
+
+/* Adds the errors of the product of planes over a pair of each of two members. */
+static void add_product(judge *j, measure m, const int member[2], const int pair[2],
+                        const bake_plane plane[2]) {
+    plane_of(j, member[0], pair[0], &plane[0], j->first);
+    plane_of(j, member[1], pair[1], &plane[1], j->second);
     for (int p = 0; p < PIXELS; ++p) {
         for (int w = 0; w < 4; ++w) j->first[p][w] &= j->second[p][w];
     }
+    errors_of(j, plane[0].mean * plane[1].mean);
+    add(j, m, 3, member[0] == SOBOL);
 }
 
 /* Adds one of `count` to a mean. */
@@ -113,19 +126,14 @@ static void planes_and_products(judge *j) {
     bake_random r = bake_random_make(20001, 0, 0);
     for (int f = 0; f < TESTS; ++f) {
         new_domain(j, f);
-        bake_plane one = bake_plane_make(&r, (f + 0.5) / TESTS);
-        bake_plane two = bake_plane_make(&r, bake_random_double(&r));
+        bake_plane two[2];
+        two[0] = bake_plane_make(&r, (f + 0.5) / TESTS);
+        two[1] = bake_plane_make(&r, bake_random_double(&r));
         for (int a = 0; a <= MEMBERS; ++a) {
             for (int pair = 0; pair < (a == SOBOL ? 1 : 2); ++pair) {
-                plane_of(j, a, pair, &one, j->first);
-                errors_of(j, one.mean);
-                add(j, plane[a][pair], 3, a == SOBOL);
+                add_plane(j, plane[a][pair], a, pair, &two[0], 3);
             }
-            plane_of(j, a, 0, &one, j->first);
-            plane_of(j, a, 1, &two, j->second);
-            intersect(j);
-            errors_of(j, one.mean * two.mean);
-            add(j, product[a], 3, a == SOBOL);
+            add_product(j, product[a], (int[]){a, a}, (int[]){0, 1}, two);
         }
     }
     for (int a = 0; a < MEMBERS; ++a) {
@@ -163,9 +171,7 @@ static void leaning_edges(judge *j) {
         double turns = atan((f & 2) != 0 ? slope : -slope) / 6.283185307179586;
         bake_plane plane = bake_plane_make(&r, turns + 0.25 * (f & 1));
         for (int k = 0; k <= 2 * MEMBERS; ++k) {
-            plane_of(j, k / 2, k % 2, &plane, j->first);
-            errors_of(j, plane.mean);
-            add(j, sum[k], 3, k / 2 == SOBOL);
+            add_plane(j, sum[k], k / 2, k % 2, &plane, 3);
         }
     }
     for (int k = 0; k < 2 * MEMBERS; ++k) {
@@ -183,13 +189,11 @@ static void products_of_members(judge *j, int a, int b, measure m) {
     memset(m, 0, sizeof(measure));
     for (int f = 0; f < TESTS; ++f) {
         new_domain(j, f);
-        bake_plane one = bake_plane_make(&r, (f + 0.5) / TESTS);
-        bake_plane two = bake_plane_make(&r, bake_random_double(&r));
-        plane_of(j, a, a == SOBOL ? 0 : f & 1, &one, j->first);
-        plane_of(j, b, b == SOBOL ? 1 : f >> 1 & 1, &two, j->second);
-        intersect(j);
-        errors_of(j, one.mean * two.mean);
-        add(j, m, 3, a == SOBOL);
+        bake_plane two[2];
+        two[0] = bake_plane_make(&r, (f + 0.5) / TESTS);
+        two[1] = bake_plane_make(&r, bake_random_double(&r));
+        const int pair[2] = {a == SOBOL ? 0 : f & 1, b == SOBOL ? 1 : f >> 1 & 1};
+        add_product(j, m, (int[]){a, b}, pair, two);
     }
 }
 
@@ -217,9 +221,7 @@ static void steps(judge *j) {
         new_domain(j, f);
         bake_plane plane = bake_plane_step(f & 1, (f + bake_random_double(&r)) / TESTS);
         for (int member = 0; member <= SOBOL; member += SOBOL) {
-            plane_of(j, member, 0, &plane, j->first);
-            errors_of(j, plane.mean);
-            add(j, member == SOBOL ? sobol : table, (f & 1) != 0 ? 1 : 2, member == SOBOL);
+            add_plane(j, member == SOBOL ? sobol : table, member, 0, &plane, (f & 1) != 0 ? 1 : 2);
         }
     }
     print_row(table[BLURRED], sobol[BLURRED], "steps of member 0, pair 0");
@@ -249,9 +251,7 @@ static void single_numbers(judge *j) {
         const int d = f % 4;
         new_domain(j, f);
         bake_plane plane = bake_plane_step(d & 1, (f + bake_random_double(&r)) / TESTS);
-        plane_of(j, SOBOL, 0, &plane, j->first);
-        errors_of(j, plane.mean);
-        add(j, sobol, 3, 1);
+        add_plane(j, sobol, SOBOL, 0, &plane, 3);
         plane_at(j, j->table->single[d], 0, d / 2, &plane, j->first);
         errors_of(j, plane.mean);
         add(j, table, 3, 0);
@@ -261,12 +261,12 @@ static void single_numbers(judge *j) {
 }
 
 /* Waves, bumps, ramps and their products, in single pixels. */
-static void smooth(const bake_table *table) {
+static void smooth(const bake_view *table) {
     static const char *const kinds[BAKE_SMOOTH_KINDS] = {
         "smooth, one dimension", "smooth, a pair", "smooth, across pairs", "smooth, (0) with (2,3)",
         "smooth, four dimensions"};
     static double mean[MEMBERS][BAKE_SMOOTH_KINDS][LEVELS], worst[MEMBERS][LEVELS];
-    for (int a = 0; a < MEMBERS; ++a) bake_smooth_ratios(&table->member[a], mean[a], worst[a]);
+    for (int a = 0; a < MEMBERS; ++a) bake_smooth_ratios(table->point[a], mean[a], worst[a]);
     for (int k = 0; k <= BAKE_SMOOTH_KINDS; ++k) {
         double row[LEVELS] = {0};
         for (int a = 0; a < MEMBERS; ++a) {
@@ -283,14 +283,9 @@ static void smooth(const bake_table *table) {
     }
 }
 
-void bake_report(const bake_table *table) {
+void bake_report(const bake_view *table) {
     judge *j = bake_allocate(1, sizeof *j);
     j->table = table;
-    for (int a = 0; a < MEMBERS; ++a) {
-        for (int pair = 0; pair < 2; ++pair) {
-            bake_pair_make(&j->pair[a][pair], &table->member[a], pair);
-        }
-    }
     printf("| %-28s |     1 |     2 |     4 |     8 |    16 |    32 |    64 |   128 |   256 |\n",
            "");
     printf("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");

@@ -171,10 +171,8 @@ static void measure_sobol(smooth_judge *j) {
 }
 
 /* Ratios to Sobol' of the first samples of a member, [functions][LEVELS]. */
-static void measure_ratios(const smooth_judge *j, const pole_vectors *v,
+static void measure_ratios(const smooth_judge *j, const uint32_t point[POINTS][4],
                            double ratio[SUMS][LEVELS]) {
-    static uint32_t point[POINTS][4];
-    for (uint32_t i = 0; i < POINTS; ++i) pole_index_point(v, i, point[i]);
     for (int f = 0; f < j->count; ++f) {
         double square[LEVELS] = {0};
         for (int s = 0; s < SHIFTS; ++s) {
@@ -196,9 +194,11 @@ static void judge_begin(smooth_judge *j, bake_random *r) {
 static double smooth_energy(const smooth_judge *j, const pole_vectors *v) {
     static const double weight[LEVELS] = {0, .3, .7, 1, 1, 1, 1, .4, .3};
     static const double group_weight[GROUPS] = {.3, .3, .3, .3, 1.8, 1.8, .3, .3, .3, .3, 1, 1.5};
+    static uint32_t point[POINTS][4];
     double ratio[SUMS][LEVELS], logs[GROUPS][LEVELS] = {{0}}, energy = 0;
     int members[GROUPS] = {0};
-    measure_ratios(j, v, ratio);
+    for (uint32_t i = 0; i < POINTS; ++i) pole_index_point(v, i, point[i]);
+    measure_ratios(j, (const uint32_t(*)[4])point, ratio);
     for (int f = 0; f < j->count; ++f) {
         const smooth_function *function = &j->f[f];
         ++members[function->group];
@@ -237,7 +237,8 @@ static double planes_penalty(const smooth_judge *j, bake_planes *s, const pole_v
     return sum;
 }
 
-void bake_smooth(bake_table *table, const bake_options *options, int member) {
+void bake_smooth(bake_table *table, const bake_options *options, int member, int number) {
+    (void)number;
     smooth_judge *j = bake_allocate(1, sizeof *j);
     bake_random r = bake_random_make(options->seed, 10, (uint64_t)member);
     bake_planes *planes = bake_planes_make(&r, PLANES);
@@ -291,7 +292,7 @@ void bake_smooth(bake_table *table, const bake_options *options, int member) {
     free(j);
 }
 
-void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LEVELS],
+void bake_smooth_ratios(const uint32_t point[POINTS][4], double mean[BAKE_SMOOTH_KINDS][LEVELS],
                         double worst[LEVELS]) {
     /* Single dimensions, pairs, across pairs, a choice and a point, all four. */
     static const int kind_of[GROUPS] = {0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 4};
@@ -306,7 +307,7 @@ void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LE
         memset(j, 0, sizeof *j);
         j->singles = SINGLES;
         judge_begin(j, &r);
-        measure_ratios(j, v, ratio);
+        measure_ratios(j, point, ratio);
         for (int f = 0; f < j->count; ++f) {
             int kind = kind_of[j->f[f].group];
             ++functions[kind];

@@ -139,61 +139,32 @@ void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]) {
     }
 }
 
-/* Labels of blocks as sums of eight of them, whose digits in member 0 are independent; their numbers
- * in `basis`. Returns whether there are eight and no two blocks are alike. The labels that the table
- * was made with may be others: they are told apart by their digits alone. */
-static int block_labels(const uint32_t words[BN_WORD_COUNT], uint32_t label[BLOCKS],
-                        uint32_t basis[8]) {
-    uint64_t reduced[8];
-    uint32_t of[8], count = 0;
-    char seen[BLOCKS] = {0};
-    for (uint32_t b = 0; b < BLOCKS; ++b) {
-        const uint32_t *two = words + BN_BLOCKS_AT + b * MEMBERS * 2u;
-        uint64_t v = two[0] | (uint64_t)two[1] << 32;
-        label[b] = 0;
-        for (uint32_t k = 0; k < count; ++k) {
-            if (v & reduced[k] & (0 - reduced[k])) {
-                v ^= reduced[k];
-                label[b] ^= of[k];
+void bake_table_read(bake_view *view, const uint32_t words[BN_WORD_COUNT]) {
+    for (uint32_t a = 0; a < MEMBERS; ++a) {
+        for (uint32_t i = 0; i < POINTS; ++i) {
+            memcpy(view->point[a][i], words + points_at(a, i), sizeof view->point[a][i]);
+        }
+        for (uint32_t p = 0; p < PIXELS; ++p) {
+            const uint32_t block = p / (4 * SIDE) * 16 + p % SIDE / 4;
+            const uint32_t places = words[BN_PIXELS_AT + p] >> (8 * a);
+            view->label[a][p] = (uint16_t)(block << 4 | (places & 15u));
+            view->single[a][p] = (uint16_t)(block << 4 | (places >> 4 & 15u));
+        }
+        for (uint32_t m = 0; m < PIXELS; ++m) {
+            uint32_t of_block[4], of_place[4];
+            unpack_digits(words + BN_BLOCKS_AT + ((m >> 4) * MEMBERS + a) * 2u, of_block);
+            unpack_digits(words + BN_PLACES_AT + (a * 16u + (m & 15u)) * 2u, of_place);
+            for (int d = 0; d < 4; ++d) {
+                view->pair[a][d / 2].shift[m][d % 2] = of_block[d] ^ of_place[d];
             }
         }
-        if (v != 0) {
-            if (count == 8) return 0;
-            of[count] = label[b] ^ 1u << count;
-            label[b] = 1u << count;
-            basis[count] = b;
-            reduced[count++] = v;
-        }
-        if (seen[label[b]]++) return 0;
-    }
-    return count == 8;
-}
-
-int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]) {
-    uint32_t label[BLOCKS], basis[8];
-    if (!block_labels(words, label, basis)) return 0;
-    for (uint32_t p = 0; p < PIXELS; ++p) {
-        const uint32_t upper = label[p / (4 * SIDE) * 16 + p % SIDE / 4] << 4;
-        for (uint32_t a = 0; a < MEMBERS; ++a) {
-            const uint32_t places = words[BN_PIXELS_AT + p] >> (8 * a);
-            table->label[a][p] = (uint16_t)(upper | (places & 15u));
-            table->single[a][p] = (uint16_t)(upper | (places >> 4 & 15u));
+        for (int k = 0; k < 2; ++k) {
+            for (int i = 0; i < POINTS; ++i) {
+                memcpy(view->pair[a][k].point[i], view->point[a][i] + 2 * k,
+                       sizeof view->pair[a][k].point[i]);
+            }
         }
     }
-    for (uint32_t a = 0; a < MEMBERS; ++a) {
-        pole_vectors *v = &table->member[a];
-        for (uint32_t i = 0; i < POLE_INDEX_BITS; ++i) {
-            memcpy(v->index[i],
-                   words + (i < 8 ? points_at(a, 1u << i) : later_at(a, i / 4u - 2u, 1u << i % 4u)),
-                   sizeof v->index[i]);
-        }
-        for (uint32_t i = 0; i < POLE_LABEL_BITS; ++i) {
-            unpack_digits(words + (i < 4 ? BN_PLACES_AT + (a * 16u + (1u << i)) * 2u
-                                         : BN_BLOCKS_AT + (basis[i - 4] * MEMBERS + a) * 2u),
-                          v->label[i]);
-        }
-    }
-    return 1;
 }
 
 void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which) {

@@ -62,9 +62,8 @@ int bake_pixel_of(int block, int place);
  * `within`, else the places in blocks of 4 x 4 pixels are those along the curve. */
 void bake_tree_labels(uint16_t label[PIXELS], uint64_t seed, int within);
 
-/* The words of bn_tables(), and a table with the same words; 0 if no table has them. */
+/* The words of bn_tables(). */
 void bake_table_pack(const bake_table *table, uint32_t words[BN_WORD_COUNT]);
-int bake_table_unpack(bake_table *table, const uint32_t words[BN_WORD_COUNT]);
 
 /* Coordinates of the first `count` samples of a label in one pair, XORed with a key: random digits
  * of a domain in a copy of the tile, and of a pixel from the seventeenth on. */
@@ -73,6 +72,16 @@ typedef struct {
 } bake_pair;
 
 void bake_pair_make(bake_pair *pair, const pole_vectors *v, int which);
+
+/* What the words of a table say. Labels are numbers of their own: a block and a place in it. */
+typedef struct {
+    uint32_t point[MEMBERS][POINTS][4];
+    bake_pair pair[MEMBERS][2];
+    uint16_t label[MEMBERS][PIXELS], single[4][PIXELS];
+} bake_view;
+
+void bake_table_read(bake_view *view, const uint32_t words[BN_WORD_COUNT]);
+
 typedef struct {
     uint32_t x, y;
 } bake_key;
@@ -141,26 +150,25 @@ void bake_kernel_add(bake_kernel *kernel, int axes, double narrow, double weight
 
 /* ---- The stages ---- */
 
-/* Vectors and labels to begin with: digits of the film member, whose steps are stratified. */
-void bake_start(bake_table *table, const bake_options *options);
-/* Scrambling of one pair of a member. */
-void bake_scramble(bake_table *table, const bake_options *options, int member, int pair);
-/* Scramblings of a member for smooth integrands, those of half-planes kept. */
-void bake_smooth(bake_table *table, const bake_options *options, int member);
+/* Part `number` of what a stage does for a member. */
+typedef void bake_stage(bake_table *table, const bake_options *options, int member, int number);
+
+bake_stage
+    bake_start; /* vectors and labels to begin with: film digits, whose steps are stratified */
+bake_stage bake_scramble; /* a scrambling of pair `number` */
+bake_stage bake_smooth;   /* scramblings for smooth integrands, those of half-planes kept */
+bake_stage bake_order;    /* the order of the samples against those of the members before it */
+bake_stage bake_blocks;   /* which labels each block has, for all members */
+/* The arrangement of the labels, or from MEMBERS on of those of single numbers in a dimension. */
+bake_stage bake_labels;
+bake_stage bake_finish; /* lower digits, and which coordinate is which: what no search looks at */
+enum { BAKE_LABEL_PARTS = 6, BAKE_SINGLE_PARTS = 2 };
+
 /* Geometric means of the errors of other smooth integrands in single pixels over those of Sobol', by
  * kind, and the worst of single dimensions. */
 enum { BAKE_SMOOTH_KINDS = 5 };
-void bake_smooth_ratios(const pole_vectors *v, double mean[BAKE_SMOOTH_KINDS][LEVELS],
+void bake_smooth_ratios(const uint32_t point[POINTS][4], double mean[BAKE_SMOOTH_KINDS][LEVELS],
                         double worst[LEVELS]);
-/* The order of the samples of a member against those of the members before it. */
-void bake_order(bake_table *table, const bake_options *options, int member);
-/* Which labels each block has, for all members. */
-void bake_blocks(bake_table *table, const bake_options *options);
-/* Part `part` of `parts` of the arrangement of the labels of member `which`, or from MEMBERS on of those
- * of single numbers in a dimension. */
-void bake_labels(bake_table *table, const bake_options *options, int which, int part, int parts);
-/* Lower digits, and which coordinate is which: what the search does not look at. */
-void bake_finish(bake_table *table, const bake_options *options);
 /* Errors of half-planes on one pair at the counts of LEVELS over those of Sobol', after the blur and
  * in the pixel: for stages that must keep them. */
 typedef struct bake_planes bake_planes;
@@ -168,7 +176,7 @@ bake_planes *bake_planes_make(bake_random *r, int planes);
 void bake_planes_measure(bake_planes *s, const pole_vectors *v, int pair, const uint16_t *label,
                          int planes, int levels, double *blurred, double *raw);
 /* Prints what a table is worth on other integrands. */
-void bake_report(const bake_table *table);
+void bake_report(const bake_view *table);
 
 /* ---- Features: what labels are compared by ---- */
 

@@ -20,9 +20,7 @@
 
 enum {
     PATH_SIZE = 4096,
-    LABEL_PARTS = 6,
-    SINGLE_PARTS = 2,
-    PARTS = 4 * MEMBERS + 1 + LABEL_PARTS * MEMBERS + SINGLE_PARTS * 4 + 1
+    PARTS = 4 * MEMBERS + 1 + BAKE_LABEL_PARTS * MEMBERS + BAKE_SINGLE_PARTS * 4 + 1
 };
 
 static const char usage[] =
@@ -46,33 +44,13 @@ static int fail(const char *what, const char *path) {
     return 1;
 }
 
-static int write_word(FILE *file, uint32_t v) {
-    unsigned char bytes[4] = {(unsigned char)v, (unsigned char)(v >> 8), (unsigned char)(v >> 16),
-                              (unsigned char)(v >> 24)};
-    return fwrite(bytes, 1, 4, file) == 4;
-}
-
-static int read_word(FILE *file, uint32_t *v) {
-    unsigned char b[4];
-    if (fread(b, 1, 4, file) != 4) return 0;
-    *v = b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
-    return 1;
-}
-
-/* Little-endian words or, after a line of text, the table as it is in memory. Written beside and
- * renamed. */
-static int write_table(const bake_table *table, const char *path, const char *line) {
-    static uint32_t words[BN_WORD_COUNT];
+/* A line of text, unless it is NULL, and bytes; written beside and renamed. */
+static int write_file(const char *path, const char *line, const void *bytes, size_t size) {
     char beside[PATH_SIZE];
     if (!path_beside(beside, path, ".part")) return 0;
     FILE *file = fopen(beside, "wb");
-    int good = file != NULL;
-    if (good && line != NULL) {
-        good = fputs(line, file) >= 0 && fwrite(table, sizeof *table, 1, file) == 1;
-    } else if (good) {
-        bake_table_pack(table, words);
-        for (uint32_t i = 0; good && i < BN_WORD_COUNT; ++i) good = write_word(file, words[i]);
-    }
+    int good = file != NULL && (line == NULL || fputs(line, file) >= 0) &&
+               fwrite(bytes, size, 1, file) == 1;
     if (file != NULL && fclose(file) != 0) good = 0;
     if (good && rename(beside, path) == 0) return 1;
     fail("write", path);
@@ -80,12 +58,23 @@ static int write_table(const bake_table *table, const char *path, const char *li
     return 0;
 }
 
-static int read_table(bake_table *table, FILE *file) {
+/* Little-endian words. */
+static int write_table(const bake_table *table, const char *path) {
     static uint32_t words[BN_WORD_COUNT];
-    for (uint32_t i = 0; i < BN_WORD_COUNT; ++i) {
-        if (!read_word(file, &words[i])) return 0;
+    static unsigned char bytes[sizeof words];
+    bake_table_pack(table, words);
+    for (size_t i = 0; i < sizeof bytes; ++i) {
+        bytes[i] = (unsigned char)(words[i / 4] >> (8 * (i % 4)));
     }
-    return fgetc(file) == EOF && bake_table_unpack(table, words);
+    return write_file(path, NULL, bytes, sizeof bytes);
+}
+
+static int read_words(uint32_t words[BN_WORD_COUNT], FILE *file) {
+    static unsigned char bytes[BN_WORD_COUNT * 4];
+    if (fread(bytes, sizeof bytes, 1, file) != 1 || fgetc(file) != EOF) return 0;
+    memset(words, 0, sizeof bytes);
+    for (size_t i = 0; i < sizeof bytes; ++i) words[i / 4] |= (uint32_t)bytes[i] << (8 * (i % 4));
+    return 1;
 }
 
 /* How many parts of the same work are done, with the table they left; 0 when there is none. */
@@ -111,6 +100,7 @@ static int read_progress(bake_table *table, const char *path, const char *signat
 
 typedef struct {
     const char *name;
+    bake_stage *run;
     int member, number;
     double cost; /* in seconds of the full effort, about */
 } part;
@@ -119,41 +109,23 @@ static part plan[PARTS];
 
 static void make_plan(void) {
     int n = 0;
-    plan[n++] = (part){"digits", 0, 0, 5};
+    plan[n++] = (part){"digits", bake_start, 0, 0, 5};
+    for (int k = 0; k < 2 * MEMBERS; ++k) {
+        plan[n++] = (part){"scrambling", bake_scramble, k / 2, k % 2, 12};
+    }
     for (int a = 0; a < MEMBERS; ++a) {
-        for (int pair = 0; pair < 2; ++pair) plan[n++] = (part){"scrambling", a, pair, 12};
+        plan[n++] = (part){"smooth integrands", bake_smooth, a, 0, 90};
     }
-    for (int a = 0; a < MEMBERS; ++a) plan[n++] = (part){"smooth integrands", a, 0, 90};
-    for (int a = 1; a < MEMBERS; ++a) plan[n++] = (part){"order", a, 0, 20.0 * a};
-    for (int a = 0; a < MEMBERS; ++a) {
-        if (a == 0) plan[n++] = (part){"blocks", 0, 0, 40};
-        for (int k = 0; k < LABEL_PARTS; ++k) plan[n++] = (part){"labels", a, k, 22};
+    for (int a = 1; a < MEMBERS; ++a) plan[n++] = (part){"order", bake_order, a, 0, 20.0 * a};
+    plan[n++] = (part){"blocks", bake_blocks, 0, 0, 40};
+    for (int k = 0; k < MEMBERS * BAKE_LABEL_PARTS; ++k) {
+        plan[n++] = (part){"labels", bake_labels, k / BAKE_LABEL_PARTS, k % BAKE_LABEL_PARTS, 22};
     }
-    for (int d = 0; d < 4; ++d) {
-        for (int k = 0; k < SINGLE_PARTS; ++k)
-            plan[n++] = (part){"single numbers", MEMBERS + d, k, 8};
+    for (int k = 0; k < 4 * BAKE_SINGLE_PARTS; ++k) {
+        plan[n++] = (part){"single numbers", bake_labels, MEMBERS + k / BAKE_SINGLE_PARTS,
+                           k % BAKE_SINGLE_PARTS, 8};
     }
-    plan[n++] = (part){"lower digits", 0, 0, 0};
-}
-
-static void run_part(bake_table *table, const bake_options *options, int index) {
-    const part *p = &plan[index];
-    if (index == 0) {
-        bake_start(table, options);
-    } else if (index <= 2 * MEMBERS) {
-        bake_scramble(table, options, p->member, p->number);
-    } else if (index <= 3 * MEMBERS) {
-        bake_smooth(table, options, p->member);
-    } else if (index < 4 * MEMBERS) {
-        bake_order(table, options, p->member);
-    } else if (index == 4 * MEMBERS) {
-        bake_blocks(table, options);
-    } else if (index < PARTS - 1) {
-        bake_labels(table, options, p->member, p->number,
-                    p->member < MEMBERS ? LABEL_PARTS : SINGLE_PARTS);
-    } else {
-        bake_finish(table, options);
-    }
+    plan[n++] = (part){"lower digits", bake_finish, 0, 0, 0};
 }
 
 static struct {
@@ -204,28 +176,30 @@ static int make(const char *output, bake_options *options, int stop_after) {
     for (int i = done; i < PARTS && i < stop_after; ++i) {
         here.index = i;
         show_progress(0);
-        run_part(&table, options, i);
+        plan[i].run(&table, options, plan[i].member, plan[i].number);
         snprintf(line, sizeof line, "%s%d\n", signature, i + 1);
-        if (!write_table(&table, progress, line)) return 1;
+        if (!write_file(progress, line, &table, sizeof table)) return 1;
     }
     if (isatty(2)) fprintf(stderr, "\r\033[K");
     if (stop_after < PARTS) return 0;
-    if (!write_table(&table, output, NULL)) return 1;
+    if (!write_table(&table, output)) return 1;
     remove(progress);
     return 0;
 }
 
 static int report(const char *path) {
-    static bake_table table;
+    static uint32_t words[BN_WORD_COUNT];
+    static bake_view table;
     FILE *file = fopen(path, "rb");
     if (file == NULL) return fail("read", path);
-    int good = read_table(&table, file);
+    int good = read_words(words, file);
     fclose(file);
     if (!good) {
         fprintf(stderr, "bn_bake_sampler: %s is no table of the sampler blue, which has %d bytes\n",
                 path, BN_WORD_COUNT * 4);
         return 1;
     }
+    bake_table_read(&table, words);
     bake_report(&table);
     return 0;
 }
