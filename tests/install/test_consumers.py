@@ -67,32 +67,30 @@ def test_other_folders(lib, include, expected, tmp_path):
     assert run(tmp_path / "found" / "consumer") == expected
 
 
-@pytest.mark.parametrize("way", ["add_subdirectory", "fetch_content"])
-def test_built_as_a_part(way, expected, tmp_path):
-    cmake_build(HERE / way, tmp_path, f"-DBN_SOURCE_DIR={ROOT}")
-    assert run(tmp_path / "consumer") == expected
-
-
+@pytest.mark.parametrize("language", ["C", "CXX"])
 @pytest.mark.parametrize("way", ["add_subdirectory", "fetch_content", "find_package"])
-def test_a_project_of_cpp_alone(way, static_library, expected, tmp_path):
-    """It knows no standard of C."""
-    cmake_build(HERE / "cpp_alone", tmp_path, f"-DWAY={way}", f"-DBN_SOURCE_DIR={ROOT}",
+def test_a_project_of_one_language(way, language, static_library, expected, tmp_path):
+    """One of C++ alone knows no standard of C."""
+    cmake_build(HERE / "part", tmp_path, f"-DWAY={way}", f"-DLANGUAGE={language}", f"-DBN_SOURCE_DIR={ROOT}",
                 f"-DCMAKE_PREFIX_PATH={static_library.prefix}")
-    assert run(tmp_path / "consumer_hpp").splitlines() == [*expected.splitlines()[:5], "0"]
+    printed = run(tmp_path / "consumer")
+    assert printed == expected if language == "C" else printed.splitlines() == [*expected.splitlines()[:5], "0"]
+
+
+PART = ("-S", HERE / "part", "-DWAY=add_subdirectory", "-DLANGUAGE=C", f"-DBN_SOURCE_DIR={ROOT}")
 
 
 @pytest.mark.parametrize("options, shared", [((), False), (("-DBUILD_SHARED_LIBS=ON",), True),
                                              (("-DBUILD_SHARED_LIBS=ON", "-DBN_BUILD_SHARED=OFF"), False),
                                              (("-DBUILD_SHARED_LIBS=OFF", "-DBN_BUILD_SHARED=ON"), True)])
 def test_shared_libraries_as_the_user_says(options, shared, tmp_path):
-    run("cmake", "-S", HERE / "add_subdirectory", "-B", tmp_path, "-G", "Unix Makefiles", f"-DBN_SOURCE_DIR={ROOT}", *options)
+    run("cmake", *PART, "-B", tmp_path, "-G", "Unix Makefiles", *options)
     assert ("-DBN_SHARED" in (tmp_path / "CMakeFiles/consumer.dir/flags.make").read_text()) == shared
 
 
 @pytest.mark.parametrize(("type_of_build", "optimised"), [((), True), (("-DCMAKE_BUILD_TYPE=Debug",), False)])
 def test_a_project_without_a_build_type_gets_fast_draws(type_of_build, optimised, tmp_path):
-    run("cmake", "-S", HERE / "add_subdirectory", "-B", tmp_path, f"-DBN_SOURCE_DIR={ROOT}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
-        *type_of_build)
+    run("cmake", *PART, "-B", tmp_path, "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", *type_of_build)
     commands = json.loads((tmp_path / "compile_commands.json").read_text())
     (command,) = [each["command"] for each in commands if each["file"].endswith("src/sampler/sampler.c")]
     assert ("-O2" in command.split()) == optimised
