@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What draw.comp and draw.frag do with a case, as shader_cases.c describes it. CASE(i) is word i of it. */
+ * What all shaders but WGSL's do with a case, as shader_cases.c describes it. CASE(i) is word i of it. */
 void answer(out uint result[16]) {
     uint x = CASE(1u), y = CASE(2u), index = CASE(3u);
     uint domain = bn_domain_child(CASE(4u), CASE(5u));
     uint pair = CASE(0u) >> 2u, kind = CASE(0u) & 3u;
-    uvec2 seed = uvec2(CASE(10u), CASE(11u));
+    bn_uint2 seed;
+    seed.x = CASE(10u);
+    seed.y = CASE(11u);
     bn_uint4 bits;
     bn_uint2 v;
     vec4 draw;
@@ -30,7 +32,10 @@ void answer(out uint result[16]) {
     result[2] = bits.y;
     result[3] = bits.z;
     result[4] = bits.w;
-    for (int d = 0; d < 4; ++d) result[5 + d] = floatBitsToUint(draw[d]);
+    result[5] = floatBitsToUint(draw.x);
+    result[6] = floatBitsToUint(draw.y);
+    result[7] = floatBitsToUint(draw.z);
+    result[8] = floatBitsToUint(draw.w);
 
     float probability = uintBitsToFloat(CASE(6u));
     float u = uintBitsToFloat(CASE(7u));

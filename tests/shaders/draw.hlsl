@@ -10,7 +10,6 @@
 #define BN_CDF(i) bn_cdf[i]
 #include "bn_choose.hlsl"
 
-#define uvec2 uint2
 #define vec2 float2
 #define vec4 float4
 #define floatBitsToUint asuint

@@ -56,7 +56,7 @@ def compile_with_nvrtc(source: bytes) -> str:
     """The PTX of a source."""
     library, program, size = nvrtc(), ctypes.c_void_p(), ctypes.c_size_t()
     assert library.nvrtcCreateProgram(ctypes.byref(program), source, b"draw.cu", 0, None, None) == 0
-    options = [f"--include-path={INCLUDE}".encode(), b"--gpu-architecture=compute_75"]
+    options = [f"--include-path={INCLUDE}".encode(), f"--include-path={HERE}".encode(), b"--gpu-architecture=compute_75"]
     result = library.nvrtcCompileProgram(program, len(options), (ctypes.c_char_p * len(options))(*options))
     library.nvrtcGetProgramLogSize(program, ctypes.byref(size))
     log = ctypes.create_string_buffer(size.value)
