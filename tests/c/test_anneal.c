@@ -1,33 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Annealing: permutations, determinism, better than where it started. tests/python/test_anneal.py has more. */
+ * Annealing: better than where it started. test_hard_numbers.c and tests/python/test_anneal.py have more. */
 #include "check.h"
 #include "masks.h"
-
-static void test_extents(void) {
-    static const uint32_t extents[][2] = {{1, 1},  {2, 1},  {1, 3},   {2, 2}, {5, 4},
-                                          {40, 1}, {3, 50}, {16, 16}, {33, 9}};
-    for (size_t i = 0; i < sizeof extents / sizeof *extents; ++i) {
-        for (uint32_t channels = 1; channels <= 4; ++channels) {
-            const uint32_t *e = extents[i];
-            const size_t texels = (size_t)e[0] * e[1], count = texels * channels;
-            uint32_t *ranks = malloc(count * sizeof *ranks), *again = malloc(count * sizeof *again);
-            bn_anneal_options options = bn_anneal_options_default();
-            options.sweeps = 5;
-            options.sigma = i % 2 ? 0.25 : 4;
-            options.far_sigma = 4;
-            options.start_temperature = 0.01;
-            options.seed = i;
-            CHECK(bn_anneal(&options, e[0], e[1], channels, ranks, count) == BN_SUCCESS);
-            CHECK(bn_anneal(&options, e[0], e[1], channels, again, count) == BN_SUCCESS);
-            CHECK(memcmp(ranks, again, count * sizeof *ranks) == 0);
-            for (uint32_t c = 0; c < channels; ++c) {
-                CHECK(is_permutation(ranks + c * texels, texels));
-            }
-            free(ranks);
-            free(again);
-        }
-    }
-}
 
 /* Fixed seeds, exact integers: no false alarms. */
 static void test_improves(void) {
@@ -59,7 +33,6 @@ static void test_improves(void) {
 }
 
 int main(void) {
-    test_extents();
     test_improves();
     return check_result();
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Numbers at which arithmetic goes wrong: every float that a draw can be, extreme sigmas. */
+ * Numbers at which arithmetic goes wrong: every float that a draw can be, extreme extents and sigmas. */
 #include "check.h"
 #include "masks.h"
 #include <bn/bn_draw.h>
@@ -29,36 +29,63 @@ static void check_error(const uint32_t *ranks, uint32_t width, uint32_t height) 
     }
 }
 
-/* Tiny and odd extents, at the ends of the range of every generator, and measured. */
-static void test_sigmas(void) {
-    static const uint32_t extents[][2] = {{1, 1}, {1, 2}, {3, 1}, {3, 3}, {17, 31}, {1, 97}};
+enum { MOST = 70 * 66 };
+static uint32_t made[2][4 * MOST];
+
+/* What was made twice. */
+static void check_made(size_t texels, uint32_t channels) {
+    CHECK(memcmp(made[0], made[1], texels * channels * sizeof *made[0]) == 0);
+    for (uint32_t c = 0; c < channels; ++c) CHECK(is_permutation(made[0] + c * texels, texels));
+}
+
+/* Tiny, narrow and odd extents, at the ends of the range of every generator, and measured. */
+static void test_extents(void) {
+    static const uint32_t extents[][3] = {
+        {1, 1, 1},  {2, 1, 1},   {1, 3, 1},   {1, 1, 5}, {2, 2, 2},    {7, 1, 1},   {100, 1, 1},
+        {1, 65, 1}, {1, 1, 129}, {13, 5, 1},  {8, 8, 1}, {9, 17, 1},   {3, 50, 1},  {1, 12, 13},
+        {64, 2, 1}, {31, 33, 1}, {70, 66, 1}, {5, 6, 7}, {16, 16, 16}, {20, 3, 11}, {3, 500, 1}};
+    static const double sigmas[] = {0.25, 1.5, 4, 16};
+    static float power[MOST];
     for (size_t e = 0; e < sizeof extents / sizeof *extents; ++e) {
-        const uint32_t width = extents[e][0], height = extents[e][1];
-        const size_t count = (size_t)width * height;
-        uint32_t ranks[17 * 31];
-        float power[17 * 31];
-        for (double sigma = 0.25; sigma <= 16; sigma *= 2) {
+        const uint32_t width = extents[e][0], height = extents[e][1], depth = extents[e][2];
+        const size_t count = (size_t)width * height * depth;
+        for (int s = 0; s < (count <= 256 ? 4 : 2); ++s) {
             bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
-            bn_anneal_options anneal = bn_anneal_options_default();
-            v.sigma = sigma;
-            CHECK(bn_void_and_cluster(&v, width, height, 1, ranks, count) == BN_SUCCESS);
-            CHECK(is_permutation(ranks, count));
-            check_error(ranks, width, height);
-            CHECK(bn_relax(NULL, width, height, ranks, count) == BN_SUCCESS);
-            CHECK(is_permutation(ranks, count));
-            anneal.sigma = sigma < 4 ? sigma : 4;
-            anneal.far_sigma = 4;
-            anneal.sweeps = 2;
-            CHECK(bn_anneal(&anneal, width, height, 1, ranks, count) == BN_SUCCESS);
-            CHECK(is_permutation(ranks, count));
-            CHECK(bn_power_spectrum(ranks, width, height, count, power, NULL, NULL) == BN_SUCCESS);
+            v.sigma = sigmas[s];
+            v.seed = e;
+            for (int again = 0; again < 2; ++again) {
+                CHECK(bn_void_and_cluster(&v, width, height, depth, made[again], count) ==
+                      BN_SUCCESS);
+            }
+            check_made(count, 1);
+            if (depth > 1) continue;
+            check_error(made[0], width, height);
+            CHECK(bn_power_spectrum(made[0], width, height, count, power, NULL, NULL) ==
+                  BN_SUCCESS);
             for (size_t i = 0; i < count; ++i) CHECK(power[i] >= 0 && power[i] <= FLT_MAX);
+            for (uint32_t channels = 1; channels <= 4; ++channels) {
+                bn_anneal_options anneal = bn_anneal_options_default();
+                anneal.sweeps = 2;
+                anneal.sigma = s < 3 ? sigmas[s] : 4;
+                anneal.far_sigma = 4;
+                anneal.start_temperature = 0.01;
+                anneal.seed = e;
+                for (int again = 0; again < 2; ++again) {
+                    CHECK(bn_anneal(&anneal, width, height, channels, made[again],
+                                    count * channels) == BN_SUCCESS);
+                }
+                check_made(count, channels);
+            }
         }
+        for (int again = 0; again < 2 && depth == 1; ++again) {
+            CHECK(bn_relax(NULL, width, height, made[again], count) == BN_SUCCESS);
+        }
+        check_made(count, 1);
     }
 }
 
 int main(void) {
     test_every_float();
-    test_sigmas();
+    test_extents();
     return check_result();
 }

@@ -1,21 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Relaxation: permutations at any extents, the same bits on any number of threads, no fixed pattern.
- * tests/python/test_relax_learned.py compares it with its formula. */
+ * Relaxation: the same bits on any number of threads, no fixed pattern. test_hard_numbers.c has the
+ * extents, and tests/python/test_relax_learned.py compares with the formula. */
 #include "check.h"
 #include "masks.h"
 #include <math.h>
-
-static void test_extents(void) {
-    static const uint32_t extents[][2] = {{1, 1},  {2, 1},   {1, 3},   {2, 2},   {5, 4},
-                                          {40, 1}, {3, 500}, {700, 2}, {16, 16}, {33, 95}};
-    for (size_t i = 0; i < sizeof extents / sizeof *extents; ++i) {
-        const size_t count = (size_t)extents[i][0] * extents[i][1];
-        uint32_t *ranks = malloc(count * sizeof *ranks);
-        CHECK(bn_relax(NULL, extents[i][0], extents[i][1], ranks, count) == BN_SUCCESS);
-        CHECK(is_permutation(ranks, count));
-        free(ranks);
-    }
-}
 
 /* The height is prime, so that no number of threads gets equal shares of rows. */
 static void test_threads(void) {
@@ -49,7 +37,6 @@ static void test_no_fixed_pattern(void) {
 }
 
 int main(void) {
-    test_extents();
     test_threads();
     test_no_fixed_pattern();
     return check_result();
