@@ -93,26 +93,15 @@ def test_a_minus_is_a_name_like_others(tmp_path, monkeypatch):
         load("-")
 
 
-def png16(texels, kinds):
-    """A PNG of 16-bit values whose rows have the given filters, written from the specification."""
+def png16(texels, kind):
+    """A PNG of 16-bit values whose rows have filter 0, or 1, the difference to the texel before; in two parts."""
     height, width, channels = texels.shape
-    data = texels.astype(">u2").tobytes()
-    step, stride = 2 * channels, 2 * channels * width
-    rows = b""
-    for y in range(height):
-        kind = kinds[y % len(kinds)]
-        row = bytearray([kind])
-        for i in range(stride):
-            here = y * stride + i
-            left = data[here - step] if i >= step else 0
-            up = data[here - stride] if y else 0
-            corner = data[here - stride - step] if y and i >= step else 0
-            guess = left + up - corner
-            paeth = min((left, up, corner), key=lambda value: abs(guess - value))
-            row.append((data[here] - [0, left, up, (left + up) // 2, paeth][kind]) & 255)
-        rows += row
+    data = np.frombuffer(texels.astype(">u2").tobytes(), np.uint8).reshape(height, -1)
+    rows = np.insert(data, 0, kind, axis=1)
+    if kind == 1:
+        rows[:, 1 + 2 * channels:] -= data[:, :-2 * channels]
+    packed = zlib.compress(rows.tobytes())
     parts = [b"\x89PNG\r\n\x1a\n"]
-    packed = zlib.compress(rows)
     colour = {2: 4, 3: 2, 4: 6}[channels]
     for name, content in ((b"IHDR", struct.pack(">IIBBBBB", width, height, 16, colour, 0, 0, 0)),
                           (b"IDAT", packed[:50]), (b"IDAT", packed[50:]), (b"IEND", b"")):
@@ -121,10 +110,9 @@ def png16(texels, kinds):
 
 
 @pytest.mark.parametrize("channels", [2, 3, 4])
-@pytest.mark.parametrize("kinds", [[0], [1], [2], [3], [4], [4, 3, 2, 1, 0, 1, 3]])
-def test_every_filter_of_a_sixteen_bit_png(channels, kinds, tmp_path):
+@pytest.mark.parametrize("kind", [0, 1])
+def test_sixteen_bits_of_several_channels(channels, kind, tmp_path):
     pytest.importorskip("PIL.Image")
     texels = np.random.default_rng(1).integers(0, 2**16, (9, 11, channels))
-    texels[3:6] //= 257  # neighbours alike, where Paeth chooses among equals
-    (tmp_path / "t.png").write_bytes(png16(texels, kinds))
+    (tmp_path / "t.png").write_bytes(png16(texels, kind))
     np.testing.assert_array_equal(bluenoise._files.load_values(tmp_path / "t.png"), np.moveaxis(texels, -1, 0))
