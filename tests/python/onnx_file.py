@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes ONNX models of one convolution. Field numbers are those of onnx.proto."""
+"""Writes ONNX models. Field numbers are those of onnx.proto."""
 
 import numpy as np
 
@@ -19,23 +19,34 @@ def _field(number, value):
     return _varint(number << 3 | 2) + _varint(len(data)) + data
 
 
-def _value(number, name, channels):
-    axes = [_field(1, 1), _field(1, channels), _field(2, f"h{number}"), _field(2, f"w{number}")]
-    tensor = _field(1, 1) + _field(2, b"".join(_field(1, axis) for axis in axes))
-    return _field(number, _field(1, name) + _field(2, _field(1, tensor)))
+def value(name, number, shape=(1, 1, "h", "w"), element=1):
+    axes = b"".join(_field(1, _field(1 if isinstance(axis, int) else 2, axis)) for axis in shape)
+    return _field(number, _field(1, name) + _field(2, _field(1, _field(1, element) + _field(2, axes))))
+
+
+def node(operator, inputs, outputs, domain="", **attributes):
+    body = b"".join(_field(1, name) for name in inputs.split(",")) + b"".join(_field(2, name) for name in outputs.split(","))
+    for name, given in attributes.items():
+        values = b"".join(_field(8, each % 2**64) for each in given) if isinstance(given, tuple) else _field(3, given % 2**64)
+        body += _field(5, _field(1, name.rstrip("_")) + values)
+    return _field(1, body + _field(4, operator) + _field(7, domain))
+
+
+def tensor(name, extents, data=b"", more=b""):
+    """Floats, whatever the extents are."""
+    return _field(5, b"".join(_field(1, extent) for extent in extents) + _field(2, 1) + _field(8, name) + _field(9, data) + more)
+
+
+def model(graph, inputs=value("noise", 11), outputs=value("mask", 12), more=b"", **metadata):
+    entries = {"receptive_radius": 1, "align": 1, "version": 1, **metadata}
+    return (_field(1, 8) + _field(7, graph + inputs + outputs) + _field(8, _field(1, "") + _field(2, 17)) + more
+            + b"".join(_field(14, _field(1, f"bn.{key}") + _field(2, str(entry))) for key, entry in entries.items()))
 
 
 def convolution(kernels, domain="", **metadata):
     """The bytes of a model that convolves the noise with kernels, float32 of shape (channels, 2r + 1, 2r + 1)."""
     kernels = np.asarray(kernels, "<f4")
     channels, height, width = kernels.shape
-    dims = b"".join(_field(1, extent) for extent in (channels, 1, height, width))
-    weights = dims + _field(2, 1) + _field(8, "weights") + _field(9, kernels.tobytes())
-    node = _field(1, "noise") + _field(1, "weights") + _field(2, "mask") + _field(4, "Conv") + _field(7, domain)
-    graph = _field(1, node) + _field(2, "graph") + _field(5, weights)
-    graph += _value(11, "noise", 1) + _value(12, "mask", channels)
-    model = _field(1, 8) + _field(7, graph) + _field(8, _field(1, "") + _field(2, 17))
-    entries = {"receptive_radius": height // 2, "align": 1, "version": 1, **metadata}
-    for key, value in entries.items():
-        model += _field(14, _field(1, f"bn.{key}") + _field(2, str(value)))
-    return model
+    graph = node("Conv", "noise,weights", "mask", domain) + tensor("weights", (channels, 1, height, width), kernels.tobytes())
+    metadata = {"receptive_radius": height // 2, **metadata}
+    return model(graph, outputs=value("mask", 12, (1, channels, "h", "w")), **metadata)

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 import pytest
-from onnx_file import _field, convolution
+from onnx_file import _field, convolution, model, node, tensor, value
 
 import bluenoise
 from bluenoise import NeuralGenerator, RuntimeMissingError
@@ -59,31 +59,7 @@ def test_a_key_that_comes_twice():
 
 # ---- Graphs that are written node by node
 
-
-def value(name, number, shape=(1, 1, "h", "w"), element=1):
-    axes = b"".join(_field(1, _field(1 if isinstance(axis, int) else 2, axis)) for axis in shape)
-    return _field(number, _field(1, name) + _field(2, _field(1, _field(1, element) + _field(2, axes))))
-
-
-def node(operator, inputs, outputs, domain="", **attributes):
-    body = b"".join(_field(1, name) for name in inputs.split(",")) + b"".join(_field(2, name) for name in outputs.split(","))
-    for name, given in attributes.items():
-        values = b"".join(_field(8, each % 2**64) for each in given) if isinstance(given, tuple) else _field(3, given % 2**64)
-        body += _field(5, _field(1, name.rstrip("_")) + values)
-    return _field(1, body + _field(4, operator) + _field(7, domain))
-
-
-def tensor(name, extents, size=0, more=b""):
-    """Floats that have `size` bytes of data, whatever their extents are."""
-    return _field(5, b"".join(_field(1, extent) for extent in extents) + _field(2, 1) + _field(8, name) + _field(9, bytes(size)) + more)
-
-
-def model(graph, inputs=value("noise", 11), outputs=value("mask", 12), more=b""):
-    metadata = b"".join(_field(14, _field(1, f"bn.{key}") + _field(2, "1")) for key in ("receptive_radius", "align", "version"))
-    return _field(1, 8) + _field(7, graph + inputs + outputs) + _field(8, _field(1, "") + _field(2, 17)) + more + metadata
-
-
-WEIGHTS = tensor("weights", (1, 1, 3, 3), 36)
+WEIGHTS = tensor("weights", (1, 1, 3, 3), bytes(36))
 CONV = node("Conv", "noise,weights", "mask") + WEIGHTS
 
 
@@ -104,8 +80,8 @@ CONV = node("Conv", "noise,weights", "mask") + WEIGHTS
     (model(CONV, more=_field(7, CONV)), BAD),
     (model(WEIGHTS), BAD),
     # What could reach beyond the file.
-    (model(node("Conv", "noise,weights", "mask") + tensor("weights", (1, 1, 3, 3), 0, _field(14, 1))), UNSUPPORTED),
-    (model(node("Conv", "noise,weights", "mask") + tensor("weights", (1, 1, 3, 3), 36, _field(13, ""))), UNSUPPORTED),
+    (model(node("Conv", "noise,weights", "mask") + tensor("weights", (1, 1, 3, 3), b"", _field(14, 1))), UNSUPPORTED),
+    (model(node("Conv", "noise,weights", "mask") + tensor("weights", (1, 1, 3, 3), bytes(36), _field(13, ""))), UNSUPPORTED),
     (model(node("Conv", "noise,weights", "mask", "com.example") + WEIGHTS), UNSUPPORTED),
     (model(node("Conv", "noise,weights", "mask", "ai.onnx.ml") + WEIGHTS), UNSUPPORTED),
     (model(_field(1, _field(2, "mask") + _field(4, "Loop") + _field(5, _field(1, "body") + _field(6, _field(2, "inner"))))), UNSUPPORTED),
@@ -138,9 +114,9 @@ CHAIN = b"".join(node("Relu", f"v{i}" if i else "deep", f"v{i + 1}") for i in ra
 
 
 @pytest.mark.parametrize(("graph", "expected"), [
-    (tensor("last", (30000, 30000), 4), UNSUPPORTED),  # weights without data
+    (tensor("last", (30000, 30000), bytes(4)), UNSUPPORTED),  # weights without data
     (doubled(30, "Concat"), UNSUPPORTED),
-    (tensor("many", (50, 1, 1, 1), 200) + node("Add", "noise,many", "last"), UNSUPPORTED),  # a batch
+    (tensor("many", (50, 1, 1, 1), bytes(200)) + node("Add", "noise,many", "last"), UNSUPPORTED),  # a batch
     (node("DepthToSpace", "noise", "last", blocksize=100), UNSUPPORTED),
     (tensor("deep", (5000, 1, 1)) + node("Add", "noise,deep", "last"), UNSUPPORTED),  # broadcast
     (convolved(2000) + node("Relu", "deep", "last"), UNSUPPORTED),
@@ -154,7 +130,7 @@ CHAIN = b"".join(node("Relu", f"v{i}" if i else "deep", f"v{i + 1}") for i in ra
     (node("NoSuchOperator", "noise", "last"), UNSUPPORTED),
     (node("Relu", "nowhere", "last"), BAD),
     (doubled(40, "Add"), GOOD),
-    (convolved(64) + tensor("one", (1,), 4) + node("Clip", "deep,,one", "clipped") + node("Mul", "clipped,one", "scaled")
+    (convolved(64) + tensor("one", (1,), bytes(4)) + node("Clip", "deep,,one", "clipped") + node("Mul", "clipped,one", "scaled")
      + node("GlobalAveragePool", "scaled", "means") + node("Mul", "scaled,means", "last"), GOOD),
 ])
 def test_memory_is_bounded(graph, expected):
