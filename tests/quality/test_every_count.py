@@ -5,6 +5,7 @@ samples for each pixel that of half-planes rises by a third to a half from 2 to 
 
 import numpy as np
 import pytest
+from conftest import mean_below
 
 import bluenoise
 
@@ -12,7 +13,6 @@ ndimage = pytest.importorskip("scipy.ndimage")
 
 SIZE, COUNTS, PARENTS, MEMBERS, INTEGRANDS = 64, 64, 2, 4, 12
 SAMPLES = {}  # by parent and member, (height, width, count, 4): across two blocks of 32 x 32 pixels each way
-MIDDLES = (np.arange(2048) + 0.5) / 2048
 
 
 def samples(parent, member):
@@ -30,8 +30,7 @@ def shape(number, disc=False):
         x0, y0 = r + (1 - 2 * r) * u, r + (1 - 2 * r) * v
         return lambda x, y: (x - x0) ** 2 + (y - y0) ** 2 < r * r, np.pi * r * r
     a, b = np.cos(2.3999632297286533 * (number + 0.3)), np.sin(2.3999632297286533 * (number + 0.3))
-    height = np.clip((a * (u - MIDDLES) + b * v) / b, 0, 1)
-    return lambda x, y: a * (x - u) + b * (y - v) < 0, (height if b > 0 else 1 - height).mean()
+    return lambda x, y: a * (x - u) + b * (y - v) < 0, mean_below(a, b, a * u + b * v)
 
 
 @pytest.mark.parametrize("what", ["half-planes", "discs", "products of pairs", "products of members"])

@@ -4,10 +4,10 @@ pixels share a tile of that size. Everything is seeded. With -s all figures are 
 
 import numpy as np
 import pytest
+from conftest import mean_below
 
 import bluenoise
 
-MIDDLES = (np.arange(4096) + 0.5) / 4096
 # Products of half-planes: (factor, integrand k) -> (family, member, pair).
 WHATS = {
     "one pair": lambda i, k: (0, k % 4, k % 2),
@@ -27,8 +27,7 @@ def half_plane(random, single):
         return 1.0, 0.0, x, x
     a, b = np.cos(angle), np.sin(angle)
     c = a * x + b * y
-    height = np.clip((c - a * MIDDLES) / b, 0, 1)
-    return float(a), float(b), float(c), (height if b > 0 else 1 - height).mean()
+    return float(a), float(b), float(c), mean_below(a, b, c)
 
 
 def errors(what, k, size, count, seed):

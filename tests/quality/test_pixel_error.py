@@ -11,6 +11,7 @@ seeded. With -s the worst of each family is printed.
 
 import numpy as np
 import pytest
+from conftest import mean_below
 
 import bluenoise
 
@@ -36,8 +37,7 @@ def factor(kind, random):
     if kind == "plane":
         a, b = np.cos(angle), np.sin(angle)
         c = a * x0 + b * y0
-        height = np.clip((c - a * GRID) / b, 0, 1)
-        mean = (height if b > 0 else 1 - height).mean()
+        mean = mean_below(a, b, c)
         return lambda x, y: np.float32(a) * x + np.float32(b) * y < np.float32(c), mean, mean
     if kind == "disc":
         r2 = (0.15 + 0.5 * r) ** 2

@@ -26,6 +26,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import mean_below
 
 import bluenoise
 
@@ -37,15 +38,13 @@ RUNS = {key: list(rows) for key, rows in groupby(ROWS, lambda row: (row["sampler
 PLANES, DOMAINS, MEMBERS = 24, 4, 4
 RADIUS, INNER = 8, 64  # pictures have a margin as wide as the blur
 SIZE = INNER + 2 * RADIUS
-MIDDLES = (np.arange(4096) + 0.5) / 4096
 SIBLINGS = list(combinations(range(MEMBERS), 2))
 
 
 def plane_through(point, a, b):
     """a x + b y < c through a well-spread point, and its mean over the unit square."""
     c = a * ((0.5 + 0.7548776662466927 * point) % 1) + b * ((0.5 + 0.5698402909980532 * point) % 1)
-    height = np.clip((c - a * MIDDLES) / b, 0, 1)
-    return float(a), float(b), float(c), (height if b > 0 else 1 - height).mean()
+    return float(a), float(b), float(c), mean_below(a, b, c)
 
 
 def plane(k, second=0):

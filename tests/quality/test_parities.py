@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of different decisions are not tied: for every kind, and for the sobol4d of the path tracer, over all pairs of coordinates of a
+path's first rays, further numbers and splits. Nothing is random but by seeds. With -s the worst of each kind is printed."""
+
+import typing
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import bluenoise
+
+SOBOL4D = """
+#include "examples/pathtracer/sobol4d.h"
+void draw(uint32_t seed, const int32_t *x, const int32_t *y, const uint32_t *index, const uint32_t *domain, float *out, int count) {
+    for (int i = 0; i < count; ++i) sobol4d_draw(seed, x[i], y[i], index[i], domain[i], out + 4 * i);
+}"""
+SIDE, SAMPLES, DIGITS = 8, 64, 4
+
+
+class Sobol4d(bluenoise.Sampler):
+    """The path tracer's sampler, drawn as one of the library."""
+
+    def sample(self, x, y, index, domain, dims=None, *, pair=None):
+        where = [np.ascontiguousarray(array, kind) for array, kind in zip(np.broadcast_arrays(x, y, index, domain), "iiII")]
+        out = np.empty((*where[0].shape, 4), np.float32)
+        self.draw(7, *(array.ctypes for array in (*where, out)), where[0].size)
+        return out if pair is None else out[..., 2 * (pair & 1):][..., :2]
+
+
+@pytest.fixture
+def sampler(request, compiled):
+    """function(samples per pixel, seed) -> a sampler of a kind."""
+    if request.param != "sobol4d":
+        return lambda count, seed: bluenoise.Sampler(request.param, seed=seed, samples_per_pixel=count)
+    if not (ROOT / "examples/pathtracer/sobol4d.h").is_file():
+        pytest.skip("the source distribution has no examples")
+    Sobol4d.draw = compiled(SOBOL4D).draw
+    return lambda count, seed: Sobol4d("white", seed=seed)
+
+
+def decisions(sampler, x, y, index):
+    """[numbers of a domain (..., 4)] of a path: its first rays, the camera's domain, further pairs, fours and single numbers, a loop and rays
+    of a branch."""
+    path = bluenoise.Path(sampler, x, y, index)
+    first, second = path.ray(0), path.ray(1)
+    branch, loop = second.next_split(4)[0], second.next_rng()
+    return [*(path.ray(ray).draw() for ray in range(5)), np.concatenate([path.first_light(), path.time()], -1),
+            *(np.concatenate([ray.next_2d(), ray.next_2d()], -1) for ray in (first, second)), first.next_4d(), second.next_4d(),
+            *(branch.ray(ray).draw() for ray in range(2)), np.stack([loop.next_1d() for _ in range(4)], -1),
+            *(np.stack([ray.draw_1d(k) for k in range(start, start + 4)], -1) for ray, start in ((first, 0), (first, 4), (second, 0)))]
+
+
+def apart(rows, drawn):
+    """Which of the rows, as many for each domain, are of different ones."""
+    domain = np.arange(len(rows)) * len(drawn) // len(rows)
+    return domain[:, None] != domain
+
+
+every_sampler = pytest.mark.parametrize("sampler", [*typing.get_args(bluenoise.SamplerKind), "sobol4d"], indirect=True)
+
+
+@every_sampler
+def test_no_digits_follow_from_those_of_another_decision(sampler):
+    """A tie is a sum modulo 2 of leading digits of two coordinates that is the same in all samples of a region: half of the cells of the two
+    numbers then stay empty, and a product over both decisions converges to something else. The correlation of two such sums, rms over
+    regions, is 1 where they are tied, about 1 / 64 where they are independent."""
+    squares, masks = 0, np.arange(1, 2**DIGITS, dtype=np.uint8)[:, None]
+    y, x, index = np.ogrid[:SIDE, :SIDE, :SAMPLES]
+    for region in range(6):
+        drawn = decisions(sampler(SAMPLES, region + 3), x + 40 * region - 90, y + 24 * region**2 - 200, index)
+        digits = (np.concatenate(drawn, -1).reshape(-1, 4 * len(drawn)).T * 2**DIGITS).astype(np.uint8)
+        sums = digits[:, None] & masks
+        parities = (sums ^ sums >> 1 ^ sums >> 2 ^ sums >> 3) & 1
+        signs = 1 - 2 * parities.reshape(-1, digits.shape[1]).astype(np.float32)
+        squares = squares + (signs @ signs.T / digits.shape[1]) ** 2 / 6
+    worst = np.sqrt((squares * apart(squares, drawn)).max())
+    print(f"\ncorrelation of two parities up to {worst:.3f}")
+    assert worst < 0.5
+
+
+@every_sampler
+def test_every_cell_of_two_decisions_is_met(sampler, request):
+    """The smallest share of its due that any of 8 x 8 cells gets of a picture."""
+    if "mask" in request.node.callspec.id:
+        return  # its first sample is a mask, shifted for each coordinate: one pair of coordinates in 4,096 has one shift
+    y, x = np.mgrid[:256, :256]
+    drawn = decisions(sampler(1, 9), x, y, 0)
+    cells = (np.concatenate(drawn, -1).reshape(-1, 4 * len(drawn)).T * 8).astype(np.uint8)
+    met = (cells[:, None] == np.arange(8, dtype=np.uint8)[:, None]).astype(np.float32).reshape(8 * len(cells), -1)
+    least = (met @ met.T)[apart(met, drawn)].min() * 64 / x.size
+    print(f"\ncells with {least:.3f} of their due or more")
+    assert least > 0.75
