@@ -6,7 +6,6 @@ import types
 import pytest
 from report.measure import equal_quality, gains
 from report.renders import judge, views
-from report.renders.variants import VARIANTS
 
 COUNTS = (1, 4, 16, 64)
 FACTORS = {"white": 1.0, "sobol": 0.5, "blue": 0.25, "mask": 2.0}
@@ -45,7 +44,7 @@ def test_costs_are_measured_once(pathtracer, tmp_path, monkeypatch):
     monkeypatch.setattr(equal_quality, "ROUNDS", 1)
     monkeypatch.setattr(equal_quality, "COST_SPP", 8)
     own = [views.crops("core", ("cornell",), (256, 256), (128, 128))[0]]
-    store, chosen = judge.Store(tmp_path), {label: VARIANTS[label] for label in ("white", "zorder")}
+    store, chosen = judge.Store(tmp_path), ("white", "zorder")
     builds = judge.Builds(pathtracer, 1, store)
     found = equal_quality.costs(pathtracer, store, own, chosen, "a machine", builds)
     assert set(found) == {("cornell", "white"), ("cornell", "zorder")} and all(0.01 < cost < 1000 for cost in found.values())

@@ -40,8 +40,8 @@ def sampler(request, compiled):
 
 
 def decisions(sampler, x, y, index):
-    """[numbers of a domain (..., 4)] of a path: its first rays, the camera's domain, further pairs, fours and single numbers, a loop and rays
-    of a branch."""
+    """[numbers of a domain (..., 4)] of a path: its first rays, the camera's domain, further pairs, fours and single numbers, a loop and
+    rays of a branch."""
     path = bluenoise.Path(sampler, x, y, index)
     first, second = path.ray(0), path.ray(1)
     branch, loop = second.next_split(4)[0], second.next_rng()
@@ -62,8 +62,8 @@ every_sampler = pytest.mark.parametrize("sampler", [*typing.get_args(bluenoise.S
 
 @every_sampler
 def test_no_digits_follow_from_those_of_another_decision(sampler):
-    """A tie is a sum modulo 2 of leading digits of two coordinates that is the same in all samples of a region: half of the cells of the two
-    numbers then stay empty, and a product over both decisions converges to something else. The correlation of two such sums, rms over
+    """A tie is a sum modulo 2 of leading digits of two coordinates that is the same in all samples of a region: half of the cells of the
+    two numbers then stay empty, and a product over both decisions converges to something else. The correlation of two such sums, rms over
     regions, is 1 where they are tied, about 1 / 64 where they are independent."""
     squares, masks = 0, np.arange(1, 2**DIGITS, dtype=np.uint8)[:, None]
     y, x, index = np.ogrid[:SIDE, :SIDE, :SAMPLES]

@@ -17,7 +17,9 @@ import numpy as np
 from ..base.files import read_exr
 from ..base.progress import Progress
 from ..others.other_renderer import processor_seconds
-from ..renders.renderer import Request, run_pathtracer
+from ..renders import variants
+from ..renders.renderer import run_pathtracer
+from ..renders.views import View
 from .gains import gain_of, row_of
 from .ratios import seconds_to_error
 
@@ -38,56 +40,45 @@ def machine():
     return f"{(models or [platform.processor() or platform.machine()])[0]}, {os.cpu_count()} processors"
 
 
-def _seconds(program, view, variant, spp, folder):
-    """Processor seconds of one run with one thread."""
-    request = view.request(variant.sampler, spp, declared=spp if variant.declare else 0)
-    command = [program, *request.arguments(), "--threads", 1, "--quiet", "-o", Path(folder) / "timed.exr"]
-    return processor_seconds([str(word) for word in command], program)
+def _medians(rounds, cells, measure):
+    """{(view, label): median of measure(view, label, path of a picture)}, of interleaved runs."""
+    found = {cell: [] for cell in cells}
+    with Progress(rounds * len(cells), "runs") as progress, tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+        for done, (view, label) in enumerate(rounds * list(cells)):
+            progress(f"timing {label} in {view.scene}", done)
+            found[view, label].append(measure(view, label, Path(folder) / "timed.exr"))
+    return {cell: statistics.median(values) for cell, values in found.items()}
 
 
-def costs(program, store, views, variants, machine, builds, retime=False):
+def costs(program, store, views, labels, machine, builds, retime=False):
     """{(scene, label): processor seconds for one sample in each of a million pixels}.
 
-    views: one of each scene; variants: {label: Variant}. Start-up is left out, as the difference between runs of 1 and of
-    1 + COST_SPP samples; runs are interleaved, and medians taken over ROUNDS.
+    views: one of each scene. Start-up is left out, as the difference between runs of 1 and of 1 + COST_SPP samples; runs are
+    interleaved, and medians taken over ROUNDS.
     """
-    key = {"costs": [view.key for view in views], "builds": [[builds.key(view, label) for label in variants] for view in views],
-           "variants": [variant.key for variant in variants.values()], "machine": machine,
-           "settings": [COST_SPP, ROUNDS]}
+    def seconds(view, label, path):
+        one, more = (processor_seconds([str(word) for word in (
+            program, *view.request(label, spp).arguments(), "--threads", 1, "--quiet", "-o", path)], program) for spp in (1, 1 + COST_SPP))
+        return max(more - one, 1e-6) / (COST_SPP * view.pixels * 1e-6)
+
+    key = {"costs": [view.key for view in views], "builds": [[builds.key(view, label) for label in labels] for view in views],
+           "variants": [variants.key(label) for label in labels], "machine": machine, "settings": [COST_SPP, ROUNDS]}
     found = None if retime else store.load(key)
     if not found:
-        cells = [(view, label) for view in views for label in variants]
-        progress, seconds = Progress(ROUNDS * len(cells), "runs"), {cell: [] for cell in cells}
-        try:
-            with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-                for done in range(ROUNDS * len(cells)):
-                    view, label = cells[done % len(cells)]
-                    progress(f"cost of {label} in {view.scene}", done)
-                    one, more = (_seconds(program, view, variants[label], spp, folder) for spp in (1, 1 + COST_SPP))
-                    seconds[view, label].append(max(more - one, 1e-6) / (COST_SPP * view.pixels * 1e-6))
-        finally:
-            progress.close()
-        found = [[view.scene, label, statistics.median(values)] for (view, label), values in seconds.items()], {}
+        medians = _medians(ROUNDS, [(view, label) for view in views for label in labels], seconds)
+        found = [[view.scene, label, median] for (view, label), median in medians.items()], {}
         store.save(key, *found)
     return {(scene, label): cost for scene, label, cost in found[0]}
 
 
-def sampling_shares(program, variants):
+def sampling_shares(program, labels):
     """{label: share of cornell's render time spent sampling}, medians of interleaved runs of one thread, as the path tracer reports it."""
-    shares, progress = {label: [] for label in variants}, Progress(SHARE_ROUNDS * len(variants), "runs")
-    try:
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            path = Path(folder) / "timed.exr"
-            for done in range(SHARE_ROUNDS * len(variants)):
-                label = list(variants)[done % len(variants)]
-                progress(f"timing {label}", done)
-                declared = SHARE_SPP if variants[label].declare else 0
-                request = Request(variants[label].sampler, SHARE_SPP, 0, "cornell", 192, 192, declared=declared)
-                run_pathtracer(program, [*request.arguments(), "--threads", 1, "--quiet", "-o", path])
-                shares[label].append(float(read_exr(path)[1]["samplingShare"]))
-    finally:
-        progress.close()
-    return {label: statistics.median(values) for label, values in shares.items()}
+    def share(view, label, path):
+        run_pathtracer(program, [*view.request(label, SHARE_SPP).arguments(), "--threads", 1, "--quiet", "-o", path])
+        return float(read_exr(path)[1]["samplingShare"])
+
+    found = _medians(SHARE_ROUNDS, [(View("cornell", "", 192, 192), label) for label in labels], share)
+    return {label: median for (_, label), median in found.items()}
 
 
 def seconds_of(gains, cost, counts, label, measure, at):

@@ -59,7 +59,7 @@ def mean_point(points):
 
 
 def adaptive_point(program, view, sampler, seed, level, reference):
-    request = view.request(sampler, MOST, seed, declared=MOST if sampler == "zorder" else 0)
+    request = view.request(sampler, MOST, seed)
     more = ["--noise", str(level), "--min-spp", str(LEAST), "--threads", 1, "--quiet"]
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         path = Path(folder) / "adaptive.exr"

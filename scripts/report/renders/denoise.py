@@ -21,7 +21,7 @@ from ..base.tables import md_table
 from ..measure import equal_quality, gains
 from ..measure.gains import BEST_PEER, Gains, gain_of
 from ..measure.image_error import displayed_rmse, relative_rmse, trimmed_relative_rmse
-from . import variants, views
+from . import views
 from .judge import Cells, Run, plan, render_references
 from .renderer import progressive
 from .renders import REFERENCE_SPP
@@ -74,7 +74,7 @@ class Layers:
 
 def layers_of(program, view, sampler, seed, counts):
     """{count: Layers}."""
-    request = view.request(sampler, 1, seed)
+    request = dataclasses.replace(view.request(sampler, 1, seed), declared=0)  # of zorder, the beginning of what it draws for 256 samples
     seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
     lamps = {spp: picture[..., :3] for spp, picture, _ in progressive(program, seen, counts, 1, read_layers)}
     return {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp])
@@ -125,7 +125,7 @@ class DenoisedRun(Run):
 
     def measure(self, task, reference):
         """(rows with measures named WAY:MEASURE, no pictures)."""
-        pictures = layers_of(self.program, task.view, task.variant.sampler, task.seed, task.counts)
+        pictures = layers_of(self.program, task.view, task.label, task.seed, task.counts)
         rays = primary_rays(self.program, task.view, task.seed)
         return [{"spp": spp, **{
             f"{way}:{name}": error for way in WAYS
@@ -253,7 +253,7 @@ def run(arguments):
     tasks = plan(options.chosen, options.labels, {spp: options.seeds for spp in options.counts})
     cells = Cells(work.results(references, tasks))
     cost = None if options.no_times else equal_quality.costs(
-        options.pathtracer, work.store, views.first_of_each(options.chosen), variants.of(options.labels), equal_quality.machine(), work.builds, options.retime)
+        options.pathtracer, work.store, views.first_of_each(options.chosen), options.labels, equal_quality.machine(), work.builds, options.retime)
     report = Report(options, cells, {view: with_own_errors(own) for view, own in references.items()}, work.version, cost)
     report.draw(options.out / "denoise.png")
     gains.write_rows(options.out / "denoise.csv", report.rows())

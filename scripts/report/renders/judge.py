@@ -23,6 +23,7 @@ import numpy as np
 from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
 from ..base.progress import Progress, in_parallel
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
+from . import variants
 from .renderer import (
     REFERENCE_SEED,
     RenderError,
@@ -34,7 +35,6 @@ from .renderer import (
     run_pathtracer,
     scene_label,
 )
-from .variants import VARIANTS
 from .views import View
 
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
@@ -70,13 +70,9 @@ class Task:
     keep_pictures: bool = False
 
     @property
-    def variant(self):
-        return VARIANTS[self.label]
-
-    @property
     def cost(self):
         """The number of samples to render."""
-        return self.view.pixels * (sum(self.counts) if self.variant.declare else max(self.counts))
+        return self.view.pixels * (sum(self.counts) if self.label in variants.DECLARED else max(self.counts))
 
 
 class Store:
@@ -128,20 +124,19 @@ class Builds:
     def key(self, view, label):
         at = (view.scene, label)
         if at not in self._found:
-            variant = VARIANTS[label]
-            key = {"probe": [view.scene, variant.key, self.most_spp], "program": self._program_sha256,
+            key = {"probe": [view.scene, variants.key(label), self.most_spp], "program": self._program_sha256,
                    "files": files_beside(view.scene)}
             found = self.store.load(key)
             if not found:
-                found = self._probe(view, variant), {}
+                found = self._probe(view, label), {}
                 self.store.save(key, *found)
             self._found[at] = found[0]["pixels"]
         return self._found[at]
 
-    def _probe(self, view, variant):
+    def _probe(self, view, label):
         counts = [n for n in COUNTS if n <= self.most_spp]
-        declared = counts if variant.declare else [0]
-        requests = [Request(variant.sampler, spp, 1, view.scene, *size, declared=n)
+        declared = counts if label in variants.DECLARED else [0]
+        requests = [Request(label, spp, 1, view.scene, *size, declared=n)
                     for n in declared for spp, size in ((1, (160, 144)), (n or counts[-1], (20, 18)))]
         digest = hashlib.sha256()
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
@@ -159,15 +154,9 @@ def seeds_up_to(most_spp, seeds=SEEDS):
 
 def plan(views, labels, seeds):
     """The tasks; seeds: {count: seeds}."""
-    tasks = []
-    for view in views:
-        for label in labels:
-            variant = VARIANTS[label]
-            for seed in range(min(max(seeds.values()), variant.most_seeds or max(seeds.values()))):
-                own = tuple(n for n, count in seeds.items() if seed < count)
-                if own:
-                    tasks.append(Task(view, label, seed, own))
-    return tasks
+    most = max(seeds.values())
+    return [Task(view, label, seed, tuple(n for n, count in seeds.items() if seed < count))
+            for view in views for label in labels for seed in range(min(most, variants.MOST_SEEDS.get(label, most)))]
 
 
 def load_reference(path, view):
@@ -201,13 +190,8 @@ def render_references(program, views, spp):
 
 def pictures_of(program, task):
     """Yields (spp, picture, attributes) for each sample count of a task."""
-    variant = task.variant
-    request = task.view.request(variant.sampler, 1, task.seed)
-    if variant.declare:
-        for n in task.counts:
-            yield from progressive(program, dataclasses.replace(request, declared=n), [n], 1)
-    else:
-        yield from progressive(program, request, task.counts, 1)
+    for counts in ([n] for n in task.counts) if task.label in variants.DECLARED else [task.counts]:
+        yield from progressive(program, task.view.request(task.label, counts[-1], task.seed), counts, 1)
 
 
 def measure(program, task, reference):
@@ -230,9 +214,8 @@ class Run:
         self.builds = Builds(program, most_spp, self.store)
 
     def key(self, task, reference):
-        view, variant = task.view, task.variant
-        return {"view": view.key, "sampler": [variant.sampler, variant.declare, ""],
-                "build": self.builds.key(view, task.label), "seed": task.seed, "counts": task.counts,
+        return {"view": task.view.key, "sampler": variants.key(task.label)[:3],
+                "build": self.builds.key(task.view, task.label), "seed": task.seed, "counts": task.counts,
                 "exposure": reference.exposure, "pictures": task.keep_pictures, "flip": False}  # flip: as in caches of earlier versions
 
     def measure(self, task, reference):

@@ -51,7 +51,7 @@ def draw_picture(options, others):
                                            "out/picture", name="reference.exr", parts=64))
     pictures, errors = {}, {}
     for name in (*NAMES, *others):
-        own = dataclasses.replace(request, sampler=name, declared=SPP if variants.VARIANTS[name].declare else 0)
+        own = dataclasses.replace(request, sampler=name, declared=SPP if name in variants.DECLARED else 0)
         (_, pictures[name], _), = progressive(options.pathtracer, own, [SPP])
         errors[name] = displayed_rmse(part_of(pictures[name]), part_of(reference), sigma=SIGMA)
     shown = ["sobol", "sobol-global", "zorder", *([min(others, key=errors.get)] if others else []), "blue"]

@@ -290,9 +290,8 @@ def run(arguments):
     machine = equal_quality.machine()
     cost = shares = None
     if not options.no_times:
-        chosen_variants = variants.of(options.labels)
-        cost = equal_quality.costs(options.pathtracer, work.store, views.first_of_each(chosen), chosen_variants, machine, work.builds, options.retime)
-        shares = equal_quality.sampling_shares(options.pathtracer, chosen_variants)
+        cost = equal_quality.costs(options.pathtracer, work.store, views.first_of_each(chosen), options.labels, machine, work.builds, options.retime)
+        shares = equal_quality.sampling_shares(options.pathtracer, options.labels)
     report = Report(options, cells, references, cost, shares, machine)
     # Write the text last, after the files it refers to.
     report.plot(options.out / "renders_gain.png")

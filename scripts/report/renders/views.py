@@ -83,8 +83,9 @@ class View:
         """What the pixels depend on, for a cache."""
         return [self.scene, (self.width, self.height), self.options]
 
-    def request(self, sampler, spp, seed=0, **more):
-        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options, **more)
+    def request(self, sampler, spp, seed=0):
+        return Request(sampler, spp, seed, self.scene, self.width, self.height, more=self.options,
+                       declared=spp if sampler in variants.DECLARED else 0)
 
 
 def _spread(index, count):
