@@ -14,19 +14,43 @@
 
 #include "adaptive.h"
 #include "film.h"
+#include "sampler.h"
 
 // The most pixels of a film held in memory: 7 GiB.
 constexpr uint64_t MAX_PIXELS = 1u << 26;
 
+// What a picture is made with, as the command line says or its EXR.
+struct PictureSettings {
+    std::string scene = "cornell";
+    std::string environment; // an EXR file, or empty: the scene's own
+    SamplerSettings sampler;
+    uint32_t max_depth = 8;
+    bool single_scatter = false, photometric = false;
+    NoiseSettings noise; // its exposure is only an EXR's
+};
+
+// Calls visit(name in the file, option, value in a, value in b) for each.
+template <typename One, typename Other, typename Visit>
+void visit_settings(One &a, Other &b, Visit visit) {
+    visit("scene", "--scene", a.scene, b.scene);
+    visit("environment", "--env", a.environment, b.environment);
+    visit("mask", "--mask", a.sampler.mask, b.sampler.mask);
+    visit("sampler", "--sampler", a.sampler.name, b.sampler.name);
+    visit("declaredSpp", "--declare", a.sampler.declared_spp, b.sampler.declared_spp);
+    visit("seed", "--seed", a.sampler.seed, b.sampler.seed);
+    visit("maxDepth", "--max-depth", a.max_depth, b.max_depth);
+    visit("noise", "--noise", a.noise.level, b.noise.level);
+    visit("minSpp", "--min-spp", a.noise.min_spp, b.noise.min_spp);
+    visit("singleScatter", "--single-scatter", a.single_scatter, b.single_scatter);
+    visit("photometric", "--photometric", a.photometric, b.photometric);
+}
+
 // The attributes of the header.
-struct ExrAttributes {
-    std::string scene, camera, environment, sampler, mask;
+struct ExrAttributes : PictureSettings {
+    std::string camera;
     std::string inputs; // InputRecord::text() of the files of scene, environment and mask
     uint32_t draws;     // BN_DRAW_TABLE_VERSION of what drew its samples
-    uint64_t declared_spp, seed;
-    uint32_t max_depth, light_samples;
-    bool single_scatter, photometric;
-    NoiseSettings noise; // its level is 0 without adaptive sampling
+    uint32_t light_samples;
 
     uint32_t spp;                      // the highest count of any pixel
     uint64_t first_sample, end_sample; // all sample numbers are below the latter
@@ -40,22 +64,12 @@ struct ExrAttributes {
 // Calls visit(name in the file, value) for the attributes that parts of one picture share.
 template <typename Attributes, typename Visit>
 void exr_settings(Attributes &a, Visit visit) {
-    visit("scene", a.scene);
-    visit("environment", a.environment);
-    visit("mask", a.mask);
+    visit_settings(a, a, [&](const char *name, auto, auto &value, auto &) { visit(name, value); });
     visit("inputs", a.inputs); // the rest may follow from what is in them
-    visit("sampler", a.sampler);
     visit("draws", a.draws);
     visit("camera", a.camera);
-    visit("declaredSpp", a.declared_spp);
-    visit("seed", a.seed);
-    visit("maxDepth", a.max_depth);
     visit("lightSamples", a.light_samples);
-    visit("noise", a.noise.level);
-    visit("minSpp", a.noise.min_spp);
     visit("noiseExposure", a.noise.exposure);
-    visit("singleScatter", a.single_scatter);
-    visit("photometric", a.photometric);
 }
 
 // The bytes of an EXR file. Throws Error.

@@ -136,8 +136,7 @@ using Transform = glm::dmat4x3; // without the last row, which is 0, 0, 0, 1
 
 glm::dmat4 local_transform(const tinygltf::Node &node) {
     const std::vector<double> &r = node.rotation, &scale = node.scale, &by = node.translation;
-    if (node.matrix.size() == 16)
-        return glm::dmat4(Transform(glm::make_mat4(node.matrix.data())));
+    if (node.matrix.size() == 16) return glm::dmat4(Transform(glm::make_mat4(node.matrix.data())));
     glm::dmat4 t(1);
     if (r.size() == 4) t = mat4_cast(normalize(glm::dquat(r[3], r[0], r[1], r[2])));
     if (scale.size() == 3) t = glm::scale(t, glm::make_vec3(scale.data()));

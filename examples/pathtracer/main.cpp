@@ -128,22 +128,17 @@ void check_samples(const Options &options, const Scene &scene, const Sampler &sa
 // What is known of the picture before rendering. The camera must be fitted already.
 ExrAttributes picture_settings(const Options &options, const Scene &scene) {
     ExrAttributes a{};
-    a.scene = options.scene;
+    static_cast<PictureSettings &>(a) = options;
     if (!scene.cameras.empty())
         a.camera = "--camera " + std::to_string(options.camera.number.value_or(0)) + " ";
     a.camera += camera_text(scene, scene.camera);
-    a.environment = options.environment;
-    a.sampler = options.sampler.name;
     a.draws = BN_DRAW_TABLE_VERSION;
-    a.mask = options.sampler.mask;
-    a.declared_spp = options.sampler.declared_spp;
     a.first_sample = options.first_sample;
-    a.max_depth = options.max_depth;
     a.light_samples = scene.light_samples;
-    a.single_scatter = options.single_scatter;
-    a.photometric = options.photometric;
-    if (options.noise > 0) a.noise = {options.noise, options.min_spp, options.exposure.value_or(0)};
-    a.seed = options.sampler.seed;
+    if (options.noise.level > 0)
+        a.noise.exposure = options.exposure.value_or(0);
+    else
+        a.noise = {};
     a.threads = options.threads;
     return a;
 }
@@ -164,13 +159,13 @@ void print_progress(double fraction, const RenderTotals &totals) {
 void print_summary(const Options &o, const ExrAttributes &a, const RenderTotals &totals,
                    const SampleCounts &counts, double mean_count, double samples) {
     char mean[64] = "";
-    if (o.noise > 0)
+    if (o.noise.level > 0)
         std::snprintf(mean, sizeof mean, " to %u spp, %.6g on average", counts.most, mean_count);
     std::printf("%s: %s, %s, %u%s, %.2f s, %" PRIu64 " rays, %.2f M rays/s, %.1f %% sampling, "
                 "%.2f %% cut off at depth %u\n",
                 without_controls(o.output).c_str(), without_controls(o.scene).c_str(),
-                o.sampler.name.c_str(), counts.least, o.noise > 0 ? mean : " spp", totals.seconds,
-                totals.counters.rays,
+                o.sampler.name.c_str(), counts.least, o.noise.level > 0 ? mean : " spp",
+                totals.seconds, totals.counters.rays,
                 1e-6 * static_cast<double>(totals.counters.rays) / totals.seconds,
                 100 * a.sampling_share, 100 * totals.counters.cut_off / std::max(samples, 1.0),
                 o.max_depth);
@@ -207,7 +202,7 @@ int run_render(const Options &given) {
     const Outputs outputs(o, o.scene);
     Film film = resumed ? resume_film(o, *resumed, {o.width, o.height, crop, attributes})
                         : film_create(o.width, o.height, crop);
-    if (o.noise > 0) film = film_with_crop(film, whole_blocks(crop, o.width, o.height));
+    if (o.noise.level > 0) film = film_with_crop(film, whole_blocks(crop, o.width, o.height));
     const double samples_before = film_samples(film);
 
     const GeometryPointer geometry = geometry_build(scene);
@@ -226,7 +221,7 @@ int run_render(const Options &given) {
 
     attributes.sampling_share = sampling_share(integrator, settings, film, totals);
     const double samples = film_samples(film) - samples_before; // also of blocks beyond the crop
-    if (o.noise > 0) film = film_with_crop(film, crop);
+    if (o.noise.level > 0) film = film_with_crop(film, crop);
     const SampleCounts counts = film_counts(film);
     attributes.spp = counts.most;
     attributes.end_sample = uint64_t{o.first_sample} + counts.most;

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <thread>
@@ -27,28 +28,6 @@ constexpr double MIN_GIB = 0.25, MAX_GIB = 1e6;
 constexpr double MAX_COORDINATE = 1e15;
 constexpr double MIN_FOV = 1e-4; // degrees away from 0 and from 180
 
-// Parses the whole text as a number in [low, high].
-template <typename Number>
-bool parse_number(const std::string &text, Number low, Number high, Number &value) {
-    const char *end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc() && stop == end && value >= low && value <= high;
-}
-
-// Splits "12x34" or "1,2,3,4" into exactly `count` numbers.
-template <typename Number>
-bool parse_list(const std::string &text, char separator, Number low, Number high, Number *values,
-                int count) {
-    size_t begin = 0;
-    for (int i = 0; i < count; ++i) {
-        const size_t end = i + 1 < count ? text.find(separator, begin) : text.size();
-        if (end == std::string::npos) return false;
-        if (!parse_number(text.substr(begin, end - begin), low, high, values[i])) return false;
-        begin = end + 1;
-    }
-    return true;
-}
-
 // What was given as an option: its name and its value.
 struct Given {
     const std::string &name, &text;
@@ -56,115 +35,133 @@ struct Given {
     [[noreturn]] void refuse(const std::string &takes) const {
         throw Error(name + " takes " + takes + ", not '" + text + "'");
     }
-    template <typename Number>
-    Number number(Number low, Number high, const std::string &takes) const {
+};
+using Reader = std::function<void(const Given &)>;
+
+// Splits "12x34" or "1,2,3,4" into exactly `count` numbers in [low, high].
+template <typename Number>
+bool parse_list(const std::string &text, char separator, Number low, Number high, Number *values,
+                int count) {
+    const char *at = text.data(), *const end = at + text.size();
+    for (int i = 0; i < count; ++i) {
+        if (i > 0 && (at == end || *at++ != separator)) return false;
+        const auto [stop, error] = std::from_chars(at, end, values[i]);
+        if (error != std::errc() || !(values[i] >= low && values[i] <= high)) return false;
+        at = stop;
+    }
+    return at == end;
+}
+
+// ---- What reads a value into an option
+
+Reader text(std::string &to) {
+    return [&](const Given &v) { to = v.text; };
+}
+
+template <typename Option, typename Number>
+Reader number(Option &to, Number low, Number high, const std::string &takes) {
+    return [=, &to](const Given &v) {
         Number value{};
-        if (!parse_number(text, low, high, value)) refuse(takes);
-        return value;
-    }
-    template <typename Number>
-    Number whole(Number low, Number high) const {
-        return number(low, high,
-                      "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-    }
-    Point3d point() const {
-        double v[3];
-        if (!parse_list(text, ',', -MAX_COORDINATE, MAX_COORDINATE, v, 3))
-            refuse("a point x,y,z with coordinates of at most 1e15");
-        return {v[0], v[1], v[2]};
-    }
-};
+        if (!parse_list(v.text, ' ', low, high, &value, 1)) v.refuse(takes);
+        to = value;
+    };
+}
 
-const std::map<std::string, bool Options::*> FLAGS = {
-    {"--quiet", &Options::quiet},
-    {"--single-scatter", &Options::single_scatter},
-    {"--photometric", &Options::photometric},
-    {"--allow-outside", &Options::allow_outside},
-    {"--allow-changed", &Options::allow_changed},
-    {"--list", &Options::list},
-    {"--list-cameras", &Options::list_cameras},
-    {"--list-inputs", &Options::list_inputs},
-    {"--help", &Options::help},
-    {"-h", &Options::help},
-};
+template <typename Option, typename Number>
+Reader whole(Option &to, Number low, Number high) {
+    return number(to, low, high,
+                  "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+}
 
-const std::map<std::string, void (*)(Options &, const Given &)> WITH_VALUE = {
-    {"--scene", [](Options &o, const Given &v) { o.scene = v.text; }},
-    {"--camera", [](Options &o, const Given &v) { o.camera.number = v.whole(0u, UINT32_MAX); }},
-    {"--eye", [](Options &o, const Given &v) { o.camera.eye = v.point(); }},
-    {"--target", [](Options &o, const Given &v) { o.camera.target = v.point(); }},
-    {"--fov",
-     [](Options &o, const Given &v) {
-         o.camera.fov =
-             v.number(MIN_FOV, 180 - MIN_FOV,
-                      "the vertical angle of view in degrees, more than 0 and less than 180");
-     }},
-    {"--sampler", [](Options &o, const Given &v) { o.sampler.name = v.text; }},
-    {"--spp", [](Options &o, const Given &v) { o.spp = v.whole(1u, MAX_SPP); }},
-    {"--noise",
-     [](Options &o, const Given &v) {
-         o.noise =
-             v.number(0.0f, 1.0f, "a relative error from 0, which is off, to 1, such as 0.05");
-     }},
-    {"--min-spp", [](Options &o, const Given &v) { o.min_spp = v.whole(MIN_SPP, MAX_SPP); }},
-    {"--declare",
-     [](Options &o, const Given &v) { o.sampler.declared_spp = v.whole(0u, UINT32_MAX); }},
-    {"--mask", [](Options &o, const Given &v) { o.sampler.mask = v.text; }},
-    {"--seed",
-     [](Options &o, const Given &v) { o.sampler.seed = v.whole<uint64_t>(0, UINT64_MAX); }},
-    {"--first-sample",
-     [](Options &o, const Given &v) { o.first_sample = v.whole(0u, UINT32_MAX); }},
-    {"--size",
-     [](Options &o, const Given &v) {
-         int extents[2];
-         if (!parse_list(v.text, 'x', 1, MAX_EXTENT, extents, 2))
-             v.refuse("WIDTHxHEIGHT, each from 1 to " + std::to_string(MAX_EXTENT));
-         o.width = extents[0];
-         o.height = extents[1];
-     }},
-    {"--crop",
-     [](Options &o, const Given &v) {
-         int c[4];
-         if (!parse_list(v.text, ',', 0, MAX_EXTENT, c, 4) || c[0] >= c[2] || c[1] >= c[3])
-             v.refuse("x0,y0,x1,y1 with x0 < x1 and y0 < y1");
-         o.crop = Crop{c[0], c[1], c[2], c[3]};
-     }},
-    {"--max-depth", [](Options &o, const Given &v) { o.max_depth = v.whole(0u, MAX_DEPTH); }},
-    {"--light-samples",
-     [](Options &o, const Given &v) { o.light_samples = v.whole(1u, MAX_LIGHT_SAMPLES); }},
-    {"--lights",
-     [](Options &o, const Given &v) {
-         if (v.text != "coin") v.refuse("coin");
-         o.light_samples = 0;
-     }},
-    {"--env", [](Options &o, const Given &v) { o.environment = v.text; }},
-    {"--threads", [](Options &o, const Given &v) { o.threads = v.whole(1u, MAX_THREADS); }},
-    {"--max-memory",
-     [](Options &o, const Given &v) {
-         o.max_memory = v.number(0.0, MAX_GIB, "GiB, from 0.25 to 1000000, or 0 for no bound");
-         if (*o.max_memory > 0 && *o.max_memory < MIN_GIB)
-             v.refuse("GiB, from 0.25 to 1000000, or 0 for no bound");
-     }},
-    {"--resume", [](Options &o, const Given &v) { o.resume = v.text; }},
-    {"--time",
-     [](Options &o, const Given &v) {
-         o.time_limit = v.number(std::numeric_limits<double>::min(), MAX_SECONDS,
-                                 "seconds, more than 0 and at most 10000000");
-     }},
-    {"--reference", [](Options &o, const Given &v) { o.reference = v.text; }},
-    {"--exposure",
-     [](Options &o, const Given &v) {
-         o.auto_exposure = v.text == "auto";
-         o.exposure.reset();
-         if (!o.auto_exposure)
-             o.exposure = v.number(-MAX_STOPS, MAX_STOPS, "stops from -64 to 64, or auto");
-     }},
-    {"-o", [](Options &o, const Given &v) { o.output = v.text; }},
-};
+Reader point(std::optional<Point3d> &to) {
+    return [&](const Given &v) {
+        Point3d p;
+        if (!parse_list(v.text, ',', -MAX_COORDINATE, MAX_COORDINATE, &p.x, 3))
+            v.refuse("a point x,y,z with coordinates of at most 1e15");
+        to = p;
+    };
+}
+
+std::map<std::string, Reader> readers(Options &o) {
+    return {
+        {"--scene", text(o.scene)},
+        {"--camera", whole(o.camera.number, 0u, UINT32_MAX)},
+        {"--eye", point(o.camera.eye)},
+        {"--target", point(o.camera.target)},
+        {"--fov", number(o.camera.fov, MIN_FOV, 180 - MIN_FOV,
+                         "the vertical angle of view in degrees, more than 0 and less than 180")},
+        {"--sampler", text(o.sampler.name)},
+        {"--spp", whole(o.spp, 1u, MAX_SPP)},
+        {"--noise", number(o.noise.level, 0.0f, 1.0f,
+                           "a relative error from 0, which is off, to 1, such as 0.05")},
+        {"--min-spp", whole(o.noise.min_spp, MIN_SPP, MAX_SPP)},
+        {"--declare", whole(o.sampler.declared_spp, 0u, UINT32_MAX)},
+        {"--mask", text(o.sampler.mask)},
+        {"--seed", whole(o.sampler.seed, uint64_t{0}, UINT64_MAX)},
+        {"--first-sample", whole(o.first_sample, 0u, UINT32_MAX)},
+        {"--size",
+         [&](const Given &v) {
+             int extents[2];
+             if (!parse_list(v.text, 'x', 1, MAX_EXTENT, extents, 2))
+                 v.refuse("WIDTHxHEIGHT, each from 1 to " + std::to_string(MAX_EXTENT));
+             o.width = extents[0];
+             o.height = extents[1];
+         }},
+        {"--crop",
+         [&](const Given &v) {
+             int c[4];
+             if (!parse_list(v.text, ',', 0, MAX_EXTENT, c, 4) || c[0] >= c[2] || c[1] >= c[3])
+                 v.refuse("x0,y0,x1,y1 with x0 < x1 and y0 < y1");
+             o.crop = Crop{c[0], c[1], c[2], c[3]};
+         }},
+        {"--max-depth", whole(o.max_depth, 0u, MAX_DEPTH)},
+        {"--light-samples", whole(o.light_samples, 1u, MAX_LIGHT_SAMPLES)},
+        {"--lights",
+         [&](const Given &v) {
+             if (v.text != "coin") v.refuse("coin");
+             o.light_samples = 0;
+         }},
+        {"--env", text(o.environment)},
+        {"--threads", whole(o.threads, 1u, MAX_THREADS)},
+        {"--max-memory",
+         [&](const Given &v) {
+             const char *const takes = "GiB, from 0.25 to 1000000, or 0 for no bound";
+             number(o.max_memory, 0.0, MAX_GIB, takes)(v);
+             if (*o.max_memory > 0 && *o.max_memory < MIN_GIB) v.refuse(takes);
+         }},
+        {"--resume", text(o.resume)},
+        {"--time", number(o.time_limit, std::numeric_limits<double>::min(), MAX_SECONDS,
+                          "seconds, more than 0 and at most 10000000")},
+        {"--reference", text(o.reference)},
+        {"--exposure",
+         [&](const Given &v) {
+             o.auto_exposure = v.text == "auto";
+             o.exposure.reset();
+             if (!o.auto_exposure)
+                 number(o.exposure, -MAX_STOPS, MAX_STOPS, "stops from -64 to 64, or auto")(v);
+         }},
+        {"-o", text(o.output)},
+    };
+}
+
+std::map<std::string, bool &> flags(Options &o) {
+    return {
+        {"--quiet", o.quiet},
+        {"--single-scatter", o.single_scatter},
+        {"--photometric", o.photometric},
+        {"--allow-outside", o.allow_outside},
+        {"--allow-changed", o.allow_changed},
+        {"--list", o.list},
+        {"--list-cameras", o.list_cameras},
+        {"--list-inputs", o.list_inputs},
+        {"--help", o.help},
+        {"-h", o.help},
+    };
+}
 
 // Of adaptive sampling.
 void check_noise(const Options &o) {
-    if (!(o.noise > 0)) {
+    if (!(o.noise.level > 0)) {
         if (o.given.count("--min-spp") > 0)
             throw Error("--min-spp goes with --noise; add it, or leave out --min-spp");
         return;
@@ -178,11 +175,11 @@ void check_noise(const Options &o) {
                         : "--noise needs the first samples of a pixel, but " + o.resume +
                               " begins with sample " + std::to_string(o.first_sample) +
                               "; continue it without --noise");
-    if (o.spp <= o.min_spp && o.given.count("--min-spp") == 0 && o.resume.empty())
-        throw Error("--noise looks at pixels from --min-spp " + std::to_string(o.min_spp) +
+    if (o.spp <= o.noise.min_spp && o.given.count("--min-spp") == 0 && o.resume.empty())
+        throw Error("--noise looks at pixels from --min-spp " + std::to_string(o.noise.min_spp) +
                     " on; give more --spp than that, or a smaller --min-spp");
-    if (o.min_spp > o.spp && o.given.count("--min-spp") > 0)
-        throw Error("--min-spp " + std::to_string(o.min_spp) + " is more than --spp " +
+    if (o.noise.min_spp > o.spp && o.given.count("--min-spp") > 0)
+        throw Error("--min-spp " + std::to_string(o.noise.min_spp) + " is more than --spp " +
                     std::to_string(o.spp));
 }
 
@@ -194,12 +191,12 @@ void check_options(const Options &o) {
         throw Error("the output must be named something.exr, not '" + o.output + "'");
     if (!o.merge.empty()) {
         if (!o.resume.empty()) throw Error("--merge does not render; leave out --resume");
-        if (o.noise > 0) throw Error("--merge does not render; leave out --noise");
+        if (o.noise.level > 0) throw Error("--merge does not render; leave out --noise");
         return;
     }
     if (o.max_depth > MAX_DEPTH || o.light_samples.value_or(1) > MAX_LIGHT_SAMPLES ||
-        o.spp > MAX_SPP || !(o.noise <= 1) || o.min_spp < MIN_SPP || o.min_spp > MAX_SPP ||
-        std::abs(o.exposure.value_or(0)) > MAX_STOPS)
+        o.spp > MAX_SPP || !(o.noise.level <= 1) || o.noise.min_spp < MIN_SPP ||
+        o.noise.min_spp > MAX_SPP || std::abs(o.exposure.value_or(0)) > MAX_STOPS)
         throw Error(o.resume + " has impossible settings"); // the command line is range-checked
     if (o.given.count("--lights") > 0 && o.given.count("--light-samples") > 0)
         throw Error(
@@ -270,6 +267,8 @@ picture that was stopped. When interrupted, it writes the picture so far.
 
 Options parse_options(int argc, const char *const *argv) {
     Options options;
+    const auto with_value = readers(options);
+    const auto without = flags(options);
     options.threads = std::max(1u, std::thread::hardware_concurrency());
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
@@ -277,11 +276,11 @@ Options parse_options(int argc, const char *const *argv) {
             while (i + 1 < argc && argv[i + 1][0] != '-') options.merge.emplace_back(argv[++i]);
             if (options.merge.empty())
                 throw Error("--merge needs the pictures to merge; see --help");
-        } else if (const auto flag = FLAGS.find(name); flag != FLAGS.end()) {
-            options.*flag->second = true;
+        } else if (const auto flag = without.find(name); flag != without.end()) {
+            flag->second = true;
         } else {
-            const auto option = WITH_VALUE.find(name);
-            if (option == WITH_VALUE.end())
+            const auto option = with_value.find(name);
+            if (option == with_value.end())
                 throw Error("there is no option '" + name + "'; see --help");
             if (i + 1 == argc) throw Error(name + " needs a value; see --help");
             const std::string value = argv[++i];
@@ -289,10 +288,10 @@ Options parse_options(int argc, const char *const *argv) {
                 throw Error(name + " needs a value, not the option '" + value +
                             "'; write a file of that name as './" + value + "'");
             options.given.insert(name);
-            option->second(options, {name, value});
+            option->second({name, value});
         }
     }
-    if (options.noise > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
+    if (options.noise.level > 0 && options.given.count("--spp") == 0) options.spp = ADAPTIVE_SPP;
     if (options.time_limit > 0 && options.given.count("--spp") == 0) options.spp = MAX_SPP;
     if (!options.help && !options.list && !options.list_cameras && !options.list_inputs &&
         (options.resume.empty() || !options.merge.empty()))

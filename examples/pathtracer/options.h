@@ -7,27 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "image.h"
-#include "sampler.h"
+#include "exr.h"
 #include "scene_camera.h"
 
-struct Options {
-    std::string scene = "cornell";
+struct Options : PictureSettings {
     CameraChoice camera;
-    SamplerSettings sampler;
-    uint32_t spp = 16;     // unless given: 1024 with --noise, the most with a time limit
-    float noise = 0;       // relative error at which blocks stop; 0: never
-    uint32_t min_spp = 16; // before the first look at a block
+    uint32_t spp = 16; // unless given: 1024 with --noise, the most with a time limit
     uint32_t first_sample = 0;
     int width = 512, height = 512;
-    std::optional<Crop> crop; // inside the picture
-    uint32_t max_depth = 8;
+    std::optional<Crop> crop;              // inside the picture
     std::optional<uint32_t> light_samples; // if given; see Scene
-    bool single_scatter = false;
-    bool photometric = false;
     bool allow_outside = false; // scenes and resumed pictures may name files outside their folder
     bool allow_changed = false; // mix pictures whose files have changed
-    std::string environment;    // an EXR file, or empty: the scene's own
     unsigned threads;           // default: one per core
     std::optional<double> max_memory; // GiB; default: half of the machine's; 0: no bound
     double time_limit = 0;            // seconds; 0: none

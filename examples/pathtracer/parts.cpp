@@ -174,24 +174,19 @@ ExrHead resume_settings(Options &options) {
                     "x" + std::to_string(head.full_height) +
                     " pixels; leave out --size, or give that size");
     unless_given("--crop", options.crop, head.crop);
-    unless_given("--scene", options.scene, a.scene);
     const auto given = [&](const char *name) { return options.given.count(name) > 0; };
     if (!given("--camera") && !given("--eye") && !given("--target") && !given("--fov"))
         options.camera = camera_parse(a.camera);
-    unless_given("--env", options.environment, a.environment);
-    unless_given("--sampler", options.sampler.name, a.sampler);
-    unless_given("--mask", options.sampler.mask, a.mask);
-    unless_given("--declare", options.sampler.declared_spp, static_cast<uint32_t>(a.declared_spp));
-    unless_given("--seed", options.sampler.seed, a.seed);
+    visit_settings(options, a, [&](auto, const char *name, auto &option, const auto &value) {
+        if constexpr (std::is_same_v<decltype(value), const bool &>)
+            option = option || value;
+        else
+            unless_given(name, option, value);
+    });
     unless_given("--first-sample", options.first_sample, static_cast<uint32_t>(a.first_sample));
-    unless_given("--max-depth", options.max_depth, a.max_depth);
     if (!given("--lights")) unless_given("--light-samples", options.light_samples, a.light_samples);
-    unless_given("--noise", options.noise, a.noise.level);
-    unless_given("--min-spp", options.min_spp, a.noise.min_spp);
-    if (a.noise.level > 0 && options.noise > 0)
+    if (a.noise.level > 0 && options.noise.level > 0)
         unless_given("--exposure", options.exposure, a.noise.exposure);
-    options.single_scatter = options.single_scatter || a.single_scatter;
-    options.photometric = options.photometric || a.photometric;
     if (!(options.time_limit > 0)) unless_given("--spp", options.spp, std::max(a.spp, 1u));
     for (const NamedFile &file : setting_files(options)) check_inside(options, file);
     check_options(options);

@@ -89,7 +89,7 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
 
     bn_sampler_options options = bn_sampler_options_default();
     options.kind = chosen->kind;
-    options.samples_per_pixel = settings.declared_spp;
+    options.samples_per_pixel = static_cast<uint32_t>(settings.declared_spp);
     options.seed = settings.seed;
     std::vector<uint32_t> ranks;
     if (!settings.mask.empty()) {

@@ -56,7 +56,7 @@ std::vector<SamplerEntry> openqmc_entries();
 struct SamplerSettings {
     std::string name = "blue";
     uint64_t seed = 0;
-    uint32_t declared_spp = 0; // 0: unknown
+    uint64_t declared_spp = 0; // below 2^32; 0: unknown
     std::string mask;          // "builtin", "neural" or a greyscale PNG; for sampler "mask" only
 };
 

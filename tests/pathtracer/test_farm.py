@@ -17,7 +17,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pathtracer_driver import assert_same, read_layers
-from scene_files import encoded, textured_floor
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
@@ -76,8 +75,9 @@ def test_parts_folder(pathtracer, tmp_path):
     folder.add(first, data)
     again = PartsFolder(tmp_path / "a.exr", {"seed": "1"}, "")
     assert again.has(first) and not again.has(second) and (again.path / first.file_name).read_bytes() == data
-    with pytest.raises(FarmError, match="other settings"):
-        PartsFolder(tmp_path / "a.exr", {"seed": "2"}, "")
+    for seed, inputs in (("2", ""), ("1", "another file")):
+        with pytest.raises(FarmError, match="other settings, files or programs"):
+            PartsFolder(tmp_path / "a.exr", {"seed": seed}, inputs)
     (folder.path / "mine.txt").write_text("x")
     (folder.path / "1,2,3,4,5,6.exr").write_text("another picture's")
     folder.remove(parts)
@@ -219,28 +219,6 @@ def test_the_picture_is_one_machines(pathtracer):
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
     merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
     assert_same(merged, whole, variance=1e-6)  # through single precision and back
-
-
-def test_parts_of_two_scenes_are_never_mixed(pathtracer):
-    """Interrupted, and started again once a file has changed that only the path tracer's readers know of."""
-    pytest.importorskip("distributed", reason="scripts/farm has not installed Dask")
-    folder = pathtracer.folder
-    (folder / "base.png").write_bytes(encoded(np.full((4, 4, 3), (200, 0, 0))))
-    g = textured_floor(lambda g: g.add("textures", source=g.add("images", uri="base.png")))
-    (folder / "b.gltf").write_text(json.dumps(g.document(uri="a.bin")).replace("base.png", "ba\\u0073e.png"))
-    (folder / "a.bin").write_bytes(g.bytes)
-    command = [*PICTURE, "--scene", "b.gltf", "--tile", "16x16", "--workers", 2, "-o", "out.exr"]
-    farm = start(pathtracer, *command)
-    parts = folder / "out.exr.parts"
-    wait_for(lambda: farm.poll() is not None or list(parts.glob("*.exr")))
-    farm.send_signal(signal.SIGINT)
-    assert farm.communicate(timeout=120)[0] == "" and farm.returncode == 130
-    kept = sorted(parts.iterdir())
-    (folder / "base.png").write_bytes(encoded(np.full((4, 4, 3), (0, 0, 200))))
-    farm = start(pathtracer, *command)
-    out, message = farm.communicate(timeout=120)
-    assert farm.returncode == 1 and out == "" and "other settings, files or programs" in message, message
-    assert sorted(parts.iterdir()) == kept and not (folder / "out.exr").exists()
 
 
 def test_workers_with_another_program_are_refused(pathtracer):

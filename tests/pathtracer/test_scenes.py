@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import SAMPLERS, SCENES, assert_equal_means, part_means
 from scene_files import DOWN, QUAD, Gltf, write_exr
+from scipy import stats
 
 SEEDS = 12
 SIZE = ["--size", "24x24", "--threads", 1]
@@ -37,6 +38,19 @@ def assert_the_mean_is_the_reference(pathtracer, references, scene, *arguments, 
     assert_equal_means(means, expected, 1e-4)
     deviation = np.hypot(means[:, 1].std(ddof=1), expected[:, 1].std(ddof=1)) / np.sqrt(SEEDS)
     assert 6 * deviation < least * expected[:, 1].mean()
+
+
+@pytest.mark.parametrize("depth", [0, 1, 2, 8, 40])
+def test_furnace(pathtracer, depth):
+    """Walls that emit 1/2 and reflect 1/2: n bounces see 1 - 2^-(n + 1) everywhere. The image mean over seeds passes a t-test
+    with a false-alarm rate of 0.1 % for each depth; no corner, edge or wall is off, nor any block of 8 x 8 pixels."""
+    expected = 1 - 0.5 ** (depth + 1)
+    common = ["--scene", "furnace", "--size", "32x32", "--spp", 32, "--max-depth", depth]
+    images = np.array([pathtracer.image(*common, "--seed", seed) for seed in range(SEEDS)], np.float64)
+    means = images.mean(axis=(1, 2, 3))
+    assert (images == 0.5).all() if depth == 0 else stats.ttest_1samp(means, expected).pvalue > 0.001
+    assert abs(means.mean() / expected - 1) < 0.001
+    np.testing.assert_allclose(images.reshape(SEEDS, 4, 8, 4, 8, 3).mean(axis=(0, 2, 4)), expected, rtol=0.01)
 
 
 @pytest.mark.parametrize("scene", SCENES)

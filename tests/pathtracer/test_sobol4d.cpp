@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sampler sobol4d: Joe and Kuo's directions, nets in four dimensions, uniform, and independent
+// The sampler sobol4d: Joe and Kuo's directions, nets in four dimensions, and independent
 // between pixels, domains and seeds. And sobol-global, whose nets lie over the screen.
 //
 // Seeds are fixed; the rates stated are the chances of a false alarm had they been drawn anew.
@@ -126,7 +126,7 @@ void test_the_screen_is_a_net() {
     }
 }
 
-// ---- Uniform and independent
+// ---- Independent
 
 // How uneven cells are that should be equally full, in standard deviations: fewer than a hundred such
 // values must be below 4.5.
@@ -144,22 +144,6 @@ void check_even(size_t cells, const char *what, uint32_t number, const CellOf &c
 // Digit `from` to `from + bits - 1` after the point.
 int digits(float u, int from, int bits) {
     return (static_cast<int>(u * (1 << 24)) >> (24 - from - bits)) & ((1 << bits) - 1);
-}
-
-void test_uniform_over_pixels() {
-    const SamplerPointer sampler = sampler_named("sobol4d", 12);
-    for (const uint32_t index : {0u, 1u, 2u, 7u, 1000003u}) {
-        const auto at = [&](int x, int y) { return point(*sampler, x - 100, y - 100, index, 2); };
-        for (const int from : {0, 8, 16})
-            for (size_t d = 0; d < 4; ++d)
-                check_even(256, "one dimension, index", index,
-                           [&](int x, int y) { return digits(at(x, y)[d], from, 8); });
-        check_even(4096, "all four, index", index, [&](int x, int y) {
-            int cell = 0;
-            for (const float u : at(x, y)) cell = 8 * cell + digits(u, 0, 3);
-            return cell;
-        });
-    }
 }
 
 // The first samples of what should have nothing in common: 18 chi-squares over 64 cells. (test_parities
@@ -198,7 +182,6 @@ int main() {
     test_directions_follow_their_recurrences();
     test_blocks_are_nets();
     test_the_screen_is_a_net();
-    test_uniform_over_pixels();
     test_independent();
     test_split_samples();
     return 0;

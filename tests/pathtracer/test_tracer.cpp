@@ -69,26 +69,6 @@ void test_normals_that_are_none() {
     CHECK(thrown, "a vertex that is not a number was taken");
 }
 
-// White things of every material under an even sky cannot be told from it.
-void test_white_furnace() {
-    Scene scene;
-    scene.camera = camera_look_at({0, 0.5f, 4}, {0, 0, 0}, {0, 1, 0}, 0.5f);
-    const Vec3 white = {1, 1, 1};
-    const uint32_t materials[] = {
-        add_diffuse(scene, white),         add_conductor(scene, white, 0),
-        add_conductor(scene, white, 0.4f), add_conductor(scene, white, 1),
-        add_dielectric(scene, 1.5f, 0),    add_dielectric(scene, 1.5f, 0.4f),
-        add_dielectric(scene, 1.5f, 1),    add_dielectric(scene, 1, 0.5f),
-        add_dielectric(scene, 1.33f, 0.1f)};
-    for (int i = 0; i < 9; ++i)
-        add_sphere(scene, materials[i],
-                   {static_cast<float>(i % 3 - 1) * 1.1f, static_cast<float>(i / 3 - 1) * 1.1f, 0},
-                   0.5f);
-    scene.environment = even_environment();
-    scene_finish(scene);
-    check_near(picture(scene, {64, 200}), 1, 0.005, "white spheres under a white sky");
-}
-
 // What is carried is radiance over the squared index of refraction: inside glass all is as bright.
 void test_camera_inside_glass() {
     for (const float roughness : {0.0f, 0.5f}) {
@@ -207,6 +187,5 @@ int main() {
     test_closed_white_box();
     test_weights_of_light_samples();
     test_camera_inside_glass();
-    test_white_furnace();
     return 0;
 }
