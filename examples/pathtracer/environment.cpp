@@ -149,6 +149,6 @@ Environment environment_read(const std::string &path) {
     try {
         return environment_create(width, height, std::move(texels));
     } catch (const Error &error) {
-        throw Error("the environment " + path + ": " + error.what());
+        throw Error("the environment ", path, ": ", error.what());
     }
 }

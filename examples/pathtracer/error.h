@@ -2,11 +2,15 @@
 // Thrown when the program cannot continue: one line that says what is wrong and what to do.
 #pragma once
 
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
 struct Error : std::runtime_error {
-    using std::runtime_error::runtime_error;
+    // Of texts and whole numbers, one after the other.
+    template <typename... Parts>
+    explicit Error(const Parts &...parts)
+        : runtime_error((std::ostringstream() << ... << parts).str()) {}
 };
 
 // Makes text from a file safe to print in a message: shortens it and replaces line breaks and

@@ -51,38 +51,14 @@ constexpr int LARGEST = 1 << 24; // pixels along a side of any picture
 
 // The layers of a film, except the counts.
 constexpr std::array<const char *, 14> LAYERS = {
-    "R",        "G",        "B",        "A",       "albedo.R",   "albedo.G",   "albedo.B",
-    "normal.X", "normal.Y", "normal.Z", "depth.Z", "variance.R", "variance.G", "variance.B"};
-constexpr size_t SHARE_OF_HITS = 3; // the layer A
+    "R",        "G",        "B",       "albedo.R",   "albedo.G",   "albedo.B",   "normal.X",
+    "normal.Y", "normal.Z", "depth.Z", "variance.R", "variance.G", "variance.B", "A"};
+constexpr size_t SHARE_OF_HITS = LAYERS.size() - 1; // the layer A
 
-std::array<double, LAYERS.size()> layers_of(const FilmPixel &p) {
-    return {p.radiance[0],
-            p.radiance[1],
-            p.radiance[2],
-            p.count ? static_cast<double>(p.hits) / p.count : 0,
-            p.albedo[0],
-            p.albedo[1],
-            p.albedo[2],
-            p.normal[0],
-            p.normal[1],
-            p.normal[2],
-            p.depth,
-            film_variance(p, 0),
-            film_variance(p, 1),
-            film_variance(p, 2)};
-}
-
-// The reverse; takes the count as well.
-FilmPixel pixel_of(const std::array<double, LAYERS.size()> &v, uint32_t count) {
-    const auto squares = [&](double variance) { return count < 2 ? 0 : variance * (count - 1); };
-    const auto hits = static_cast<uint32_t>(std::lround(v[SHARE_OF_HITS] * count));
-    return {{v[0], v[1], v[2]},
-            {squares(v[11]), squares(v[12]), squares(v[13])},
-            {v[4], v[5], v[6]},
-            {v[7], v[8], v[9]},
-            v[10],
-            count,
-            hits};
+// All but the last, of a pixel whose squares are variances.
+std::array<double *, SHARE_OF_HITS> values_of(FilmPixel &p) {
+    double *const r = p.radiance, *const a = p.albedo, *const n = p.normal, *const v = p.squares;
+    return {r, r + 1, r + 2, a, a + 1, a + 2, n, n + 1, n + 2, &p.depth, v, v + 1, v + 2};
 }
 
 Imath::Box2i box(const Crop &crop) {
@@ -158,14 +134,13 @@ struct ReadAttribute {
     template <typename Attribute>
     auto found(const char *name) const {
         const auto *attribute = header.findTypedAttribute<Attribute>(name);
-        if (!attribute)
-            throw Error(std::string("it was not written by this program: it has no ") + name);
+        if (!attribute) throw Error("it was not written by this program: it has no ", name);
         return attribute->value();
     }
     template <typename Value>
     void operator()(const char *name, Value &value) const {
         const auto refuse_unless = [&](bool good, const std::string &is) {
-            if (!good) throw Error("its " + std::string(name) + " is " + is);
+            if (!good) throw Error("its ", name, " is ", is);
         };
         if constexpr (std::is_same_v<Value, std::string>) {
             value = found<Imf::StringAttribute>(name);
@@ -207,10 +182,10 @@ auto reading(const std::string &path, Read read) {
         check_regular(path);
         return read();
     } catch (const std::bad_alloc &) {
-        throw Error("cannot read the EXR file " + path +
+        throw Error("cannot read the EXR file ", path,
                     ": it needs more memory than there is, or than --max-memory allows");
     } catch (const std::exception &error) {
-        throw Error("cannot read the EXR file " + path + ": " + error.what());
+        throw Error("cannot read the EXR file ", path, ": ", error.what());
     }
 }
 
@@ -228,13 +203,18 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     write("bnVersion", std::string(bn_version_string())); // the format itself uses "version"
 
     Planes planes(film.crop);
+    const size_t count = film.pixels.size();
     const auto largest = static_cast<double>(std::numeric_limits<float>::max());
-    for (size_t i = 0; i < film.pixels.size(); ++i) {
-        const auto layers = layers_of(film.pixels[i]);
-        for (size_t k = 0; k < LAYERS.size(); ++k)
-            planes.values[k * film.pixels.size() + i] =
-                static_cast<float>(std::clamp(layers[k], -largest, largest));
-        planes.counts[i] = film.pixels[i].count;
+    for (size_t i = 0; i < count; ++i) {
+        FilmPixel p = film.pixels[i];
+        for (int c = 0; c < 3; ++c) p.squares[c] = film_variance(p, c);
+        const auto values = values_of(p);
+        for (size_t k = 0; k < values.size(); ++k)
+            planes.values[k * count + i] =
+                static_cast<float>(std::clamp(*values[k], -largest, largest));
+        planes.values[SHARE_OF_HITS * count + i] =
+            p.count ? static_cast<float>(static_cast<double>(p.hits) / p.count) : 0;
+        planes.counts[i] = p.count;
     }
     for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
         header.channels().insert(plane.name(), Imf::Channel(plane.slice().type));
@@ -248,7 +228,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &error) {
-        throw Error(std::string("the picture cannot be encoded: ") + error.what());
+        throw Error("the picture cannot be encoded: ", error.what());
     }
     return bytes;
 }
@@ -265,7 +245,7 @@ Image exr_read(const std::string &path) {
         const char *const names[3] = {"R", "G", "B"};
         for (size_t c = 0; c < 3; ++c) {
             if (!file.header().channels().findChannel(names[c]))
-                throw Error(std::string("it has no channel ") + names[c]);
+                throw Error("it has no channel ", names[c]);
             buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c,
                                                      box(image.crop), pixel, row));
         }
@@ -288,23 +268,28 @@ Film exr_read_film(const std::string &path) {
         Planes planes(head.crop);
         for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
             if (!file.header().channels().findChannel(plane.name()))
-                throw Error(std::string("it has no channel ") + plane.name());
+                throw Error("it has no channel ", plane.name());
         file.setFrameBuffer(planes.buffer);
         file.readPixels(head.crop.y0, head.crop.y1 - 1);
 
         const uint64_t most = head.attributes.end_sample - head.attributes.first_sample;
         for (size_t i = 0; i < film.pixels.size(); ++i) {
             if (planes.counts[i] > most) throw Error("it has more samples than its attributes say");
-            std::array<double, LAYERS.size()> layers;
-            for (size_t k = 0; k < LAYERS.size(); ++k) {
-                layers[k] = planes.values[k * film.pixels.size() + i];
-                if (!std::isfinite(layers[k]))
-                    throw Error(std::string("its channel ") + LAYERS[k] +
-                                " has a value that is not finite");
-            }
-            if (!(layers[SHARE_OF_HITS] >= 0 && layers[SHARE_OF_HITS] <= 1))
+            FilmPixel &p = film.pixels[i];
+            p.count = planes.counts[i];
+            const auto layer = [&](size_t k) {
+                const float value = planes.values[k * film.pixels.size() + i];
+                if (!std::isfinite(value))
+                    throw Error("its channel ", LAYERS[k], " has a value that is not finite");
+                return double{value};
+            };
+            const auto values = values_of(p);
+            for (size_t k = 0; k < values.size(); ++k) *values[k] = layer(k);
+            for (double &v : p.squares) v = p.count < 2 ? 0 : v * (p.count - 1);
+            const double share = layer(SHARE_OF_HITS);
+            if (!(share >= 0 && share <= 1))
                 throw Error("its channel A has a value outside [0, 1]");
-            film.pixels[i] = pixel_of(layers, planes.counts[i]);
+            p.hits = static_cast<uint32_t>(std::lround(share * p.count));
         }
         return film;
     });

@@ -83,7 +83,7 @@ void check_chunks(const std::vector<unsigned char> &bytes) {
     if (word(4) != 2) throw Error("is not of glTF version 2");
     const uint64_t size = word(8);
     if (size < 20 || size > bytes.size())
-        throw Error("is cut short: its header says it has " + std::to_string(size) + " bytes");
+        throw Error("is cut short: its header says it has ", size, " bytes");
     for (uint64_t at = 12; at + 8 <= size; at += 8 + word(at))
         if (word(at) > size - at - 8) throw Error("is cut short: a chunk goes beyond its end");
     check_nesting(reinterpret_cast<const char *>(bytes.data()) + 20, word(12));
@@ -116,17 +116,16 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &problem) {
-        throw Error(std::string("is not valid glTF 2.0: ") + printable(first_line(problem.what())));
+        throw Error("is not valid glTF 2.0: ", printable(first_line(problem.what())));
     }
     // Checked first: data that an extension stores elsewhere would be reported as missing.
     for (const std::string &extension : model.extensionsRequired)
         if (!is_known(extension))
-            throw Error("requires the extension " + printable(extension) +
-                        ", which cannot be read");
-    if (error.find("File read error") == 0) throw Error("buffer " + access.problem);
-    if (!good) throw Error("is not valid glTF 2.0: " + printable(first_line(error)));
+            throw Error("requires the extension ", printable(extension), ", which cannot be read");
+    if (error.find("File read error") == 0) throw Error("buffer ", access.problem);
+    if (!good) throw Error("is not valid glTF 2.0: ", printable(first_line(error)));
     if (model.asset.version.compare(0, 2, "2.") != 0)
-        throw Error("is glTF " + printable(model.asset.version) + "; version 2 is read");
+        throw Error("is glTF ", printable(model.asset.version), "; version 2 is read");
     return model;
 }
 
@@ -200,7 +199,7 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
         if (attribute(name) >= 0) {
             values = gltf_floats(r.model, attribute(name), components, what);
             if (values.size() / static_cast<size_t>(components) != count)
-                throw Error("has " + std::string(what) + " of another count than its positions");
+                throw Error("has ", what, " of another count than its positions");
         }
         return values;
     };
@@ -304,8 +303,7 @@ void read_nodes(Reader &r) {
             gltf_at(model.nodes, nodes[i], "node");
             const auto at = static_cast<size_t>(nodes[i]);
             if (reached[at])
-                throw Error("reaches node " + std::to_string(nodes[i]) +
-                            " twice: its nodes do not form a tree");
+                throw Error("reaches node ", nodes[i], " twice: its nodes do not form a tree");
             reached[at] = true;
             open.push_back({nodes[i], parent});
         }

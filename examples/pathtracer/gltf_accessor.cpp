@@ -60,22 +60,21 @@ GltfBytes elements(const tinygltf::Model &model, int view, size_t offset, size_t
                    const char *what) {
     GltfBytes bytes = gltf_buffer_view(model, view, what);
     if (bytes.stride == 0) bytes.stride = size;
-    if (bytes.stride < size) throw Error(std::string(what) + " overlap each other in their buffer");
+    if (bytes.stride < size) throw Error(what, " overlap each other in their buffer");
     const bool fits = count == 0 || (offset <= bytes.size && size <= bytes.size - offset &&
                                      (count - 1) <= (bytes.size - offset - size) / bytes.stride);
-    if (!fits) throw Error(std::string(what) + " run past the end of their buffer view");
+    if (!fits) throw Error(what, " run past the end of their buffer view");
     return {bytes.data + offset, bytes.size - offset, bytes.stride};
 }
 
 const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const char *what) {
     const tinygltf::Accessor &accessor = gltf_at(model.accessors, index, "accessor");
     if (accessor.count > MAX_SCENE_ELEMENTS)
-        throw Error("has " + std::to_string(accessor.count) + " " + what +
-                    "; at most 2^26 are read");
+        throw Error("has ", accessor.count, " ", what, "; at most 2^26 are read");
     const int type = accessor.componentType;
     if (!is_index_type(type) && type != TINYGLTF_COMPONENT_TYPE_BYTE &&
         type != TINYGLTF_COMPONENT_TYPE_SHORT && type != TINYGLTF_COMPONENT_TYPE_FLOAT)
-        throw Error(std::string(what) + " have a number type that glTF does not have");
+        throw Error(what, " have a number type that glTF does not have");
     return accessor;
 }
 
@@ -86,8 +85,7 @@ GltfBytes gltf_buffer_view(const tinygltf::Model &model, int index, const char *
     const tinygltf::Buffer &buffer = gltf_at(model.buffers, view.buffer, "buffer");
     if (view.byteOffset > buffer.data.size() ||
         view.byteLength > buffer.data.size() - view.byteOffset)
-        throw Error("is cut short: the buffer view of " + std::string(what) +
-                    " runs past the end of its buffer");
+        throw Error("is cut short: the buffer view of ", what, " runs past the end of its buffer");
     return {buffer.data.data() + view.byteOffset, view.byteLength, view.byteStride};
 }
 
@@ -101,7 +99,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
                                const char *what) {
     const tinygltf::Accessor &accessor = checked(model, index, what);
     if (gltf_components(model, index) != components)
-        throw Error(std::string(what) + " have the wrong number of components");
+        throw Error(what, " have the wrong number of components");
     const auto width = static_cast<size_t>(components);
     const size_t size = component_size(accessor.componentType);
     std::vector<float> values;
@@ -124,7 +122,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
             static_cast<int64_t>(sparse.indices.byteOffset) < 0 ||
             static_cast<int64_t>(sparse.values.byteOffset) < 0 ||
             !is_index_type(sparse.indices.componentType))
-            throw Error(std::string(what) + " have invalid sparse parts");
+            throw Error(what, " have invalid sparse parts");
         const auto count = static_cast<size_t>(sparse.count);
         const GltfBytes indices = elements(model, sparse.indices.bufferView,
                                            static_cast<size_t>(sparse.indices.byteOffset), count,
@@ -135,8 +133,7 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
         for (size_t i = 0; i < count; ++i) {
             const size_t at =
                 index_at(indices.data + i * indices.stride, sparse.indices.componentType);
-            if (at >= accessor.count)
-                throw Error(std::string(what) + " have a sparse index out of range");
+            if (at >= accessor.count) throw Error(what, " have a sparse index out of range");
             read(changed.data + i * changed.stride, &values[at * width]);
         }
     }
@@ -155,8 +152,7 @@ std::vector<uint32_t> gltf_indices(const tinygltf::Model &model, int index, size
     for (size_t i = 0; i < accessor.count; ++i) {
         values[i] = index_at(bytes.data + i * bytes.stride, accessor.componentType);
         if (values[i] >= limit)
-            throw Error("has an index out of range: vertex " + std::to_string(values[i]) + " of " +
-                        std::to_string(limit));
+            throw Error("has an index out of range: vertex ", values[i], " of ", limit);
     }
     return values;
 }

@@ -36,11 +36,8 @@ GltfBytes gltf_buffer_view(const tinygltf::Model &model, int view, const char *w
 // An element of one of the model's lists. Throws Error if the index is out of range.
 template <typename Element>
 const Element &gltf_at(const std::vector<Element> &list, int index, const char *what) {
-    if (index < 0 || static_cast<size_t>(index) >= list.size()) {
-        const std::string there = std::to_string(list.size());
-        throw Error("refers to " + std::string(what) + " " + std::to_string(index) + ", and has " +
-                    there);
-    }
+    if (index < 0 || static_cast<size_t>(index) >= list.size())
+        throw Error("refers to ", what, " ", index, ", and has ", list.size());
     return list[static_cast<size_t>(index)];
 }
 

@@ -86,14 +86,14 @@ void check_regular(const fs::path &path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     if (status.type() == fs::file_type::not_found) throw Error("there is no such file");
-    if (error) throw Error("cannot be opened: " + error.message());
+    if (error) throw Error("cannot be opened: ", error.message());
     if (!fs::is_regular_file(status)) throw Error("is not a regular file");
 }
 
 std::vector<unsigned char> read_file(const fs::path &path) {
     check_regular(path);
     std::ifstream file(path, std::ios::binary | std::ios::ate);
-    if (!file) throw Error(std::string("cannot be opened: ") + std::strerror(errno));
+    if (!file) throw Error("cannot be opened: ", std::strerror(errno));
     const std::streamoff size = file.tellg();
     if (size >= MAX_FILE) throw Error("is too large: files below 4 GiB are read");
     std::vector<unsigned char> bytes(static_cast<size_t>(size));
@@ -117,7 +117,7 @@ fs::path SceneFolder::resolve(const std::string &name) const {
     std::error_code error;
     // Follows links in the part of the path that exists and normalises the rest.
     const fs::path path = fs::weakly_canonical(folder_ / name, error);
-    if (error) throw Error("cannot be opened: " + error.message());
+    if (error) throw Error("cannot be opened: ", error.message());
     if (!allow_outside_ && !is_below(path, folder_))
         throw Error("is outside the scene's folder; use --allow-outside to read it");
     return path;
@@ -160,7 +160,7 @@ void InputRecord::add_file(const fs::path &path) {
     try {
         add(path, read_file(path));
     } catch (const Error &error) {
-        throw Error("cannot read " + path.string() + ": " + error.what());
+        throw Error("cannot read ", path.string(), ": ", error.what());
     }
 }
 

@@ -61,21 +61,20 @@ void pass_through(const RTCFilterFunctionNArguments *query) {
     if (query->valid[0] != 0 && is_cut_out(scene, {triangle, u, v})) query->valid[0] = 0;
 }
 
-RTCRay make_ray(Vec3 origin, Vec3 direction, float far, float time) {
-    RTCRay ray;
-    ray.org_x = origin.x;
-    ray.org_y = origin.y;
-    ray.org_z = origin.z;
-    ray.tnear = 0;
-    ray.dir_x = direction.x;
-    ray.dir_y = direction.y;
-    ray.dir_z = direction.z;
-    ray.time = time;
-    ray.tfar = far;
-    ray.mask = 0xffffffffu;
-    ray.id = 0;
-    ray.flags = 0;
-    return ray;
+RTCRay make_ray(Vec3 from, Vec3 by, float far, float time) {
+    return {from.x, from.y, from.z, 0, by.x, by.y, by.z, time, far, 0xffffffffu, 0, 0};
+}
+
+// Calls rtcIntersect1 or rtcOccluded1.
+template <typename Function, typename Query>
+void ask(Function function, const Geometry &geometry, Query &query) {
+#if BN_EMBREE_MAJOR == 4
+    function(geometry.scene, &query, nullptr);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    function(geometry.scene, &context, &query);
+#endif
 }
 
 } // namespace
@@ -124,7 +123,7 @@ GeometryPointer geometry_build(const Scene &scene) {
     rtcReleaseGeometry(mesh);
 
     rtcSetDeviceErrorFunction(geometry->device, nullptr, nullptr);
-    if (!error.empty()) throw Error("Embree cannot build the scene: " + error);
+    if (!error.empty()) throw Error("Embree cannot build the scene: ", error);
     return geometry;
 }
 
@@ -142,13 +141,7 @@ bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hi
     if (seen_by_camera) query.ray.id = SEES_FRONTS;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-#if BN_EMBREE_MAJOR == 4
-    rtcIntersect1(geometry.scene, &query);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(geometry.scene, &context, &query);
-#endif
+    ask(rtcIntersect1, geometry, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     hit.distance = query.ray.tfar;
     hit.triangle = query.hit.primID;
@@ -160,12 +153,6 @@ bool intersect(const Geometry &geometry, const Ray &ray, bool seen_by_camera, Hi
 
 bool occluded(const Geometry &geometry, Vec3 from, Vec3 to, float time) {
     RTCRay ray = make_ray(from, to - from, 1, time);
-#if BN_EMBREE_MAJOR == 4
-    rtcOccluded1(geometry.scene, &ray);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded1(geometry.scene, &context, &ray);
-#endif
+    ask(rtcOccluded1, geometry, ray);
     return ray.tfar < 0;
 }

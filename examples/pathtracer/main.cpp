@@ -39,17 +39,16 @@ std::optional<Image> load_reference(const std::string &path, int full_width, int
     if (path.empty()) return {};
     const Image image = exr_read(path);
     if (image.full_width != full_width || image.full_height != full_height)
-        throw Error("the reference " + path + " has " + std::to_string(image.full_width) + "x" +
-                    std::to_string(image.full_height) + " pixels, but the picture has " +
-                    std::to_string(full_width) + "x" + std::to_string(full_height) +
+        throw Error("the reference ", path, " has ", image.full_width, "x", image.full_height,
+                    " pixels, but the picture has ", full_width, "x", full_height,
                     "; set --size or choose another reference");
     if (crop.x0 < image.crop.x0 || crop.y0 < image.crop.y0 || crop.x1 > image.crop.x1 ||
         crop.y1 > image.crop.y1)
-        throw Error("the reference " + path + " covers only a part of the picture");
+        throw Error("the reference ", path, " covers only a part of the picture");
     Image part = image_crop(image, crop);
     for (const float v : part.rgb)
         if (!std::isfinite(v))
-            throw Error("the reference " + path + " has a value that is not finite");
+            throw Error("the reference ", path, " has a value that is not finite");
     return part;
 }
 
@@ -117,12 +116,11 @@ Scene load_scene(const Options &options, InputRecord &record) {
 void check_samples(const Options &options, const Scene &scene, const Sampler &sampler) {
     const uint64_t end = uint64_t{options.first_sample} + options.spp;
     if (end > (uint64_t{1} << 32) / std::max(scene.light_samples, 1u))
-        throw Error("--first-sample and --spp run past the last sample of " +
-                    std::to_string(scene.light_samples) + " light samples each; take fewer");
+        throw Error("--first-sample and --spp run past the last sample of ", scene.light_samples,
+                    " light samples each; take fewer");
     if (sampler.peer && end > PeerSampler::INDEX_LIMIT)
-        throw Error("--first-sample and --spp run past sample " +
-                    std::to_string(PeerSampler::INDEX_LIMIT) + ", the last of '" +
-                    options.sampler.name + "'; take fewer");
+        throw Error("--first-sample and --spp run past sample ", PeerSampler::INDEX_LIMIT,
+                    ", the last of '", options.sampler.name, "'; take fewer");
 }
 
 // What is known of the picture before rendering. The camera must be fitted already.

@@ -168,9 +168,8 @@ struct MaterialReader {
 // Checks an index of the file against the length of its array.
 size_t checked(int index, size_t count, const char *what) {
     if (index < 0 || static_cast<size_t>(index) >= count)
-        throw Error("has an index out of range: " + std::string(what) + " " +
-                    std::to_string(static_cast<int64_t>(index) + 1) + " of " +
-                    std::to_string(count));
+        throw Error("has an index out of range: ", what, " ", static_cast<int64_t>(index) + 1,
+                    " of ", count);
     return static_cast<size_t>(index);
 }
 
@@ -191,7 +190,7 @@ ObjFile load(const std::string &content, MaterialFiles &material_files, bool spl
     const bool good = tinyobj::LoadObj(&file.attributes, &file.shapes, &file.materials,
                                        &file.warning, &error, &text, &material_files, split, false);
     material_files.finish();
-    if (!good) throw Error("is not valid OBJ: " + printable(error.substr(0, error.find('\n'))));
+    if (!good) throw Error("is not valid OBJ: ", printable(error.substr(0, error.find('\n'))));
     // The loader may drop faces with such indices.
     if (file.warning.find("ndices out of bounds") != std::string::npos ||
         file.warning.find("invalid vertex index") != std::string::npos)

@@ -15,22 +15,20 @@
 #include <oqmc/pmjbn.h>
 #include <oqmc/sobolbn.h>
 
+#include "sobol4d.h"
+
 namespace {
 
-// 30 bits, because OpenQMC adds the high half of the index to its frame number, an int. The mixer
-// is SplitMix64's (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+// 30 bits, because OpenQMC adds the high half of the index to its frame number, an int.
 int frame_of(uint64_t seed) {
-    seed += 0x9e3779b97f4a7c15u;
-    seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;
-    seed = (seed ^ (seed >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<int>((seed ^ (seed >> 31)) >> 34);
+    return static_cast<int>(sobol4d_mix(seed + 0x9e3779b97f4a7c15u) >> 34);
 }
 
 template <typename Native>
 class OpenQmcSampler final : public PeerSampler {
   public:
-    explicit OpenQmcSampler(uint64_t seed)
-        : PeerSampler(seed), frame_(frame_of(seed)), cache_(Native::cacheSize) {
+    explicit OpenQmcSampler(uint64_t own_seed)
+        : PeerSampler(own_seed), frame_(frame_of(own_seed)), cache_(Native::cacheSize) {
         Native::initialiseCache(cache_.data());
     }
 
@@ -58,19 +56,16 @@ class OpenQmcSampler final : public PeerSampler {
     std::vector<char> cache_;
 };
 
-template <typename Native>
-PeerPointer create(uint64_t seed) {
-    return std::make_unique<OpenQmcSampler<Native>>(seed);
-}
-
 } // namespace
 
 std::vector<SamplerEntry> openqmc_entries() {
     return {
-        {"openqmc-pmjbn", "OpenQMC: multi-jittered, blue noise", 0, create<oqmc::PmjBnSampler>},
-        {"openqmc-sobolbn", "OpenQMC: Sobol', blue noise", 0, create<oqmc::SobolBnSampler>},
+        {"openqmc-pmjbn", "OpenQMC: multi-jittered, blue noise", 0,
+         create_peer<OpenQmcSampler<oqmc::PmjBnSampler>>},
+        {"openqmc-sobolbn", "OpenQMC: Sobol', blue noise", 0,
+         create_peer<OpenQmcSampler<oqmc::SobolBnSampler>>},
         {"openqmc-latticebn", "OpenQMC: rank-1 lattice, blue noise", 0,
-         create<oqmc::LatticeBnSampler>},
+         create_peer<OpenQmcSampler<oqmc::LatticeBnSampler>>},
     };
 }
 

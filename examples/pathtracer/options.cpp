@@ -33,7 +33,7 @@ struct Given {
     const std::string &name, &text;
 
     [[noreturn]] void refuse(const std::string &takes) const {
-        throw Error(name + " takes " + takes + ", not '" + text + "'");
+        throw Error(name, " takes ", takes, ", not '", text, "'");
     }
 };
 using Reader = std::function<void(const Given &)>;
@@ -176,11 +176,10 @@ void check_noise(const Options &o) {
                               " begins with sample " + std::to_string(o.first_sample) +
                               "; continue it without --noise");
     if (o.spp <= o.noise.min_spp && o.given.count("--min-spp") == 0 && o.resume.empty())
-        throw Error("--noise looks at pixels from --min-spp " + std::to_string(o.noise.min_spp) +
+        throw Error("--noise looks at pixels from --min-spp ", o.noise.min_spp,
                     " on; give more --spp than that, or a smaller --min-spp");
     if (o.noise.min_spp > o.spp && o.given.count("--min-spp") > 0)
-        throw Error("--min-spp " + std::to_string(o.noise.min_spp) + " is more than --spp " +
-                    std::to_string(o.spp));
+        throw Error("--min-spp ", o.noise.min_spp, " is more than --spp ", o.spp);
 }
 
 } // namespace
@@ -188,7 +187,7 @@ void check_noise(const Options &o) {
 void check_options(const Options &o) {
     if (o.output.empty()) throw Error("name the output with -o out.exr (see --help)");
     if (o.output.size() < 5 || o.output.compare(o.output.size() - 4, 4, ".exr") != 0)
-        throw Error("the output must be named something.exr, not '" + o.output + "'");
+        throw Error("the output must be named something.exr, not '", o.output, "'");
     if (!o.merge.empty()) {
         if (!o.resume.empty()) throw Error("--merge does not render; leave out --resume");
         if (o.noise.level > 0) throw Error("--merge does not render; leave out --noise");
@@ -197,21 +196,20 @@ void check_options(const Options &o) {
     if (o.max_depth > MAX_DEPTH || o.light_samples.value_or(1) > MAX_LIGHT_SAMPLES ||
         o.spp > MAX_SPP || !(o.noise.level <= 1) || o.noise.min_spp < MIN_SPP ||
         o.noise.min_spp > MAX_SPP || std::abs(o.exposure.value_or(0)) > MAX_STOPS)
-        throw Error(o.resume + " has impossible settings"); // the command line is range-checked
+        throw Error(o.resume, " has impossible settings"); // the command line is range-checked
     if (o.given.count("--lights") > 0 && o.given.count("--light-samples") > 0)
         throw Error(
             "--lights coin takes one direction off each surface; leave out --light-samples");
     const Crop crop = o.crop.value_or(Crop{0, 0, o.width, o.height});
     if (crop.x1 > o.width || crop.y1 > o.height)
-        throw Error("--crop extends beyond the picture of " + std::to_string(o.width) + "x" +
-                    std::to_string(o.height) + " pixels; set --size");
+        throw Error("--crop extends beyond the picture of ", o.width, "x", o.height,
+                    " pixels; set --size");
     if (pixel_count(crop) > MAX_PIXELS)
-        throw Error("at most " + std::to_string(MAX_PIXELS) +
+        throw Error("at most ", MAX_PIXELS,
                     " pixels are rendered at once; render the picture in parts with --crop");
     check_noise(o);
     if (o.first_sample > UINT32_MAX - (o.spp - 1))
-        throw Error("--first-sample and --spp run past the last sample, number " +
-                    std::to_string(UINT32_MAX));
+        throw Error("--first-sample and --spp run past the last sample, number ", UINT32_MAX);
 }
 
 const char *options_help() {
@@ -281,12 +279,12 @@ Options parse_options(int argc, const char *const *argv) {
         } else {
             const auto option = with_value.find(name);
             if (option == with_value.end())
-                throw Error("there is no option '" + name + "'; see --help");
-            if (i + 1 == argc) throw Error(name + " needs a value; see --help");
+                throw Error("there is no option '", name, "'; see --help");
+            if (i + 1 == argc) throw Error(name, " needs a value; see --help");
             const std::string value = argv[++i];
             if (value.compare(0, 2, "--") == 0 || value == "-o" || value == "-h")
-                throw Error(name + " needs a value, not the option '" + value +
-                            "'; write a file of that name as './" + value + "'");
+                throw Error(name, " needs a value, not the option '", value,
+                            "'; write a file of that name as './", value, "'");
             options.given.insert(name);
             option->second({name, value});
         }

@@ -50,7 +50,7 @@ class Undisturbed {
 };
 
 Error cannot_write(const fs::path &path, const std::string &why) {
-    return Error("cannot write " + path.string() + ": " + why);
+    return Error("cannot write ", path.string(), ": ", why);
 }
 
 // The target of a path's symbolic links, whether or not a file exists there.
@@ -157,14 +157,14 @@ void check_file_names(const Options &options, std::vector<NamedFile> inputs) {
         return one == other ? "" : " (as " + other.string() + ")";
     };
     if (is_same_file(exr, png))
-        throw Error("-o and the preview of -o would both write " + exr.string() + as(exr, png) +
+        throw Error("-o and the preview of -o would both write ", exr.string(), as(exr, png),
                     "; give another name");
     for (const NamedFile &output : {NamedFile{"-o", exr}, NamedFile{"the preview of -o", png}})
         for (const NamedFile &input : inputs)
             if (!(output.role == "-o" && input.role == "--resume") &&
                 is_same_file(output.path, input.path))
-                throw Error(output.role + " would overwrite " + output.path.string() + ", which " +
-                            input.role + " reads" + as(output.path, input.path) +
+                throw Error(output.role, " would overwrite ", output.path.string(), ", which ",
+                            input.role, " reads", as(output.path, input.path),
                             "; give the output another name");
 }
 

@@ -59,11 +59,9 @@ void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t fi
     if (from.count == 0) return;
     const uint64_t next = first + to.count, begin = part.attributes.first_sample;
     if (begin > next)
-        throw Error("samples " + std::to_string(next) + " to " + std::to_string(begin - 1) +
-                    " of pixel " + std::to_string(x) + "," + std::to_string(y) +
-                    " are missing before " + path + "; render them with " + "--first-sample " +
-                    std::to_string(next) + " --spp " + std::to_string(begin - next) +
-                    ", or --resume the picture that was stopped");
+        throw Error("samples ", next, " to ", begin - 1, " of pixel ", x, ",", y,
+                    " are missing before ", path, "; render them with ", "--first-sample ", next,
+                    " --spp ", begin - next, ", or --resume the picture that was stopped");
     film_merge(to, from);
 }
 
@@ -72,8 +70,8 @@ void add_samples(FilmPixel &to, const FilmPixel &from, int x, int y, uint64_t fi
 void check_inside(const Options &options, const NamedFile &file) {
     if (options.given.count(file.role) > 0) return;
     const auto refuse = [&](const std::string &why) {
-        throw Error(options.resume + " names the file " + printable(file.path.string()) +
-                    ", which " + why + "; name it with " + file.role + ", or use --allow-outside");
+        throw Error(options.resume, " names the file ", printable(file.path.string()), ", which ",
+                    why, "; name it with ", file.role, ", or use --allow-outside");
     };
     try {
         SceneFolder(options.resume, options.allow_outside)
@@ -114,15 +112,15 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
         if (!heads.empty()) {
             const std::string difference = settings_difference(head, heads[0], allow_changed);
             if (!difference.empty())
-                throw Error(path + " and " + paths[0] +
-                            " are not parts of one picture: they differ in " + difference);
+                throw Error(path, " and ", paths[0],
+                            " are not parts of one picture: they differ in ", difference);
         }
         for (size_t i = 0; i < heads.size(); ++i) {
             const ExrAttributes &a = heads[i].attributes, &b = head.attributes;
             const bool share_samples =
                 a.first_sample < b.end_sample && b.first_sample < a.end_sample;
             if (share_samples && overlap(heads[i].crop, head.crop))
-                throw Error(path + " and " + paths[i] +
+                throw Error(path, " and ", paths[i],
                             " contain the same samples of the same pixels");
         }
         heads.push_back(head);
@@ -139,8 +137,7 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
         add_part(all, a);
     }
     if (pixel_count(crop) > MAX_PIXELS)
-        throw Error("the parts span more than " + std::to_string(MAX_PIXELS) +
-                    " pixels; merge fewer of them");
+        throw Error("the parts span more than ", MAX_PIXELS, " pixels; merge fewer of them");
 
     merged.film = film_create(heads[0].full_width, heads[0].full_height, crop);
     // In sample order, so that each pixel fills up without gaps.
@@ -170,8 +167,7 @@ ExrHead resume_settings(Options &options) {
     unless_given("--size", options.height, head.full_height);
     if (options.width != head.full_width || options.height != head.full_height ||
         head.crop.x0 < 0 || head.crop.y0 < 0)
-        throw Error(options.resume + " is of a picture of " + std::to_string(head.full_width) +
-                    "x" + std::to_string(head.full_height) +
+        throw Error(options.resume, " is of a picture of ", head.full_width, "x", head.full_height,
                     " pixels; leave out --size, or give that size");
     unless_given("--crop", options.crop, head.crop);
     const auto given = [&](const char *name) { return options.given.count(name) > 0; };
@@ -205,13 +201,12 @@ Film resume_film(const Options &options, const ExrHead &picture, const ExrHead &
         (had.x0 != now.x0 || had.y0 != now.y0 || had.x1 != now.x1 || had.y1 != now.y1))
         difference = "crop";
     if (!difference.empty())
-        throw Error(options.resume + " is not an earlier state of this picture: they differ in " +
-                    difference + "; options that you leave out are taken from it");
+        throw Error(options.resume, " is not an earlier state of this picture: they differ in ",
+                    difference, "; options that you leave out are taken from it");
     Film film = exr_read_film(options.resume);
     const SampleCounts counts = film_counts(film);
     if (counts.most > options.spp || counts.least >= options.spp)
-        throw Error(options.resume + " has " + std::to_string(counts.least) + " to " +
-                    std::to_string(counts.most) +
+        throw Error(options.resume, " has ", counts.least, " to ", counts.most,
                     " samples in each pixel already; give a larger --spp");
     return film;
 }

@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sobol4d.h"
+
 class Pcg32 {
   public:
     Pcg32(uint64_t state, uint64_t stream) : increment_(2 * stream + 1) {
@@ -71,15 +73,8 @@ class PcgPath {
     std::array<float, 2> time() const { return generator_.next<2>(); }
 
   private:
-    // The finalizer of SplitMix64.
-    static uint64_t mixed(uint64_t v) {
-        v = (v ^ v >> 30) * 0xbf58476d1ce4e5b9u;
-        v = (v ^ v >> 27) * 0x94d049bb133111ebu;
-        return v ^ v >> 31;
-    }
-
     static Pcg32 started(uint64_t seed, uint64_t pixel, uint32_t index) {
-        return Pcg32(mixed((mixed(seed) ^ pixel) + index), pixel);
+        return Pcg32(sobol4d_mix((sobol4d_mix(seed) ^ pixel) + index), pixel);
     }
 
     mutable Pcg32 generator_;

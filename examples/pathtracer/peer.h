@@ -15,7 +15,8 @@ class PeerSampler {
   public:
     static constexpr uint64_t INDEX_LIMIT = uint64_t{1} << 31;
 
-    explicit PeerSampler(uint64_t seed) : generator(bn::Kind::white, seed) {}
+    explicit PeerSampler(uint64_t own_seed)
+        : seed(own_seed), generator(bn::Kind::white, own_seed) {}
     virtual ~PeerSampler() = default;
     // The first `dimensions` numbers: 2 or 4.
     virtual void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
@@ -27,9 +28,15 @@ class PeerSampler {
         draw(x, y, index * count + k, key, 2, u);
     }
 
+    const uint64_t seed;
     const bn::Sampler generator; // of loops, after their first four numbers
 };
 using PeerPointer = std::unique_ptr<const PeerSampler>;
+
+template <typename Peer>
+PeerPointer create_peer(uint64_t seed) {
+    return std::make_unique<Peer>(seed);
+}
 
 // One sample of one pixel.
 struct PeerPixel {
@@ -101,6 +108,3 @@ class PeerPath {
   private:
     PeerPixel pixel_;
 };
-
-// In sobol4d.cpp.
-PeerPointer sobol4d_create(uint64_t seed);

@@ -104,7 +104,7 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
     std::vector<char> bytes(size);
     if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
-        throw Error(std::string("the preview cannot be encoded: ") + png.message);
+        throw Error("the preview cannot be encoded: ", png.message);
     bytes.resize(size);
     return bytes;
 }
@@ -114,19 +114,19 @@ GreyImage png_read_grey(const std::string &path) {
     try {
         bytes = read_file(path);
     } catch (const Error &error) {
-        throw Error("cannot read the PNG file " + path + ": " + error.what());
+        throw Error("cannot read the PNG file ", path, ": ", error.what());
     }
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
     const std::unique_ptr<png_image, void (*)(png_image *)> freed{&png, png_image_free};
     if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
-        throw Error("cannot read the PNG file " + path + ": " + png.message);
+        throw Error("cannot read the PNG file ", path, ": ", png.message);
     const uint64_t pixels = static_cast<uint64_t>(png.width) * png.height;
-    if (pixels > 1u << 24) throw Error("the mask " + path + " is too large: at most 2^24 texels");
+    if (pixels > 1u << 24) throw Error("the mask ", path, " is too large: at most 2^24 texels");
     png.format = PNG_FORMAT_LINEAR_Y;
     GreyImage image{png.width, png.height, std::vector<uint16_t>(pixels)};
     if (!png_image_finish_read(&png, nullptr, image.values.data(), 0, nullptr))
-        throw Error("cannot read the PNG file " + path + ": " + png.message);
+        throw Error("cannot read the PNG file ", path, ": ", png.message);
     return image;
 }
 

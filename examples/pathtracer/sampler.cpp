@@ -4,6 +4,7 @@
 
 #include "error.h"
 #include "png_image.h"
+#include "sobol4d.h"
 
 #ifndef BN_NO_NEURAL
 #include <bn/neural.h>
@@ -11,12 +12,23 @@
 
 namespace {
 
+class Sobol4d final : public PeerSampler {
+  public:
+    using PeerSampler::PeerSampler;
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        float all[4];
+        sobol4d_draw(seed, x, y, index, key, all);
+        std::copy_n(all, dimensions, u);
+    }
+};
+
 std::vector<uint32_t> read_mask(const std::string &path, uint32_t &width, uint32_t &height) {
     const GreyImage image = png_read_grey(path);
     const std::vector<float> values(image.values.begin(), image.values.end());
     std::vector<uint32_t> ranks(values.size());
     const bn_result result = bn_ranks_from_values(values.data(), values.size(), ranks.data());
-    if (result != BN_SUCCESS) throw Error("mask " + path + ": " + bn_result_string(result));
+    if (result != BN_SUCCESS) throw Error("mask ", path, ": ", bn_result_string(result));
     width = image.width;
     height = image.height;
     return ranks;
@@ -42,8 +54,7 @@ std::vector<uint32_t> make_neural_mask(const SamplerSettings &settings) {
     if (result == BN_ERROR_RUNTIME)
         throw Error("--mask neural needs ONNX Runtime; install it (for example with pip install "
                     "onnxruntime) and set BN_ONNXRUNTIME to its libonnxruntime.so");
-    if (result != BN_SUCCESS)
-        throw Error(std::string("--mask neural: ") + bn_result_string(result));
+    if (result != BN_SUCCESS) throw Error("--mask neural: ", bn_result_string(result));
     return ranks;
 #endif
 }
@@ -60,7 +71,7 @@ const std::vector<SamplerEntry> &sampler_entries() {
             {"mask", "a blue-noise mask drives padded Sobol'", BN_SAMPLER_MASK},
             {"pcg", "one PCG32 for all decisions of a path, for comparison", 0, nullptr, true},
             {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
-             sobol4d_create},
+             create_peer<Sobol4d>},
         };
         for (const SamplerEntry &entry : sobol_global_entries()) all.push_back(entry);
         for (const SamplerEntry &entry : openqmc_entries()) all.push_back(entry);
@@ -76,15 +87,14 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
         if (settings.name == entry.name) chosen = &entry;
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
-    if (!chosen)
-        throw Error("there is no sampler '" + settings.name + "'; the samplers are " + known);
+    if (!chosen) throw Error("there is no sampler '", settings.name, "'; the samplers are ", known);
 
     if (chosen->peer || chosen->is_pcg) {
         for (const auto &[option, given] : {std::pair{"--declare", settings.declared_spp > 0},
                                             std::pair{"--mask", !settings.mask.empty()}})
             if (given)
-                throw Error(std::string(option) + " is for the samplers of libbn, not for '" +
-                            settings.name + "'; leave it out");
+                throw Error(option, " is for the samplers of libbn, not for '", settings.name,
+                            "'; leave it out");
     }
 
     bn_sampler_options options = bn_sampler_options_default();
@@ -94,7 +104,7 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
     std::vector<uint32_t> ranks;
     if (!settings.mask.empty()) {
         if (chosen->kind != BN_SAMPLER_MASK)
-            throw Error("--mask goes with --sampler mask, not with '" + settings.name + "'");
+            throw Error("--mask goes with --sampler mask, not with '", settings.name, "'");
         if (settings.mask == "neural") {
             ranks = make_neural_mask(settings);
             options.mask_width = options.mask_height = NEURAL_EXTENT;
@@ -111,7 +121,7 @@ SamplerPointer sampler_create(const SamplerSettings &settings) {
                     chosen->peer ? chosen->peer(settings.seed) : nullptr,
                     chosen->is_pcg ? std::optional(settings.seed) : std::nullopt});
     } catch (const bn::Error &error) {
-        throw Error("the sampler '" + settings.name +
-                    "' cannot be made: " + bn_result_string(error.result()));
+        throw Error("the sampler '", settings.name,
+                    "' cannot be made: ", bn_result_string(error.result()));
     }
 }

@@ -183,7 +183,7 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
                                       std::to_string(scene.cameras.size()) +
                                       " cameras; see --list-cameras and --camera");
         } catch (const Error &error) {
-            throw Error(name + ": " + error.what());
+            throw Error(name, ": ", error.what());
         }
         return scene;
     }
@@ -198,6 +198,6 @@ Scene scene_build(const std::string &name, const SceneOptions &options) {
         }
         known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
-    throw Error("there is no scene '" + name + "'; the scenes are " + known +
+    throw Error("there is no scene '", name, "'; the scenes are ", known,
                 ", or a file named .gltf, .glb or .obj");
 }

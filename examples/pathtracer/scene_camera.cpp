@@ -57,8 +57,8 @@ std::string numbered_names(const Scene &scene) {
 void aim(Scene &scene, Point3d eye, Point3d target) {
     const double distance = length(target - eye);
     if (!(distance > 0) || !std::isfinite(distance))
-        throw Error("the camera has no direction: --eye and --target are both " +
-                    digits(Vec3(eye - scene.origin), scene.origin) + "; move one of them");
+        throw Error("the camera has no direction: --eye and --target are both ",
+                    digits(Vec3(eye - scene.origin), scene.origin), "; move one of them");
     const Vec3 forward = Vec3((target - eye) / distance);
     Vec3 up = {0, 1, 0};
     if (!(max_magnitude(cross(forward, up)) > 1e-6f)) up = {0, 0, forward.y < 0 ? -1.0f : 1.0f};
@@ -83,8 +83,7 @@ CameraChoice camera_parse(const std::string &text) {
     if (std::sscanf(text.c_str() + read, "--eye %lf,%lf,%lf --target %lf,%lf,%lf --fov %lf", &eye.x,
                     &eye.y, &eye.z, &target.x, &target.y, &target.z, &fov) != 7 ||
         !(fov > 0 && fov < 180))
-        throw Error("the picture's camera is '" + text +
-                    "', which cannot be read; give the camera");
+        throw Error("the picture's camera is '", text, "', which cannot be read; give the camera");
     choice.eye = eye;
     choice.target = target;
     choice.fov = fov;

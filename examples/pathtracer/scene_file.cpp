@@ -120,7 +120,7 @@ int32_t draft_add_texture(SceneDraft &draft, const std::string &name, bool srgb,
     try {
         draft.scene.textures.push_back(texture_decode(bytes()));
     } catch (const Error &error) {
-        throw Error(name + ": " + error.what());
+        throw Error(name, ": ", error.what());
     }
     Texture &texture = draft.scene.textures.back();
     texture.srgb = srgb;
@@ -215,8 +215,8 @@ Scene scene_file_read(const std::string &path, const SceneOptions &options) {
         if (!ignored.empty()) scene.notes.push_back(path + ": ignores " + ignored);
         return std::move(scene);
     } catch (const Error &error) {
-        throw Error(path + ": " + error.what());
+        throw Error(path, ": ", error.what());
     } catch (const std::bad_alloc &) {
-        throw Error(path + ": needs more memory than there is, or than --max-memory allows");
+        throw Error(path, ": needs more memory than there is, or than --max-memory allows");
     }
 }

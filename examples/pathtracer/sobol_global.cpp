@@ -23,8 +23,7 @@ constexpr uint32_t DIMENSIONS = 512, PIXELS = (1u << SCREEN) - 1;
 
 class SobolGlobal final : public PeerSampler {
   public:
-    explicit SobolGlobal(uint64_t seed)
-        : PeerSampler(seed), seed_(seed), columns_(DIMENSIONS * BITS) {
+    explicit SobolGlobal(uint64_t own_seed) : PeerSampler(own_seed), columns_(DIMENSIONS * BITS) {
         boost::random::sobol_engine<uint64_t, BITS> engine(DIMENSIONS);
         for (unsigned bit = 0; bit < BITS; ++bit) {
             // Boost counts in Gray code: its number 2^k is the sum of columns k and k - 1.
@@ -69,7 +68,7 @@ class SobolGlobal final : public PeerSampler {
                 continue;
             }
             for (uint32_t d = first; d < first + 2; ++d) {
-                uint64_t digits = digits_of(point, d), scrambling = sobol4d_mix(seed_ + 1) + d;
+                uint64_t digits = digits_of(point, d), scrambling = sobol4d_mix(seed + 1) + d;
                 if (d < 2) { // the position: below the digits of the pixel
                     digits <<= SCREEN;
                     scrambling += uint64_t{d == 0 ? pixel & PIXELS : pixel >> SCREEN} << 32;
@@ -110,10 +109,9 @@ class SobolGlobal final : public PeerSampler {
 
     // Another pixel takes the place of (0, 0) for each seed.
     uint32_t shift() const {
-        return static_cast<uint32_t>(sobol4d_mix(seed_ + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
+        return static_cast<uint32_t>(sobol4d_mix(seed + 0x9e3779b97f4a7c15u)) >> (32 - 2 * SCREEN);
     }
 
-    uint64_t seed_;
     std::vector<uint64_t> columns_; // of each dimension
     uint32_t inverse_[2 * SCREEN];
 };
@@ -122,8 +120,7 @@ class SobolGlobal final : public PeerSampler {
 
 std::vector<SamplerEntry> sobol_global_entries() {
     return {{"sobol-global", "one Sobol' sequence over the screen, for comparison",
-             BN_SAMPLER_WHITE,
-             [](uint64_t seed) -> PeerPointer { return std::make_unique<SobolGlobal>(seed); }}};
+             BN_SAMPLER_WHITE, create_peer<SobolGlobal>}};
 }
 
 #else

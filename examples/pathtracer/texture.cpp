@@ -24,8 +24,7 @@ constexpr const char *DAMAGED = "is damaged: it cannot be decoded";
 // Throws Error unless a texture may be that large.
 void check_extent(int64_t width, int64_t height) {
     if (width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_TEXELS)
-        throw Error("has " + std::to_string(width) + "x" + std::to_string(height) +
-                    " texels; at most 2^27 are read, 32768 a side");
+        throw Error("has ", width, "x", height, " texels; at most 2^27 are read, 32768 a side");
 }
 
 // Whether a file starts with these bytes.
