@@ -52,10 +52,9 @@ double blurred_rmse(const Image &image, const Image &reference, double sigma) {
     const int columns = width(image.crop), rows = height(image.crop);
     const size_t count = pixel_count(image.crop);
     double total = 0;
-    for (size_t c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         std::vector<double> error(count);
-        for (size_t i = 0; i < count; ++i)
-            error[i] = double{image.rgb[3 * i + c]} - reference.rgb[3 * i + c];
+        for (size_t i = 0; i < count; ++i) error[i] = double{image.rgb[i][c]} - reference.rgb[i][c];
         if (sigma > 0) {
             const std::vector<double> weights = gaussian_weights(sigma);
             const auto row_length = static_cast<size_t>(columns);
@@ -71,9 +70,9 @@ Image image_crop(const Image &image, const Crop &crop) {
     Image result{image.full_width, image.full_height, crop, {}};
     for (int y = crop.y0; y < crop.y1; ++y) {
         const Crop &have = image.crop;
-        const size_t rows = y - have.y0, first = rows * width(have) + crop.x0 - have.x0;
-        const auto from = image.rgb.begin() + static_cast<std::ptrdiff_t>(3 * first);
-        result.rgb.insert(result.rgb.end(), from, from + 3 * width(crop));
+        const size_t first = (y - have.y0) * width(have) + crop.x0 - have.x0;
+        const auto from = image.rgb.begin() + static_cast<std::ptrdiff_t>(first);
+        result.rgb.insert(result.rgb.end(), from, from + width(crop));
     }
     return result;
 }

@@ -141,13 +141,9 @@ Environment environment_sky(Vec3 to_sun) {
 Environment environment_read(const std::string &path) {
     if (path == "sky") return environment_sky(normalize(Vec3{-0.40f, 0.62f, 0.68f}));
     if (path == "none") return environment_create(2, 1, {{0, 0, 0}, {0, 0, 0}});
-    const Image image = exr_read(path);
-    const int width = ::width(image.crop), height = ::height(image.crop);
-    std::vector<Vec3> texels(pixel_count(image.crop));
-    for (size_t i = 0; i < texels.size(); ++i)
-        texels[i] = {image.rgb[3 * i], image.rgb[3 * i + 1], image.rgb[3 * i + 2]};
+    Image image = exr_read(path);
     try {
-        return environment_create(width, height, std::move(texels));
+        return environment_create(width(image.crop), height(image.crop), std::move(image.rgb));
     } catch (const Error &error) {
         throw Error("the environment ", path, ": ", error.what());
     }

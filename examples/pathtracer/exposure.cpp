@@ -34,7 +34,7 @@ float auto_exposure(const Film &film) {
                 for (int x = left; x < std::min(left + BLOCK, columns); ++x) {
                     const FilmPixel &p = film_pixel(film, film.crop.x0 + x, film.crop.y0 + y);
                     if (p.count == 0 || (surfaces_only && !shows_surface(p))) continue;
-                    light += luminance(Vec3(p.radiance[0], p.radiance[1], p.radiance[2]));
+                    light += luminance(p.radiance);
                     ++count;
                 }
             if (!(light > 0)) continue;
@@ -55,9 +55,7 @@ std::string film_warning(const Film &film, const std::string &extent) {
         return "NOTHING IS VISIBLE: no camera ray hits a surface; point the camera at the scene, "
                "which " +
                extent + ", with --eye and --target, or leave them out";
-    if (!any([](const FilmPixel &p) {
-            return p.radiance[0] > 0 || p.radiance[1] > 0 || p.radiance[2] > 0;
-        }))
+    if (!any([](const FilmPixel &p) { return max_component(p.radiance) > 0; }))
         return "THE PICTURE IS BLACK: no light reaches the visible surfaces; add some with --env "
                "sky, look from inside with --eye and --target, or raise --max-depth";
     return "";

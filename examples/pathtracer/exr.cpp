@@ -57,7 +57,8 @@ constexpr size_t SHARE_OF_HITS = LAYERS.size() - 1; // the layer A
 
 // All but the last, of a pixel whose squares are variances.
 std::array<double *, SHARE_OF_HITS> values_of(FilmPixel &p) {
-    double *const r = p.radiance, *const a = p.albedo, *const n = p.normal, *const v = p.squares;
+    double *const r = &p.radiance.x, *const a = &p.albedo.x, *const n = &p.normal.x,
+                  *const v = &p.squares.x;
     return {r, r + 1, r + 2, a, a + 1, a + 2, n, n + 1, n + 2, &p.depth, v, v + 1, v + 2};
 }
 
@@ -238,15 +239,15 @@ Image exr_read(const std::string &path) {
         Imf::InputFile file(path.c_str());
         Image image{};
         read_windows(file.header(), image.full_width, image.full_height, image.crop);
-        const size_t pixel = 3 * sizeof(float);
+        const size_t pixel = sizeof(Vec3);
         const size_t row = pixel * static_cast<size_t>(width(image.crop));
-        image.rgb.resize(3 * pixel_count(image.crop));
+        image.rgb.resize(pixel_count(image.crop));
         Imf::FrameBuffer buffer;
         const char *const names[3] = {"R", "G", "B"};
         for (size_t c = 0; c < 3; ++c) {
             if (!file.header().channels().findChannel(names[c]))
                 throw Error("it has no channel ", names[c]);
-            buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c,
+            buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, &image.rgb[0].x + c,
                                                      box(image.crop), pixel, row));
         }
         file.setFrameBuffer(buffer);
@@ -285,7 +286,7 @@ Film exr_read_film(const std::string &path) {
             };
             const auto values = values_of(p);
             for (size_t k = 0; k < values.size(); ++k) *values[k] = layer(k);
-            for (double &v : p.squares) v = p.count < 2 ? 0 : v * (p.count - 1);
+            p.squares *= p.count < 2 ? 0 : p.count - 1;
             const double share = layer(SHARE_OF_HITS);
             if (!(share >= 0 && share <= 1))
                 throw Error("its channel A has a value outside [0, 1]");

@@ -4,14 +4,6 @@
 
 #include <algorithm>
 
-namespace {
-
-void add_to_mean(double (&mean)[3], const double (&other)[3], double share) {
-    for (int c = 0; c < 3; ++c) mean[c] += share * (other[c] - mean[c]);
-}
-
-} // namespace
-
 Film film_create(int full_width, int full_height, const Crop &crop) {
     return {full_width, full_height, crop, std::vector<FilmPixel>(pixel_count(crop))};
 }
@@ -35,15 +27,11 @@ Film film_with_crop(const Film &film, const Crop &crop) {
 
 void film_add(FilmPixel &pixel, const PathSample &sample) {
     const double share = 1.0 / ++pixel.count;
-    const double radiance[3] = {sample.radiance.x, sample.radiance.y, sample.radiance.z};
-    for (int c = 0; c < 3; ++c) {
-        const double difference = radiance[c] - pixel.radiance[c];
-        pixel.radiance[c] += share * difference;
-        pixel.squares[c] += difference * (radiance[c] - pixel.radiance[c]);
-    }
-    const Vec3 a = sample.albedo, n = sample.normal;
-    add_to_mean(pixel.albedo, {a.x, a.y, a.z}, share);
-    add_to_mean(pixel.normal, {n.x, n.y, n.z}, share);
+    const glm::dvec3 radiance = sample.radiance, difference = radiance - pixel.radiance;
+    pixel.radiance += share * difference;
+    pixel.squares += difference * (radiance - pixel.radiance);
+    pixel.albedo += share * (glm::dvec3(sample.albedo) - pixel.albedo);
+    pixel.normal += share * (glm::dvec3(sample.normal) - pixel.normal);
     if (sample.hit) pixel.depth += (sample.depth - pixel.depth) / ++pixel.hits;
 }
 
@@ -51,14 +39,12 @@ void film_merge(FilmPixel &pixel, const FilmPixel &other) {
     if (other.count == 0) return;
     const double count = static_cast<double>(pixel.count) + other.count;
     const double share = other.count / count;
-    for (int c = 0; c < 3; ++c) {
-        const double difference = other.radiance[c] - pixel.radiance[c];
-        pixel.squares[c] +=
-            other.squares[c] + difference * difference * share * static_cast<double>(pixel.count);
-    }
-    add_to_mean(pixel.radiance, other.radiance, share);
-    add_to_mean(pixel.albedo, other.albedo, share);
-    add_to_mean(pixel.normal, other.normal, share);
+    const glm::dvec3 difference = other.radiance - pixel.radiance;
+    pixel.squares +=
+        other.squares + difference * difference * share * static_cast<double>(pixel.count);
+    pixel.radiance += share * difference;
+    pixel.albedo += share * (other.albedo - pixel.albedo);
+    pixel.normal += share * (other.normal - pixel.normal);
     pixel.count += other.count;
     pixel.hits += other.hits;
     if (other.hits > 0)
@@ -82,9 +68,7 @@ double film_samples(const Film &film) {
 
 Image film_image(const Film &film) {
     Image image{film.full_width, film.full_height, film.crop, {}};
-    image.rgb.reserve(3 * film.pixels.size());
-    for (const FilmPixel &pixel : film.pixels)
-        for (const double v : pixel.radiance) image.rgb.push_back(static_cast<float>(v));
+    for (const FilmPixel &pixel : film.pixels) image.rgb.push_back(pixel.radiance);
     return image;
 }
 

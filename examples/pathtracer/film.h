@@ -12,13 +12,13 @@
 #include "integrator.h"
 
 struct FilmPixel {
-    double radiance[3]; // mean
-    double squares[3];  // of radiance: sum of squared deviations from the mean
-    double albedo[3];   // mean at the camera ray's hit; 0 for a miss
-    double normal[3];   // likewise, in world space
-    double depth;       // along the camera's axis; mean over the samples that hit
-    uint32_t count;     // samples taken
-    uint32_t hits;      // of these, camera rays that hit a surface
+    glm::dvec3 radiance; // mean
+    glm::dvec3 squares;  // of radiance: sum of squared deviations from the mean
+    glm::dvec3 albedo;   // mean at the camera ray's hit; 0 for a miss
+    glm::dvec3 normal;   // likewise, in world space
+    double depth;        // along the camera's axis; mean over the samples that hit
+    uint32_t count;      // samples taken
+    uint32_t hits;       // of these, camera rays that hit a surface
 };
 
 struct Film {

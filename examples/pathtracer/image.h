@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "math.h"
+
 // The pixels x0 <= x < x1, y0 <= y < y1 of a picture; y grows downwards.
 struct Crop {
     int x0, y0, x1, y1;
@@ -23,7 +25,7 @@ inline size_t pixel_count(const Crop &crop) {
 struct Image {
     int full_width, full_height; // of the whole picture
     Crop crop;                   // the pixels held
-    std::vector<float> rgb;      // height(crop) rows of width(crop) pixels of 3
+    std::vector<Vec3> rgb;       // height(crop) rows of width(crop) pixels
 };
 
 // ---- difference.cpp

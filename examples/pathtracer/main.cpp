@@ -46,9 +46,8 @@ std::optional<Image> load_reference(const std::string &path, int full_width, int
         crop.y1 > image.crop.y1)
         throw Error("the reference ", path, " covers only a part of the picture");
     Image part = image_crop(image, crop);
-    for (const float v : part.rgb)
-        if (!std::isfinite(v))
-            throw Error("the reference ", path, " has a value that is not finite");
+    for (const Vec3 v : part.rgb)
+        if (!is_finite(v)) throw Error("the reference ", path, " has a value that is not finite");
     return part;
 }
 

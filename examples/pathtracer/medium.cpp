@@ -8,24 +8,21 @@ namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
-size_t index_of(const int (&size)[3], int x, int y, int z) {
-    return (static_cast<size_t>(z) * static_cast<size_t>(size[1]) + static_cast<size_t>(y)) *
-               static_cast<size_t>(size[0]) +
+size_t index_of(glm::ivec3 size, int x, int y, int z) {
+    return (static_cast<size_t>(z) * static_cast<size_t>(size.y) + static_cast<size_t>(y)) *
+               static_cast<size_t>(size.x) +
            static_cast<size_t>(x);
 }
 
 // The least and the largest density that interpolation can give in a block: it reads one cell
 // beyond the block.
-Medium::Range range_of(const Medium &m, const int (&block)[3]) {
-    int first[3], last[3];
-    for (int i = 0; i < 3; ++i) {
-        first[i] = std::max(block[i] * Medium::BLOCK - 1, 0);
-        last[i] = std::min((block[i] + 1) * Medium::BLOCK, m.size[i] - 1);
-    }
+Medium::Range range_of(const Medium &m, glm::ivec3 block) {
+    const glm::ivec3 first = max(block * Medium::BLOCK - 1, glm::ivec3(0));
+    const glm::ivec3 last = min((block + 1) * Medium::BLOCK, m.size - 1);
     Medium::Range range = {INFINITE, 0};
-    for (int z = first[2]; z <= last[2]; ++z)
-        for (int y = first[1]; y <= last[1]; ++y)
-            for (int x = first[0]; x <= last[0]; ++x) {
+    for (int z = first.z; z <= last.z; ++z)
+        for (int y = first.y; y <= last.y; ++y)
+            for (int x = first.x; x <= last.x; ++x) {
                 const float density = m.density[index_of(m.size, x, y, z)];
                 range = {std::min(range.least, density), std::max(range.most, density)};
             }
@@ -50,17 +47,16 @@ void walk(const Medium &m, const Ray &ray, float end, Visit visit) {
     }
     if (!(from < end)) return;
 
-    int block[3], step[3];
-    float next[3], length[3]; // where the ray leaves the block on each axis, and crosses one
+    const Vec3 side = (high - low) * float{Medium::BLOCK} / Vec3(m.size);
+    glm::ivec3 block = (origin + from * direction - low) / side, step;
+    block = clamp(block, glm::ivec3(0), m.blocks - 1);
+    Vec3 next, length; // where the ray leaves the block on each axis, and crosses one
     for (int i = 0; i < 3; ++i) {
-        const float side = (high[i] - low[i]) * Medium::BLOCK / static_cast<float>(m.size[i]);
-        const float place = (origin[i] + from * direction[i] - low[i]) / side;
-        block[i] = std::clamp(static_cast<int>(place), 0, m.blocks[i] - 1);
         step[i] = direction[i] < 0 ? -1 : 1;
-        const float face = low[i] + side * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
+        const float face = low[i] + side[i] * static_cast<float>(block[i] + (step[i] > 0 ? 1 : 0));
         const bool crosses = direction[i] != 0;
         next[i] = crosses ? (face - origin[i]) / direction[i] : INFINITE;
-        length[i] = crosses ? side / std::abs(direction[i]) : INFINITE;
+        length[i] = crosses ? side[i] / std::abs(direction[i]) : INFINITE;
     }
     while (from < end) {
         const int axis =
@@ -100,7 +96,7 @@ struct Meetings {
 
 } // namespace
 
-Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, float anisotropy,
+Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float anisotropy,
                      const std::function<float(Vec3)> &density) {
     Medium m{};
     m.low = low;
@@ -108,36 +104,25 @@ Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, flo
     m.material.kind = Material::PHASE;
     m.material.albedo = albedo;
     m.material.anisotropy = anisotropy;
-    for (int i = 0; i < 3; ++i) {
-        m.size[i] = size[i];
-        m.blocks[i] = (size[i] + Medium::BLOCK - 1) / Medium::BLOCK;
-    }
-    const auto middle = [](int i, int count, float a, float b) {
-        return a + (b - a) * (static_cast<float>(i) + 0.5f) / static_cast<float>(count);
-    };
-    for (int z = 0; z < size[2]; ++z)
-        for (int y = 0; y < size[1]; ++y)
-            for (int x = 0; x < size[0]; ++x)
+    m.size = size;
+    m.blocks = (size + Medium::BLOCK - 1) / Medium::BLOCK;
+    for (int z = 0; z < size.z; ++z)
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x)
                 m.density.push_back(
-                    density({middle(x, size[0], low.x, high.x), middle(y, size[1], low.y, high.y),
-                             middle(z, size[2], low.z, high.z)}));
-    for (int z = 0; z < m.blocks[2]; ++z)
-        for (int y = 0; y < m.blocks[1]; ++y)
-            for (int x = 0; x < m.blocks[0]; ++x) m.ranges.push_back(range_of(m, {x, y, z}));
+                    density(low + (high - low) * (Vec3(x, y, z) + 0.5f) / Vec3(size)));
+    for (int z = 0; z < m.blocks.z; ++z)
+        for (int y = 0; y < m.blocks.y; ++y)
+            for (int x = 0; x < m.blocks.x; ++x) m.ranges.push_back(range_of(m, {x, y, z}));
     return m;
 }
 
 float medium_density(const Medium &m, Vec3 point) {
-    int before[3], after[3];
-    float rest[3];
-    for (int i = 0; i < 3; ++i) {
-        const auto count = static_cast<float>(m.size[i]);
-        const float place = (point[i] - m.low[i]) / (m.high[i] - m.low[i]) * count - 0.5f;
-        const float inside = std::clamp(place, 0.0f, count - 1);
-        before[i] = static_cast<int>(inside);
-        after[i] = std::min(before[i] + 1, m.size[i] - 1);
-        rest[i] = inside - static_cast<float>(before[i]);
-    }
+    const Vec3 count = m.size;
+    const Vec3 place = (point - m.low) / (m.high - m.low) * count - 0.5f;
+    const Vec3 inside = clamp(place, Vec3(0), count - 1.0f);
+    const glm::ivec3 before = inside, after = min(before + 1, m.size - 1);
+    const Vec3 rest = inside - Vec3(before);
     const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
     const auto row = [&](int y, int z) {
         return mix(m.density[index_of(m.size, before[0], y, z)],

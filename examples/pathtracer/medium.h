@@ -29,18 +29,18 @@ struct Medium {
         float least, most; // density
     };
     Vec3 low, high;             // corners of the box
-    int size[3];                // in cells
+    glm::ivec3 size;            // in cells
     std::vector<float> density; // at the middle of each cell; x changes fastest, then y.
                                 // Linear in between, constant in the outer halves of cells
-    int blocks[3];
+    glm::ivec3 blocks;
     std::vector<Range> ranges; // of each block
     Material material;         // how particles scatter: PHASE
 };
 
-// Fills a box with size[0] x size[1] x size[2] cells of density(point) >= 0. `albedo` is the share
+// Fills a box with size.x x size.y x size.z cells of density(point) >= 0. `albedo` is the share
 // of light that particles scatter, `anisotropy` in (-1, 1) the mean cosine by which they turn it:
 // 0 to all sides alike, above 0 mostly ahead.
-Medium medium_create(Vec3 low, Vec3 high, const int (&size)[3], Vec3 albedo, float anisotropy,
+Medium medium_create(Vec3 low, Vec3 high, glm::ivec3 size, Vec3 albedo, float anisotropy,
                      const std::function<float(Vec3)> &density);
 
 // The density at a point in the box.

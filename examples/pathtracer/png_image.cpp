@@ -86,11 +86,11 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
     // Each channel uses a shifted mask, so they do not all round up at the same pixels.
     constexpr int SHIFT_X[3] = {0, 21, 43}, SHIFT_Y[3] = {0, 37, 11};
     std::vector<uint8_t> pixels;
-    pixels.reserve(image.rgb.size());
     for (int y = image.crop.y0; y < image.crop.y1; ++y)
         for (int x = image.crop.x0; x < image.crop.x1; ++x)
             for (int c = 0; c < 3; ++c) {
-                const float level = 255 * srgb_encode(tone_curve(gain * image.rgb[pixels.size()]));
+                const float level =
+                    255 * srgb_encode(tone_curve(gain * image.rgb[pixels.size() / 3][c]));
                 const int texel = (y + SHIFT_Y[c]) % MASK * MASK + (x + SHIFT_X[c]) % MASK;
                 const float threshold = bn_rank_to_float(ranks[texel], MASK * MASK);
                 pixels.push_back(static_cast<uint8_t>(level + threshold));
