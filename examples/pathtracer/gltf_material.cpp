@@ -163,10 +163,8 @@ struct MaterialReader {
             const double turn = gltf_number(extensions, transform, "rotation", 0);
             const double sine = std::sin(turn), cosine = std::cos(turn);
             const double sx = pair("scale", 0, 1), sy = pair("scale", 1, 1);
-            const double rows[2][3] = {{cosine * sx, sine * sy, pair("offset", 0, 0)},
-                                       {-sine * sx, cosine * sy, pair("offset", 1, 0)}};
-            for (int r = 0; r < 2; ++r)
-                for (int c = 0; c < 3; ++c) use.transform[r][c] = static_cast<float>(rows[r][c]);
+            use.transform = glm::mat3x2(cosine * sx, -sine * sx, sine * sy, cosine * sy,
+                                        pair("offset", 0, 0), pair("offset", 1, 0));
             set = static_cast<int>(gltf_number(extensions, transform, "texCoord", set));
         }
         if (set < 0 || set > 1) {

@@ -101,10 +101,8 @@ struct MaterialReader {
         }
         use.texture = known->second;
         // OBJ's v points up.
-        const auto f = [](double v) { return static_cast<float>(v); };
-        const float rows[2][3] = {{f(options.scale[0]), 0, f(options.origin_offset[0])},
-                                  {0, -f(options.scale[1]), 1 - f(options.origin_offset[1])}};
-        std::copy(&rows[0][0], &rows[0][0] + 6, &use.transform[0][0]);
+        const auto &size = options.scale, &by = options.origin_offset;
+        use.transform = glm::mat3x2(size[0], 0, 0, -size[1], by[0], 1 - by[1]);
         return use;
     }
 

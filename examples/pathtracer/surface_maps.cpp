@@ -14,8 +14,7 @@ Value interpolated(const std::vector<Value> &values, const Triangle &t, SurfaceP
 }
 
 Vec2 transformed(const TextureUse &use, Vec2 uv) {
-    const auto row = [&](const float *m) { return m[0] * uv.x + m[1] * uv.y + m[2]; };
-    return {row(use.transform[0]), row(use.transform[1])};
+    return use.transform * Vec3(uv, 1);
 }
 
 const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {

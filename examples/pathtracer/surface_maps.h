@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include <glm/mat3x2.hpp>
+
 #include "material.h"
 #include "math.h"
 
@@ -14,8 +16,8 @@ struct Scene;
 struct TextureUse {
     int32_t texture = -1; // index into Scene::textures; -1: none
     uint32_t set = 0;     // of texture coordinates, 0 or 1
-    // From vertex coordinates to texture coordinates: two rows, each times (u, v, 1).
-    float transform[2][3] = {{1, 0, 0}, {0, 1, 0}};
+    // From vertex coordinates to texture coordinates, times (u, v, 1).
+    glm::mat3x2 transform{1};
 };
 
 struct SurfaceMaps {
