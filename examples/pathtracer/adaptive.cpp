@@ -33,19 +33,17 @@ double displayed_error(const Film &film, const Crop &block, float exposure) {
     for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x) {
             const FilmPixel &pixel = film_pixel(film, x, y);
-            for (int c = 0; c < 3; ++c) {
-                // Single precision, as in the EXR.
-                const auto mean = static_cast<float>(pixel.radiance[c]);
-                const auto variance = static_cast<float>(film_variance(pixel, c));
-                const double value = gain * static_cast<double>(mean);
-                const double error = gain * std::sqrt(static_cast<double>(variance) / pixel.count);
-                // A quarter of what two errors up and down span on the display: the error itself
-                // below white, and 0 above.
-                const double shown =
-                    0.25 * (std::min(value + 2 * error, 1.0) - std::min(value - 2 * error, 1.0));
-                squares += shown * shown;
-                light += std::min(value, 1.0);
-            }
+            // Single precision, as in the EXR.
+            const Vec3 mean = pixel.radiance, variance = film_variance(pixel);
+            const glm::dvec3 value = gain * glm::dvec3(mean);
+            const glm::dvec3 error =
+                gain * sqrt(glm::dvec3(variance) / static_cast<double>(pixel.count));
+            // A quarter of what two errors up and down span on the display: the error itself below
+            // white, and 0 above.
+            const glm::dvec3 shown =
+                0.25 * (min(value + 2.0 * error, 1.0) - min(value - 2.0 * error, 1.0));
+            squares += dot(shown, shown);
+            light += dot(min(value, 1.0), glm::dvec3(1));
         }
     const double values = 3 * static_cast<double>(pixel_count(block));
     return std::sqrt(squares / values) / (light / values + DARKEST);

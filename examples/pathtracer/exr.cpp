@@ -208,7 +208,7 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     const auto largest = static_cast<double>(std::numeric_limits<float>::max());
     for (size_t i = 0; i < count; ++i) {
         FilmPixel p = film.pixels[i];
-        for (int c = 0; c < 3; ++c) p.squares[c] = film_variance(p, c);
+        p.squares = film_variance(p);
         const auto values = values_of(p);
         for (size_t k = 0; k < values.size(); ++k)
             planes.values[k * count + i] =

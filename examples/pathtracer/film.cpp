@@ -72,6 +72,6 @@ Image film_image(const Film &film) {
     return image;
 }
 
-double film_variance(const FilmPixel &pixel, int channel) {
-    return pixel.count < 2 ? 0 : pixel.squares[channel] / (pixel.count - 1);
+glm::dvec3 film_variance(const FilmPixel &pixel) {
+    return pixel.count < 2 ? glm::dvec3(0) : pixel.squares / static_cast<double>(pixel.count - 1);
 }

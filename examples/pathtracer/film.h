@@ -56,10 +56,10 @@ double film_samples(const Film &film);
 // The mean radiance; black where there are no samples.
 Image film_image(const Film &film);
 
-// The unbiased variance of a single sample of one channel of radiance; 0 with fewer than two
+// The unbiased variance of a single sample of radiance; 0 with fewer than two
 // samples. Samples of a pixel are not independent: the variance of their mean is less than this
 // divided by the count.
-double film_variance(const FilmPixel &pixel, int channel);
+glm::dvec3 film_variance(const FilmPixel &pixel);
 
 // ---- exposure.cpp
 

@@ -39,35 +39,26 @@ float loss(const ConductorEnergy &e, float cosine) {
                     1 - (1 - e.t) * interpolate(rows[0], root) - e.t * interpolate(rows[1], root));
 }
 
-// Reflectance at normal incidence, and how much the tint subtracts: `edge` scales Schlick's
-// reflectance at 82 degrees, cosine 1/7.
-template <typename Function>
-Vec3 for_each_channel(const Material &m, const Function &one) {
-    const auto channel = [&](float f0, float edge) {
-        const float at_edge = 1.0f / 7;
-        const float grazing = std::pow(1 - at_edge, 5.0f);
-        const float scale = 1 / (at_edge * std::pow(1 - at_edge, 6.0f));
-        return one(f0, (f0 + (1 - f0) * grazing) * (1 - edge) * scale);
-    };
-    return {channel(m.albedo.x, m.edge.x), channel(m.albedo.y, m.edge.y),
-            channel(m.albedo.z, m.edge.z)};
+// How much the tint subtracts from Schlick's reflectance: `edge` scales that at 82 degrees, cosine 1/7.
+Vec3 tint_of(const Material &m) {
+    const float at_edge = 1.0f / 7;
+    const float grazing = std::pow(1 - at_edge, 5.0f);
+    const float scale = 1 / (at_edge * std::pow(1 - at_edge, 6.0f));
+    return (m.albedo + (1.0f - m.albedo) * grazing) * (1.0f - m.edge) * scale;
 }
 
 Vec3 fresnel_conductor(const Material &m, float cosine) {
     const float c = std::min(std::max(cosine, 0.0f), 1.0f);
     const float s = (1 - c) * (1 - c), fifth = s * s * (1 - c);
-    return for_each_channel(m, [&](float f0, float tint) {
-        return std::min(std::max(f0 + (1 - f0) * fifth - tint * c * fifth * (1 - c), 0.0f), 1.0f);
-    });
+    return clamp(m.albedo + (1.0f - m.albedo) * fifth - tint_of(m) * c * fifth * (1 - c), 0.0f,
+                 1.0f);
 }
 
 // The Fresnel term of multiply scattered light: a geometric series in which every facet reflects
 // the mean Fresnel term and a share mean_loss of that hits another facet.
 Vec3 fresnel_multiple(const Material &m, float mean_loss) {
-    return for_each_channel(m, [&](float f0, float tint) {
-        const float mean = std::max(f0 + (1 - f0) / 21 - tint / 126, 0.0f);
-        return mean * mean * (1 - mean_loss) / (1 - mean * mean_loss);
-    });
+    const Vec3 mean = max(m.albedo + (1.0f - m.albedo) / 21.0f - tint_of(m) / 126.0f, 0.0f);
+    return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
 }
 
 MaterialValue conductor_value(const Material &m, Vec3 wo, Vec3 wi) {

@@ -47,21 +47,19 @@ Mixture mixture(const Material &m) {
     const float mean_edge = x.mean(conductor_table().mean_edge);
     const float root = (m.ior - 1) / (m.ior + 1);
     x.coat = root * root;
-    const auto multiple = [&](float reflectance) {
-        if (m.single_scatter || mean_loss < LEAST_LOSS) return 0.0f;
-        const float mean = reflectance + (1 - reflectance) / 21;
-        return mean * mean * (1 - mean_loss) / (1 - mean * mean_loss);
+    const auto multiple = [&](Vec3 reflectance) {
+        if (m.single_scatter || mean_loss < LEAST_LOSS) return Vec3(0);
+        const Vec3 mean = reflectance + (1.0f - reflectance) / 21.0f;
+        return mean * mean * (1 - mean_loss) / (1.0f - mean * mean_loss);
     };
-    x.coat_multiple = multiple(x.coat);
+    x.coat_multiple = multiple(Vec3(x.coat)).x;
     x.mean_loss = mean_loss;
     x.mean_left = std::max(
         1 - x.coat * (1 - mean_loss - mean_edge) - mean_edge - x.coat_multiple * mean_loss, 1e-4f);
-    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * Vec3{x.coat, x.coat, x.coat};
+    x.reflectance = m.metallic * m.albedo + (1 - m.metallic) * Vec3(x.coat);
     x.ground = ((1 - m.metallic) / x.mean_left) * m.albedo;
-    const Vec3 metal = {multiple(m.albedo.x), multiple(m.albedo.y), multiple(m.albedo.z)};
-    const float coat = (1 - m.metallic) * x.coat_multiple;
-    x.multiple =
-        (1 / std::max(mean_loss, LEAST_LOSS)) * (m.metallic * metal + Vec3{coat, coat, coat});
+    x.multiple = (1 / std::max(mean_loss, LEAST_LOSS)) *
+                 (m.metallic * multiple(m.albedo) + (1 - m.metallic) * x.coat_multiple);
     return x;
 }
 
@@ -98,8 +96,7 @@ MaterialValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
     const float facets = 0.25f * ggx_density(x.alpha, h) * ggx_shadowing(x.alpha, wo, wi) * wi.z;
     const float edge = schlick_edge(dot(wo, h));
     const float flat = wi.z / PI;
-    return {(facets * (1 - edge)) * x.reflectance +
-                Vec3{facets * edge, facets * edge, facets * edge} +
+    return {(facets * (1 - edge)) * x.reflectance + facets * edge +
                 (flat * near.by_coat * far.by_coat) * x.ground +
                 (flat * near.by_facets * far.by_facets) * x.multiple,
             share * mixture_facet_pdf(x, wo, h) + (1 - share) * flat};

@@ -22,7 +22,7 @@ const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
     return scene.maps[static_cast<size_t>(material.maps)];
 }
 
-TextureColour looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
+glm::vec4 looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
     const Vec2 uv = coordinates.empty() ? Vec2{0, 0}
                                         : interpolated(coordinates, scene.triangles[p.triangle], p);
@@ -36,20 +36,20 @@ Material material_at(const Scene &scene, const Material &material, SurfacePoint 
     const SurfaceMaps &maps = maps_of(scene, p);
     if (maps.vertex_colours && !scene.colours.empty())
         m.albedo *= interpolated(scene.colours, scene.triangles[p.triangle], p);
-    if (maps.colour.texture >= 0) m.albedo *= looked_up(scene, maps.colour, p).rgb;
+    if (maps.colour.texture >= 0) m.albedo *= Vec3(looked_up(scene, maps.colour, p));
     if (maps.metallic_roughness.texture >= 0) {
-        const TextureColour texel = looked_up(scene, maps.metallic_roughness, p);
-        m.metallic *= texel.rgb.z;
-        m.roughness *= texel.rgb.y;
+        const glm::vec4 texel = looked_up(scene, maps.metallic_roughness, p);
+        m.metallic *= texel.b;
+        m.roughness *= texel.g;
     }
-    if (maps.roughness.texture >= 0) m.roughness *= looked_up(scene, maps.roughness, p).rgb.x;
-    if (maps.metallic.texture >= 0) m.metallic *= looked_up(scene, maps.metallic, p).rgb.x;
+    if (maps.roughness.texture >= 0) m.roughness *= looked_up(scene, maps.roughness, p).r;
+    if (maps.metallic.texture >= 0) m.metallic *= looked_up(scene, maps.metallic, p).r;
     return m;
 }
 
 Vec3 emission_at(const Scene &scene, SurfacePoint p) {
     const SurfaceMaps &maps = maps_of(scene, p);
-    return maps.emission_factor * looked_up(scene, maps.emission, p).rgb;
+    return maps.emission_factor * Vec3(looked_up(scene, maps.emission, p));
 }
 
 Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps) {
@@ -75,9 +75,9 @@ bool is_cut_out(const Scene &scene, SurfacePoint p) {
     const SurfaceMaps &maps = maps_of(scene, p);
     float alpha = maps.alpha;
     if (maps.cut_out.texture >= 0) {
-        const TextureColour texel = looked_up(scene, maps.cut_out, p);
+        const glm::vec4 texel = looked_up(scene, maps.cut_out, p);
         const Texture &texture = scene.textures[static_cast<size_t>(maps.cut_out.texture)];
-        alpha *= texture.has_alpha ? texel.alpha : texel.rgb.x;
+        alpha *= texture.has_alpha ? texel.a : texel.r;
     }
     return alpha < maps.alpha_cutoff;
 }
@@ -104,7 +104,7 @@ Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
     const Vec3 along_v = along_surface(turn * (uv1.x * edge2 - uv2.x * edge1));
 
     // Green points up in the image, v down.
-    const Vec3 n = looked_up(scene, maps.normal, p).rgb;
+    const Vec3 n = looked_up(scene, maps.normal, p);
     const float x = maps.normal_scale * (2 * n.x - 1), y = maps.normal_scale * (2 * n.y - 1);
     return normalize_or(x * along_u - y * along_v + (2 * n.z - 1) * normal, normal);
 }

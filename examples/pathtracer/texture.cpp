@@ -122,17 +122,13 @@ int wrapped(int64_t i, int side, Texture::Wrap wrap) {
     return static_cast<int>(rest < side ? rest : period - 1 - rest);
 }
 
-TextureColour texel(const Texture &t, int64_t x, int64_t y) {
+glm::vec4 texel(const Texture &t, int64_t x, int64_t y) {
     const auto column = static_cast<size_t>(wrapped(x, t.width, t.wrap_u));
     const auto row = static_cast<size_t>(wrapped(y, t.height, t.wrap_v));
     const uint8_t *p = &t.rgba[4 * (row * static_cast<size_t>(t.width) + column)];
-    const float alpha = static_cast<float>(p[3]) / 255;
-    if (t.srgb) {
-        const std::array<float, 256> &light = srgb_table();
-        return {{light[p[0]], light[p[1]], light[p[2]]}, alpha};
-    }
-    const auto linear = [](uint8_t v) { return static_cast<float>(v) / 255; };
-    return {{linear(p[0]), linear(p[1]), linear(p[2])}, alpha};
+    const std::array<float, 256> &light = srgb_table();
+    const glm::vec4 linear = glm::vec4(p[0], p[1], p[2], p[3]) / 255.0f;
+    return t.srgb ? glm::vec4(light[p[0]], light[p[1]], light[p[2]], linear.a) : linear;
 }
 
 } // namespace
@@ -157,7 +153,7 @@ Texture texture_decode(const std::vector<unsigned char> &bytes) {
     return texture;
 }
 
-TextureColour texture_at(const Texture &t, Vec2 uv) {
+glm::vec4 texture_at(const Texture &t, Vec2 uv) {
     // Non-finite and huge coordinates map to the corner.
     const auto place = [](float v, int side) {
         return std::abs(v) < 1e6f ? static_cast<double>(v) * side : 0.0;
@@ -168,21 +164,18 @@ TextureColour texture_at(const Texture &t, Vec2 uv) {
     const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
     const auto s = static_cast<float>(x - 0.5 - left), r = static_cast<float>(y - 0.5 - top);
     const auto column = static_cast<int64_t>(left), row = static_cast<int64_t>(top);
-    const TextureColour a = texel(t, column, row), b = texel(t, column + 1, row);
-    const TextureColour c = texel(t, column, row + 1), d = texel(t, column + 1, row + 1);
+    const glm::vec4 a = texel(t, column, row), b = texel(t, column + 1, row);
+    const glm::vec4 c = texel(t, column, row + 1), d = texel(t, column + 1, row + 1);
     const float wa = (1 - s) * (1 - r), wb = s * (1 - r), wc = (1 - s) * r, wd = s * r;
-    return {wa * a.rgb + wb * b.rgb + wc * c.rgb + wd * d.rgb,
-            wa * a.alpha + wb * b.alpha + wc * c.alpha + wd * d.alpha};
+    return wa * a + wb * b + wc * c + wd * d;
 }
 
 Vec3 texture_mean(const Texture &t) {
-    double sum[3] = {0, 0, 0};
+    glm::dvec3 sum(0);
     for (size_t i = 0; i < t.rgba.size(); i += 4)
-        for (size_t c = 0; c < 3; ++c) {
-            const uint8_t value = t.rgba[i + c];
+        for (int c = 0; c < 3; ++c) {
+            const uint8_t value = t.rgba[i + static_cast<size_t>(c)];
             sum[c] += t.srgb ? static_cast<double>(srgb_table()[value]) : value / 255.0;
         }
-    const double count = static_cast<double>(t.rgba.size() / 4);
-    return {static_cast<float>(sum[0] / count), static_cast<float>(sum[1] / count),
-            static_cast<float>(sum[2] / count)};
+    return sum / static_cast<double>(t.rgba.size() / 4);
 }

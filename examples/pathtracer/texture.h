@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec4.hpp>
+
 #include "math.h"
 
 struct Texture {
@@ -20,16 +22,11 @@ struct Texture {
     std::vector<uint8_t> rgba; // height rows of width texels, top row first
 };
 
-struct TextureColour {
-    Vec3 rgb;
-    float alpha;
-};
-
 // Decodes the bytes of an image file. Throws Error, its text to follow the image's name.
 Texture texture_decode(const std::vector<unsigned char> &bytes);
 
 // The colour at uv: (0, 0) is the top left corner of the image, (1, 1) the bottom right.
-TextureColour texture_at(const Texture &texture, Vec2 uv);
+glm::vec4 texture_at(const Texture &texture, Vec2 uv);
 
 // The mean of all texels: above zero if any of them is.
 Vec3 texture_mean(const Texture &texture);
