@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where a picture has enough samples.
-#include "adaptive.h"
+#include "film.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "adaptive.h"
 #include "film.h"
 #include "sampler.h"
 

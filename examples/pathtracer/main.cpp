@@ -23,11 +23,9 @@
 #include "intersect.h"
 #include "options.h"
 #include "outputs.h"
-#include "parts.h"
 #include "render.h"
 #include "sampler.h"
 #include "scene.h"
-#include "scene_camera.h"
 
 namespace {
 

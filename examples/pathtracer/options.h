@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "exr.h"
-#include "scene_camera.h"
+#include "scene.h"
 
 struct Options : PictureSettings {
     CameraChoice camera;

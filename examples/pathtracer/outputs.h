@@ -32,3 +32,29 @@ class Outputs {
     std::filesystem::path exr_, png_;
     std::optional<float> exposure_; // automatic if empty
 };
+
+// ---- parts.cpp: pictures in parts, and continuing a picture that was stopped
+
+// Adds the rendering cost of a part to a picture that does not list its files any more if the part
+// is made of other ones.
+void add_part(ExrAttributes &to, const ExrAttributes &part);
+
+struct MergedPicture {
+    Film film;
+    ExrAttributes attributes;
+};
+
+// Reads and merges parts that this program wrote with the same settings, and of the same files
+// unless `allow_changed`. Where parts overlap they must hold different samples, and each pixel's
+// samples must be consecutive, starting at the first sample of all parts. Pixels outside all parts
+// are black and have no samples. Holds only the result and one part in memory. Throws Error.
+MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_changed);
+
+// Reads the header of the picture to continue and takes from it all settings that are not on the
+// command line. Without --spp or --time, rendering only evens out the sample counts of its pixels.
+// Throws Error.
+ExrHead resume_settings(Options &options);
+
+// Reads the samples of the picture. Throws Error, naming the difference, unless it can be continued
+// as `wanted`, or if it has `options.spp` samples in each pixel already.
+Film resume_film(const Options &options, const ExrHead &picture, const ExrHead &wanted);

@@ -2,7 +2,7 @@
 // Merging a picture from parts, and continuing one. Each pixel of a picture that was stopped holds its
 // first samples, some pixels more than others. The counts alone say which samples are missing, so no
 // other state is kept.
-#include "parts.h"
+#include "outputs.h"
 
 #include <algorithm>
 #include <iomanip>
@@ -11,7 +11,6 @@
 
 #include "error.h"
 #include "input_file.h"
-#include "outputs.h"
 
 namespace {
 

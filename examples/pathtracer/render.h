@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <functional>
 
-#include "adaptive.h"
 #include "film.h"
 #include "integrator.h"
 

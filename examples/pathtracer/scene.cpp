@@ -7,7 +7,6 @@
 #include "distribution.h"
 #include "error.h"
 #include "scene_builder.h"
-#include "scene_camera.h"
 #include "scene_file.h"
 
 namespace {

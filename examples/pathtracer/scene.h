@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -88,8 +89,46 @@ struct SceneEntry {
 // The built-in scenes, in the order of --list.
 const std::vector<SceneEntry> &scene_entries();
 
+// Which camera to render with. Points are in the coordinates of the scene's file. Unset fields keep the
+// values of the scene's camera.
+struct CameraChoice {
+    std::optional<uint32_t> number; // of the scene's cameras; the first unless given
+    std::optional<Point3d> eye, target;
+    std::optional<double> fov; // the vertical angle of view, in degrees
+};
+
+class InputRecord;
+
+// Options for building or reading a scene.
+struct SceneOptions {
+    CameraChoice camera;
+    std::shared_ptr<const Environment> environment; // replaces the scene's own; may be empty
+    bool single_scatter = false;                    // rough materials without multiple scattering
+    bool allow_outside = false;    // a scene file may read files outside its folder
+    bool photometric = false;      // a file's punctual lights are in candela and lux
+    InputRecord *record = nullptr; // gets the files of the scene
+};
+
 // Builds a scene by name, or reads it from a .gltf, .glb or .obj file, and finishes it. The
 // environment and camera in the options replace the scene's own. Throws Error that lists the known
 // scenes, or says what is wrong with the file or the camera.
-struct SceneOptions; // scene_camera.h
 Scene scene_build(const std::string &name, const SceneOptions &options);
+
+// ---- scene_camera.cpp: choosing the camera
+
+// Sets the scene's camera; call this before scene_finish. Up in the picture is +y, or -z if the
+// camera looks straight down, or +z if it looks straight up. A lens keeps its radius and focus
+// distance. Throws Error.
+void scene_choose_camera(Scene &scene, const CameraChoice &choice);
+
+// The choice that a text of options names, with or without a number. Throws Error.
+CameraChoice camera_parse(const std::string &text);
+
+// The options that reproduce a camera: "--eye 0,1,5 --target 0,0,0 --fov 40".
+std::string camera_text(const Scene &scene, const Camera &camera);
+
+// The bounds of the vertices: "reaches from -1,0,-1 to 1,2,1".
+std::string scene_extent_text(const Scene &scene);
+
+// One line per camera of the scene.
+std::string camera_list(const Scene &scene);

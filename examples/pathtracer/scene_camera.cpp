@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chooses the camera of a scene.
-#include "scene_camera.h"
+#include "scene.h"
 
 #include <charconv>
 #include <cinttypes>

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "input_file.h"
-#include "scene_camera.h"
+#include "scene.h"
 
 // Whether a name is that of a scene file: it ends in .gltf, .glb or .obj, in upper or lower case.
 bool is_scene_file(const std::string &name);

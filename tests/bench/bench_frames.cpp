@@ -26,7 +26,6 @@
 #include "intersect.h"
 #include "light.h"
 #include "scene.h"
-#include "scene_camera.h"
 
 namespace {
 

@@ -4,7 +4,6 @@
 
 #include "reader_fuzzer.h"
 #include "scene.h"
-#include "scene_camera.h"
 
 bool fuzz_input_was_read;
 
