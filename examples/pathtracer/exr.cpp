@@ -7,11 +7,11 @@
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
+#include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
 #include <bn/bn.h>
 
@@ -28,23 +28,6 @@
 #include "input_file.h"
 
 namespace {
-
-class MemoryStream : public Imf::OStream {
-  public:
-    explicit MemoryStream(std::vector<char> &bytes) : OStream("memory"), bytes_(bytes) {}
-    void write(const char data[], int size) override {
-        const size_t end = position_ + static_cast<size_t>(size);
-        if (end > bytes_.size()) bytes_.resize(end);
-        std::memcpy(bytes_.data() + position_, data, static_cast<size_t>(size));
-        position_ = end;
-    }
-    uint64_t tellp() override { return position_; }
-    void seekp(uint64_t position) override { position_ = position; }
-
-  private:
-    std::vector<char> &bytes_;
-    size_t position_ = 0;
-};
 
 constexpr const char *COUNT = "count";
 constexpr int LARGEST = 1 << 24; // pixels along a side of any picture
@@ -192,7 +175,7 @@ auto reading(const std::string &path, Read read) {
 
 } // namespace
 
-std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) {
+std::string exr_encode(const Film &film, const ExrAttributes &attributes) {
     const Imath::Box2i display({0, 0}, {film.full_width - 1, film.full_height - 1});
     const Imath::Box2i data = box(film.crop);
     Imf::Header header(display, data, 1, {0, 0}, 1, Imf::INCREASING_Y, Imf::ZIP_COMPRESSION);
@@ -220,18 +203,19 @@ std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes) 
     for (auto plane = planes.buffer.begin(); plane != planes.buffer.end(); ++plane)
         header.channels().insert(plane.name(), Imf::Channel(plane.slice().type));
 
-    std::vector<char> bytes;
     try {
-        MemoryStream stream(bytes);
-        Imf::OutputFile file(stream, header);
-        file.setFrameBuffer(planes.buffer);
-        file.writePixels(height(film.crop));
+        Imf::StdOSStream stream;
+        {
+            Imf::OutputFile file(stream, header); // writes its table of rows last
+            file.setFrameBuffer(planes.buffer);
+            file.writePixels(height(film.crop));
+        }
+        return stream.str();
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &error) {
         throw Error("the picture cannot be encoded: ", error.what());
     }
-    return bytes;
 }
 
 Image exr_read(const std::string &path) {

@@ -72,7 +72,7 @@ void exr_settings(Attributes &a, Visit visit) {
 }
 
 // The bytes of an EXR file. Throws Error.
-std::vector<char> exr_encode(const Film &film, const ExrAttributes &attributes);
+std::string exr_encode(const Film &film, const ExrAttributes &attributes);
 
 // Reads the channels R, G and B of any EXR file that has them. Throws Error.
 Image exr_read(const std::string &path);

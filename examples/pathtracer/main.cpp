@@ -88,8 +88,9 @@ void record_others(const Options &options, InputRecord &record) {
 }
 
 // The options that affect the scene. Reads the environment.
-SceneOptions scene_options(const Options &options) {
+SceneOptions scene_options(const Options &options, InputRecord *record = nullptr) {
     SceneOptions result;
+    result.record = record;
     result.camera = options.camera;
     if (!options.environment.empty())
         result.environment = std::make_shared<Environment>(environment_read(options.environment));
@@ -100,9 +101,7 @@ SceneOptions scene_options(const Options &options) {
 }
 
 Scene load_scene(const Options &options, InputRecord &record) {
-    SceneOptions choices = scene_options(options);
-    choices.record = &record;
-    Scene scene = scene_build(options.scene, choices);
+    Scene scene = scene_build(options.scene, scene_options(options, &record));
     if (!options.quiet)
         for (const std::string &note : scene.notes) say(note);
     if (options.light_samples) scene.light_samples = *options.light_samples;
@@ -169,9 +168,7 @@ void print_summary(const Options &o, const ExrAttributes &a, const RenderTotals 
 // Reads all files of a picture. Returns their names and hashes.
 std::string input_list(const Options &options) {
     InputRecord record;
-    SceneOptions choices = scene_options(options);
-    choices.record = &record;
-    scene_build(options.scene, choices);
+    scene_build(options.scene, scene_options(options, &record));
     record_others(options, record);
     return record.text();
 }

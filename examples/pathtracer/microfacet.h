@@ -89,15 +89,11 @@ using EnergyTable = DielectricEnergy::Table;
 constexpr int ENERGY_SIZE = DielectricEnergy::SIZE;
 constexpr float LEAST_LOSS = 1e-3f; // mean over the hemisphere; less is ignored
 
-inline float lerp(float t, float a, float b) {
-    return (1 - t) * a + t * b;
-}
-
 // Looks up a table, linearly, at `position`, the root of a cosine.
 inline float interpolate(const EnergyTable &table, float position) {
     const float at = std::min(std::max(position, 0.0f), 1.0f) * (ENERGY_SIZE - 1);
     const auto below = static_cast<size_t>(std::min(static_cast<int>(at), ENERGY_SIZE - 2));
-    return lerp(at - static_cast<float>(below), table[below], table[below + 1]);
+    return glm::mix(table[below], table[below + 1], at - static_cast<float>(below));
 }
 
 // For conductors with a white Fresnel term.
@@ -121,7 +117,7 @@ struct ConductorRow {
         row = static_cast<size_t>(std::min(static_cast<int>(at), ENERGY_SIZE - 2));
         t = at - static_cast<float>(row);
     }
-    float mean(const EnergyTable &of) const { return lerp(t, of[row], of[row + 1]); }
+    float mean(const EnergyTable &of) const { return glm::mix(of[row], of[row + 1], t); }
 };
 
 // ---- mixture.cpp: the metallic-roughness material of glTF. Directions are as in material.h, above the

@@ -33,7 +33,7 @@ FacetAlbedo facet_albedo(const Mixture &x, float cosine) {
     const ConductorTable &table = conductor_table();
     const float root = std::sqrt(std::abs(cosine));
     const auto at_root = [&](const std::array<EnergyTable, ENERGY_SIZE> &rows) {
-        return lerp(x.t, interpolate(rows[x.row], root), interpolate(rows[x.row + 1], root));
+        return glm::mix(interpolate(rows[x.row], root), interpolate(rows[x.row + 1], root), x.t);
     };
     const float energy = at_root(table.energy), edge = at_root(table.edge);
     return {energy - edge, edge};

@@ -85,7 +85,7 @@ class TemporaryFile {
     }
 
     // Writes the file and flushes it to disk.
-    void write(const std::vector<char> &bytes) {
+    void write(const std::string &bytes) {
         check(std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() &&
               std::fflush(file_) == 0 && fsync(fileno(file_)) == 0);
     }
@@ -117,7 +117,7 @@ void check_writable(const fs::path &path) {
 
 // Writes all the files, replacing any of the same names, once all of them are on the disk. Symbolic
 // links stay links; the files they point to are replaced. Throws Error.
-void write_files(const std::vector<std::pair<fs::path, std::vector<char>>> &files) {
+void write_files(const std::vector<std::pair<fs::path, std::string>> &files) {
     const Undisturbed undisturbed;
     std::list<TemporaryFile> parts;
     for (const auto &[path, bytes] : files) parts.emplace_back(path).write(bytes);

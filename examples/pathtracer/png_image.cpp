@@ -79,7 +79,7 @@ bool read_rows(PngStream &stream, png_bytepp rows) {
 
 } // namespace
 
-std::vector<char> png_encode_preview(const Image &image, float exposure) {
+std::string png_encode_preview(const Image &image, float exposure) {
     const float gain = std::exp2(exposure);
     constexpr int MASK = 64; // texels
     const uint16_t *ranks = bn_builtin_mask(MASK);
@@ -102,7 +102,7 @@ std::vector<char> png_encode_preview(const Image &image, float exposure) {
     png.height = static_cast<png_uint_32>(height(image.crop));
     png.format = PNG_FORMAT_RGB;
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-    std::vector<char> bytes(size);
+    std::string bytes(size, '\0');
     if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
         throw Error("the preview cannot be encoded: ", png.message);
     bytes.resize(size);

@@ -12,7 +12,7 @@
 // Encodes an 8-bit sRGB preview as a PNG file: applies the exposure in stops, a tone curve that
 // keeps middle greys and rolls off highlights, and dithering with one of libbn's blue-noise masks,
 // so that smooth gradients show no bands. Throws Error.
-std::vector<char> png_encode_preview(const Image &image, float exposure);
+std::string png_encode_preview(const Image &image, float exposure);
 
 struct GreyImage {
     uint32_t width, height;

@@ -27,25 +27,25 @@ double seconds_since(Clock::time_point start) {
 }
 
 struct Job {
-    const Integrator *integrator;
-    const RenderSettings *settings;
+    const Integrator &integrator;
+    const RenderSettings &settings;
     uint32_t count;
-    Film *film;
-    std::vector<Crop> tiles; // row by row, those at the edges smaller
+    Film &film;
+    std::vector<Crop> tiles = {}; // row by row, those at the edges smaller
     std::atomic<size_t> next_tile{0};
     std::atomic<bool> stop{false};
-    std::mutex mutex;
-    std::condition_variable finished; // signalled when a thread exits
-    PathCounters counters;            // guarded by the mutex, like the rest
+    std::mutex mutex = {};
+    std::condition_variable finished = {}; // signalled when a thread exits
+    PathCounters counters = {};            // guarded by the mutex, like the rest
     size_t tiles_done = 0;
     unsigned threads_left = 0;
 };
 
 void render_pixel(const Job &job, int x, int y, uint32_t count, PathCounters &counters) {
-    FilmPixel &pixel = film_pixel(*job.film, x, y);
+    FilmPixel &pixel = film_pixel(job.film, x, y);
     while (pixel.count < count) {
-        const uint32_t index = job.settings->first_sample + pixel.count;
-        PathSample sample = trace_path(*job.integrator, x, y, index, counters);
+        const uint32_t index = job.settings.first_sample + pixel.count;
+        PathSample sample = trace_path(job.integrator, x, y, index, counters);
         // One such sample would spoil the pixel for good. Count it; the total is reported at the
         // end.
         if (!is_finite(sample.radiance)) {
@@ -64,14 +64,14 @@ void render_tile(const Job &job, const Crop &tile, uint32_t count, PathCounters 
 // Up to the job's count, or to a look that finds enough samples. Pixels of a block that a resumed
 // picture does not have catch up with the others first.
 void render_block(const Job &job, const Crop &block, PathCounters &counters) {
-    const NoiseSettings &noise = job.settings->noise;
+    const NoiseSettings &noise = job.settings.noise;
     uint32_t count = 0;
     for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x)
-            count = std::max(count, film_pixel(*job.film, x, y).count);
+            count = std::max(count, film_pixel(job.film, x, y).count);
     for (;;) {
         render_tile(job, block, count, counters);
-        if (count >= job.count || is_done(noise, *job.film, block, count)) return;
+        if (count >= job.count || is_done(noise, job.film, block, count)) return;
         count = std::min(next_look(noise, count), job.count);
     }
 }
@@ -83,7 +83,7 @@ void render_tiles(Job &job) {
         if (tile >= job.tiles.size()) break;
         const Crop &pixels = job.tiles[tile];
         PathCounters counters;
-        if (job.settings->noise.level > 0)
+        if (job.settings.noise.level > 0)
             render_block(job, pixels, counters);
         else
             render_tile(job, pixels, job.count, counters);
@@ -103,11 +103,7 @@ template <typename GoOn>
 bool render_until(const Integrator &integrator, const RenderSettings &settings, uint32_t count,
                   Film &film, RenderTotals &totals, GoOn go_on) {
     const Clock::time_point start = Clock::now();
-    Job job;
-    job.integrator = &integrator;
-    job.settings = &settings;
-    job.count = count;
-    job.film = &film;
+    Job job{integrator, settings, count, film};
     const Crop &crop = film.crop, all = whole_blocks(crop, film.full_width, film.full_height);
     for (int y = all.y0; y < all.y1; y += TILE_SIZE)
         for (int x = all.x0; x < all.x1; x += TILE_SIZE)

@@ -89,6 +89,10 @@ void add_box(Scene &scene, uint32_t material, Vec3 m, Vec3 x, Vec3 y, Vec3 z) {
     face(z, x, y), face(-z, y, x);
 }
 
+void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
+    add_box(scene, material, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
+}
+
 void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around) {
     const int rings = around / 2;
     const auto at = [&](int ring, int column) {

@@ -26,6 +26,7 @@ void add_block(Scene &scene, uint32_t material, float height, const Vec2 (&corne
 
 // A box, from its centre and three half-axes; it faces outwards if x, y, z are right-handed.
 void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 x, Vec3 y, Vec3 z);
+void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half); // along the axes
 
 // A smooth-shaded sphere with `around` meridians and half as many rings.
 void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around = 96);

@@ -85,7 +85,7 @@ Scene scene_interior() {
     // A table with a bowl, a chest, a rug.
     const auto box = [&](uint32_t material, Vec3 low, Vec3 high) {
         const Vec3 half = 0.5f * (high - low);
-        add_box(scene, material, low + half, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
+        add_box(scene, material, low + half, half);
     };
     box(wood, {-1.2f, 0.70f, -2.0f}, {0.5f, 0.76f, -1.0f});
     for (const float x : {-1.15f, 0.39f})
@@ -134,20 +134,18 @@ Scene scene_fog() {
     add_light_towards(scene, black, {80, 150, 270}, {6.8f, 5.6f, 0.8f}, {0, 0.8f, 0.4f}, 0.8f,
                       0.8f);
 
-    const auto box = [&](Vec3 middle, Vec3 half) {
-        add_box(scene, stone, middle, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z});
-    };
     for (int row = 0; row < 2; ++row) {
         const float z = row == 0 ? -1.6f : 1.2f;
         for (int i = 0; i < 4; ++i) {
             const float x = -2.55f + 1.7f * static_cast<float>(i);
-            box({x, 1.2f, z}, {0.11f, 1.2f, 0.11f});
-            box({x, 0.07f, z}, {0.19f, 0.07f, 0.19f});
+            add_box(scene, stone, {x, 1.2f, z}, {0.11f, 1.2f, 0.11f});
+            add_box(scene, stone, {x, 0.07f, z}, {0.19f, 0.07f, 0.19f});
         }
-        box({0, 2.5f, z}, {2.9f, 0.1f, 0.12f});
+        add_box(scene, stone, {0, 2.5f, z}, {2.9f, 0.1f, 0.12f});
     }
     for (int i = 0; i < 9; ++i)
-        box({-2.72f + 0.68f * static_cast<float>(i), 2.66f, -0.2f}, {0.16f, 0.06f, 1.9f});
+        add_box(scene, stone, {-2.72f + 0.68f * static_cast<float>(i), 2.66f, -0.2f},
+                {0.16f, 0.06f, 1.9f});
     return scene;
 }
 
