@@ -21,14 +21,19 @@ struct Camera {
     float focus_distance;          // along `forward`, to the plane in focus
 };
 
+// Turns a camera to look along `forward`, a unit vector. `up` need not be perpendicular to it.
+inline void camera_turn(Camera &camera, Vec3 forward, Vec3 up) {
+    camera.forward = forward;
+    camera.right = normalize(cross(forward, up));
+    camera.up = cross(camera.right, forward);
+}
+
 // A camera at `position` that looks at `target`. `up` need not be perpendicular to the view.
 inline Camera camera_look_at(Vec3 position, Vec3 target, Vec3 up, float tan_half_height) {
     Camera camera{};
     camera.position = position;
     camera.target = target;
-    camera.forward = normalize(target - position);
-    camera.right = normalize(cross(camera.forward, up));
-    camera.up = cross(camera.right, camera.forward);
+    camera_turn(camera, normalize(target - position), up);
     camera.tan_half_height = tan_half_height;
     return camera;
 }

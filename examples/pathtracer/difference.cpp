@@ -35,8 +35,7 @@ void filter_lines(std::vector<double> &data, const std::vector<double> &weights,
     for (int j = 0; j < lines; ++j) {
         double *first = &data[static_cast<size_t>(j) * line_step];
         for (int i = -radius; i < size + radius; ++i)
-            line[static_cast<size_t>(i + radius)] =
-                first[static_cast<size_t>(mirror(i, size)) * step];
+            line[i + radius] = first[static_cast<size_t>(mirror(i, size)) * step];
         for (int i = 0; i < size; ++i) {
             double sum = 0;
             for (size_t k = 0; k < weights.size(); ++k)

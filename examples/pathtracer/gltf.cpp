@@ -327,7 +327,7 @@ void read_nodes(Reader &r) {
     while (!open.empty()) {
         const auto [index, parent] = open.back();
         open.pop_back();
-        const tinygltf::Node &node = model.nodes[static_cast<size_t>(index)];
+        const tinygltf::Node &node = model.nodes[index];
         const Transform transform = parent * local_transform(node);
         read_node(r, node, transform);
         reach(node.children, transform);

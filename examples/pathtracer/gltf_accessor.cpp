@@ -42,13 +42,6 @@ float component_at(const unsigned char *data, int type, bool normalized) {
     });
 }
 
-uint32_t index_at(const unsigned char *data, int type) {
-    return with_number_type(type, [&](auto number) {
-        std::memcpy(&number, data, sizeof number);
-        return static_cast<uint32_t>(number);
-    });
-}
-
 bool is_index_type(int type) {
     return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
            type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
@@ -78,6 +71,21 @@ const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const
     return accessor;
 }
 
+std::vector<uint32_t> indices_at(const tinygltf::Model &model, int view, size_t offset,
+                                 size_t count, int type, size_t limit, const char *what) {
+    const GltfBytes bytes = elements(model, view, offset, count, component_size(type), what);
+    std::vector<uint32_t> values(count);
+    for (size_t i = 0; i < count; ++i) {
+        values[i] = with_number_type(type, [&](auto number) {
+            std::memcpy(&number, bytes.data + i * bytes.stride, sizeof number);
+            return static_cast<uint32_t>(number);
+        });
+        if (values[i] >= limit)
+            throw Error("has an index out of range: vertex ", values[i], " of ", limit);
+    }
+    return values;
+}
+
 } // namespace
 
 GltfBytes gltf_buffer_view(const tinygltf::Model &model, int index, const char *what) {
@@ -91,8 +99,7 @@ GltfBytes gltf_buffer_view(const tinygltf::Model &model, int index, const char *
 
 int gltf_components(const tinygltf::Model &model, int accessor) {
     if (accessor < 0 || static_cast<size_t>(accessor) >= model.accessors.size()) return 0;
-    return tinygltf::GetNumComponentsInType(
-        static_cast<uint32_t>(model.accessors[static_cast<size_t>(accessor)].type));
+    return tinygltf::GetNumComponentsInType(static_cast<uint32_t>(model.accessors[accessor].type));
 }
 
 std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int components,
@@ -103,39 +110,32 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
     const auto width = static_cast<size_t>(components);
     const size_t size = component_size(accessor.componentType);
     std::vector<float> values;
-    const auto read = [&](const unsigned char *from, float *to) {
-        for (size_t c = 0; c < width; ++c)
-            to[c] = component_at(from + c * size, accessor.componentType, accessor.normalized);
+    const auto read = [&](int view, size_t offset, size_t count, const auto &place) {
+        const GltfBytes from = elements(model, view, offset, count, width * size, what);
+        values.resize(accessor.count * width);
+        for (size_t i = 0; i < count; ++i)
+            for (size_t c = 0; c < width; ++c)
+                values[place(i) * width + c] =
+                    component_at(from.data + i * from.stride + c * size, accessor.componentType,
+                                 accessor.normalized);
     };
     // Without a buffer view, all elements are zero.
-    if (accessor.bufferView >= 0) {
-        const GltfBytes bytes = elements(model, accessor.bufferView, accessor.byteOffset,
-                                         accessor.count, width * size, what);
-        values.resize(accessor.count * width);
-        for (size_t i = 0; i < accessor.count; ++i)
-            read(bytes.data + i * bytes.stride, &values[i * width]);
-    }
+    if (accessor.bufferView >= 0)
+        read(accessor.bufferView, accessor.byteOffset, accessor.count, [](size_t i) { return i; });
     values.resize(accessor.count * width);
-    if (accessor.sparse.isSparse) {
-        const auto &sparse = accessor.sparse;
+    const auto &sparse = accessor.sparse;
+    if (sparse.isSparse) {
         if (sparse.count < 0 || static_cast<size_t>(sparse.count) > accessor.count ||
             static_cast<int64_t>(sparse.indices.byteOffset) < 0 ||
             static_cast<int64_t>(sparse.values.byteOffset) < 0 ||
             !is_index_type(sparse.indices.componentType))
             throw Error(what, " have invalid sparse parts");
         const auto count = static_cast<size_t>(sparse.count);
-        const GltfBytes indices = elements(model, sparse.indices.bufferView,
-                                           static_cast<size_t>(sparse.indices.byteOffset), count,
-                                           component_size(sparse.indices.componentType), what);
-        const GltfBytes changed =
-            elements(model, sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset),
-                     count, width * size, what);
-        for (size_t i = 0; i < count; ++i) {
-            const size_t at =
-                index_at(indices.data + i * indices.stride, sparse.indices.componentType);
-            if (at >= accessor.count) throw Error(what, " have a sparse index out of range");
-            read(changed.data + i * changed.stride, &values[at * width]);
-        }
+        const std::vector<uint32_t> changed = indices_at(
+            model, sparse.indices.bufferView, static_cast<size_t>(sparse.indices.byteOffset), count,
+            sparse.indices.componentType, accessor.count, what);
+        read(sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset), count,
+             [&](size_t i) { return changed[i]; });
     }
     return values;
 }
@@ -146,13 +146,6 @@ std::vector<uint32_t> gltf_indices(const tinygltf::Model &model, int index, size
     if (gltf_components(model, index) != 1 || !is_index_type(accessor.componentType))
         throw Error("has indices that are not unsigned integers");
     if (accessor.sparse.isSparse) throw Error("has sparse indices, which cannot be read");
-    const GltfBytes bytes = elements(model, accessor.bufferView, accessor.byteOffset,
-                                     accessor.count, component_size(accessor.componentType), what);
-    std::vector<uint32_t> values(accessor.count);
-    for (size_t i = 0; i < accessor.count; ++i) {
-        values[i] = index_at(bytes.data + i * bytes.stride, accessor.componentType);
-        if (values[i] >= limit)
-            throw Error("has an index out of range: vertex ", values[i], " of ", limit);
-    }
-    return values;
+    return indices_at(model, accessor.bufferView, accessor.byteOffset, accessor.count,
+                      accessor.componentType, limit, what);
 }

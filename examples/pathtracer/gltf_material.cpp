@@ -63,8 +63,7 @@ std::string unreadable_picture(const tinygltf::Model &model, const tinygltf::Tex
         const double source = gltf_number(texture.extensions, extension, "source", -1);
         if (source >= 0 && source < static_cast<double>(model.images.size())) {
             const auto number = static_cast<int>(source);
-            return image_name(model.images[static_cast<size_t>(number)], number) + " (" + kind +
-                   ", not PNG or JPEG)";
+            return image_name(model.images[number], number) + " (" + kind + ", not PNG or JPEG)";
         }
     }
     return "textures without a picture";
@@ -215,8 +214,7 @@ struct MaterialReader {
         const double alpha = alpha_of(source);
         const bool mask = source.alphaMode == "MASK", blend = source.alphaMode == "BLEND";
         const bool picture_has_holes =
-            maps.colour.texture >= 0 &&
-            draft.scene.textures[static_cast<size_t>(maps.colour.texture)].has_alpha;
+            maps.colour.texture >= 0 && draft.scene.textures[maps.colour.texture].has_alpha;
         if (!mask && !(blend && !transmits && (alpha < 1 || picture_has_holes))) return;
         maps.alpha = bounded(alpha);
         maps.alpha_cutoff = mask ? bounded(source.alphaCutoff, 0, 2) : 0.5f;

@@ -38,7 +38,7 @@ template <typename Element>
 const Element &gltf_at(const std::vector<Element> &list, int index, const char *what) {
     if (index < 0 || static_cast<size_t>(index) >= list.size())
         throw Error("refers to ", what, " ", index, ", and has ", list.size());
-    return list[static_cast<size_t>(index)];
+    return list[index];
 }
 
 // ---- gltf_material.cpp

@@ -111,7 +111,7 @@ inline void add_environment(const Scene &scene, Path &path) {
     const Vec3 direction = path.ray.direction;
     float pdf = 0;
     if (path.light_samples > 0 && scene.environment_light >= 0)
-        pdf = light_samples_pdf(path, scene.lights[static_cast<size_t>(scene.environment_light)],
+        pdf = light_samples_pdf(path, scene.lights[scene.environment_light],
                                 environment_pdf(environment, direction));
     add_found_light(path, pdf, environment_radiance(environment, direction));
 }
@@ -119,7 +119,7 @@ inline void add_environment(const Scene &scene, Path &path) {
 inline void add_emission(const Scene &scene, Path &path, const Hit &hit) {
     const int32_t number = scene.surfaces[hit.triangle].light;
     if (number < 0) return;
-    const Light &light = scene.lights[static_cast<size_t>(number)];
+    const Light &light = scene.lights[number];
     const float cosine = -dot(hit.normal, path.ray.direction);
     if (!(cosine > 0) && !light.both_sides) return;
     float pdf = 0;

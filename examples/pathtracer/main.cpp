@@ -300,16 +300,13 @@ int status_of_output() {
     return 1;
 }
 
-void print_list() {
-    std::printf("scenes:\n");
-    for (const SceneEntry &entry : scene_entries())
-        std::printf("  %-10s %s\n", entry.name, entry.summary);
-    std::printf("samplers:\n");
-    int width = 10;
-    for (const SamplerEntry &entry : sampler_entries())
-        width = std::max(width, static_cast<int>(std::strlen(entry.name)));
-    for (const SamplerEntry &entry : sampler_entries())
-        std::printf("  %-*s %s\n", width, entry.name, entry.summary);
+template <typename Entry>
+void print_entries(const char *what, const std::vector<Entry> &entries) {
+    size_t width = 10;
+    for (const Entry &entry : entries) width = std::max(width, std::strlen(entry.name));
+    std::printf("%s:\n", what);
+    for (const Entry &entry : entries)
+        std::printf("  %-*s %s\n", static_cast<int>(width), entry.name, entry.summary);
 }
 
 void print_cameras(const Options &options) {
@@ -331,7 +328,8 @@ int main(int argc, char **argv) {
         if (options.help) {
             std::fputs(options_help(), stdout);
         } else if (options.list) {
-            print_list();
+            print_entries("scenes", scene_entries());
+            print_entries("samplers", sampler_entries());
         } else if (options.list_cameras) {
             print_cameras(options);
         } else if (options.list_inputs) {

@@ -9,9 +9,7 @@ namespace {
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 size_t index_of(glm::ivec3 size, int x, int y, int z) {
-    return (static_cast<size_t>(z) * static_cast<size_t>(size.y) + static_cast<size_t>(y)) *
-               static_cast<size_t>(size.x) +
-           static_cast<size_t>(x);
+    return (static_cast<size_t>(z) * size.y + y) * size.x + x;
 }
 
 // The least and the largest density that interpolation can give in a block: it reads one cell

@@ -69,14 +69,13 @@ void prepare_lights(Scene &scene) {
     }
     scene.lights.resize(kept);
     const auto renumber = [&](int32_t &light) {
-        if (light >= 0) light = new_index[static_cast<size_t>(light)];
+        if (light >= 0) light = new_index[light];
     };
     for (Surface &surface : scene.surfaces) renumber(surface.light);
     renumber(scene.environment_light);
     for (size_t i = 0; i < scene.surfaces.size(); ++i) {
         const int32_t light = scene.surfaces[i].light;
-        if (light >= 0)
-            scene.lights[static_cast<size_t>(light)].triangle = static_cast<uint32_t>(i);
+        if (light >= 0) scene.lights[light].triangle = static_cast<uint32_t>(i);
     }
 
     scene.light_limits.assign(kept + 1, 1);

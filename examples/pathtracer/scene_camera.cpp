@@ -65,9 +65,7 @@ void aim(Scene &scene, Point3d eye, Point3d target) {
     Camera &camera = scene.camera;
     camera.position = Vec3(eye - scene.origin);
     camera.target = Vec3(target - scene.origin);
-    camera.forward = forward;
-    camera.right = normalize(cross(forward, up));
-    camera.up = cross(camera.right, forward);
+    camera_turn(camera, forward, up);
 }
 
 } // namespace

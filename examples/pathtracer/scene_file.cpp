@@ -47,10 +47,9 @@ bool make_area_lights(SceneDraft &draft) {
                                  scene.vertices[t[2]] - corner, emission.radiance);
         light.both_sides = emission.both_sides;
         const int32_t maps = scene.materials[material].maps;
-        light.mapped = maps >= 0 && scene.maps[static_cast<size_t>(maps)].emission.texture >= 0;
+        light.mapped = maps >= 0 && scene.maps[maps].emission.texture >= 0;
         if (light.mapped)
-            light.radiance = mean_emission(scene, static_cast<uint32_t>(i),
-                                           whole_textures[static_cast<size_t>(maps)]);
+            light.radiance = mean_emission(scene, static_cast<uint32_t>(i), whole_textures[maps]);
         lit = lit || (!light.mapped && max_component(light.radiance) > MAX_GLOW);
         if (scene.lights.size() >= (1u << 22))
             throw Error("has more than 2^22 triangles that emit light");
@@ -102,9 +101,7 @@ Camera placed_camera(const DraftCamera &draft, Point3d middle) {
     const Vec3 target = position + (ahead > 0 ? ahead : 1) * draft.forward;
     Camera camera = camera_look_at(position, target, draft.up, draft.tan_half_height);
     // Far from the centre, target - position loses precision: keep the file's direction.
-    camera.forward = draft.forward;
-    camera.right = normalize(cross(draft.forward, draft.up));
-    camera.up = cross(camera.right, draft.forward);
+    camera_turn(camera, draft.forward, draft.up);
     return camera;
 }
 

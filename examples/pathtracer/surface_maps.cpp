@@ -19,14 +19,14 @@ Vec2 transformed(const TextureUse &use, Vec2 uv) {
 
 const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
     const Material &material = scene.materials[scene.surfaces[p.triangle].material];
-    return scene.maps[static_cast<size_t>(material.maps)];
+    return scene.maps[material.maps];
 }
 
 glm::vec4 looked_up(const Scene &scene, const TextureUse &use, SurfacePoint p) {
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[use.set];
     const Vec2 uv = coordinates.empty() ? Vec2{0, 0}
                                         : interpolated(coordinates, scene.triangles[p.triangle], p);
-    return texture_at(scene.textures[static_cast<size_t>(use.texture)], transformed(use, uv));
+    return texture_at(scene.textures[use.texture], transformed(use, uv));
 }
 
 } // namespace
@@ -53,7 +53,7 @@ Vec3 emission_at(const Scene &scene, SurfacePoint p) {
 }
 
 Vec3 mean_emission(const Scene &scene, const SurfaceMaps &maps) {
-    const Texture &texture = scene.textures[static_cast<size_t>(maps.emission.texture)];
+    const Texture &texture = scene.textures[maps.emission.texture];
     return maps.emission_factor * texture_mean(texture);
 }
 
@@ -76,7 +76,7 @@ bool is_cut_out(const Scene &scene, SurfacePoint p) {
     float alpha = maps.alpha;
     if (maps.cut_out.texture >= 0) {
         const glm::vec4 texel = looked_up(scene, maps.cut_out, p);
-        const Texture &texture = scene.textures[static_cast<size_t>(maps.cut_out.texture)];
+        const Texture &texture = scene.textures[maps.cut_out.texture];
         alpha *= texture.has_alpha ? texel.a : texel.r;
     }
     return alpha < maps.alpha_cutoff;
@@ -84,8 +84,8 @@ bool is_cut_out(const Scene &scene, SurfacePoint p) {
 
 Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
     const int32_t index = scene.materials[scene.surfaces[p.triangle].material].maps;
-    if (index < 0 || scene.maps[static_cast<size_t>(index)].normal.texture < 0) return normal;
-    const SurfaceMaps &maps = scene.maps[static_cast<size_t>(index)];
+    if (index < 0 || scene.maps[index].normal.texture < 0) return normal;
+    const SurfaceMaps &maps = scene.maps[index];
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[maps.normal.set];
     if (coordinates.empty()) return normal;
 
