@@ -191,7 +191,7 @@ int run_render(const Options &given) {
     const std::optional<Image> reference = load_reference(o.reference, o.width, o.height, crop);
     ExrAttributes attributes = picture_settings(o, scene);
     attributes.inputs = record.text();
-    const Outputs outputs(o, o.scene);
+    check_outputs(o);
     Film film = resumed ? resume_film(o, *resumed, {o.width, o.height, crop, attributes})
                         : film_create(o.width, o.height, crop);
     if (o.noise.level > 0) film = film_with_crop(film, whole_blocks(crop, o.width, o.height));
@@ -220,7 +220,7 @@ int run_render(const Options &given) {
     attributes.seconds = totals.seconds;
     attributes.ray_count = totals.counters.rays;
     if (resumed) add_part(attributes, resumed->attributes);
-    outputs.write(film, attributes);
+    write_outputs(o, film, attributes);
 
     if (!complete)
         say("interrupted; " + o.output + " has the picture so far, " +
@@ -244,7 +244,8 @@ void run_merge(const Options &options) {
     const Film &film = merged.film;
     const std::optional<Image> reference =
         load_reference(options.reference, film.full_width, film.full_height, film.crop);
-    Outputs(options, merged.attributes.scene).write(film, merged.attributes);
+    check_outputs(options);
+    write_outputs(options, film, merged.attributes);
     warn(film, "lies elsewhere");
     const SampleCounts counts = film_counts(film);
     if (!options.quiet)

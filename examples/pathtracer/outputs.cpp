@@ -168,15 +168,17 @@ void check_file_names(const Options &options, std::vector<NamedFile> inputs) {
                             "; give the output another name");
 }
 
-Outputs::Outputs(const Options &options, const std::string &scene)
-    : exr_(options.output), png_(preview_path(options.output)), exposure_(options.exposure) {
-    if (!exposure_ && !options.auto_exposure && !is_scene_file(scene)) exposure_ = 0.0f;
-    check_writable(exr_);
-    check_writable(png_);
+void check_outputs(const Options &options) {
+    check_writable(options.output);
+    check_writable(preview_path(options.output));
 }
 
-void Outputs::write(const Film &film, ExrAttributes attributes) const {
-    attributes.exposure = exposure_ ? *exposure_ : auto_exposure(film);
-    write_files({{exr_, exr_encode(film, attributes)},
-                 {png_, png_encode_preview(film_image(film), attributes.exposure)}});
+void write_outputs(const Options &options, const Film &film, ExrAttributes attributes) {
+    const bool automatic = options.auto_exposure || is_scene_file(attributes.scene);
+    attributes.exposure = options.exposure ? *options.exposure
+                          : automatic      ? auto_exposure(film)
+                                           : 0;
+    write_files({{options.output, exr_encode(film, attributes)},
+                 {preview_path(options.output),
+                  png_encode_preview(film_image(film), attributes.exposure)}});
 }

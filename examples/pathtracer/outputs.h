@@ -2,8 +2,6 @@
 // The files of a picture: the EXR and its preview.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,19 +17,13 @@ std::vector<NamedFile> setting_files(const Options &options);
 // name. Only the --resume picture may be replaced by -o.
 void check_file_names(const Options &options, std::vector<NamedFile> inputs);
 
-class Outputs {
-  public:
-    // Throws Error unless all files can be written. Construct before the first ray, so that a wrong
-    // name costs nothing. `scene` decides the exposure if none is given.
-    Outputs(const Options &options, const std::string &scene);
+// Throws Error unless all files can be written. Call it before the first ray, so that a wrong name
+// costs nothing.
+void check_outputs(const Options &options);
 
-    // Replaces all files at once. Throws Error.
-    void write(const Film &film, ExrAttributes attributes) const;
-
-  private:
-    std::filesystem::path exr_, png_;
-    std::optional<float> exposure_; // automatic if empty
-};
+// Replaces all files at once, with the exposure of the options; without one it is 0 for built-in scenes
+// and automatic for files. Throws Error.
+void write_outputs(const Options &options, const Film &film, ExrAttributes attributes);
 
 // ---- parts.cpp: pictures in parts, and continuing a picture that was stopped
 
