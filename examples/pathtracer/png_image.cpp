@@ -32,6 +32,7 @@ struct PngStream {
     png_infop info = nullptr;
     const unsigned char *next;
     size_t left;
+    std::vector<png_bytep> rows = {};
 
     explicit PngStream(const std::vector<unsigned char> &bytes)
         : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, ignore)),
@@ -53,29 +54,6 @@ struct PngStream {
         stream.left -= count;
     }
 };
-
-// Reads all before the texels, which come as rows of 8-bit RGBA then.
-bool read_header(PngStream &stream) {
-    const png_structp png = stream.png;
-    if (setjmp(png_jmpbuf(png))) return false;
-    // A wrong checksum is no reason to refuse a file. glTF asks to ignore gamma and colour profiles.
-    png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
-    png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
-    png_read_info(png, stream.info);
-    png_set_expand(png); // palettes, fewer than 8 bits, a transparent colour
-    png_set_scale_16(png);
-    png_set_gray_to_rgb(png);
-    png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
-    png_set_interlace_handling(png);
-    png_read_update_info(png, stream.info);
-    return png_get_rowbytes(png, stream.info) == size_t{4} * png_get_image_width(png, stream.info);
-}
-
-bool read_rows(PngStream &stream, png_bytepp rows) {
-    if (setjmp(png_jmpbuf(stream.png))) return false;
-    png_read_image(stream.png, rows);
-    return true;
-}
 
 } // namespace
 
@@ -133,12 +111,24 @@ GreyImage png_read_grey(const std::string &path) {
 bool png_decode_rgba(const std::vector<unsigned char> &bytes,
                      const std::function<uint8_t *(int64_t, int64_t)> &make_room) {
     PngStream stream(bytes);
-    if (!stream.info) throw std::bad_alloc();
-    if (!read_header(stream)) return false;
-    const size_t width = png_get_image_width(stream.png, stream.info);
-    const size_t height = png_get_image_height(stream.png, stream.info);
-    uint8_t *const rgba = make_room(static_cast<int64_t>(width), static_cast<int64_t>(height));
-    std::vector<png_bytep> rows(height);
-    for (size_t y = 0; y < rows.size(); ++y) rows[y] = rgba + 4 * width * y;
-    return read_rows(stream, rows.data());
+    const png_structp png = stream.png;
+    const png_infop info = stream.info;
+    if (!info) throw std::bad_alloc();
+    if (setjmp(png_jmpbuf(png))) return false;
+    // A wrong checksum is no reason to refuse a file. glTF asks to ignore gamma and colour profiles.
+    png_set_crc_action(png, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
+    png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+    png_read_info(png, info);
+    png_set_expand(png); // palettes, fewer than 8 bits, a transparent colour
+    png_set_scale_16(png);
+    png_set_gray_to_rgb(png);
+    png_set_add_alpha(png, 255, PNG_FILLER_AFTER);
+    png_set_interlace_handling(png);
+    png_read_update_info(png, info);
+    const size_t width = png_get_image_width(png, info), height = png_get_image_height(png, info);
+    if (png_get_rowbytes(png, info) != 4 * width) return false;
+    uint8_t *row = make_room(static_cast<int64_t>(width), static_cast<int64_t>(height));
+    for (size_t y = 0; y < height; ++y, row += 4 * width) stream.rows.push_back(row);
+    png_read_image(png, stream.rows.data());
+    return true;
 }
