@@ -22,7 +22,7 @@ REFERENCE_MARGIN = 3.0
 # Nor does it where white noise at one sample differs from the reference by less, as displayed: in an empty sky, for instance.
 VISIBLE = 1e-3
 BEST_PEER = "best of OpenQMC"
-COMPARED = ("white", "sobol", "sobol-global", "zorder")
+COMPARED = ("white", "sobol", "sobol-global", "zorder", "mask")
 HEADLINE_MEASURES = ("displayed_2.1", "rmse_2.1")
 FIELDS = ("measure", "spp", "sampler", "than", "gain", "low", "high", "scenes", "views", "left_out")
 

@@ -21,13 +21,15 @@ MEASURES = {"displayed_2.1": "as displayed, sigma 2.1", "displayed_1.0": "as dis
 # Where, the file, the command that writes it, and what blue is compared with there.
 PARTS = (
     ("our path tracer", "renders_headline.csv", "scripts/bench renders", {
-        "white": "white", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order", BEST_PEER: BEST_PEER}),
+        "white": "white", "sobol": "padded Sobol'", "sobol-global": "global Sobol'", "zorder": "Z-order",
+        "mask": "a mask (`mask`)", BEST_PEER: BEST_PEER}),
     ("pbrt-v4", "pbrt_headline.csv", "scripts/bench pbrt", {
         "independent": "white (`independent`)", "paddedsobol": "padded Sobol' (`paddedsobol`)", "sobol": "global Sobol' (`sobol`)",
         "halton": "`halton`", "zsobol": "Z-order (`zsobol`), its default", "best of pbrt": "best of pbrt's own"}),
 )
 # What the README shows of it: of errors as displayed in our path tracer, these rows.
-SHORT = {"sobol": "padded Sobol'", "zorder": "Z-order, told each count", BEST_PEER: "best of OpenQMC's three", "sobol-global": "global Sobol'"}
+SHORT = {"sobol": "padded Sobol'", "mask": "a blue-noise mask", "zorder": "Z-order, told each count", BEST_PEER: "best of OpenQMC's three",
+         "sobol-global": "global Sobol'"}
 
 
 # Equal quality: file, measure, and the count at which white noise has the error to be reached.
