@@ -179,8 +179,8 @@ enum {
     BN_SAMPLER_WHITE = 2,
     /* One Sobol' sequence along a scrambled Morton curve over the pixels (Ahmed and Wonka,
      * "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
-     * Pixels", 2020). Good when exactly samples_per_pixel samples are taken, no better than SOBOL
-     * when a pixel stops earlier. */
+     * Pixels", 2020). Good when exactly samples_per_pixel samples are taken, little better than
+     * SOBOL when a pixel stops earlier. */
     BN_SAMPLER_ZORDER = 3,
     /* The usual use of a blue-noise texture, without its loss at higher counts: the mask gives the
      * first sample of every pixel, and a digitally shifted, scrambled Sobol' (0, 2)-sequence gives

@@ -96,4 +96,5 @@ def lines_of(rows):
             md_table(["method", "CPU time per texel", "energy", "gain", "E_1 of a channel", f"half-planes, blur {BLURS[0]:g}", f"blur {BLURS[1]:g}"],
                      lines), "",
             f"The vector network takes 1/{best['seconds'] / network['seconds']:.0f} of the time of {last}, and its energy is "
-            f"{network['energy'] / best['energy'] - 1:.2%} higher (that of white noise: {number[white]['energy'] / best['energy'] - 1:.2%})."]
+            f"{network['energy'] / best['energy'] - 1:.2%} higher (that of white noise: {number[white]['energy'] / best['energy'] - 1:.2%}), its error of "
+            f"half-planes {network['near'] / best['near'] - 1:.0%} and {network['far'] / best['far'] - 1:.0%}."]

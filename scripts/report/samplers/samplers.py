@@ -187,17 +187,21 @@ def plot_spectra(program, names, path):
 
 
 def answer(rows):
-    """What the tables after the blur say of blue, and of the best of OpenQMC, in two sentences."""
+    """What the tables after the blur say of blue, of the best of OpenQMC and of Z-order, in two sentences."""
     def ends(found):
         return f"{min(found.values()):.2f} to {max(found.values()):.2f}"
 
     parts = []
-    for figure, what in {"half-planes-01": "a step in one pair of dimensions", "products": "a product over both pairs of a domain",
-                         "siblings": "one over two domains of a family"}.items():
-        best = best_peer(rows, figure)
-        parts.append(f"{what} {ends(ratios(rows, 'blue', figure, '2.1'))}" + (f" (best of OpenQMC: {ends(best)})" if best else ""))
+    for figure, what in {"half-planes-01": "half-planes in one pair of dimensions", "smooth": "smooth bumps there",
+                         "products": "products over both pairs of a domain", "siblings": "over two domains of a family",
+                         "families": "over domains of two families"}.items():
+        others = {"best of OpenQMC": best_peer(rows, figure)}
+        if "zorder" in names_in(rows):
+            others["Z-order at powers of two"] = {n: value for n, value in ratios(rows, "zorder", figure, "2.1").items() if n & (n - 1) == 0}
+        said = ", ".join(f"{name} {ends(found)}" for name, found in others.items() if found)
+        parts.append(f"{what} {ends(ratios(rows, 'blue', figure, '2.1'))}" + f" ({said})" * bool(said))
     return (f"After a blur of 2.1 pixels `blue` has this share of padded Sobol's error, the least and the most over the counts: "
-            f"{', '.join(parts)}. Without a blur it has {ends(ratios(rows, 'blue', 'half-planes-01', '0.0'))} of it in a step: what it changes is "
+            f"{'; '.join(parts)}. Without a blur it has {ends(ratios(rows, 'blue', 'half-planes-01', '0.0'))} of it in half-planes: what it changes is "
             "where the error lies.")
 
 
