@@ -19,17 +19,12 @@ namespace {
 // Sample the environment only if at least this share of its light exceeds the mean.
 constexpr double LEAST_CONTRAST = 0.02;
 
-struct Texel {
-    size_t column, row;
-};
-
-Texel texel_at(const Environment &e, Vec3 d) {
+glm::ivec2 texel_at(const Environment &e, Vec3 d) {
     const float longitude = std::atan2(d.x, d.z);
     const float from_top = std::atan2(std::sqrt(d.x * d.x + d.z * d.z), d.y);
     const float x = (0.5f - longitude / (2 * PI)) * static_cast<float>(e.width);
     const float y = from_top / PI * static_cast<float>(e.height);
-    return {static_cast<size_t>(std::clamp(static_cast<int>(x), 0, e.width - 1)),
-            static_cast<size_t>(std::clamp(static_cast<int>(y), 0, e.height - 1))};
+    return clamp(glm::ivec2(x, y), glm::ivec2(0), glm::ivec2(e.width, e.height) - 1);
 }
 
 Vec3 direction_at(float column, float cosine, int width) {
@@ -87,16 +82,14 @@ Environment environment_create(int width, int height, std::vector<Vec3> texels) 
 }
 
 Vec3 environment_radiance(const Environment &e, Vec3 direction) {
-    const Texel at = texel_at(e, direction);
-    return e.texels[at.row * static_cast<size_t>(e.width) + at.column];
+    const glm::ivec2 at = texel_at(e, direction);
+    return e.texels[at.y * e.width + at.x];
 }
 
 float environment_pdf(const Environment &e, Vec3 direction) {
-    const Texel at = texel_at(e, direction);
-    const float *columns = &e.column_limits[at.row * (static_cast<size_t>(e.width) + 1)];
-    return texel_pdf(e, at.row,
-                     (e.row_limits[at.row + 1] - e.row_limits[at.row]) *
-                         (columns[at.column + 1] - columns[at.column]));
+    const glm::ivec2 at = texel_at(e, direction);
+    const float *row = &e.row_limits[at.y], *column = &e.column_limits[at.y * (e.width + 1) + at.x];
+    return texel_pdf(e, at.y, (row[1] - row[0]) * (column[1] - column[0]));
 }
 
 EnvironmentSample environment_sample(const Environment &e, Vec2 u) {

@@ -169,7 +169,7 @@ inline Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
 // The material at a hit, stored in `textured` if it has maps.
 inline const Material &material_of_hit(const Scene &scene, const Hit &hit,
                                        std::optional<Material> &textured) {
-    const Material &base = scene.materials[scene.surfaces[hit.triangle].material];
+    const Material &base = material_of(scene, hit.triangle);
     if (base.maps < 0) return base;
     textured = material_at(scene, base, {hit.triangle, hit.u, hit.v});
     return *textured;

@@ -44,7 +44,7 @@ void pass_through(const RTCFilterFunctionNArguments *query) {
     const auto &scene = *static_cast<const Scene *>(query->geometryUserPtr);
     const uint32_t triangle = RTCHitN_primID(query->hit, query->N, 0);
     if (RTCRayN_id(query->ray, query->N, 0) == SEES_FRONTS &&
-        scene.materials[scene.surfaces[triangle].material].single_sided) {
+        material_of(scene, triangle).single_sided) {
         const Vec3 normal = {RTCHitN_Ng_x(query->hit, query->N, 0),
                              RTCHitN_Ng_y(query->hit, query->N, 0),
                              RTCHitN_Ng_z(query->hit, query->N, 0)};

@@ -143,8 +143,7 @@ Vec3 shading_normal(const Scene &scene, uint32_t triangle, float u, float v, Vec
                                   v * scene.normals[t[2]],
                               normal);
     }
-    const bool mirrors =
-        scene.materials[scene.surfaces[triangle].material].kind != Material::DIFFUSE;
+    const bool mirrors = material_of(scene, triangle).kind != Material::DIFFUSE;
     if (!scene.maps.empty()) {
         const Vec3 bent = mapped_normal(scene, {triangle, u, v}, smooth);
         if (mirrors || dot(front ? bent : -bent, wo) > 0) smooth = bent;

@@ -63,6 +63,10 @@ struct Scene {
     std::vector<std::string> notes; // tell the user what was left out of a scene file
 };
 
+inline const Material &material_of(const Scene &scene, uint32_t triangle) {
+    return scene.materials[scene.surfaces[triangle].material];
+}
+
 struct Bounds {
     Vec3 low, high;
 };

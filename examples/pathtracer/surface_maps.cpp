@@ -18,7 +18,7 @@ Vec2 transformed(const TextureUse &use, Vec2 uv) {
 }
 
 const SurfaceMaps &maps_of(const Scene &scene, SurfacePoint p) {
-    const Material &material = scene.materials[scene.surfaces[p.triangle].material];
+    const Material &material = material_of(scene, p.triangle);
     return scene.maps[material.maps];
 }
 
@@ -71,7 +71,7 @@ Vec3 mean_emission(const Scene &scene, uint32_t triangle, Vec3 whole_texture) {
 }
 
 bool is_cut_out(const Scene &scene, SurfacePoint p) {
-    if (scene.materials[scene.surfaces[p.triangle].material].maps < 0) return false;
+    if (material_of(scene, p.triangle).maps < 0) return false;
     const SurfaceMaps &maps = maps_of(scene, p);
     float alpha = maps.alpha;
     if (maps.cut_out.texture >= 0) {
@@ -83,7 +83,7 @@ bool is_cut_out(const Scene &scene, SurfacePoint p) {
 }
 
 Vec3 mapped_normal(const Scene &scene, SurfacePoint p, Vec3 normal) {
-    const int32_t index = scene.materials[scene.surfaces[p.triangle].material].maps;
+    const int32_t index = material_of(scene, p.triangle).maps;
     if (index < 0 || scene.maps[index].normal.texture < 0) return normal;
     const SurfaceMaps &maps = scene.maps[index];
     const std::vector<Vec2> &coordinates = scene.texture_coordinates[maps.normal.set];
