@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Annealing: where it has become cold no exchange is better, and vectors are blue in every direction. tests/c/test_anneal.c has the
-rest."""
+"""Annealing: where it has become cold no exchange is better, and vectors are blue in every direction."""
 
 import numpy as np
 import pytest

@@ -45,7 +45,9 @@ def test_an_integer_is_no_shape(number):
     ("anneal", "order_ends", False)])
 def test_options_reach_the_library(method, name, value):
     options = {"method": method, **(QUICK if method == "anneal" else {}), **({"channels": 2} if name == "value_sigma" else {})}
-    assert (mask((24, 24), **options) != mask((24, 24), **{**options, name: value})).any()
+    differ = (mask((24, 24), **options) != mask((24, 24), **{**options, name: value})).mean()
+    # A seed decides ties everywhere, not at the ends alone, and the whole pattern with them.
+    assert differ > (0.95 if name == "seed" else 0)
 
 
 def test_anneal_starts_from_ranks_and_leaves_them():
