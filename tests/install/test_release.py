@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recipes, workflows and the notes of a release: what they name exists, and all have the version of bn.h."""
+"""Recipes and workflows: what they name exists, and all have the version of bn.h."""
 
-import importlib.machinery
-import importlib.util
 import json
 import os
 import re
@@ -49,53 +47,6 @@ def test_workflows_pin_what_they_use_and_may_do_little(name):
         assert action.startswith("./") or re.fullmatch(r" # v\d+\.\d+\.\d+", comment), action
     assert "\npermissions: {}\n" in WORKFLOWS[name]
     assert name == "release.yml" or ": write" not in WORKFLOWS[name]
-
-
-# ---- scripts/release-notes
-
-
-@pytest.fixture
-def tree(tmp_path):
-    """A checkout that is ready for version 1.2.3."""
-    for path, text in {"libbn/include/bn/bn.h": HEADER, "scripts/packaging/vcpkg/libbn/vcpkg.json": '{"version": "1.2.3"}',
-                       "CHANGELOG.md": "# Changelog\n\n## [Unreleased]\n\n## [1.2.3] - 2030-01-31\n\n### Added\n\n- It.\n\n"
-                                       "## [1.2.2] - 2029-01-31\n\n- Old.\n"}.items():
-        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / path).write_text(re.sub(r"(_VERSION_(MAJOR|MINOR|PATCH)) \d+", lambda match: match[1] + " "
-                                            + {"MAJOR": "1", "MINOR": "2", "PATCH": "3"}[match[2]], text))
-    return tmp_path
-
-
-def script(name):
-    loader = importlib.machinery.SourceFileLoader(name.replace("-", "_"), str(ROOT / "scripts" / name))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    return module
-
-
-def notes(*arguments):
-    return script("release-notes").notes(*arguments)
-
-
-def test_release_notes_are_the_section_of_the_changelog(tree):
-    assert notes("v1.2.3", tree) == "### Added\n\n- It.\n"
-
-
-@pytest.mark.parametrize("tag, file, old, new, message", [
-    ("1.2.3", None, "", "", "tag v1.2.3"),
-    ("v1.2.4", None, "", "", "has version 1.2.3"),
-    ("v1.2.3", "scripts/packaging/vcpkg/libbn/vcpkg.json", "1.2.3", "1.2.2", "change it to 1.2.3"),
-    ("v1.2.3", "CHANGELOG.md", "[Unreleased]\n", "[Unreleased]\n\n- New.\n", "Unreleased"),
-    ("v1.2.3", "CHANGELOG.md", "2030-01-31", "soon", "no section"),
-    ("v1.2.3", "CHANGELOG.md", "[1.2.3]", "[1.2.1]", "no section"),
-])
-def test_what_is_not_ready_is_named(tree, tag, file, old, new, message):
-    if file:
-        text = (tree / file).read_text()
-        assert old in text
-        (tree / file).write_text(text.replace(old, new))
-    with pytest.raises(ValueError, match=re.escape(message)):
-        notes(tag, tree)
 
 
 # ---- Licences, and addresses
