@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from conftest import ROOT
-from report.base.files import read_exr, write_exr
+from report.base.files import read_exr
 from report.others import builds, cycles, other_renderer, pbrt, pbrt_scenes
 from report.renders.renderer import RenderError
 
@@ -66,28 +66,6 @@ def test_ratios_are_over_blue():
     assert "| `zsobol` |" + " 2.00 (2.00) |" * 7 in made.summary() and made.summary().startswith("Scenes of ours: 1; crops: 2; seeds: 4.")
     assert "2.00 (2.00 to 2.00)" in text and "A remark." in text and "None" not in text and " nan" not in text and "Exposed and" in text
     assert "| `independent` | 1.00 | 1.00 |" in made.times_table() and "| `blue` | 2.00 | 2.00 |" in made.times_table()
-
-
-def test_the_whole_command_with_a_stand_in(tmp_path, checkout, monkeypatch):
-    """A program whose pictures are noise that depends on the scene file alone."""
-    for number in range(10):
-        noise = np.random.default_rng(number).random((cycles.SIZE[1], cycles.SIZE[0], 3))
-        write_exr(tmp_path / f"{number}.exr", noise.astype(np.float32), {})
-    program = tmp_path / "program"
-    program.write_text("#!/bin/sh\nfor last; do :; done\nwhile [ $1 != --output ]; do shift; done\n"
-                       f"sum=$(cksum < $last)\ncp {tmp_path}/$((${{sum%% *}} % 10)).exr $2\n")
-    program.chmod(0o755)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "docs/report").mkdir(parents=True)
-    guide = tmp_path / "guide.md"
-    guide.write_text("<!-- table: scripts/bench cycles -->\n<!-- end of the table -->\n")
-    monkeypatch.chdir(tmp_path)
-    cycles.run(["--cycles", str(checkout), "--program", str(program), "--scenes", "monkey", "--spp", "4", "--seeds", "2", "--jobs", "2",
-                "--out", "docs/report", "--guide", str(guide)])
-    text = (tmp_path / "docs/report/cycles.md").read_text()
-    assert "## Stopped early" in text and "## Adaptive sampling" in text and "monkey: Cycles'" in text
-    assert "| Tabulated Sobol |" in guide.read_text() and (tmp_path / "out/cycles/cycles.csv").is_file()
-    assert (tmp_path / "docs/cycles.jpg").is_file()
 
 
 # ---- With pbrt

@@ -11,22 +11,15 @@ from report.samplers import samplers
 
 
 @pytest.fixture
-def programs(pathtracer):
+def program(pathtracer):
     folder = pathtracer.parents[2] / "tests" / "bench"
     if not (folder / "bench_samplers").is_file():
         pytest.skip(f"no benchmarks in {folder}; run scripts/setup")
-    return {name: folder / name for name in ("bench_samplers", "bench_draws")}
+    return folder / "bench_samplers"
 
 
-def test_draws_are_timed_in_every_form(programs, pathtracer):
-    rows = samplers.run_bench(programs["bench_draws"], ["--rounds", "1"])
-    assert {row["sampler"] for row in rows if row["form"] == "peer"} == set(peers.listed(pathtracer))
-    assert {row["sampler"] for row in rows if row["form"] == "inline"} == {"blue", "sobol", "white"}
-    assert all(0 < float(row["nanoseconds"]) < 1e6 and row["instances"] == "1" for row in rows)
-
-
-def test_every_figure_is_measured(programs):
-    rows = samplers.run_all(programs["bench_samplers"], ("sobol", "zorder", "blue"), "--max-spp", "2", "--domains", "2")
+def test_every_figure_is_measured(program):
+    rows = samplers.run_all(program, ("sobol", "zorder", "blue"), "--max-spp", "2", "--domains", "2")
     assert {row["figure"] for row in rows} == set(samplers.FIGURES) and {row["spp"] for row in rows} == {"1", "2"}
     for figure in samplers.FIGURES:
         # In the pixel blue is about as good as sobol, or a little better.
@@ -36,8 +29,8 @@ def test_every_figure_is_measured(programs):
             assert all(0.1 < ratio < most for ratio in blurred.values()), (figure, name)
 
 
-def test_samples_are_uniform_and_differ(programs, pathtracer):
-    drawn = [samplers.draw_samples(programs["bench_samplers"], name, 2)
+def test_samples_are_uniform_and_differ(program, pathtracer):
+    drawn = [samplers.draw_samples(program, name, 2)
              for name in ("white", "sobol", "sobol4d", "zorder", *peers.listed(pathtracer))]
     for samples in drawn:
         assert samples.min() >= 0 and samples.max() < 1
