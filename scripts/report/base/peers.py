@@ -1,14 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samplers of other libraries that a build can include, for comparison with libbn's in the same tables.
-
-`scripts/bench PART --openqmc DIR` builds with the checkout of OpenQMC in DIR and passes the option to the part:
-
-    parser.pathtracer()
-    options = parser.parse_args(arguments)
-    samplers += peers.chosen(options.openqmc, options.pathtracer)
-
-A report quotes its command with `--openqmc DIR`, not the actual folder.
-"""
+"""Samplers of other libraries that a build can include, with `scripts/bench PART --openqmc DIR`, for comparison in the same tables."""
 
 import subprocess
 import sys
