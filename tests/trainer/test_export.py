@@ -2,6 +2,7 @@
 """The ONNX file: libbn's format, equal to torch, read by libbn, written atomically; and the built-in models."""
 
 import csv
+import functools
 import hashlib
 import json
 import os
@@ -158,17 +159,10 @@ def limits():
                 for row in csv.DictReader(file)}
 
 
-@pytest.fixture(scope="module")
-def networks():
-    """The built-in networks, each opened once."""
-    opened = {}
-
-    def network_of(name):
-        if name not in opened:
-            opened[name] = evaluate.network_of(DATA / name)[:2]
-        return opened[name]
-
-    return network_of
+@functools.cache
+def builtin(name):
+    """A built-in network and its radius."""
+    return evaluate.network_of(DATA / name)[:2]
 
 
 @pytest.mark.parametrize("name", BUILTIN)
@@ -184,8 +178,8 @@ def test_builtin_models_are_what_they_were(name):
 
 
 @pytest.mark.parametrize("name", BUILTIN)
-def test_builtin_models_keep_their_quality(name, networks):
-    network, radius = networks(name)
+def test_builtin_models_keep_their_quality(name):
+    network, radius = builtin(name)
     assert radius <= 64
     figures = evaluate.errors(network, radius, 64, 64, 20).mean(0)
     for key, found in (("e_1", figures[1]), ("e_1.5", figures[2])):
@@ -193,15 +187,15 @@ def test_builtin_models_keep_their_quality(name, networks):
         assert limit is None or found <= limit, (key, found)
 
 
-def test_the_builtin_vectors_keep_their_energy(networks):
-    network, radius = networks("neural_vector.onnx")
+def test_the_builtin_vectors_keep_their_energy():
+    network, radius = builtin("neural_vector.onnx")
     energy = evaluate.energies(network, radius, 64, 20).mean()
     assert energy <= limits()["neural_vector.onnx"]["energy"], energy
 
 
 @pytest.mark.parametrize("name", BUILTIN)
-def test_builtin_models_have_no_fixed_pattern(name, networks):
-    spread, independent, worst = evaluate.flatness(*networks(name), 200)
+def test_builtin_models_have_no_fixed_pattern(name):
+    spread, independent, worst = evaluate.flatness(*builtin(name), 200)
     assert spread < 1.1 * independent
     # Means of 84 rows, columns and phases of independent texels exceed 4.5 deviations once in 1,700 runs; those of
     # blue noise vary less.

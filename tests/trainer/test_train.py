@@ -54,6 +54,14 @@ def run(config, folder, *more):
     return main(["train", *start, "--folder", str(folder), "--threads", "1", "--quiet", *more])
 
 
+def refuse(capsys, arguments, *words):
+    """Runs a command that must fail with one line that has these words."""
+    capsys.readouterr()
+    assert main([str(argument) for argument in arguments]) == 1, arguments
+    error = capsys.readouterr().err
+    assert error.startswith("bn_trainer: ") and error.count("\n") == 1 and all(word in error for word in words), (arguments, error)
+
+
 def log_of(folder):
     """The rows of the log without the seconds."""
     with open(folder / "log.csv", newline="") as file:
@@ -225,9 +233,7 @@ def test_two_processes_train_as_one(tmp_path, trainer_environment):
 )
 def test_hostile_configurations(tmp_path, capsys, changes, message):
     path = tiny(tmp_path, **changes)
-    assert main(["train", "--config", str(path), "--folder", str(tmp_path / "run")]) == 1
-    error = capsys.readouterr().err
-    assert error.startswith("bn_trainer: ") and error.count("\n") == 1 and message in error and "tiny.toml" in error
+    refuse(capsys, ["train", "--config", path, "--folder", tmp_path / "run"], message, "tiny.toml")
     assert not (tmp_path / "run").exists()
 
 
@@ -238,7 +244,6 @@ def test_bad_checkpoints_are_one_line(tmp_path, capsys):
     longer = {**good, "config": {**good["config"], "model": {"reaches": [2, 4, 2, 2], "channels": 1}}}
     hostile = {**good, "config": {**good["config"], "model": {"reaches": [], "channels": 1}}}
     damaged = (tmp_path / "run" / "checkpoint.pt").read_bytes()[:1000]
-    capsys.readouterr()
     for name, checkpoint, message in (
         ("noise", b"no checkpoint", "not a checkpoint, or is damaged"),
         ("damaged", damaged, "not a checkpoint, or is damaged"),
@@ -255,13 +260,8 @@ def test_bad_checkpoints_are_one_line(tmp_path, capsys):
         file = folder / "checkpoint.pt"
         file.write_bytes(checkpoint) if isinstance(checkpoint, bytes) else torch.save(checkpoint, file)
         resumed, exported = (message, message) if isinstance(message, str) else message
-        for arguments, words in (
-            (["train", "--resume", "--folder", str(folder)], resumed),
-            (["export", str(file), "-o", str(tmp_path / "x.onnx")], exported),
-        ):
-            assert main(arguments) == 1, (name, arguments)
-            error = capsys.readouterr().err
-            assert error.startswith("bn_trainer: ") and error.count("\n") == 1 and words in error, (name, error)
+        refuse(capsys, ["train", "--resume", "--folder", folder], resumed)
+        refuse(capsys, ["export", file, "-o", tmp_path / "x.onnx"], exported)
         assert [f.name for f in folder.iterdir()] == ["checkpoint.pt"]
     assert not (tmp_path / "x.onnx").exists()
 
@@ -271,18 +271,15 @@ def test_other_mistakes_are_one_line(tmp_path, capsys):
     folder = tmp_path / "run"
     assert run(path, folder) == 0
     (tmp_path / "file").write_text("")
-    capsys.readouterr()
     for arguments, message in (
-        (["train", "--config", str(tmp_path / "none.toml")], "cannot read the configuration"),
+        (["train", "--config", tmp_path / "none.toml"], "cannot read the configuration"),
         (["train"], "give a configuration"),
-        (["train", "--config", str(path), "--folder", str(folder)], "already contains a run"),
-        (["train", "--resume", "--folder", str(tmp_path / "nothing")], "contains no checkpoint"),
-        (["train", "--config", str(path), "--folder", str(tmp_path / "file" / "run")], "file"),
-        (["export", str(tmp_path / "none.pt"), "-o", str(tmp_path / "x.onnx")], "cannot read the checkpoint"),
-        (["evaluate", str(tmp_path / "none.onnx")], "cannot read"),
-        (["evaluate", str(path)], "not a checkpoint, or is damaged"),
+        (["train", "--config", path, "--folder", folder], "already contains a run"),
+        (["train", "--resume", "--folder", tmp_path / "nothing"], "contains no checkpoint"),
+        (["train", "--config", path, "--folder", tmp_path / "file" / "run"], "file"),
+        (["export", tmp_path / "none.pt", "-o", tmp_path / "x.onnx"], "cannot read the checkpoint"),
+        (["evaluate", tmp_path / "none.onnx"], "cannot read"),
+        (["evaluate", path], "not a checkpoint, or is damaged"),
     ):
-        assert main(arguments) == 1, arguments
-        error = capsys.readouterr().err
-        assert error.startswith("bn_trainer: ") and error.count("\n") == 1 and message in error, error
+        refuse(capsys, arguments, message)
     assert not (tmp_path / "x.onnx").exists()

@@ -112,10 +112,6 @@ def from_dict(given: dict[str, Any]) -> Config:
     return config
 
 
-def to_dict(config: Config) -> dict[str, Any]:
-    return dataclasses.asdict(config)
-
-
 Kind = TypeVar("Kind")
 
 

@@ -16,7 +16,7 @@ from .config import TrainerError
 from .export import session_of
 from .files import load_model
 from .losses import VectorEnergy
-from .model import Relaxation, wrap
+from .model import wrap
 
 SIGMAS = (0.75, 1.0, 1.5, 2.0)
 #: Height and width.
@@ -43,7 +43,7 @@ def network_of(path: Path) -> tuple[Network, int, str]:
         model = load_model(path)
         parameters = sum(p.numel() for p in model.parameters())
         cost = f"{parameters} parameters, {model.flop_per_texel() / 1000:.2f} kFLOP per texel, radius {model.receptive_radius}"
-        return torch_network(model), model.receptive_radius, cost
+        return lambda noise: model(torch.from_numpy(noise)[None, None]).numpy()[0], model.receptive_radius, cost
     try:
         import onnx
 
@@ -71,13 +71,6 @@ def flop_of(proto: Any) -> int:
     channels = {value.name: value.type.tensor_type.shape.dim[1].dim_value
                 for values in (proto.graph.value_info, proto.graph.output) for value in values}
     return sum(channels.get(node.output[0], 1) for node in proto.graph.node if node.op_type not in ("Slice", "Concat"))
-
-
-def torch_network(model: Relaxation) -> Network:
-    def run(noise: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        return model(torch.from_numpy(noise)[None, None]).numpy()[0]
-
-    return run
 
 
 def values_of(network: Network, radius: int, height: int, width: int, seed: int) -> npt.NDArray[np.float32]:

@@ -12,6 +12,7 @@ several processes (`torchrun`) share the candidates of a single one.
 from __future__ import annotations
 
 import csv
+import dataclasses
 import math
 import os
 import random
@@ -120,7 +121,7 @@ class Trainer:
         return self.figures(self.search.mean, self.held_out)[1:]
 
     def state(self) -> dict[str, Any]:
-        return {"format": "bn_trainer 2", "config": configs.to_dict(self.config), "search": self.search.state()}
+        return {"format": "bn_trainer 2", "config": dataclasses.asdict(self.config), "search": self.search.state()}
 
     def restore(self, checkpoint: dict[str, Any]) -> None:
         try:
@@ -232,7 +233,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
 
 def as_toml(config: Config) -> str:
     lines = []
-    for table, values in configs.to_dict(config).items():
+    for table, values in dataclasses.asdict(config).items():
         lines.append(f"[{table}]")
         for key, value in values.items():
             lines.append(f"{key} = {str(value).lower() if isinstance(value, bool) else value}")

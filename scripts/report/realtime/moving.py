@@ -23,7 +23,7 @@ from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed
 from ..renders import denoise as denoising
 from ..renders.renderer import cache_folder
-from .realtime import MovedMask, read_pack
+from .realtime import MovedMask, code, read_pack
 
 COMMAND = "scripts/bench moving"
 PROGRAM = Path(__file__).resolve().parents[3] / "build/tests/bench/bench_frames"
@@ -232,10 +232,6 @@ def measure_all(tasks, scenes, seeds, denoise, jobs):
 def table(result, names, places, first):
     rows = [[name, *(f"{result[task][place]:.2f}" if place in result[task] else "" for place in places)] for name, task in names.items()]
     return md_table([first, *(f"{measure}: {history}" for history, measure in places)], rows)
-
-
-def code(name):
-    return f"`{name}`" if name in ("white", "sobol", "blue") else name
 
 
 # ---- The picture

@@ -21,6 +21,7 @@ from ..base.command import CommandError, Parser
 from ..base.plots import plt, save, style
 from ..base.tables import md_table, write_or_print
 from ..measure.image_error import blurred
+from ..renders.variants import ALWAYS
 from ..samplers.paths import half_planes, inside
 
 
@@ -282,10 +283,13 @@ SHORT = (("one frame", "sigma 1.0"), ("one frame", "sigma 2.1"), ("average, 0.1"
          ("average, 0.1", "sigma 2.1"), ("average, 0.1", "box 5x5"))
 
 
+def code(way):
+    return f"`{way}`" if way in ALWAYS else way
+
+
 def short_table(result, ways, kind, first):
     places = [(OUTCOMES.index(outcome), list(FILTERS).index(name)) for outcome, name in SHORT]
-    rows = [[f"`{way}`" if way in ("white", "sobol", "blue") else way,
-             *(f"{over_white(result, kind, way)[place]:.2f}" for place in places)] for way in ways]
+    rows = [[code(way), *(f"{over_white(result, kind, way)[place]:.2f}" for place in places)] for way in ways]
     return md_table([first, *(f"{outcome.replace(', 0.1', '')}, {name.replace('sigma 0.0', 'unfiltered')}" for outcome, name in SHORT)],
                     rows)
 

@@ -25,6 +25,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 import bluenoise
 
+from .. import losses
 from ..config import TrainerError
 from ..files import write_atomically
 from ..train import default_folder
@@ -57,11 +58,7 @@ class Method:
 
 def ranks_of(values: np.ndarray) -> np.ndarray:
     """Ranks within each of the masks (masks, height, width), ties by position, as thresholds (rank + 1/2) / n."""
-    flat = values.reshape(len(values), -1)
-    order = np.argsort(flat, axis=1, kind="stable")
-    places = np.empty(flat.shape, np.float32)
-    np.put_along_axis(places, order, (np.arange(flat.shape[1], dtype=np.float32)[None] + 0.5) / flat.shape[1], axis=1)
-    return places.reshape(values.shape)
+    return losses.ranks(torch.from_numpy(values.astype(np.float32))[None])[0].numpy()
 
 
 def timed(make: Callable[[int], np.ndarray], seeds: Iterable[int]) -> tuple[np.ndarray, float]:
@@ -174,9 +171,9 @@ def descent_figures(size: int, iterations: Sequence[int], count: int = 2) -> lis
     """Loss and E_1 during Wronski's descent: rows (iterations, loss, E_1)."""
     rows = []
     for steps in iterations:
-        losses = []
-        masks = wronski.optimise(size, range(count), steps, progress=losses.append)
-        rows.append((steps, losses[-1], np.mean([bluenoise.measure(mask)["e_1"] for mask in masks])))
+        history = []
+        masks = wronski.optimise(size, range(count), steps, progress=history.append)
+        rows.append((steps, history[-1], np.mean([bluenoise.measure(mask)["e_1"] for mask in masks])))
     return rows
 
 
