@@ -21,7 +21,7 @@ from ..base.tables import md_table
 from ..measure import equal_quality, gains
 from ..measure.gains import BEST_PEER, Gains, gain_of
 from ..measure.image_error import displayed_rmse, relative_rmse, trimmed_relative_rmse
-from . import views
+from . import variants, views
 from .judge import Cells, Run, plan, render_references
 from .renderer import progressive
 from .renders import REFERENCE_SPP
@@ -74,11 +74,14 @@ class Layers:
 
 def layers_of(program, view, sampler, seed, counts):
     """{count: Layers}."""
-    request = dataclasses.replace(view.request(sampler, 1, seed), declared=0)  # of zorder, the beginning of what it draws for 256 samples
-    seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
-    lamps = {spp: picture[..., :3] for spp, picture, _ in progressive(program, seen, counts, 1, read_layers)}
-    return {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp])
-            for spp, whole, _ in progressive(program, request, counts, 1, read_layers)}
+    found = {}
+    for own in ([n] for n in counts) if sampler in variants.DECLARED else [counts]:
+        request = view.request(sampler, own[-1], seed)
+        seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
+        lamps = {spp: picture[..., :3] for spp, picture, _ in progressive(program, seen, own, 1, read_layers)}
+        found |= {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp])
+                  for spp, whole, _ in progressive(program, request, own, 1, read_layers)}
+    return found
 
 
 def primary_rays(program, view, seed):
@@ -121,7 +124,7 @@ class DenoisedRun(Run):
 
     def key(self, task, reference):
         return {**super().key(task, reference), "denoiser": self.version, "rays": [PRIMARY_RAYS, PRIMARY_SAMPLER],
-                "primary": self.builds.key(task.view, PRIMARY_SAMPLER)}
+                "primary": self.builds.key(task.view, PRIMARY_SAMPLER), **({"told": True} if task.label in variants.DECLARED else {})}
 
     def measure(self, task, reference):
         """(rows with measures named WAY:MEASURE, no pictures)."""
@@ -188,7 +191,7 @@ class Report:
             f"{options.seeds} seed{'s' * (options.seeds > 1)} of each, against references with {options.reference_spp} samples per pixel. Crops are "
             "denoised by themselves. Ratios are geometric means over scenes, pictures, crops and seeds, with "
             "the 95 % interval of a bootstrap over all four. Relative RMSE divides the difference by the reference plus a tenth of its mean. A "
-            "view is excluded from ratios for which its reference is too noisy."
+            "view is excluded from ratios for which its reference is too noisy. `zorder` is told each count."
             + (f" OpenQMC's commit is {peers.commit(options.openqmc)}." if self.gains.peers else ""), "",
             "The denoiser is used in three ways:", "", *(f"- `{way}`: {what}." for way, what in WAYS.items()), "",
             f"Keep directly visible light (lamps, the sky) out of the denoiser: denoise the rest and add that light afterwards, from {PRIMARY_RAYS} "
