@@ -5,9 +5,12 @@ With --check it ends after parsing the options, with status 2 and a message if t
 
 import argparse
 import importlib
+import os
 import sys
 
 from .base.command import run_or_say_why
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # benches do several things at a time
 
 PARTS = {
     "samplers": ("samplers", "paths"),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from report.base import peers
-from report.samplers import samplers
+from report.samplers import samplers, screen_space
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def program(pathtracer):
 
 
 def test_every_figure_is_measured(program):
-    rows = samplers.run_all(program, ("sobol", "zorder", "blue"), "--max-spp", "2", "--domains", "2")
+    rows = samplers.measure_all(program, ("sobol", "zorder", "blue"), (1, 2), 2)
     assert {row["figure"] for row in rows} == set(samplers.FIGURES) and {row["spp"] for row in rows} == {"1", "2"}
     for figure in samplers.FIGURES:
         # In the pixel blue is about as good as sobol, or a little better.
@@ -30,14 +30,14 @@ def test_every_figure_is_measured(program):
 
 
 def test_samples_are_uniform_and_differ(program, pathtracer):
-    drawn = [samplers.draw_samples(program, name, 2)
-             for name in ("white", "sobol", "sobol4d", "zorder", *peers.listed(pathtracer))]
-    for samples in drawn:
-        assert samples.min() >= 0 and samples.max() < 1
-        # Of 2 * 16384 independent numbers the mean scatters by 0.0016; there are 16 domains and 4 dimensions.
-        np.testing.assert_allclose(samples.mean(axis=(1, 2, 3)), 0.5, atol=0.0075)
-        assert len({own.tobytes() for own in samples}) == samplers.DOMAINS
-    assert len({samples.tobytes() for samples in drawn}) == len(drawn)
+    drawn = []
+    for name in ("white", "sobol", "sobol4d", "zorder", *peers.listed(pathtracer)):
+        for samples in screen_space.draws(program, name, 2):
+            assert samples.min() >= 0 and samples.max() < 1
+            # Of 2 * 16384 independent numbers the mean scatters by 0.0016; there are 16 domains and 6 places with 4 dimensions.
+            np.testing.assert_allclose(samples.mean(axis=(2, 3, 4)), 0.5, atol=0.0075)
+            drawn.append(samples[:2].tobytes())
+    assert len(set(drawn)) == len(drawn)
 
 
 @pytest.mark.parametrize(("words", "said"), [(["--openqmc"], "needs a folder"),

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the screen-space error of the samplers: `scripts/bench samplers` writes docs/report/samplers.*
 
-Runs the programs bench_samplers and bench_draws, writes their results to out/samplers, and the tables in samplers.md
+Measures errors (screen_space.py) and times (the program bench_draws), writes them to out/samplers, and the tables in samplers.md
 with plots of errors and of spectra of error images, to docs/report.
 """
 
 import csv
-import io
 import subprocess
 import sys
 import textwrap
@@ -21,11 +20,11 @@ from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
 from ..measure.image_error import radial_spectrum, windowed_power
+from .screen_space import COUNTS, DOMAINS, INTEGRANDS, SIZE, draws, measure
 
 SAMPLERS = ("white", "sobol", "sobol4d", "zorder", "mask", "blue")
 BASE = "sobol"  # the baseline of all ratios
 QUICK = ("white", BASE, "blue")
-SIZE, DOMAINS, INTEGRANDS = 128, 16, 48  # as in bench_samplers
 FIGURES = {
     "half-planes-01": "Half-planes in dimensions (0,1)",
     "half-planes-23": "Half-planes in dimensions (2,3)",
@@ -56,26 +55,20 @@ DISCS = ((0.4, 0.45, 0.35), (0.63, 0.37, 0.27), (0.29, 0.71, 0.23))
 GREYS = 16
 
 
-def run_program(program, arguments):
-    """Returns its standard output; progress goes to the terminal."""
+def time_draws(program):
+    """The rows of bench_draws as dicts; progress goes to the terminal."""
     try:
-        result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, check=False)
-    except OSError as error:
-        sys.exit(f"bench: cannot run {program} ({error.strerror}); build it with scripts/setup")
-    if result.returncode != 0:
-        sys.exit(f"bench: {program} failed with status {result.returncode}")
-    return result.stdout
+        text = subprocess.run([program], stdout=subprocess.PIPE, text=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        sys.exit(f"bench: {program} failed: {error}; build it with scripts/setup")
+    return list(csv.DictReader(text.splitlines()))
 
 
-def run_bench(program, arguments):
-    """The rows of a program as dicts."""
-    return list(csv.DictReader(io.StringIO(run_program(program, arguments).decode())))
-
-
-def run_all(program, samplers, *arguments):
-    """The rows of all samplers, two at a time, slowest first."""
+def measure_all(program, samplers, counts=COUNTS, domains=DOMAINS):
+    """Rows of errors of all samplers, two at a time, slowest first."""
     def run(name):
-        rows = run_bench(program, ["--sampler", name, *arguments])
+        rows = [{"sampler": name, "figure": figure, "spp": str(spp), "sigma": f"{sigma:.1f}", "rmse": f"{error:.6g}"}
+                for (figure, spp, sigma), error in measure(program, name, counts, domains).items()]
         print(f"bench: measured {name}", file=sys.stderr)
         return rows
 
@@ -132,10 +125,10 @@ def plot_spp(rows, path):
     save(figure, path, laid_out=True)
 
 
-def draws_table(draws):
+def times_table(times):
     forms = ("inline", "single", "block", "peer")
-    found, rows = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in draws}, []
-    for name in dict.fromkeys(row["sampler"] for row in draws):
+    found, rows = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in times}, []
+    for name in dict.fromkeys(row["sampler"] for row in times):
         cells = [f"{found[name, form]:.1f}" if (name, form) in found else "" for form in forms]
         ratio = f"{found[name, 'peer'] / found['blue', 'inline']:.2f}" if (name, "peer") in found else ""
         rows.append([name, *cells, ratio])
@@ -144,16 +137,10 @@ def draws_table(draws):
 
 # ---- Spectra of error images
 
-def draw_samples(program, name, spp):
-    """A sampler's draws in the second member of a family, one seed each: float32 [DOMAINS][SIZE][SIZE][spp][4]."""
-    raw = run_program(program, ["--samples", name, str(spp)])
-    return np.frombuffer(raw, np.float32).reshape(DOMAINS, SIZE, SIZE, spp, 4)
-
-
-def disc_errors(samples):
-    """Error images [DOMAINS * discs][SIZE][SIZE], in dimensions (0,1)."""
-    return np.concatenate([(((samples[..., 0] - x) ** 2 + (samples[..., 1] - y) ** 2 < r * r).mean(axis=-1) - np.pi * r * r)
-                           for x, y, r in DISCS])
+def disc_errors(program, name, spp):
+    """Error images [DOMAINS * discs][SIZE][SIZE], in dimensions (0,1) of the second members of families."""
+    pairs = [samples[2].copy() for samples in draws(program, name, spp)]
+    return [((x - a) ** 2 + (y - b) ** 2 < r * r).mean(axis=-1) - np.pi * r * r for a, b, r in DISCS for x, y in pairs]
 
 
 def greys(values, low, high):
@@ -169,7 +156,7 @@ def plot_spectra(program, names, path):
     for column, name in enumerate(names):
         axes[0, column].set_title(name, fontsize=9)
         for k, spp in enumerate(SPECTRA_COUNTS):
-            images = disc_errors(draw_samples(program, name, spp)) / np.sqrt(shares * (1 - shares) / spp)[:, None, None]  # white noise has the power 1
+            images = np.array(disc_errors(program, name, spp)) / np.sqrt(shares * (1 - shares) / spp)[:, None, None]  # white noise has the power 1
             power = np.mean([windowed_power(image) for image in images], axis=0)
             shown = np.log10(np.maximum(np.fft.fftshift(power), 1e-4)).reshape(SIZE // 2, 2, SIZE // 2, 2).mean(axis=(1, 3))
             for axis, picture in zip(axes[2 * k:, column], (greys(images[0][:64, :64], -1.5, 1.5), greys(shown, -2, 0.5))):
@@ -205,7 +192,7 @@ def answer(rows):
             "where the error lies.")
 
 
-def report_text(rows, draws, command):
+def report_text(rows, times, command):
     parts = ["# Screen-space error of the samplers", "", f"Printed by `{command}`.", "", answer(rows), "",
              "![Error over padded Sobol's after a blur, against samples per pixel](samplers_spp.png)", "",
              f"Every figure is an error relative to that of `{BASE}` (Owen-scrambled Sobol', independent in each pixel and padded: its two",
@@ -225,16 +212,16 @@ def report_text(rows, draws, command):
               "middle, black is a hundredth of white noise). The power of `blue` falls towards frequency 0 without a bump; at 16 samples it has a",
               "low ridge at a quarter of a cycle per pixel, where blocks of 4 x 4 pixels repeat.", "",
               "![Error images and their spectra](samplers_spectra.png)", ""]
-    if draws:
+    if times:
         parts += ["## Time per draw", "",
                   "Nanoseconds per 4-D draw on one core (`bench_draws`), in the order of a path tracer: six domains for each of",
                   "16 indices, pixel after pixel. Columns: the inline form in `bn_draw.h`, a call of `bn_sample_4d()`, and",
                   "`bn_sample_block()`, which draws one domain of many pixels at once. Each time is the minimum of many short,",
                   "interleaved measurements; only ratios are comparable between machines.", ""]
-        if any(row["form"] == "peer" for row in draws):
+        if any(row["form"] == "peer" for row in times):
             parts += ["The same program measures OpenQMC, also inlined: a sampler for each pixel and index, `newDomain()` for each",
                       "domain, and `drawSample<4>()`.", ""]
-        parts += [draws_table(draws), ""]
+        parts += [times_table(times), ""]
     for figure, name in FIGURES.items():
         parts += [f"## {name}", ""]
         if figure in WHAT:
@@ -260,17 +247,17 @@ def run(arguments):
     files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"
     if not options.again:
         others = peers.chosen(options.openqmc, options.pathtracer)
-        draws = [row for row in run_bench(options.draws, []) if row["form"] != "peer" or row["sampler"] in others]
-        rows = run_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
-        for path, found in zip(files, (rows, draws)):
+        times = [row for row in time_draws(options.draws) if row["form"] != "peer" or row["sampler"] in others]
+        rows = measure_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
+        for path, found in zip(files, (rows, times)):
             write_rows(path, list(found[0]), found)
-    rows, draws = map(read_rows, files)
+    rows, times = map(read_rows, files)
     names = names_in(rows)
     plot_spp(rows, options.out / "samplers_spp.png")
     plot_spectra(options.program, names, options.out / "samplers_spectra.png")
     command = "scripts/bench samplers" + (" --quick" if options.quick else "")
     command += " --openqmc DIR" if set(peers.PEERS) & set(names) else ""
-    text = report_text(rows, draws, command)
+    text = report_text(rows, times, command)
     write_text(options.out / "samplers.md", text)
     print(text)
     print(f"Written: {options.out}/samplers.md and its plots; {options.pages}/samplers.csv and samplers_draws.csv.")
