@@ -25,6 +25,9 @@ void *operator new(size_t size) {
     if (!bytes) throw std::bad_alloc();
     return bytes;
 }
+void *operator new[](size_t size) {
+    return operator new(size);
+}
 void operator delete(void *bytes) noexcept {
     std::free(bytes);
 }

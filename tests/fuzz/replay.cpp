@@ -50,40 +50,30 @@ std::vector<Seed> read_corpus(const char *folder) {
     return corpus;
 }
 
+Bytes piece_of(const Bytes &bytes) {
+    const size_t from = below(bytes.size()), end = std::min(from + below(24), bytes.size());
+    return {bytes.begin() + std::ptrdiff_t(from), bytes.begin() + std::ptrdiff_t(end)};
+}
+
 void change(Bytes &bytes, const Bytes &other) {
     static const uint8_t telling[] = {0, 1, 0x7f, 0x80, 0xff, '-', '0', '9', '{', '"', '/', '\n'};
     if (bytes.empty()) bytes.push_back(0);
-    const auto at = static_cast<std::ptrdiff_t>(below(bytes.size()));
-    const auto count = static_cast<std::ptrdiff_t>(
-        std::min(1 + below(24), bytes.size() - static_cast<size_t>(at)));
-    uint8_t &byte = bytes[static_cast<size_t>(at)];
-    switch (below(7)) {
+    const size_t at = below(bytes.size());
+    switch (below(5)) {
     case 0:
-        byte = static_cast<uint8_t>(byte ^ (1u << below(8)));
+        bytes[at] = uint8_t(bytes[at] ^ (1u << below(8)));
         break;
     case 1:
-        byte = static_cast<uint8_t>(below(256));
+        bytes[at] = telling[below(sizeof telling)];
         break;
     case 2:
-        byte = telling[below(sizeof telling)];
+        if (below(8) == 0) bytes.resize(at);
         break;
-    case 3:
-        bytes.erase(bytes.begin() + at, bytes.begin() + at + count);
-        break;
-    case 4: {
-        const Bytes piece(bytes.begin() + at, bytes.begin() + at + count);
-        bytes.insert(bytes.begin() + at, piece.begin(), piece.end());
-        break;
-    }
-    case 5: {
-        const size_t from = below(other.size()), length = below(24);
-        const size_t end = std::min(from + length, other.size());
-        bytes.insert(bytes.begin() + at, other.begin() + static_cast<std::ptrdiff_t>(from),
-                     other.begin() + static_cast<std::ptrdiff_t>(end));
-        break;
-    }
-    default:
-        if (below(8) == 0) bytes.resize(static_cast<size_t>(at));
+    default: // another piece, or none, in place of one
+        const Bytes piece = below(2) ? piece_of(below(2) ? bytes : other) : Bytes();
+        const auto begin = bytes.begin() + std::ptrdiff_t(at);
+        const size_t cut = std::min(below(24), bytes.size() - at);
+        bytes.insert(bytes.erase(begin, begin + std::ptrdiff_t(cut)), piece.begin(), piece.end());
     }
     if (bytes.size() > LONGEST) bytes.resize(LONGEST);
 }
