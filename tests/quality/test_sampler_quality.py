@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How blue the samplers are, against the committed limits in sampler_limits.csv.
 
-A row bounds one figure of one sampler at one blur, a column for each count: the mean RMSE of the blurred per-pixel errors of 64 x 64 pixels over 24
-integrands and 4 domains, relative to white noise (in closed form). Figures:
+A row bounds one figure of one sampler at one blur, a column for each count: the mean RMSE of the blurred per-pixel errors of 64 x 64
+pixels over 24 integrands and 4 domains, relative to white noise (in closed form). Figures:
 
     half-planes-01, half-planes-23   half-planes in a pair of dimensions
     products                         half-planes in both pairs of a domain, multiplied
