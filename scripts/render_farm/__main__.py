@@ -8,10 +8,9 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unicodedata
 from pathlib import Path
-
-from report.base.progress import Progress, duration
 
 from . import cluster, worker
 from .inputs import hashes_of
@@ -127,30 +126,28 @@ def run_pathtracer(program, arguments, folder=None):
 
 
 def render_parts(options, program, shared, inputs, folder, parts, found):
-    """Renders the parts that the folder lacks."""
+    """Renders the parts that the folder lacks; returns how many samples they had."""
+    from report.base.progress import Progress  # needs what set-up installs
+
     left = [part for part in parts if not folder.has(part)]
-    total, done = sum(part.samples for part in parts), sum(part.samples for part in parts if folder.has(part))
+    total, before = sum(part.samples for part in parts), sum(part.samples for part in parts if folder.has(part))
+    done = before
     tasks = {part: [*shared, *part.arguments(), "--threads", str(options.threads)] for part in left}
     with cluster.connect(options.scheduler, options.workers or max(1, (os.cpu_count() or 1) // options.threads)) as client:
         cluster.check_workers(client, program, found, inputs)
-        progress = Progress(total / 1e6, "million samples")
-        try:
-            progress("", done / 1e6, True)
+        with Progress(total, "samples", done) as progress:
             for part, data in cluster.render(client, program, found, inputs, tasks):
                 if isinstance(part, str):
                     if not options.quiet:
-                        progress.close()
-                        print(f"farm: worker {part} is gone; what it had is rendered elsewhere", file=sys.stderr, flush=True)
+                        progress.write(f"farm: worker {part} is gone; what it had is rendered elsewhere", sys.stderr)
                 elif part is not None:
                     folder.add(part, data)
                     left.remove(part)
                     done += part.samples
-                    progress(f"{len(parts) - len(left)} of {len(parts)} parts", done / 1e6, False)
+                    progress(f"{len(parts) - len(left)} of {len(parts)} parts", done)
                 elif not cluster.workers(client):
-                    progress("waiting for workers", done / 1e6)
-        finally:
-            progress.close()
-    return progress
+                    progress("waiting for workers", done)
+    return total - before
 
 
 def run(arguments):
@@ -184,8 +181,10 @@ def run(arguments):
     kept = folder.count(parts)
     if kept and not options.quiet:
         print(f"farm: {kept} of {len(parts)} parts are in {folder.path}", flush=True)
+    begun = time.monotonic()
     try:
-        progress = render_parts(options, program, shared, inputs, folder, parts, found) if kept < len(parts) else None
+        made = render_parts(options, program, shared, inputs, folder, parts, found) / 1e6 if kept < len(parts) else 0
+        seconds = time.monotonic() - begun
         done = run_pathtracer(program, [*(["--quiet"] if options.quiet else []), *merging, "-o", output,
                                         "--merge", *(part.file_name for part in parts)], folder.path)
     except KeyboardInterrupt:
@@ -198,9 +197,8 @@ def run(arguments):
     folder.remove(parts)
     sys.stderr.write(done.stderr)
     sys.stdout.write(done.stdout)
-    if progress and progress.busy and not options.quiet:
-        rate = progress.made / progress.busy
-        print(f"farm: {progress.made:.3g} million samples in {duration(progress.busy)}, {rate:.3g} million a second")
+    if made and not options.quiet:
+        print(f"farm: {made:.3g} million samples in {seconds:.1f} s, {made / seconds:.3g} million a second")
 
 
 def plain(text):

@@ -1,51 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Progress of a long run: one line on a terminal, nothing in a pipe."""
 
-import sys
-import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
-
-def duration(seconds):
-    minutes = int(seconds + 0.5) // 60
-    if seconds < 9.95:
-        return f"{seconds:.1f} s"
-    return f"{seconds:.0f} s" if minutes == 0 else f"{minutes} min {int(seconds + 0.5) % 60:02d} s"
+from tqdm import tqdm
 
 
-class Progress:
-    """Shows the share done of `total` units, the rate and the time left.
+class Progress(tqdm):
+    """Shows how many of `total` units are done, the rate and the time left; `found` of them were in the cache."""
 
-    Results from the cache do not count towards the rate. They are recognised by taking no time, or by `found` where
-    several things run at once.
-    """
+    def __init__(self, total, unit="spp", found=0):
+        super().__init__(total=total, unit=f" {unit}", unit_scale=True, initial=found, disable=None, leave=False)
 
-    def __init__(self, total, unit="spp", stream=None):
-        self.total, self.unit, self.stream = total, unit, stream or sys.stderr
-        self.shown = self.stream.isatty()
-        self.last_done, self.last_time = 0.0, time.monotonic()
-        self.made, self.busy = 0.0, 0.0  # units done in this run, and the seconds they took
-
-    def __call__(self, what, done, found=None):
-        now = time.monotonic()
-        if found is False or found is None and now - self.last_time > 0.05:
-            self.made += done - self.last_done
-            self.busy += now - self.last_time
-        self.last_done, self.last_time = done, now
-        if self.shown:
-            rate = self.made / self.busy if self.made and self.busy else 0
-            left = f"{rate:.3g} {self.unit}/s, {duration((self.total - done) / rate)} left" if rate else ""
-            print(f"\r{100 * done / self.total:5.1f} %  {what}  {left}\033[K", end="", file=self.stream, flush=True)
-
-    def close(self):
-        if self.shown:
-            print("\r\033[K", end="", file=self.stream, flush=True)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
+    def __call__(self, what, done):
+        self.set_description(what, refresh=False)
+        self.update(done - self.n)
 
 
 def in_parallel(jobs, make, items):

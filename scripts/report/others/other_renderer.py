@@ -16,7 +16,7 @@ import numpy as np
 from ..base.command import command_shown, names_of
 from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_rows, write_text
-from ..base.progress import Progress, duration, in_parallel
+from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, update_table
 from ..base.whole_files import written_beside
 from ..measure import gains
@@ -310,5 +310,5 @@ class OtherReport:
             update_table(self.options.guide, f"scripts/bench {name}", guide)
         print(text)
         print(f"Written: {self.options.out}/{name}.md and {self.options.pages}/{name}.csv. References took "
-              f"{duration(sum(reference.seconds for reference in self.references.values()))} of processor time once.", file=sys.stderr)
+              f"{Progress.format_interval(sum(reference.seconds for reference in self.references.values()))} of processor time once.", file=sys.stderr)
         return whole

@@ -237,13 +237,12 @@ class Run:
             self.store.save(keys[task], *found)
             return found
 
-        with Progress(max(total, 1), "samples") as progress:
-            progress("pictures", done, found=True)
+        with Progress(total, "samples", done) as progress:
             # Long tasks first, so that all processors finish at about the same time.
             for task, found in in_parallel(self.jobs, make, sorted(left, key=lambda task: -task.cost)):
                 results[task] = found
                 done += task.cost
-                progress(f"{task.view.label}, {task.label}, seed {task.seed}", done, found=False)
+                progress(f"{task.view.label}, {task.label}, seed {task.seed}", done)
         return results
 
 

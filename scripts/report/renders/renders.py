@@ -19,7 +19,7 @@ from ..base import peers
 from ..base.command import Parser
 from ..base.files import write_text
 from ..base.plots import finish, plt, save, style
-from ..base.progress import duration
+from ..base.progress import Progress
 from ..base.tables import md_table
 from ..measure import equal_quality, gains, ratios
 from ..measure.gains import BEST_PEER, HEADLINE_MEASURES, REFERENCE_MARGIN, VISIBLE, Gains, value_text
@@ -301,4 +301,4 @@ def run(arguments):
     print(report.text())
     seconds = sum(reference.seconds for reference in references.values())
     print(f"Written: {options.out}/renders.md and renders_headline.csv, renders_gain.png; {options.pages}/renders.csv. "
-          f"References took {duration(seconds)} once.")
+          f"References took {Progress.format_interval(seconds)} once.")
