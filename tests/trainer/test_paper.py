@@ -2,12 +2,11 @@
 """The paper's losses and perceptron, Wronski's method, and the table that compares them."""
 
 import argparse
-import dataclasses
 
 import numpy as np
 import pytest
 import torch
-from bn_trainer.config import TrainerError
+from bn_trainer.config import TrainerError, load
 from bn_trainer.paper import perceptron as paper
 from bn_trainer.paper import pictures, table, wronski
 from PIL import Image
@@ -92,7 +91,7 @@ def test_runs_are_not_mixed_up(tmp_path):
     with pytest.raises(TrainerError, match="--resume"):
         paper.train(TINY, tmp_path)
     with pytest.raises(TrainerError, match="seed=4"):
-        paper.train(dataclasses.replace(TINY, seed=4), tmp_path, resume=True)
+        paper.train(TINY.model_copy(update={"seed": 4}), tmp_path, resume=True)
     (tmp_path / "checkpoint.pt").write_bytes(b"something else")
     with pytest.raises(TrainerError, match="not a checkpoint"):
         paper.train(TINY, tmp_path, resume=True)
@@ -100,15 +99,16 @@ def test_runs_are_not_mixed_up(tmp_path):
 
 def test_configs(tmp_path, request):
     for path in sorted((request.config.rootpath / "trainer" / "configs").glob("paper-*.toml")):
-        config = paper.read_config(path)
+        config = load(path, paper.PaperConfig)
         assert f"paper-{config.size}" + ("-sum" if config.histogram == "sum" else "") == path.stem
         assert config.iterations == 6000
     bad = tmp_path / "bad.toml"
     bad.write_text("size = 64\nlearning_rate = 1\n")
     with pytest.raises(TrainerError, match="learning_rate"):
-        paper.read_config(bad)
-    with pytest.raises(TrainerError, match="histogram"):
-        paper.PaperConfig(histogram="max").check()
+        load(bad, paper.PaperConfig)
+    bad.write_text('histogram = "max"\n')
+    with pytest.raises(TrainerError, match="histogram: Input should be 'mean' or 'sum'"):
+        load(bad, paper.PaperConfig)
 
 
 def test_wronski_lowers_the_dithering_error():

@@ -11,7 +11,7 @@ from typing import Any
 
 import torch
 
-from .config import TrainerError, from_dict
+from .config import Config, TrainerError, checked
 from .model import Relaxation
 
 
@@ -45,7 +45,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
 def load_model(path: Path) -> Relaxation:
     """The model of a checkpoint, calibrated."""
     checkpoint = load_checkpoint(path)
-    config = from_dict(checkpoint["config"])
+    config = checked(Config, checkpoint["config"])
     model = Relaxation(config.model.reaches, config.model.channels)
     try:
         mean = checkpoint["search"]["mean"]

@@ -12,7 +12,6 @@ several processes (`torchrun`) share the candidates of a single one.
 from __future__ import annotations
 
 import csv
-import dataclasses
 import math
 import os
 import random
@@ -24,8 +23,7 @@ from typing import Any
 import torch
 from torch import Tensor, distributed
 
-from . import config as configs
-from .config import Config, TrainerError
+from .config import Config, TrainerError, checked, load
 from .evolution import Evolution
 from .files import load_checkpoint, write_atomically
 from .losses import Direction, DitheringError, VectorEnergy, ranks
@@ -121,7 +119,7 @@ class Trainer:
         return self.figures(self.search.mean, self.held_out)[1:]
 
     def state(self) -> dict[str, Any]:
-        return {"format": "bn_trainer 2", "config": dataclasses.asdict(self.config), "search": self.search.state()}
+        return {"format": "bn_trainer 2", "config": self.config.model_dump(), "search": self.search.state()}
 
     def restore(self, checkpoint: dict[str, Any]) -> None:
         try:
@@ -168,7 +166,7 @@ def train(config_path: Path | None, folder: Path | None, *, resume: bool = False
     if folder is None:
         assert config_path is not None
         folder = default_folder(config_path)
-    config = configs.load(config_path, configs.from_dict) if config_path is not None else None
+    config = load(config_path, Config) if config_path is not None else None
     if threads:
         torch.set_num_threads(threads)
     where = torch.device(device)
@@ -196,7 +194,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
     if not resume and newest.exists():
         raise TrainerError(f"{folder} already contains a run; continue it with --resume or choose another --folder")
     if checkpoint is not None:
-        config = configs.from_dict(checkpoint["config"])
+        config = checked(Config, checkpoint["config"])
     assert config is not None
     trainer = Trainer(config, device)
     if checkpoint is not None:
@@ -233,7 +231,7 @@ def _run(config: Config | None, folder: Path, resume: bool, device: torch.device
 
 def as_toml(config: Config) -> str:
     lines = []
-    for table, values in dataclasses.asdict(config).items():
+    for table, values in config.model_dump().items():
         lines.append(f"[{table}]")
         for key, value in values.items():
             lines.append(f"{key} = {str(value).lower() if isinstance(value, bool) else value}")

@@ -22,18 +22,17 @@ their rank on the ramp instead of being sorted, which gives the same loss and gr
 from __future__ import annotations
 
 import argparse
-import dataclasses
-import json
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Optional
+from typing import Literal, Optional
 
 import numpy as np
 import torch
+from pydantic import Field, model_validator
 from torch import Tensor
 
-from ..config import TrainerError, load, read_table
+from ..config import Table, TrainerError, checked, load
 from ..files import write_atomically
 from ..train import default_folder, trim_log
 
@@ -41,28 +40,27 @@ CHECKPOINT_SECONDS = 30.0
 PROGRESS_SECONDS = 10.0
 
 
-@dataclasses.dataclass(frozen=True)
-class PaperConfig:
+class PaperConfig(Table):
     """The settings of a training run; the defaults are the paper's."""
 
-    size: int = 128
-    histogram: str = "mean"
+    size: int = Field(128, ge=2)
+    histogram: Literal["mean", "sum"] = "mean"
     hidden: int = 100
     uniform_weight: float = 0.01
     histogram_weight: float = 2.2
     blue_weight: float = 0.1
     cutoff: float = 0.7
     rate: float = 5e-4
-    batch: int = 64
-    epochs: int = 12
+    batch: int = Field(64, ge=1)
+    epochs: int = Field(12, ge=1)
     inputs: int = 32000
     seed: int = 0
 
-    def check(self) -> None:
-        if self.histogram not in ("mean", "sum"):
-            raise TrainerError(f'histogram must be "mean" or "sum", not {self.histogram!r}')
-        if self.size < 2 or self.batch < 1 or self.inputs < self.batch or self.epochs < 1:
-            raise TrainerError(f"size must be at least 2, epochs and batch at least 1, inputs at least batch: {self}")
+    @model_validator(mode="after")
+    def agree(self) -> PaperConfig:
+        if self.inputs < self.batch:
+            raise ValueError("inputs must be at least batch")
+        return self
 
     @property
     def iterations_per_epoch(self) -> int:
@@ -71,11 +69,6 @@ class PaperConfig:
     @property
     def iterations(self) -> int:
         return self.epochs * self.iterations_per_epoch
-
-
-def read_config(path: Path) -> PaperConfig:
-    """A PaperConfig from a TOML file. Raises TrainerError for unknown or wrong settings."""
-    return load(path, lambda given: read_table(PaperConfig, "a configuration", given))
 
 
 class Perceptron(torch.nn.Module):
@@ -206,7 +199,7 @@ class PaperTraining:
 
     def save(self, path: Path) -> None:
         """Writes the run to a file, atomically."""
-        state = {"config": dataclasses.asdict(self.config), "iteration": self.iteration, "seconds": self.seconds,
+        state = {"config": self.config.model_dump(), "iteration": self.iteration, "seconds": self.seconds,
                  "model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
         write_atomically(path, lambda beside: torch.save(state, beside))
 
@@ -215,7 +208,7 @@ class PaperTraining:
         """Reads a file written by `save`. Raises TrainerError if it cannot be read or is something else."""
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
-            run = PaperTraining(PaperConfig(**state["config"]))
+            run = PaperTraining(checked(PaperConfig, state["config"]))
             run.model.load_state_dict(state["model"])
             run.optimiser.load_state_dict(state["optimiser"])
             run.iteration, run.seconds = state["iteration"], state["seconds"]
@@ -239,7 +232,7 @@ def train(config: PaperConfig, folder: Path, iterations: Optional[int] = None, r
             raise TrainerError(f"{checkpoint} was trained with {run.config}, not with {config}")
     else:
         run = PaperTraining(config)
-    settings = json.dumps(dataclasses.asdict(config), indent=1) + "\n"
+    settings = config.model_dump_json(indent=1) + "\n"
     write_atomically(folder / "config.json", lambda beside: beside.write_text(settings, encoding="utf-8"))
     if run.iteration == 0:
         write_atomically(log, lambda beside: beside.write_text("iteration,loss,uniform,histogram,blue\n"))
@@ -274,9 +267,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> None:
     torch.set_num_threads(options.threads)
-    config = read_config(options.config)
+    config = load(options.config, PaperConfig)
     if options.seed is not None:
-        config = dataclasses.replace(config, seed=options.seed)
+        config = config.model_copy(update={"seed": options.seed})
     folder = options.folder or default_folder(options.config)
     run = train(config, folder, options.stop_after, options.resume, lambda line: print(line, flush=True))
     print(f"{folder / 'checkpoint.pt'}: {run.iteration} of {config.iterations} iterations, {run.seconds:.0f} s")
