@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the documentation: links lead somewhere, and the site has every page. Needs no MkDocs."""
+"""The pages of the documentation: links lead somewhere, the site has every page, and every promise has tests. Needs no MkDocs."""
 
 import ast
 import os
@@ -10,8 +10,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 from pages import links  # noqa: E402
-
-INCLUDE = ROOT / "libbn" / "include" / "bn"
 
 
 def markdown_files():
@@ -48,3 +46,20 @@ def test_the_python_page_has_every_name_and_says_what_it_is():
     assert names == set(re.findall(r"^::: bluenoise\.(\w+)$", text, re.M)) - {"mitsuba"}
     rows = [line for line in text.splitlines() if line.startswith("| `")]
     assert names <= {name for row in rows for name in re.findall(r"`(\w+)", row.split(" | ")[0]) if len(row.split(" | ")[1]) > 12}
+
+
+def is_there(path, name):
+    """Whether a file has a test: by its name in Python, defined and called in C."""
+    text = (ROOT / path).read_text(encoding="utf-8") if (ROOT / path).is_file() else ""
+    if path.endswith(".py"):
+        return re.search(rf"^def {name or 'test_'}", text, re.M) is not None
+    return text != "" and (not name or len(re.findall(rf"\b{name}\(", text)) > 1)
+
+
+def test_every_promise_has_tests_that_exist():
+    """In the tables with the heading `promise`."""
+    text = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
+    tables = re.findall(r"^\| promise \| tests \|\n\|[ -|]+\n((?:\|.*\n)+)", text, re.M)
+    found = [(row, re.findall(r"`(tests/[\w/.]+)(?:::(\w+))?`", row.split("|")[2])) for row in "".join(tables).splitlines()]
+    assert len(found) > 25 and [row for row, tests in found if not tests] == []
+    assert [test for _, tests in found for test in tests if not is_there(*test)] == []
