@@ -13,10 +13,15 @@ ROOT = Path(__file__).resolve().parents[2]
 MIDDLES = (np.arange(4096) + 0.5) / 4096
 
 
-def mean_below(a, b, c):
-    """The part of the unit square where a x + b y < c; b is not 0."""
+def plane_through(x, y, a, b):
+    """The half-plane a x + b y < c through a point: a, b, c, and its part of the unit square; b is not 0."""
+    c = a * x + b * y
     height = np.clip((c - a * MIDDLES) / b, 0, 1)
-    return (height if b > 0 else 1 - height).mean()
+    return float(a), float(b), float(c), (height if b > 0 else 1 - height).mean()
+
+
+def plane_at_angle(x, y, angle):
+    return plane_through(x, y, np.cos(angle), np.sin(angle))
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ samples for each pixel that of half-planes rises by a third to a half from 2 to 
 
 import numpy as np
 import pytest
-from conftest import mean_below
+from conftest import plane_at_angle
 
 import bluenoise
 
@@ -29,8 +29,8 @@ def shape(number, disc=False):
         r = 0.1 + 0.35 * (0.618033988749895 * number % 1)
         x0, y0 = r + (1 - 2 * r) * u, r + (1 - 2 * r) * v
         return lambda x, y: (x - x0) ** 2 + (y - y0) ** 2 < r * r, np.pi * r * r
-    a, b = np.cos(2.3999632297286533 * (number + 0.3)), np.sin(2.3999632297286533 * (number + 0.3))
-    return lambda x, y: a * (x - u) + b * (y - v) < 0, mean_below(a, b, a * u + b * v)
+    a, b, c, mean = plane_at_angle(u, v, 2.3999632297286533 * (number + 0.3))
+    return lambda x, y: a * x + b * y < c, mean
 
 
 @pytest.mark.parametrize("what", ["half-planes", "discs", "products of pairs", "products of members"])

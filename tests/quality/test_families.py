@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import mean_below
+from conftest import plane_at_angle
 
 import bluenoise
 from bluenoise._core import domain_child, frame_domain, path_ray_domain
@@ -28,11 +28,9 @@ void views(const uint32_t *words, const uint32_t *seeds, const uint32_t *domains
 
 
 def plane(number):
-    """a, b, c and the mean of a half-plane a x + b y < c, at well-spread angles, through well-spread points near the middle."""
-    angle = 2.3999632297286533 * (number + 0.3)
-    a, b = np.cos(angle), np.sin(angle)
-    c = a * (0.25 + 0.5 * (0.7548776662466927 * number % 1)) + b * (0.25 + 0.5 * (0.5698402909980532 * number % 1))
-    return a, b, c, mean_below(a, b, c)
+    """A half-plane at well-spread angles, through well-spread points near the middle."""
+    x, y = (0.25 + 0.5 * (share * number % 1) for share in (0.7548776662466927, 0.5698402909980532))
+    return plane_at_angle(x, y, 2.3999632297286533 * (number + 0.3))
 
 
 def inside(half_plane, u, pair):

@@ -4,7 +4,7 @@ pixels share a tile of that size. Everything is seeded. With -s all figures are 
 
 import numpy as np
 import pytest
-from conftest import mean_below
+from conftest import plane_at_angle
 
 import bluenoise
 
@@ -23,11 +23,7 @@ FACTORS = {"one pair": 1, "three members": 3, "a single number": 1}
 def half_plane(random, single):
     """a x + b y < c at random, and its mean over the unit square."""
     angle, x, y = 2 * np.pi * random.random(), *random.random(2)
-    if single:
-        return 1.0, 0.0, x, x
-    a, b = np.cos(angle), np.sin(angle)
-    c = a * x + b * y
-    return float(a), float(b), float(c), mean_below(a, b, c)
+    return (1.0, 0.0, x, x) if single else plane_at_angle(x, y, angle)
 
 
 def errors(what, k, size, count, seed):

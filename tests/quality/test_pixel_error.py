@@ -11,7 +11,7 @@ seeded. With -s the worst of each family is printed.
 
 import numpy as np
 import pytest
-from conftest import mean_below
+from conftest import plane_at_angle
 
 import bluenoise
 
@@ -35,9 +35,7 @@ def factor(kind, random):
     """A function of two dimensions, its mean and the mean of its square."""
     angle, x0, y0, r = 2 * np.pi * random.random(), *random.random(3)
     if kind == "plane":
-        a, b = np.cos(angle), np.sin(angle)
-        c = a * x0 + b * y0
-        mean = mean_below(a, b, c)
+        a, b, c, mean = plane_at_angle(x0, y0, angle)
         return lambda x, y: np.float32(a) * x + np.float32(b) * y < np.float32(c), mean, mean
     if kind == "disc":
         r2 = (0.15 + 0.5 * r) ** 2

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import mean_below
+from conftest import plane_at_angle, plane_through
 
 import bluenoise
 
@@ -41,21 +41,20 @@ SIZE = INNER + 2 * RADIUS
 SIBLINGS = list(combinations(range(MEMBERS), 2))
 
 
-def plane_through(point, a, b):
-    """a x + b y < c through a well-spread point, and its mean over the unit square."""
-    c = a * ((0.5 + 0.7548776662466927 * point) % 1) + b * ((0.5 + 0.5698402909980532 * point) % 1)
-    return float(a), float(b), float(c), mean_below(a, b, c)
+def well_spread(number):
+    """A point of the unit square."""
+    return (0.5 + 0.7548776662466927 * number) % 1, (0.5 + 0.5698402909980532 * number) % 1
 
 
 def plane(k, second=0):
     """At evenly spread angles; a second set at other ones."""
     angle = 2 * np.pi * ((k * (7 if second else 1) + 11 * second) % PLANES + 0.41) / PLANES
-    return plane_through(k + 100 * second, np.cos(angle), np.sin(angle))
+    return plane_at_angle(*well_spread(k + 100 * second), angle)
 
 
 def leaning(k):
     slope = (-1 if k & 2 else 1) * 0.03 * (0.1 / 0.03) ** ((k + 0.5) / PLANES)
-    return plane_through(k, *((1, slope) if k & 1 else (slope, 1)))
+    return plane_through(*well_spread(k), *((1, slope) if k & 1 else (slope, 1)))
 
 
 def step(k):
