@@ -13,8 +13,7 @@ import unicodedata
 from pathlib import Path
 
 from . import cluster, worker
-from .inputs import hashes_of
-from .parts import FarmError, PartsFolder, split
+from .parts import FarmError, PartsFolder, hashes_of, split
 
 # Options of the path tracer that make no sense for a part.
 REFUSED = ("--merge", "--resume", "--time", "--noise", "--min-spp", "--allow-changed", "--list", "--list-cameras", "--list-inputs")
@@ -25,30 +24,25 @@ MAX_PARTS = 20000  # whose names fit a command line
 MAX_PIXELS, MAX_SPP = 1 << 26, 1 << 24  # of the path tracer
 
 
-def numbers(text, pattern, what):
-    match = re.fullmatch(pattern, text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"takes {what}, not '{text}'")
-    return tuple(map(int, match.groups()))
+def numbers(pattern, what, fits=lambda *_: True):
+    """The type of an option: a whole number, or a tuple of several."""
+
+    def read(text):
+        match = re.fullmatch(pattern, text)
+        values = tuple(map(int, match.groups())) if match else ()
+        if not match or not fits(*values):
+            raise argparse.ArgumentTypeError(f"takes {what}, not '{text}'")
+        return values if len(values) > 1 else values[0]
+
+    return read
 
 
-def extents(text):
-    return numbers(text, r"([1-9]\d{0,4})x([1-9]\d{0,4})", "WIDTHxHEIGHT")
-
-
-def region(text):
-    x0, y0, x1, y1 = numbers(text, r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})", "x0,y0,x1,y1")
-    if x0 >= x1 or y0 >= y1:
-        raise argparse.ArgumentTypeError(f"takes x0,y0,x1,y1 with x0 < x1 and y0 < y1, not '{text}'")
-    return x0, y0, x1, y1
-
-
-def natural(text):
-    return numbers(text, r"(0*[1-9]\d{0,7})", "a whole number from 1 to 99999999")[0]
-
-
-def index(text):
-    return numbers(text, r"(\d{1,10})", "a whole number")[0]
+extents = numbers(r"([1-9]\d{0,4})x([1-9]\d{0,4})", "WIDTHxHEIGHT")
+region = numbers(r"(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5})", "x0,y0,x1,y1 with x0 < x1 and y0 < y1",
+                 lambda x0, y0, x1, y1: x0 < x1 and y0 < y1)
+natural = numbers(r"(0*[1-9]\d{0,7})", "a whole number from 1 to 99999999")
+spp = numbers(r"(\d{1,10})", f"a whole number from 1 to {MAX_SPP}", lambda n: 1 <= n <= MAX_SPP)
+index = numbers(r"(\d{1,10})", "a whole number")
 
 
 class Parser(argparse.ArgumentParser):
@@ -72,7 +66,7 @@ def parse(arguments):
     add("--tile", type=extents, default=(128, 128), metavar="WxH", help="pixels of a task, at most (default 128x128)")
     add("--samples-per-task", type=natural, metavar="N", help="samples per pixel of a task, at most (default: all; fewer are "
         "merged to a millionth, not to the bit)")
-    add("--spp", type=natural, default=16, metavar="N", help="samples per pixel (default 16)")
+    add("--spp", type=spp, default=16, metavar="N", help="samples per pixel (default 16)")
     add("--first-sample", type=index, default=0, metavar="N", help="index of the first sample of each pixel (default 0)")
     add("--size", type=extents, default=(512, 512), metavar="WxH", help="size of the picture in pixels (default 512x512)")
     add("--crop", type=region, metavar="x0,y0,x1,y1", help="render only this region")
@@ -84,8 +78,6 @@ def parse(arguments):
         parser.error(f"-o takes something.exr, not '{options.output}'")
     if options.scheduler and options.workers:
         parser.error("--workers is for a cluster on this machine; leave it or --scheduler out")
-    if options.spp > MAX_SPP:
-        parser.error(f"--spp takes a whole number from 1 to {MAX_SPP}, not '{options.spp}'")
     for name in REFUSED:
         if name in others:
             parser.error(f"{name} does not work in parts; leave it out")
@@ -206,12 +198,8 @@ def plain(text):
     return "".join("?" if unicodedata.category(c) == "Cc" else c for c in str(text))
 
 
-def terminate(*_):
-    raise KeyboardInterrupt
-
-
 def main():
-    signal.signal(signal.SIGTERM, terminate)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         run(sys.argv[1:])
     except KeyboardInterrupt as stop:

@@ -48,6 +48,18 @@ def split(crop, first, count, tile, samples_per_task=None):
             for y in range(y0, y1, tile[1]) for x in range(x0, x1, tile[0]) for s in range(first, first + count, step)]
 
 
+def hashes_of(listed):
+    """{path: SHA-256} of what pathtracer --list-inputs says, which are lines of sha256sum."""
+    found = {}
+    for line in filter(None, os.fsencode(listed).split(b"\n")):
+        escaped = line.startswith(b"\\")
+        digest, _, name = line[escaped:].partition(b"  ")
+        if escaped:
+            name = name.decode("unicode_escape").encode("latin-1")
+        found[os.fsdecode(name)] = digest.decode()
+    return found
+
+
 @contextlib.contextmanager
 def silent():
     """Libraries in C print nothing to the standard error."""
@@ -129,7 +141,5 @@ class PartsFolder:
         """Removes the parts and their record, and the folder if nothing else is in it."""
         for name in [*(part.file_name for part in parts), "picture.json"]:
             (self.path / name).unlink(missing_ok=True)
-        try:
+        with contextlib.suppress(OSError):
             self.path.rmdir()
-        except OSError:
-            pass

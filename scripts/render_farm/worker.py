@@ -38,11 +38,8 @@ def _remembered(make, path):
 
 
 def _sha256(path):
-    digest = hashlib.sha256()
     with open(path, "rb") as file:
-        while block := file.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _libraries(program):
@@ -69,28 +66,24 @@ def fingerprint(program, inputs):
     return found
 
 
-def check(program, wanted, inputs):
-    """Raises WorkerError unless this machine has the same program, libraries and inputs."""
-    found = fingerprint(program, inputs)
+def complaint(program, wanted, inputs):
+    """What this machine has otherwise than `wanted`, of program, libraries and inputs, or an empty string."""
+    try:
+        found = fingerprint(program, inputs)
+    except WorkerError as error:
+        return str(error)
     for name in sorted(wanted.keys() | found.keys()):
         if found.get(name) != wanted.get(name):
             where = f" ({program_here(program)})" if name == "the path tracer" else ""
-            raise WorkerError(f"another build of {name}{where} there" if name not in inputs else f"{name} is another file there")
-
-
-def complaint(program, wanted, inputs):
-    """What check() says, or an empty string."""
-    try:
-        check(program, wanted, inputs)
-    except WorkerError as error:
-        return str(error)
+            return f"{name} is another file there" if name in inputs else f"another build of {name}{where} there"
     return ""
 
 
 def render(program, wanted, inputs, arguments):
     """The bytes of the EXR that the path tracer renders with these arguments."""
     # A worker may have joined after all were checked.
-    check(program, wanted, inputs)
+    if wrong := complaint(program, wanted, inputs):
+        raise WorkerError(wrong)
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         output = os.path.join(folder, "part.exr")
         command = [program_here(program), *arguments, "--quiet", "-o", output]

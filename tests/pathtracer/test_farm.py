@@ -22,8 +22,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 from render_farm import cluster, worker  # noqa: E402
 from render_farm.__main__ import parse, sort_out  # noqa: E402
-from render_farm.inputs import hashes_of  # noqa: E402
-from render_farm.parts import FarmError, PartsFolder, split  # noqa: E402
+from render_farm.parts import FarmError, PartsFolder, hashes_of, split  # noqa: E402
 
 # A larger picture would only take longer; each part takes long enough to be interrupted.
 PICTURE = ["--size", "70x50", "--spp", "1000", "--seed", "5"]
@@ -35,10 +34,15 @@ def start(pathtracer, *arguments):
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def refused(pathtracer, *arguments):
-    process = start(pathtracer, *arguments)
+def ended(process):
+    """Its exit status, and what it printed."""
     out, message = process.communicate(timeout=120)
-    assert process.returncode == 1 and out == "" and message.startswith("farm: ") and message.count("\n") == 1, message
+    return process.returncode, out, message
+
+
+def refused(pathtracer, *arguments):
+    code, out, message = ended(start(pathtracer, *arguments))
+    assert code == 1 and out == "" and message.startswith("farm: ") and message.count("\n") == 1, message
     assert list(pathtracer.folder.glob("*.parts")) == []
     return message
 
@@ -93,15 +97,13 @@ def test_parts_folder(pathtracer, tmp_path):
 def test_parts_that_are_not_what_was_asked_for_are_noticed(pathtracer, even_sky, tmp_path):
     part, = split((0, 0, 8, 4), 3, 2, (8, 4))
     folder = PartsFolder(tmp_path / "a.exr", {}, "")
-    whole = pathtracer.render("--size", "8x8", *part.arguments()).read_bytes()
+    rendered = lambda *more, **change: pathtracer.render("--size", "8x8", *part._replace(**change).arguments(), *more).read_bytes()
+    whole = rendered()
     folder.add(part, whole)
     assert folder.remove_damaged([part]) == [] and folder.has(part)
     for wrong, message in [
-        (pathtracer.render("--size", "8x8", *part._replace(y1=3).arguments()).read_bytes(), "shows the pixels 0,0,8,3"),
-        (pathtracer.render("--size", "8x8", *part._replace(count=1).arguments()).read_bytes(), "has other samples"),
-        (pathtracer.render("--size", "8x8", *part._replace(first=2).arguments()).read_bytes(), "has other samples"),
-        (pathtracer.render("--size", "8x8", *part.arguments(), "--env", even_sky).read_bytes(), "was rendered from other files"),
-        (whole[:-100], "is damaged"), (b"", "is damaged"),
+        (rendered(y1=3), "shows the pixels 0,0,8,3"), (rendered(count=1), "has other samples"), (rendered(first=2), "has other samples"),
+        (rendered("--env", even_sky), "was rendered from other files"), (whole[:-100], "is damaged"), (b"", "is damaged"),
     ]:
         with pytest.raises(FarmError, match=message):
             folder.add(part, wrong)
@@ -200,21 +202,20 @@ def test_the_picture_is_one_machines(pathtracer):
     os.set_blocking(farm.stderr.fileno(), True)
     wait_for(lambda: farm.poll() is not None or len(list(parts.glob("*.exr"))) >= 5)
     farm.send_signal(signal.SIGINT)
-    out, message = farm.communicate(timeout=120)
-    assert farm.returncode == 130 and out == "" and message.count("\n") == 1 and "same command" in message, message
+    code, out, message = ended(farm)
+    assert code == 130 and out == "" and message.count("\n") == 1 and "same command" in message, message
     assert not (pathtracer.folder / "out.exr").exists()
     kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")}
     assert 5 <= len(kept) < 20 and not list(parts.glob(".libbn-*"))
     for change in (["--seed", 6], ["--spp", 10], ["--crop", "0,0,60,50"], ["--tile", "8x16"], ["--first-sample", 1]):
-        other = start(pathtracer, *command, *change)
-        assert "other settings" in other.communicate(timeout=120)[1] and other.returncode == 1
+        code, _, message = ended(start(pathtracer, *command, *change))
+        assert code == 1 and "other settings" in message
     assert {path: path.stat().st_mtime_ns for path in parts.glob("*.exr")} == kept
 
     damaged = sorted(kept)[0]
     damaged.write_bytes(damaged.read_bytes()[:-100])
-    farm = start(pathtracer, *command)
-    out, message = farm.communicate(timeout=120)
-    assert farm.returncode == 0 and message.count("\n") == 1 and f"{damaged} is damaged" in message, message
+    code, out, message = ended(start(pathtracer, *command))
+    assert code == 0 and message.count("\n") == 1 and f"{damaged} is damaged" in message, message
     assert f"{len(kept) - 1} of 20 parts are in" in out and "20 pictures merged" in out
     assert sorted(path.name for path in pathtracer.folder.iterdir()) == ["out.exr", "out.png"]
     merged, whole = read_layers(pathtracer.folder / "out.exr"), read_layers(pathtracer.render(*PICTURE))
@@ -241,11 +242,9 @@ def test_workers_with_another_program_are_refused(pathtracer):
             wait_for(address.exists)
         scheduler = json.loads(address.read_text())["address"]
         picture = ["--scene", "penumbra", "--size", "40x30", "--spp", 2]
-        farm = start(pathtracer, *picture, "--tile", "32x32", "--scheduler", scheduler, "-o", "out.exr")
-        _, message = farm.communicate(timeout=120)
-        assert farm.returncode == 0 and message == "", message
-        merged = read_layers(folder / "out.exr")
-        whole = read_layers(pathtracer.render(*picture))
+        code, _, message = ended(start(pathtracer, *picture, "--tile", "32x32", "--scheduler", scheduler, "-o", "out.exr"))
+        assert code == 0 and message == "", message
+        merged, whole = read_layers(folder / "out.exr"), read_layers(pathtracer.render(*picture))
         assert all(np.array_equal(merged[name], whole[name]) for name in "RGB")
 
         with program.open("ab") as file:
