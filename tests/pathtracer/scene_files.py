@@ -220,28 +220,44 @@ def over_floor(scene, height=1.0, yfov=0.4):
     return scene
 
 
-def floor(material=None, **node):
+def floor():
     g = Gltf()
-    g.quads([QUAD], g.material((0.5, 0.5, 0.5)) if material is None else material, **node)
+    g.quads([QUAD], g.material((0.5, 0.5, 0.5)))
     return g
 
 
+def add_floor(g, colour=(1, 1, 1), coordinates=QUAD_COORDINATES, attributes=None, **material):
+    """One with texture coordinates, of a new material."""
+    return g.node(mesh=g.mesh(QUAD, SIX, g.material(colour, **material), TEXCOORD_0=coordinates, **(attributes or {})))
+
+
 FOUR = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 64, 200]]], np.uint8)
+FOUR_COLOURS = linear(FOUR.reshape(4, 3))
+LARGE_FOUR = FOUR.repeat(16, axis=0).repeat(16, axis=1)
 CORNERS = ((6, 6), (6, 18), (18, 6), (18, 18))
+# A square of an OBJ, of material a, its texture coordinates as large as itself.
+SQUARE = """usemtl a
+v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0
+vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+f 1/1 2/2 3/3 4/4
+"""
 
 
-def textured_floor(texture_of, coordinates=QUAD_COORDINATES, info=None, attributes=None, **material):
-    """A floor that fills the picture exactly, with a base-colour texture."""
+def textured_floor(pixels=FOUR, kind="PNG", sampler=None, info=None, **floor):
+    """A floor that fills the picture exactly, with a base-colour texture, whose texels are not mixed unless `sampler` says so."""
     g = Gltf()
-    texture = {"index": texture_of(g), **(info or {})}
-    number = g.material((1, 1, 1), pbr={"baseColorTexture": texture}, **material)
-    g.node(mesh=g.mesh(QUAD, SIX, number, TEXCOORD_0=coordinates, **(attributes or {})))
+    texture = g.texture(pixels, kind, **({"magFilter": 9728} if sampler is None else sampler))
+    add_floor(g, pbr={"baseColorTexture": {"index": texture, **(info or {})}}, **floor)
     return over_floor(g, 1, np.pi / 2)
 
 
 def corner_colours(pathtracer, scene, even_sky):
     image = picture(pathtracer, scene, "--spp", 4, "--env", even_sky, "--max-depth", 1)
     return np.array([image[y, x] for y, x in CORNERS])
+
+
+def assert_corners(pathtracer, scene, even_sky, expected, atol=1e-3):
+    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), expected, atol=atol)
 
 
 def ball(g, material, around=24):

@@ -14,8 +14,9 @@ import zlib
 
 import numpy as np
 import pytest
+import scene_files as files
 from PIL import Image
-from scene_files import DOWN, FOUR, QUAD, SIX, SMALL, Gltf, ball, cornell, encoded, floor, picture, textured_floor, write_exr
+from scene_files import DOWN, FOUR, LARGE_FOUR, QUAD, SIX, SMALL, SQUARE, Gltf, ball, encoded, floor, picture, textured_floor
 
 BOUND = 0.75  # GiB of --max-memory; a run takes 0.03 without any of this
 OUT = [*SMALL, "--spp", 1, "-o", "out.exr"]
@@ -181,13 +182,13 @@ EXR_START = struct.pack("<II", 20000630, 2)
 def exr_window(width, height):
     """A picture of 8 x 8 that claims to be so large."""
     with tempfile.TemporaryDirectory() as folder:
-        data = write_exr(pathlib.Path(folder) / "a.exr", RGB=np.zeros((8, 8, 3), np.float32)).read_bytes()
+        data = files.write_exr(pathlib.Path(folder) / "a.exr", RGB=np.zeros((8, 8, 3), np.float32)).read_bytes()
     return data.replace(struct.pack("<iiii", 0, 0, 7, 7), struct.pack("<iiii", 0, 0, width - 1, height - 1))
 
 
 def channels_exr(**channels):
     def write(folder):
-        write_exr(folder / "a.exr", **channels)
+        files.write_exr(folder / "a.exr", **channels)
         return [(["--env", "a.exr"], "a.exr")]
 
     return write
@@ -302,7 +303,7 @@ def test_a_missing_buffer_and_files_that_are_none(pathtracer):
 
 
 def test_a_file_cut_short_anywhere_is_refused(pathtracer):
-    g = textured_floor(lambda g: g.texture(FOUR.repeat(8, axis=0)))
+    g = textured_floor(LARGE_FOUR)
     for name, whole, count in (("short.glb", g.glb(), 15), ("short.gltf", g.gltf(), 8)):
         for length in np.linspace(0, len(whole) - 1, count, dtype=int):
             refused(pathtracer, "--scene", put(pathtracer.folder / name, whole[:length]), name=name)
@@ -330,7 +331,7 @@ def test_a_long_chain_of_nodes_is_no_trouble(pathtracer):
 
 
 def with_picture(pathtracer, data):
-    g = textured_floor(lambda g: g.texture(FOUR))
+    g = textured_floor()
     g.json["images"][0]["bufferView"] = g.view(data)
     return g.save(pathtracer.folder / "a.glb")
 
@@ -352,9 +353,9 @@ def test_jpeg_that_is_cut_short(pathtracer, progressive):
 
 def test_a_scene_reaches_so_far(pathtracer):
     """Up to 1e10 from its middle a picture is right; lights beyond 1e15 are left out."""
-    plain = picture(pathtracer, cornell(), "--spp", 4)
+    plain = picture(pathtracer, files.cornell(), "--spp", 4)
     # Its largest extent is 559.2, from the middle half of that.
-    np.testing.assert_allclose(picture(pathtracer, cornell(0.99e10 / 279.6), "--spp", 4), plain, rtol=1e-3)
+    np.testing.assert_allclose(picture(pathtracer, files.cornell(0.99e10 / 279.6), "--spp", 4), plain, rtol=1e-3)
     g = Gltf()
     ball(g, g.material())
     g.json["nodes"][0].update(scale=[0.99e10] * 3, translation=[9e14, 0, 0])
@@ -371,15 +372,15 @@ def test_a_scene_reaches_so_far(pathtracer):
 
 def apart(pathtracer, buffer="a.bin", image=None, folder="."):
     """A textured floor whose buffer and picture are files with these names."""
-    g = textured_floor(lambda g: g.texture(FOUR))
+    g = textured_floor()
     if image:
         g.json["images"] = [{"uri": image}]
     return put(pathtracer.folder / folder / "scene.gltf", json.dumps(g.document(uri=buffer))), bytes(g.bytes)
 
 
 def obj_apart(pathtracer, library, picture_name="a.png", folder="."):
-    text = f"mtllib {library}\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 0 9 0\nvt 0 0\nf 1/1 2/1 3/1\n"
-    return put(pathtracer.folder / folder / "scene.obj", text), f"newmtl a\nmap_Kd {picture_name}\n".encode()
+    path = put(pathtracer.folder / folder / "scene.obj", f"mtllib {library}\n{SQUARE}")
+    return path, f"newmtl a\nmap_Kd {picture_name}\n".encode()
 
 
 @pytest.mark.parametrize("kind", ["pipe", "folder", "device"])
@@ -452,7 +453,7 @@ def test_a_reference_that_is_not_finite_is_refused(pathtracer):
     pixels = np.ones((24, 24, 3), np.float32)
     for value in (np.nan, np.inf, -np.inf):
         pixels[7, 9, 1] = value
-        write_exr(pathtracer.folder / "reference.exr", RGB=pixels)
+        files.write_exr(pathtracer.folder / "reference.exr", RGB=pixels)
         refused(pathtracer, "--reference", "reference.exr", words=["reference.exr", "not finite"])
     # Elsewhere than in the crop it does no harm.
     assert "nan" not in pathtracer.success("--reference", "reference.exr", "--crop", "0,8,24,24", *OUT).stdout
@@ -476,7 +477,7 @@ def test_no_control_characters_reach_the_terminal(pathtracer):
         said(*size, *wrong, "-o", "out.exr", code=1)
     said("--merge", evil, "-o", "b" + evil, code=0)
     # Attributes of the same length: those of a picture of a file of ten letters.
-    put(pathtracer.folder / "scene1.obj", "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
+    put(pathtracer.folder / "scene1.obj", SQUARE)
     begun = pathtracer.render(*size, "--scene", "scene1.obj")
     put(begun, begun.read_bytes().replace(b"scene1.obj", b"\x1b]0;1m.obj"))
     assert "]0;1m.obj" in said("--resume", begun, "--spp", 2, "-o", "out.exr", code=1)

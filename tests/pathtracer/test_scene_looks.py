@@ -6,26 +6,10 @@ import struct
 
 import numpy as np
 import pytest
+import scene_files as files
 from pathtracer_driver import assert_equal_means, read_exr, read_layers
 from PIL import Image, PngImagePlugin
-from scene_files import (
-    CORNERS,
-    DOWN,
-    FOUR,
-    QUAD,
-    QUAD_COORDINATES,
-    SIX,
-    SMALL,
-    Gltf,
-    ball,
-    corner_colours,
-    encoded,
-    floor,
-    linear,
-    over_floor,
-    picture,
-    textured_floor,
-)
+from scene_files import DOWN, FOUR_COLOURS, QUAD, SMALL, Gltf, add_floor, assert_corners, floor, over_floor, picture, textured_floor
 
 # ---- Lights
 
@@ -91,18 +75,14 @@ def test_emission_by_a_texture(pathtracer):
         g = floor()
         g.use("KHR_materials_emissive_strength")
         panel = np.float32([[-1, 0, 1], [-1, 0, -1], [1, 0, -1], [1, 0, 1]]) * 0.5 + np.float32([0, 0.8, 0])
+        glow = lambda colour, **more: g.material((0, 0, 0), emissiveFactor=[*map(float, colour)], extensions=strength, **more)
         if textured:
-            texture = g.texture(colours, magFilter=9728)
-            material = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": texture}, extensions=strength)
-            coordinates = np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])
-            g.node(mesh=g.mesh(panel, SIX, material, TEXCOORD_0=coordinates))
+            material = glow((1, 1, 1), emissiveTexture={"index": g.texture(colours, magFilter=9728)})
+            g.node(mesh=g.mesh(panel, files.SIX, material, TEXCOORD_0=np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])))
         else:
-            for row in range(2):
-                for column in range(2):
-                    part = panel * np.float32([0.5, 1, 0.5]) + np.float32([column - 0.5, 0, row - 0.5]) * 0.5
-                    factor = [float(v) for v in linear(colours[row, column])]
-                    material = g.material((0, 0, 0), emissiveFactor=factor, extensions=strength)
-                    g.quads([part], material)
+            for row, column in np.ndindex(2, 2):
+                part = panel * np.float32([0.5, 1, 0.5]) + np.float32([column - 0.5, 0, row - 0.5]) * 0.5
+                g.quads([part], glow(files.linear(colours[row, column])))
         return g
 
     means = []
@@ -114,13 +94,10 @@ def test_emission_by_a_texture(pathtracer):
     assert_equal_means(*means, 1e-4)
     assert np.mean(means) > 0.05
     g = scene(True)
-    up = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
-    g.camera(2 * np.arctan(0.5 / 0.4), translation=[0, 0.4, 0], rotation=up)
+    g.camera(2 * np.arctan(0.5 / 0.4), translation=[0, 0.4, 0], rotation=[np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
     seen = picture(pathtracer, g, "--spp", 1, "--env", "none", "--max-depth", 0)
     # Looking up, the picture's top is +z: the panel's last row is on top.
-    np.testing.assert_allclose(seen[4, 4], 3 * linear(colours[1, 0]), rtol=1e-3)
-    np.testing.assert_allclose(seen[20, 4], 3 * linear(colours[0, 0]), rtol=1e-3, atol=1e-6)
-    np.testing.assert_allclose(seen[4, 20], 3 * linear(colours[1, 1]), rtol=1e-3)
+    np.testing.assert_allclose([[seen[y, x] for x in (4, 20)] for y in (20, 4)], 3 * files.linear(colours), rtol=1e-3, atol=1e-6)
 
 
 def test_a_spark_on_a_dark_texture_shines(pathtracer):
@@ -128,12 +105,10 @@ def test_a_spark_on_a_dark_texture_shines(pathtracer):
     pixels = np.zeros((1024, 1024, 3), np.uint8)
     pixels[515, 533] = 255
     g = Gltf()
-    glow = g.material((0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": g.texture(pixels, magFilter=9728)})
-    g.node(mesh=g.mesh(QUAD, SIX, glow, TEXCOORD_0=QUAD_COORDINATES))
+    add_floor(g, (0, 0, 0), emissiveFactor=[1, 1, 1], emissiveTexture={"index": g.texture(pixels, magFilter=9728)})
     place = 2 * (np.array([533.5, 515.5]) / 1024 - 0.5)
     g.camera(2e-4, translation=[float(place[0]), 1, float(place[1])], rotation=DOWN)
-    image = picture(pathtracer, g, "--spp", 1, "--env", "none")
-    np.testing.assert_allclose(image, 1, rtol=1e-3)
+    np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--env", "none"), 1, rtol=1e-3)
 
 
 # ---- Textures
@@ -142,30 +117,29 @@ def test_a_spark_on_a_dark_texture_shines(pathtracer):
 @pytest.mark.parametrize("kind", ["PNG", "JPEG", "BMP", "TGA"])
 def test_a_base_colour_texture(pathtracer, even_sky, kind):
     """The picture lies upright, its corner (0, 0) is top left, and its colours are those of sRGB."""
-    big = FOUR.repeat(16, axis=0).repeat(16, axis=1)
-    seen = corner_colours(pathtracer, textured_floor(lambda g: g.texture(big, kind)), even_sky)
-    np.testing.assert_allclose(seen, linear(FOUR.reshape(4, 3)), atol=0.03 if kind == "JPEG" else 1e-3)
+    scene = textured_floor(files.LARGE_FOUR, kind, sampler={})
+    assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS, atol=0.03 if kind == "JPEG" else 1e-3)
 
 
 def test_pictures_of_other_depths(pathtracer, even_sky):
     """Grey, with alpha, with a palette, of 16 bits, and with a gamma, which glTF ignores."""
     grey = np.array([[10, 90], [160, 250]], np.uint8)
     palette = Image.new("P", (2, 2))
-    palette.putpalette(FOUR.tobytes())
+    palette.putpalette(files.FOUR.tobytes())
     palette.putdata([2, 0, 3, 1])
     gamma = PngImagePlugin.PngInfo()
     gamma.add(b"gAMA", struct.pack(">I", 100000))
-    greys, colours = np.tile(linear(grey.ravel())[:, None], 3), linear(FOUR.reshape(4, 3))
+    greys = np.tile(files.linear(grey.ravel())[:, None], 3)
     for image, expected, options in [
         (Image.fromarray(grey), greys, {}), (Image.fromarray(grey.astype(np.uint16) * 257 + 100), greys, {}),
-        (Image.fromarray(np.dstack([FOUR, np.full((2, 2), 7, np.uint8)])), colours, {}),  # alphaMode is OPAQUE
-        (palette, colours[[2, 0, 3, 1]], {"transparency": b"\0\1"}), (Image.fromarray(FOUR), colours, {"pnginfo": gamma}),
+        (Image.fromarray(np.dstack([files.FOUR, np.full((2, 2), 7, np.uint8)])), FOUR_COLOURS, {}),  # alphaMode is OPAQUE
+        (palette, FOUR_COLOURS[[2, 0, 3, 1]], {"transparency": b"\0\1"}), (Image.fromarray(files.FOUR), FOUR_COLOURS, {"pnginfo": gamma}),
     ]:
         stream = io.BytesIO()
         image.save(stream, "PNG", **options)
-        scene = textured_floor(lambda g: g.texture(FOUR, magFilter=9728))
+        scene = textured_floor()
         scene.json["images"][0]["bufferView"] = scene.view(stream.getvalue())
-        np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), expected, atol=1e-3)
+        assert_corners(pathtracer, scene, even_sky, expected)
 
 
 @pytest.mark.parametrize(("moved", "wrap", "transform", "order"), [
@@ -177,35 +151,30 @@ def test_pictures_of_other_depths(pathtracer, even_sky):
     (0, {}, {"offset": [0, 1], "rotation": np.pi / 2}, [2, 0, 3, 1])])
 def test_wrapping_and_transforms(pathtracer, even_sky, moved, wrap, transform, order):
     info = {"extensions": {"KHR_texture_transform": transform}} if transform else {}
-    texture = lambda g: g.texture(FOUR, magFilter=9728, **wrap)
-    scene = textured_floor(texture, QUAD_COORDINATES + np.float32([moved, 0]), info=info)
-    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), linear(FOUR.reshape(4, 3))[order], atol=1e-3)
+    scene = textured_floor(sampler={"magFilter": 9728, **wrap}, coordinates=files.QUAD_COORDINATES + np.float32([moved, 0]), info=info)
+    assert_corners(pathtracer, scene, even_sky, FOUR_COLOURS[order])
 
 
 def test_the_second_set_and_vertex_colours(pathtracer, even_sky):
-    nearest = lambda g: g.texture(FOUR, magFilter=9728)
-    second = {"TEXCOORD_1": QUAD_COORDINATES[::-1].copy()}  # upside down
-    scene = textured_floor(nearest, info={"texCoord": 1}, attributes=second)
-    plain = linear(FOUR.reshape(4, 3))
-    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), plain[[2, 3, 0, 1]], atol=1e-3)
+    second = {"TEXCOORD_1": files.QUAD_COORDINATES[::-1].copy()}  # upside down
+    assert_corners(pathtracer, textured_floor(info={"texCoord": 1}, attributes=second), even_sky, FOUR_COLOURS[[2, 3, 0, 1]])
     half = {"COLOR_0": np.full((4, 4), 0.5, np.float32)}
-    scene = textured_floor(nearest, attributes=half)
-    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky), 0.5 * plain, atol=1e-3)
+    assert_corners(pathtracer, textured_floor(attributes=half), even_sky, 0.5 * FOUR_COLOURS)
 
 
 def test_masks_cut_out(pathtracer, even_sky):
     """Where alpha is below the cut-off there is nothing: the sky shows, and light falls through."""
     pixels = np.dstack([np.zeros((2, 2, 3)), [[255, 100], [200, 0]]]).astype(np.uint8)
-    scene = textured_floor(lambda g: g.texture(pixels, magFilter=9728), alphaMode="MASK", alphaCutoff=0.5)
-    np.testing.assert_allclose(corner_colours(pathtracer, scene, even_sky)[:, 0], [0, 1, 0, 1], atol=1e-3)
+    shown = np.tile([[0], [1], [0], [1]], 3)
+    assert_corners(pathtracer, textured_floor(pixels, alphaMode="MASK", alphaCutoff=0.5), even_sky, shown)
     # The shadow of the same on a floor below.
-    g = textured_floor(lambda g: g.texture(pixels, magFilter=9728), alphaMode="MASK")
+    g = textured_floor(pixels, alphaMode="MASK")
     g.json["scenes"][0]["nodes"].pop()
     g.quads([QUAD * 2 - np.float32([0, 1, 0])], g.material((1, 1, 1)))
     g.light("directional", np.pi, rotation=DOWN)
     g.camera(np.pi / 2, translation=[0, -0.01, 0], rotation=DOWN)
     image = picture(pathtracer, g, "--spp", 1, "--max-depth", 1)
-    np.testing.assert_allclose([image[y, x, 0] for y, x in CORNERS], [0, 1, 0, 1], atol=1e-3)
+    np.testing.assert_allclose([image[y, x] for y, x in files.CORNERS], shown, atol=1e-3)
 
 
 def test_normal_maps(pathtracer):
@@ -215,8 +184,7 @@ def test_normal_maps(pathtracer):
                                    ((0, 0.6, 0.8), (0, half, -half), 1.4 * half)):
         g = Gltf()
         pixels = np.full((2, 2, 3), np.round(255 * (0.5 + 0.5 * np.array(lean))), np.uint8)
-        material = g.material((0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
-        g.node(mesh=g.mesh(QUAD, SIX, material, TEXCOORD_0=QUAD_COORDINATES))
+        add_floor(g, (0.5, 0.5, 0.5), normalTexture={"index": g.texture(pixels)})
         g.light("point", 1e4 * np.pi, translation=[100 * float(v) for v in to_light])
         image = picture(pathtracer, over_floor(g, yfov=0.01), "--spp", 1, "--max-depth", 1)
         assert image[12, 12, 0] == pytest.approx(0.5 * cosine, rel=0.01)
@@ -240,7 +208,7 @@ def test_transmission_is_glass(pathtracer, even_sky, distance, pbr, glass, expec
     pbr = {name: value for name, value in pbr.items() if value is not None}
     extensions = {"KHR_materials_transmission": {"transmissionFactor": glass[0]}, "KHR_materials_ior": {"ior": glass[1]}}
     blend = {"alphaMode": "BLEND"} if glass[0] < 1 else {}
-    ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, **blend))
+    files.ball(g, g.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, **blend))
     g.camera(0.1, translation=[0, 0, distance])
     image = picture(pathtracer, g, "--spp", 64, "--env", even_sky, "--max-depth", 100)
     np.testing.assert_allclose(image, expected, atol=0.02)
@@ -250,7 +218,7 @@ def test_pictures_of_other_kinds(pathtracer, even_sky):
     """A PNG beside a WebP is taken, whatever the file requires; without one the place is white, and the line names it."""
 
     def scene(source=None, **image):
-        g = textured_floor(lambda g: g.texture(FOUR.repeat(16, axis=0).repeat(16, axis=1)))
+        g = textured_floor()
         other = g.add("images", mimeType="image/webp", **image)
         g.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": other}}
         if source is None:
@@ -259,11 +227,8 @@ def test_pictures_of_other_kinds(pathtracer, even_sky):
         g.json["extensionsRequired"] = ["EXT_texture_webp"]
         return g
 
-    plain = textured_floor(lambda g: g.texture(FOUR.repeat(16, axis=0).repeat(16, axis=1)))
-    plain = corner_colours(pathtracer, plain, even_sky)
-    np.testing.assert_array_equal(corner_colours(pathtracer, scene(0, uri="none.webp"), even_sky), plain)
-    names = {"a%20b.webp": "image a%20b.webp", "data:image/webp;base64,UklGRg==": "image 1"}
-    for uri, name in names.items():
+    assert_corners(pathtracer, scene(0, uri="none.webp"), even_sky, FOUR_COLOURS)
+    for uri, name in {"a%20b.webp": "image a%20b.webp", "data:image/webp;base64,UklGRg==": "image 1"}.items():
         path = scene(uri=uri).save(pathtracer.folder / "other.gltf")
         done = pathtracer.success("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1, "-o", "out.exr")
         assert done.stderr == f"pathtracer: {path}: ignores {name} (WebP, not PNG or JPEG)\n"
@@ -276,40 +241,29 @@ def test_an_obj_of_windows(pathtracer, even_sky, library, picture_name):
     for folder in ("tex", "lib"):
         (pathtracer.folder / folder).mkdir()
     for name in ("tex/one.png", "one.png"):
-        (pathtracer.folder / name).write_bytes(encoded(np.full((2, 2, 3), (255, 0, 0), np.uint8)))
+        (pathtracer.folder / name).write_bytes(files.encoded(np.full((2, 2, 3), (255, 0, 0), np.uint8)))
     for name in ("lib/a.mtl", "a b.mtl"):
         (pathtracer.folder / name).write_text(f"newmtl a\nKd 1 1 1\nmap_Kd {picture_name}\r\n")
     path = pathtracer.folder / "a.obj"
-    path.write_text(f"mtllib {library}\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 0 9 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+    path.write_text(f"mtllib {library}\n{files.SQUARE}")
     seen = pathtracer.image("--scene", path, *SMALL, "--spp", 1, "--env", even_sky, "--max-depth", 1)
     np.testing.assert_allclose(seen[12, 12], [1, 0, 0], atol=1e-3)
 
 
 def test_obj_materials(pathtracer, even_sky):
-    """Kd with a picture, upside down as OBJ has it; a hole by map_d; glass by illum 7."""
-    (pathtracer.folder / "four.png").write_bytes(encoded(FOUR.repeat(16, axis=0).repeat(16, axis=1)))
+    """Kd with a picture, upside down as OBJ has it; a hole by map_d; glass by illum 7; light."""
+    (pathtracer.folder / "four.png").write_bytes(files.encoded(files.LARGE_FOUR))
     mask = np.array([[255, 255], [0, 255]], np.uint8).repeat(16, axis=0).repeat(16, axis=1)
-    (pathtracer.folder / "hole.jpg").write_bytes(encoded(mask, "JPEG"))
-    text = "mtllib a.mtl\nusemtl a\n"
-    text += "".join(f"v {x} {z} 0\n" for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
-    text += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+    (pathtracer.folder / "hole.jpg").write_bytes(files.encoded(mask, "JPEG"))
     path = pathtracer.folder / "a.OBJ"  # in any case
-    path.write_text(text)
-    arguments = ["--scene", path, *SMALL, "--spp", 16, "--env", even_sky]
-    material = pathtracer.folder / "a.mtl"
-    material.write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\n")
-    opaque = pathtracer.image(*arguments)
-    material.write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\nmap_d hole.jpg\n")
-    holed = pathtracer.image(*arguments)
-    red, blue = opaque[7, 7], opaque[17, 7]
-    assert red[0] > 0.9 and red[1] < 0.1 and red[2] < 0.1
-    assert blue[2] > 0.9 and blue[0] < 0.1
-    np.testing.assert_allclose(holed[7, 7], red, atol=0.05)
-    np.testing.assert_allclose(holed[17, 7], 1, atol=0.05)
-    material.write_text("newmtl a\nKd 0 0 0\nillum 7\nNi 1.5\nTf 1 1 1\n")
-    np.testing.assert_allclose(pathtracer.image(*arguments, "--max-depth", 50), 1, rtol=1e-3)
-    material.write_text("newmtl a\nKd 0 0 0\nKe 3 2 0.5\n")
-    np.testing.assert_allclose(pathtracer.image(*arguments)[12, 12], [3, 2, 0.5], rtol=1e-3)
+    path.write_text(f"mtllib a.mtl\n{files.SQUARE}")
+    for lines, top, bottom in [
+        ("Kd 1 1 1\nmap_Kd four.png", [1, 0, 0], [0, 0, 1]), ("Kd 1 1 1\nmap_Kd four.png\nmap_d hole.jpg", [1, 0, 0], [1, 1, 1]),
+        ("Kd 0 0 0\nillum 7\nNi 1.5\nTf 1 1 1", [1, 1, 1], [1, 1, 1]), ("Kd 0 0 0\nKe 3 2 0.5", [3, 2, 0.5], [3, 2, 0.5]),
+    ]:
+        (pathtracer.folder / "a.mtl").write_text(f"newmtl a\n{lines}\n")
+        image = pathtracer.image("--scene", path, *SMALL, "--spp", 16, "--env", even_sky, "--max-depth", 50)
+        np.testing.assert_allclose([image[7, 7], image[17, 7]], [top, bottom], atol=1e-3)
 
 
 def write_polygon(path, corners):
@@ -378,13 +332,10 @@ def test_backs_of_single_sided_surfaces_are_not_seen(pathtracer, even_sky):
 
 def test_a_mirror_under_any_normal_map_shows_the_sky(pathtracer, even_sky):
     """In an even sky a white mirror is as bright as the sky: nothing is mirrored from below its surface."""
-    rng = np.random.default_rng(4)
-    pixels = rng.integers(0, 256, (16, 16, 3), dtype=np.uint8)
+    pixels = np.random.default_rng(4).integers(0, 256, (16, 16, 3), dtype=np.uint8)
     g = Gltf()
-    mirror = {"metallicFactor": 1, "roughnessFactor": 0}
     bumps = g.texture(pixels, magFilter=9728)
-    number = g.material((1, 1, 1), pbr=mirror, normalTexture={"index": bumps})
-    g.node(mesh=g.mesh(QUAD, SIX, number, TEXCOORD_0=QUAD_COORDINATES))
+    add_floor(g, pbr={"metallicFactor": 1, "roughnessFactor": 0}, normalTexture={"index": bumps})
     for eye in ("0,1,0.3", "0,0.1,1"):
         view = ["--eye", eye, "--target", "0,0,0", "--fov", 5, "--env", even_sky]
         np.testing.assert_allclose(picture(pathtracer, g, "--spp", 8, *view), 1, rtol=1e-4)

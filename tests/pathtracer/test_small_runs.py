@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from pathtracer_driver import SAMPLERS, SCENES
 from PIL import Image
-from scene_files import DOWN, FOUR, ball, textured_floor, write_environment
+from scene_files import DOWN, FOUR, SQUARE, ball, textured_floor, write_environment
 
 TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
@@ -22,7 +22,7 @@ def test_samplers(pathtracer, sampler):
 
 def everything_of_gltf():
     """Textures, cut-outs, normals, single sides, all kinds of light and material."""
-    g = textured_floor(lambda g: g.texture(FOUR), doubleSided=True)
+    g = textured_floor(sampler={}, doubleSided=True)
     grey = g.texture(FOUR.repeat(8, axis=0).repeat(8, axis=1))
     maps = {"normalTexture": {"index": grey}, "emissiveTexture": {"index": grey}, "emissiveFactor": [1, 1, 1]}
     rough = {"metallicFactor": 1, "metallicRoughnessTexture": {"index": grey}}
@@ -45,7 +45,7 @@ def test_gltf(pathtracer, name):
 
 def test_obj(pathtracer):
     path = pathtracer.folder / "a.obj"
-    path.write_text("mtllib a.mtl\nusemtl a\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv 0 0 0\nvt 0 0\nf 1/1 2/1 3/1 4/1\nusemtl b\nf 1 2 4\n")
+    path.write_text(f"mtllib a.mtl\n{SQUARE}usemtl b\nf 1 2 4\n")
     (pathtracer.folder / "a.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd four.png\nnewmtl b\nKe 2 2 2\nKd 0 0 0\n")
     Image.fromarray(FOUR).save(pathtracer.folder / "four.png")
     pathtracer.render(*TINY, "--scene", path)
