@@ -128,43 +128,30 @@ void test_the_screen_is_a_net() {
 
 // ---- Independent
 
-// How uneven cells are that should be equally full, in standard deviations: fewer than a hundred such
-// values must be below 4.5.
-template <typename CellOf>
-void check_even(size_t cells, const char *what, uint32_t number, const CellOf &cell_of) {
-    constexpr int EXTENT = 256;
-    std::vector<double> counts(cells);
-    for (int y = 0; y < EXTENT; ++y)
-        for (int x = 0; x < EXTENT; ++x) ++counts[cell_of(x, y)];
-    const double expected = double{EXTENT} * EXTENT / static_cast<double>(cells);
-    const double off = unevenness(counts, std::vector<double>(cells, expected));
-    CHECK(off < 4.5, "%s %u: %g", what, number, off);
-}
-
-// Digit `from` to `from + bits - 1` after the point.
-int digits(float u, int from, int bits) {
-    return (static_cast<int>(u * (1 << 24)) >> (24 - from - bits)) & ((1 << bits) - 1);
-}
-
-// The first samples of what should have nothing in common: 18 chi-squares over 64 cells. (test_parities
-// has the domains of a path.)
+// The first samples of what should have nothing in common: 18 chi-squares over 64 cells.
 void test_independent() {
+    constexpr int EXTENT = 256, CELLS = 64;
     const SamplerPointer sampler = sampler_named("sobol4d", 3), other = sampler_named("sobol4d", 4);
-    struct Change {
+    const struct {
         const char *what;
         int dx, dy;
         const Sampler *from;
-    };
-    for (const Change &c : {Change{"the pixel beside", 1, 0, sampler.get()},
-                            {"the pixel below", 0, 1, sampler.get()},
-                            {"another seed", 0, 0, other.get()}})
-        for (uint32_t d = 0; d < 4; ++d)
-            for (uint32_t e = d; e < 4; e += 2)
-                check_even(64, c.what, 4 * d + e, [&](int x, int y) {
-                    const Point p = point(*sampler, x, y, 0, 0);
-                    const Point q = point(*c.from, x + c.dx, y + c.dy, 0, 0);
-                    return 8 * digits(p[d], 0, 3) + digits(q[e], 0, 3);
-                });
+    } changes[] = {{"the pixel beside", 1, 0, sampler.get()},
+                   {"the pixel below", 0, 1, sampler.get()},
+                   {"another seed", 0, 0, other.get()}};
+    const auto eighth = [](float u) { return static_cast<size_t>(8 * u); };
+    for (const auto &[what, dx, dy, from] : changes)
+        for (size_t d = 0; d < 4; ++d)
+            for (size_t e = d; e < 4; e += 2) {
+                std::vector<double> counts(CELLS);
+                for (int y = 0; y < EXTENT; ++y)
+                    for (int x = 0; x < EXTENT; ++x)
+                        ++counts[8 * eighth(point(*sampler, x, y, 0, 0)[d]) +
+                                 eighth(point(*from, x + dx, y + dy, 0, 0)[e])];
+                const double expected = double{EXTENT} * EXTENT / CELLS;
+                const double off = unevenness(counts, std::vector<double>(CELLS, expected));
+                CHECK(off < 4.5, "%s, dimensions %zu and %zu: %g", what, d, e, off);
+            }
 }
 
 // Parts of split samples are one sequence.
