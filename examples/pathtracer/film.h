@@ -61,7 +61,7 @@ Image film_image(const Film &film);
 // divided by the count.
 glm::dvec3 film_variance(const FilmPixel &pixel);
 
-// ---- exposure.cpp
+// ---- Exposure
 
 // The exposure in stops that maps the geometric mean of the picture's luminance to middle grey,
 // 0.18, rounded to a quarter of a stop. Only pixels that mostly show a surface count, or all pixels
@@ -74,9 +74,7 @@ float auto_exposure(const Film &film);
 // otherwise empty. `extent` says where the scene is.
 std::string film_warning(const Film &film, const std::string &extent);
 
-// ---- adaptive.cpp
-//
-// Adaptive sampling (--noise): where a picture has enough samples.
+// ---- Adaptive sampling (--noise): where a picture has enough samples
 //
 // Pixels stop together, in blocks of 8x8 that lie on the whole picture's grid, whatever the crop.
 // So a decision rests on thousands of samples, of which a pixel's own are a 64th: a pixel cannot

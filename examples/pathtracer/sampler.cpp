@@ -4,24 +4,12 @@
 
 #include "error.h"
 #include "png_image.h"
-#include "sobol4d.h"
 
 #ifndef BN_NO_NEURAL
 #include <bn/neural.h>
 #endif
 
 namespace {
-
-class Sobol4d final : public PeerSampler {
-  public:
-    using PeerSampler::PeerSampler;
-    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
-              float *u) const override {
-        float all[4];
-        sobol4d_draw(seed, x, y, index, key, all);
-        std::copy_n(all, dimensions, u);
-    }
-};
 
 std::vector<uint32_t> read_mask(const std::string &path, uint32_t &width, uint32_t &height) {
     const GreyImage image = png_read_grey(path);
@@ -69,12 +57,8 @@ const std::vector<SamplerEntry> &sampler_entries() {
             {"white", "independent uniform numbers", BN_SAMPLER_WHITE},
             {"zorder", "Sobol' along a Morton curve, for a declared count", BN_SAMPLER_ZORDER},
             {"mask", "a blue-noise mask drives padded Sobol'", BN_SAMPLER_MASK},
-            {"pcg", "one PCG32 for all decisions of a path, for comparison", 0, nullptr, true},
-            {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
-             create_peer<Sobol4d>},
         };
-        for (const SamplerEntry &entry : sobol_global_entries()) all.push_back(entry);
-        for (const SamplerEntry &entry : openqmc_entries()) all.push_back(entry);
+        for (const SamplerEntry &entry : peer_entries()) all.push_back(entry);
         return all;
     }();
     return entries;

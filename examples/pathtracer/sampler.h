@@ -25,7 +25,6 @@
 #include <vector>
 
 #include "math.h"
-#include "pcg.h"
 #include "peer.h"
 
 struct Sampler {
@@ -44,14 +43,12 @@ struct SamplerEntry {
     bool is_pcg = false;
 };
 
-// libbn's samplers, pcg, sobol4d, then OpenQMC's if the build includes it, in the order of --list.
+// libbn's samplers, pcg, sobol4d, sobol-global in a build with Boost, then OpenQMC's in one with that, in
+// the order of --list.
 const std::vector<SamplerEntry> &sampler_entries();
 
-// In sobol_global.cpp; empty in a build without Boost.
-std::vector<SamplerEntry> sobol_global_entries();
-
-// In openqmc.cpp; empty in a build without OpenQMC.
-std::vector<SamplerEntry> openqmc_entries();
+// Of these, those that are not libbn's: in peers.cpp.
+std::vector<SamplerEntry> peer_entries();
 
 struct SamplerSettings {
     std::string name = "blue";

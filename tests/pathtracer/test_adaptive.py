@@ -14,7 +14,7 @@ BLOCK = 8
 
 
 def displayed_error(layers, exposure=0.0):
-    """As adaptive.h defines it, of one block."""
+    """As film.h defines it, of one block."""
     mean = np.stack([layers[c] for c in "RGB"]).astype(np.float64) * 2.0**exposure
     variance = np.stack([layers[f"variance.{c}"] for c in "RGB"]).astype(np.float64) * 4.0**exposure
     error = np.sqrt(variance / layers["count"])

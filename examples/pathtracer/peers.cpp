@@ -1,4 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
+// Samplers that are not libbn's, for comparison.
+#include "sampler.h"
+#include "sobol4d.h"
+
+#if __has_include(<boost/random/sobol.hpp>)
+#define BN_WITH_BOOST
+#include <boost/random/sobol.hpp>
+#endif
+
+#ifdef BN_WITH_OPENQMC
+#include <oqmc/latticebn.h>
+#include <oqmc/pmjbn.h>
+#include <oqmc/sobolbn.h>
+#endif
+
+namespace {
+
+class Sobol4d final : public PeerSampler {
+  public:
+    using PeerSampler::PeerSampler;
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        float all[4];
+        sobol4d_draw(seed, x, y, index, key, all);
+        std::copy_n(all, dimensions, u);
+    }
+};
+
+#ifdef BN_WITH_BOOST
+
 // The sampler "sobol-global": one Sobol' sequence over the whole screen, as in pbrt (Gruenschloss, Raab
 // and Keller, "Enumerating Quasi-Monte Carlo Point Sequences in Elementary Intervals", 2012). Its first
 // two dimensions are the position on a screen of 4096 x 4096 pixels, which repeats. Every 2^24 points
@@ -8,15 +38,6 @@
 // The direction numbers are Joe and Kuo's ("Constructing Sobol Sequences with Better Two-Dimensional
 // Projections", 2008), from Boost.Random. Each dimension has an Owen scrambling of its own, the
 // position one for each pixel. Loops and rays past the last dimension take random numbers.
-#include "sampler.h"
-
-#if __has_include(<boost/random/sobol.hpp>)
-
-#include <boost/random/sobol.hpp>
-
-#include "sobol4d.h"
-
-namespace {
 
 constexpr unsigned SCREEN = 12, BITS = 64; // log2 of the screen's extent; digits
 constexpr uint32_t DIMENSIONS = 512, PIXELS = (1u << SCREEN) - 1;
@@ -116,17 +137,75 @@ class SobolGlobal final : public PeerSampler {
     uint32_t inverse_[2 * SCREEN];
 };
 
-} // namespace
+#endif
+#ifdef BN_WITH_OPENQMC
 
-std::vector<SamplerEntry> sobol_global_entries() {
-    return {{"sobol-global", "one Sobol' sequence over the screen, for comparison",
-             BN_SAMPLER_WHITE, create_peer<SobolGlobal>}};
+// OpenQMC's blue-noise samplers (Framestore, https://github.com/AcademySoftwareFoundation/openqmc)
+// beside libbn's, in builds with -DBN_OPENQMC=DIR. They are used as its README recommends: the root
+// is a sampler for one pixel and index, each decision of a path is a child of it by newDomain(),
+// and split light samples of one path come from newDomainSplit().
+//
+// OpenQMC takes no seed; the frame number re-randomises its patterns. From it and the domain keys
+// OpenQMC derives how far its tables are shifted on the screen. The shift is the same for all
+// pixels, which keeps their blue noise intact. Here the frame number is a hash of the seed.
+
+// 30 bits, because OpenQMC adds the high half of the index to its frame number, an int.
+int frame_of(uint64_t seed) {
+    return static_cast<int>(sobol4d_mix(seed + 0x9e3779b97f4a7c15u) >> 34);
 }
 
-#else
+template <typename Native>
+class OpenQmcSampler final : public PeerSampler {
+  public:
+    explicit OpenQmcSampler(uint64_t own_seed)
+        : PeerSampler(own_seed), frame_(frame_of(own_seed)), cache_(Native::cacheSize) {
+        Native::initialiseCache(cache_.data());
+    }
 
-std::vector<SamplerEntry> sobol_global_entries() {
-    return {};
-}
+    void draw(int32_t x, int32_t y, uint32_t index, uint32_t key, int dimensions,
+              float *u) const override {
+        const Native pixel = root(x, y, index);
+        pixel.newDomain(static_cast<int>(key)).template drawSample<2>(u);
+        if (dimensions == 4)
+            pixel.newDomain(static_cast<int>(key + 1)).template drawSample<2>(u + 2);
+    }
+
+    void draw_split(int32_t x, int32_t y, uint32_t index, uint32_t key, uint32_t count, uint32_t k,
+                    float *u) const override {
+        root(x, y, index)
+            .newDomainSplit(static_cast<int>(key), static_cast<int>(count), static_cast<int>(k))
+            .template drawSample<2>(u);
+    }
+
+  private:
+    Native root(int32_t x, int32_t y, uint32_t index) const {
+        return Native(x, y, frame_, static_cast<int>(index), cache_.data());
+    }
+
+    int frame_;
+    std::vector<char> cache_;
+};
 
 #endif
+
+} // namespace
+
+std::vector<SamplerEntry> peer_entries() {
+    return {
+        {"pcg", "one PCG32 for all decisions of a path, for comparison", 0, nullptr, true},
+        {"sobol4d", "four-dimensional Owen-scrambled Sobol', for comparison", 0,
+         create_peer<Sobol4d>},
+#ifdef BN_WITH_BOOST
+        {"sobol-global", "one Sobol' sequence over the screen, for comparison", BN_SAMPLER_WHITE,
+         create_peer<SobolGlobal>},
+#endif
+#ifdef BN_WITH_OPENQMC
+        {"openqmc-pmjbn", "OpenQMC: multi-jittered, blue noise", 0,
+         create_peer<OpenQmcSampler<oqmc::PmjBnSampler>>},
+        {"openqmc-sobolbn", "OpenQMC: Sobol', blue noise", 0,
+         create_peer<OpenQmcSampler<oqmc::SobolBnSampler>>},
+        {"openqmc-latticebn", "OpenQMC: rank-1 lattice, blue noise", 0,
+         create_peer<OpenQmcSampler<oqmc::LatticeBnSampler>>},
+#endif
+    };
+}
