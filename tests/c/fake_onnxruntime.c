@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A fake ONNX Runtime, loaded in place of the real library. It computes one known function, counts
- * its objects, and fails where a test asks it to. Compiled with FAKE_VERSION, FAKE_HAS_TABLE,
- * FAKE_HAS_BASE or FAKE_ENTRY, it is a library that libbn cannot use. */
+ * its objects, and fails or lacks what a test asks it to. */
 #define _GNU_SOURCE
 #include "fake_onnxruntime.h"
 #include "../../libbn/src/neural/onnxruntime_api.h"
@@ -11,18 +10,6 @@
 #include <string.h>
 #include <time.h>
 
-#ifndef FAKE_VERSION
-#define FAKE_VERSION "1.21.0"
-#endif
-#ifndef FAKE_HAS_TABLE
-#define FAKE_HAS_TABLE 1
-#endif
-#ifndef FAKE_HAS_BASE
-#define FAKE_HAS_BASE 1
-#endif
-#ifndef FAKE_ENTRY
-#define FAKE_ENTRY OrtGetApiBase
-#endif
 #define EXPORT __attribute__((visibility("default")))
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -273,15 +260,15 @@ static const bn_ort_api table = {
 
 static const bn_ort_api *get_api(uint32_t version) {
     state.asked_version = version;
-    return FAKE_HAS_TABLE ? &table : NULL;
+    return state.lacks_table ? NULL : &table;
 }
 
 static const char *get_version_string(void) {
-    return FAKE_VERSION;
+    return state.version != NULL ? state.version : "1.21.0";
 }
 
-EXPORT const bn_ort_api_base *FAKE_ENTRY(void);
-const bn_ort_api_base *FAKE_ENTRY(void) {
+EXPORT const bn_ort_api_base *OrtGetApiBase(void);
+const bn_ort_api_base *OrtGetApiBase(void) {
     static const bn_ort_api_base base = {get_api, get_version_string};
-    return FAKE_HAS_BASE ? &base : NULL;
+    return state.lacks_base ? NULL : &base;
 }

@@ -14,7 +14,8 @@ typedef struct fake_state {
     int meet; /* runs wait until two are under way at once */
     int running, most_running, runs;
     int telemetry_disabled, spinning, log_level;
-    int lacks_cuda, lacks_tf32, lacks_gpu; /* what the fake does without */
+    int lacks_cuda, lacks_tf32, lacks_gpu, lacks_table, lacks_base;
+    const char *version;             /* NULL: one that will do */
     int cuda_runs, rough, fallbacks; /* rough: sessions of low precision; fallbacks: that may leave
                                       * CUDA */
     uint32_t asked_version;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Shared by the tests of networks: the fake runtimes built beside them, the real one, and opening a
- * model in one. */
+ * Shared by the tests of networks: the fake runtime that is built beside them, and opening a model in
+ * it. */
 #ifndef BN_TESTS_NEURAL_H
 #define BN_TESTS_NEURAL_H
 
@@ -9,10 +9,7 @@
 #include "onnx_writer.h"
 #include <bn/neural.h>
 #include <dlfcn.h>
-#include <glob.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <unistd.h>
 
 #define FAKE_RUNTIME BN_FAKE_DIR "/libfake_onnxruntime.so"
 
@@ -56,58 +53,6 @@ static inline bn_result open_on(const char *provider, const model_parts *parts, 
 static inline bn_result open_parts(const model_parts *parts, const char *runtime, uint32_t threads,
                                    bn_neural **neural) {
     return open_on(NULL, parts, runtime, threads, neural);
-}
-
-/* A path to ONNX Runtime: BN_TEST_ONNXRUNTIME, or that of the repository's Python environment. */
-static inline const char *real_runtime(glob_t *found) {
-    const char *given = getenv("BN_TEST_ONNXRUNTIME");
-    if (given != NULL && *given != 0) return given;
-    const char *pattern =
-        BN_SOURCE_DIR "/.venv/lib*/python3*/site-packages/onnxruntime/capi/libonnxruntime.so*";
-    return glob(pattern, 0, NULL, found) == 0 && found->gl_pathc > 0 ? found->gl_pathv[0] : NULL;
-}
-
-/* Redirects everything that the process prints to a temporary file. Returns the descriptor of the
- * real standard output. */
-static inline int begin_silence(void) {
-    FILE *file = tmpfile();
-    fflush(stdout);
-    const int kept = dup(STDOUT_FILENO);
-    dup2(fileno(file), STDOUT_FILENO);
-    dup2(fileno(file), STDERR_FILENO);
-    return kept;
-}
-
-/* Restores standard output, copies to it what was printed, and returns the number of bytes. */
-static inline long end_silence(int kept) {
-    char text[4096];
-    fflush(stdout);
-    const int file = dup(STDOUT_FILENO);
-    dup2(kept, STDOUT_FILENO);
-    dup2(kept, STDERR_FILENO);
-    close(kept);
-    const long printed = (long)lseek(file, 0, SEEK_END);
-    lseek(file, 0, SEEK_SET);
-    for (ssize_t got; (got = read(file, text, sizeof text)) > 0;) {
-        fwrite(text, 1, (size_t)got, stdout);
-    }
-    close(file);
-    return printed;
-}
-
-/* Runs a test with the real runtime where there is one. Nothing may be printed meanwhile. */
-static inline void with_real_runtime(void (*test)(const char *runtime)) {
-    glob_t found = {0};
-    const char *runtime = real_runtime(&found);
-    if (runtime != NULL) {
-        const int silence = begin_silence();
-        test(runtime);
-        const long printed = end_silence(silence);
-        CHECK(check_failures > 0 || printed == 0);
-    } else {
-        printf("no ONNX Runtime at hand: its part is left out (set BN_TEST_ONNXRUNTIME)\n");
-    }
-    globfree(&found);
 }
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Masks and windows of networks. In a fake ONNX Runtime that computes a known function: noise,
- * tiles, wrapping, threads, every failing call, unusable libraries. tests/python/test_neural.py uses
- * the real one. */
+ * tiles, wrapping, threads, CUDA, every failing call, unusable libraries. tests/python/test_neural.py
+ * uses the real one. */
 #define _DEFAULT_SOURCE
 #include "check.h"
 #include "masks.h"
@@ -284,6 +284,71 @@ static void test_progress(void) {
     }
 }
 
+/* ---- GPU */
+
+/* Everything runs in sessions that cannot leave the GPU, in fewer tiles, with the same values. */
+static void test_cuda(void) {
+    enum { width = 700, height = 450, count = width * height };
+    static float values[2][count];
+    model_parts parts = model_parts_default();
+    fake_state *state = fake_reset();
+    for (int lacks_tf32 = 0; lacks_tf32 < 2; ++lacks_tf32) {
+        int runs[2];
+        for (int cuda = 0; cuda < 2; ++cuda) {
+            bn_neural *neural;
+            fake_reset();
+            state->lacks_tf32 = lacks_tf32;
+            CHECK(open_on(cuda ? "cuda" : NULL, &parts, FAKE_RUNTIME, 3, &neural) == BN_SUCCESS);
+            CHECK(state->fallbacks == 0 && state->rough == 0);
+            const int before = state->runs;
+            CHECK(bn_neural_window(neural, -5, 9, width, height, 4, values[cuda], count) ==
+                  BN_SUCCESS);
+            CHECK(state->cuda_runs == (cuda ? state->runs : 0));
+            runs[cuda] = state->runs - before;
+            bn_neural_close(neural);
+            CHECK(state->living == 0);
+        }
+        CHECK(runs[0] > 1 && runs[1] == 1);
+        CHECK(memcmp(values[0], values[1], sizeof values[0]) == 0);
+    }
+}
+
+/* A model that holds more per texel gets smaller tiles. */
+static void test_memory(void) {
+    enum { extent = 1100, count = extent * extent };
+    static float values[count];
+    for (uint32_t spare = 0; spare <= 80; spare += 80) {
+        model_parts parts = model_parts_default();
+        parts.spare_outputs = spare;
+        bn_neural *neural;
+        fake_state *state = fake_reset();
+        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        const int before = state->runs;
+        CHECK(bn_neural_window(neural, 0, 0, extent, extent, 1, values, count) == BN_SUCCESS);
+        CHECK((state->runs - before == 1) == (spare == 0));
+        bn_neural_close(neural);
+    }
+}
+
+/* Without CUDA or without a GPU: an error. Whether the model is to blame, the status tells. */
+static void test_nothing_to_run_on(void) {
+    model_parts parts = model_parts_default();
+    bn_neural *neural;
+    for (int code = 0; code <= 11; ++code) {
+        const int blames_model = code == 7 || code == 9 || code == 10;
+        fake_state *state = fake_reset();
+        state->error_code = code;
+        state->lacks_cuda = code == 0;
+        state->lacks_gpu = code != 0;
+        CHECK(open_on("cuda", &parts, FAKE_RUNTIME, 1, &neural) ==
+              (blames_model ? BN_ERROR_BAD_DATA : BN_ERROR_RUNTIME));
+        CHECK(neural == NULL && state->living == 0 && state->runs == 0);
+        CHECK(open_on("cpu", &parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
+        bn_neural_close(neural);
+    }
+    fake_reset();
+}
+
 /* ---- Failures */
 
 static void test_arguments(void) {
@@ -316,6 +381,8 @@ static void test_arguments(void) {
     options.model_path = NULL;
     options.runtime_path = "";
     CHECK(bn_neural_open(&options, &neural) == BN_ERROR_INVALID_ARGUMENT && neural == NULL);
+    CHECK(open_on("", &parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
+    CHECK(open_on("CUDA", &parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_INVALID_ARGUMENT);
     bn_neural_close(NULL);
     CHECK(bn_neural_channels(NULL) == 0);
 
@@ -409,12 +476,11 @@ static void test_values_that_are_not_finite(void) {
 }
 
 static void test_libraries_that_will_not_do(void) {
-    static const char *const libraries[] = {
-        "/there/is/no/such/library.so",          __FILE__,
-        BN_FAKE_DIR "/libfake_without_entry.so", BN_FAKE_DIR "/libfake_without_base.so",
-        BN_FAKE_DIR "/libfake_without_table.so", BN_FAKE_DIR "/libfake_old.so",
-        BN_FAKE_DIR "/libfake_garbled.so",       "/",
-    };
+    /* The C library has no such entry. */
+    static const char *const libraries[] = {"/there/is/no/such/library.so", __FILE__, "libc.so.6",
+                                            "/"};
+    static const fake_state lacking[] = {
+        {.lacks_base = 1}, {.lacks_table = 1}, {.version = "1.16.3"}, {.version = "nightly"}};
     model_parts parts = model_parts_default();
     bn_neural *neural;
     for (size_t i = 0; i < sizeof libraries / sizeof *libraries; ++i) {
@@ -424,6 +490,15 @@ static void test_libraries_that_will_not_do(void) {
         CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS);
         bn_neural_close(neural);
     }
+    for (size_t i = 0; i < sizeof lacking / sizeof *lacking; ++i) {
+        *fake_reset() = lacking[i];
+        CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_ERROR_RUNTIME && neural == NULL);
+    }
+    fake_state *state = fake_reset();
+    state->version = "1.18.2";
+    CHECK(open_parts(&parts, FAKE_RUNTIME, 1, &neural) == BN_SUCCESS && state->asked_version == 18);
+    bn_neural_close(neural);
+    fake_reset();
     setenv("BN_ONNXRUNTIME", FAKE_RUNTIME, 1);
     CHECK(open_parts(&parts, NULL, 1, &neural) == BN_SUCCESS);
     bn_neural_close(neural);
@@ -436,7 +511,7 @@ static void test_libraries_that_will_not_do(void) {
     fake_state_getter getter;
     memcpy(&getter, &symbol, sizeof getter);
     CHECK(strcmp(getenv("ORT_DISABLE_TELEMETRY"), "1") == 0);
-    CHECK(getter()->telemetry_disabled == 1 && getter()->asked_version == 18);
+    CHECK(getter()->telemetry_disabled == 1);
     bn_neural_close(neural);
     CHECK(getter()->living == 0);
     dlclose(handle);
@@ -449,6 +524,9 @@ int main(void) {
     test_masks();
     test_threads_are_used();
     test_progress();
+    test_cuda();
+    test_memory();
+    test_nothing_to_run_on();
     test_arguments();
     test_failing_calls(NULL);
     test_failing_calls("cuda");
