@@ -130,7 +130,7 @@ static void test_forms(void) {
     }
 }
 
-/* tests/simd/block_equals_single.c compares the bits. */
+/* tests/simd/many_equals_single.c compares the bits. */
 static void test_block_arguments(void) {
     enum { W = 37, H = 11, N = 7, COUNT = W * H * N * 4 };
     static float out[COUNT];

@@ -60,7 +60,7 @@ def test_the_readmes_program_compiles_unchanged(folder, compiled, tmp_path):
 
 
 @pytest.mark.parametrize("test", ["c/test_draw_hashes", "c/test_dither", "c/test_float_environment", "c/test_path",
-                                  "simd/block_equals_single", "simd/many_equals_single"])
+                                  "simd/many_equals_single"])
 def test_passes_the_tests_of_the_library(test, folder, compiled):
     run(program(folder, compiled[0], ROOT / "tests" / f"{test}.c", compiled[1]))
 
