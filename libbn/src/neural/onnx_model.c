@@ -3,9 +3,8 @@
  *
  * An ONNX file is a Protocol Buffers message: a sequence of fields, each a varint (number << 3 |
  * wire type) and a value. The reader treats messages as spans of bytes and checks every length
- * against its span. It allocates nothing, and does not recurse, since graphs inside attributes are
- * refused. It skips fields that it does not know. Field numbers are those of the public schema
- * (onnx.proto). */
+ * against its span. It allocates nothing, and skips fields that it does not know. Field numbers are
+ * those of the public schema (onnx.proto). */
 #include "neural/onnx_model.h"
 #include "neural/protobuf.h"
 #include <string.h>
@@ -55,47 +54,52 @@ static int read_pair(span s, uint32_t first_number, span *first, uint32_t second
     return state == 0;
 }
 
-/* TensorProto: data stored in other files is refused. */
-static bn_result check_tensor(span s) {
-    enum { EXTERNAL_DATA = 13, DATA_LOCATION = 14 };
-    field f;
-    int state;
-    while ((state = next_field(&s, &f)) == 1) {
-        if (f.number == EXTERNAL_DATA) return BN_ERROR_UNSUPPORTED;
-        if (f.number == DATA_LOCATION && f.value != 0) return BN_ERROR_UNSUPPORTED;
-    }
-    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
-}
+/* Messages, and what follows from a field in one: a message to look into, or a refusal. */
+typedef enum { MODEL, GRAPH, NODE, ATTRIBUTE, TENSOR, DOMAIN_NAME, REFUSED, REFUSED_UNLESS_0 } part;
 
-static bn_result check_attribute(span s) {
-    enum { TENSOR = 5, GRAPH = 6, TENSORS = 10, GRAPHS = 11, SPARSE = 22, SPARSES = 23 };
-    field f;
-    int state;
-    while ((state = next_field(&s, &f)) == 1) {
-        bn_result result = BN_SUCCESS;
-        if (!is_bytes(&f)) continue;
-        if (f.number == GRAPH || f.number == GRAPHS) result = BN_ERROR_UNSUPPORTED;
-        if (f.number == SPARSE || f.number == SPARSES) result = BN_ERROR_UNSUPPORTED;
-        if (f.number == TENSOR || f.number == TENSORS) result = check_tensor(f.bytes);
-        if (result != BN_SUCCESS) return result;
-    }
-    return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
-}
+static const struct {
+    part in;
+    uint32_t number;
+    part found;
+} parts[] = {
+    {MODEL, 7, GRAPH},
+    {MODEL, 20, REFUSED}, /* training */
+    {MODEL, 25, REFUSED}, /* functions */
+    {GRAPH, 1, NODE},
+    {GRAPH, 5, TENSOR},
+    {GRAPH, 15, REFUSED}, /* sparse tensors: a few bytes can claim any size */
+    {NODE, 5, ATTRIBUTE},
+    {NODE, 7, DOMAIN_NAME},
+    {ATTRIBUTE, 5, TENSOR},
+    {ATTRIBUTE, 6, REFUSED}, /* a graph, graphs */
+    {ATTRIBUTE, 11, REFUSED},
+    {ATTRIBUTE, 10, TENSOR},
+    {ATTRIBUTE, 22, REFUSED}, /* sparse tensors */
+    {ATTRIBUTE, 23, REFUSED},
+    {TENSOR, 13, REFUSED},          /* data in another file */
+    {TENSOR, 14, REFUSED_UNLESS_0}, /* where the data are */
+};
 
-static bn_result check_node(span s) {
-    enum { ATTRIBUTE = 5, DOMAIN_NAME = 7 };
+/* Refuses what could reach beyond the file. Goes five messages deep, since graphs inside attributes are
+ * refused. */
+static bn_result check(part in, span s) {
     field f;
     int state;
     while ((state = next_field(&s, &f)) == 1) {
-        bn_result result = BN_SUCCESS;
-        if (f.number == DOMAIN_NAME) {
+        for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) {
+            const part found = parts[i].found;
+            if (parts[i].in != in || parts[i].number != f.number) continue;
+            if (found == REFUSED || (found == REFUSED_UNLESS_0 && f.value != 0))
+                return BN_ERROR_UNSUPPORTED;
+            if (found == REFUSED_UNLESS_0) continue;
             if (!is_bytes(&f)) return BN_ERROR_BAD_DATA;
-            if (!is_text(f.bytes, "") && !is_text(f.bytes, "ai.onnx")) return BN_ERROR_UNSUPPORTED;
+            if (found != DOMAIN_NAME) {
+                const bn_result result = check(found, f.bytes);
+                if (result != BN_SUCCESS) return result;
+            } else if (!is_text(f.bytes, "") && !is_text(f.bytes, "ai.onnx")) {
+                return BN_ERROR_UNSUPPORTED;
+            }
         }
-        if (f.number == ATTRIBUTE) {
-            result = is_bytes(&f) ? check_attribute(f.bytes) : BN_ERROR_BAD_DATA;
-        }
-        if (result != BN_SUCCESS) return result;
     }
     return state == 0 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
 }
@@ -144,51 +148,33 @@ static int read_value(span s, span *name, uint64_t extents[MODEL_AXES]) {
 }
 
 static bn_result read_graph(span s, bn_onnx_model *model) {
-    enum { NODE = 1, INITIALIZER = 5, INPUT = 11, OUTPUT = 12, SPARSE_INITIALIZER = 15 };
+    enum { NODES = 1, INPUT = 11, OUTPUT = 12 };
     uint32_t nodes = 0, inputs = 0, outputs = 0;
     uint64_t extents[MODEL_AXES];
     span name;
     field f;
-    int state;
-    while ((state = next_field(&s, &f)) == 1) {
-        bn_result result = BN_SUCCESS;
-        if (f.number != NODE && f.number != INITIALIZER && f.number != INPUT &&
-            f.number != OUTPUT && f.number != SPARSE_INITIALIZER) {
-            continue;
+    while (next_field(&s, &f) == 1) {
+        if (f.number == NODES && ++nodes > BN_MODEL_MOST_NODES) return BN_ERROR_UNSUPPORTED;
+        if (f.number != INPUT && f.number != OUTPUT) continue;
+        if (!is_bytes(&f) || !read_value(f.bytes, &name, extents) || extents[0] != 1 ||
+            extents[2] != 0 || extents[3] != 0) {
+            return BN_ERROR_BAD_DATA;
         }
-        if (!is_bytes(&f)) return BN_ERROR_BAD_DATA;
-        switch (f.number) {
-        case NODE:
-            result = ++nodes <= BN_MODEL_MOST_NODES ? check_node(f.bytes) : BN_ERROR_UNSUPPORTED;
-            break;
-        case INITIALIZER:
-            result = check_tensor(f.bytes);
-            break;
-        case SPARSE_INITIALIZER:
-            result = BN_ERROR_UNSUPPORTED; /* a few bytes can claim any size */
-            break;
-        case INPUT:
-            if (inputs++ || !read_value(f.bytes, &name, extents) || !is_text(name, "noise") ||
-                extents[0] != 1 || extents[1] != 1 || extents[2] != 0 || extents[3] != 0) {
+        if (f.number == INPUT) {
+            if (inputs++ || !is_text(name, "noise") || extents[1] != 1) return BN_ERROR_BAD_DATA;
+        } else {
+            if (outputs++ || extents[1] < 1 || extents[1] > BN_MODEL_MOST_CHANNELS ||
+                name.at == name.end || !copy_name(name, model->output)) {
                 return BN_ERROR_BAD_DATA;
             }
-            break;
-        default:
-            if (outputs++ || !read_value(f.bytes, &name, extents) || extents[0] != 1 ||
-                extents[1] < 1 || extents[1] > BN_MODEL_MOST_CHANNELS || extents[2] != 0 ||
-                extents[3] != 0) {
-                return BN_ERROR_BAD_DATA;
-            }
-            if (name.at == name.end || !copy_name(name, model->output)) return BN_ERROR_BAD_DATA;
             model->channels = (uint32_t)extents[1];
         }
-        if (result != BN_SUCCESS) return result;
     }
-    return state == 0 && nodes > 0 && inputs == 1 && outputs == 1 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
+    return nodes > 0 && inputs == 1 && outputs == 1 ? BN_SUCCESS : BN_ERROR_BAD_DATA;
 }
 
 bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *model) {
-    enum { GRAPH = 7, METADATA = 14, TRAINING = 20, FUNCTION = 25 };
+    enum { GRAPH_FIELD = 7, METADATA = 14 };
     static const char *const keys[] = {"bn.receptive_radius", "bn.align", "bn.version",
                                        "bn.sparse_spacing"};
     enum { KEYS = sizeof keys / sizeof *keys };
@@ -196,15 +182,15 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
     bn_onnx_model found;
     span graph;
     field f;
-    int state;
     if (size == 0 || size > BN_MODEL_MOST_BYTES) return BN_ERROR_BAD_DATA;
     memset(&found, 0, sizeof found);
     const span whole = {bytes, (const unsigned char *)bytes + size};
-    if (!only_message(whole, GRAPH, &graph)) return BN_ERROR_BAD_DATA;
+    if (!only_message(whole, GRAPH_FIELD, &graph)) return BN_ERROR_BAD_DATA;
+    bn_result result = check(MODEL, whole);
+    if (result != BN_SUCCESS) return result;
     span s = whole;
-    while ((state = next_field(&s, &f)) == 1) {
+    while (next_field(&s, &f) == 1) {
         span key, value;
-        if (f.number == TRAINING || f.number == FUNCTION) return BN_ERROR_UNSUPPORTED;
         if (f.number != METADATA) continue;
         if (!is_bytes(&f) || !read_pair(f.bytes, 1, &key, 2, &value)) return BN_ERROR_BAD_DATA;
         if (is_text(key, "bn.quantiles") &&
@@ -217,7 +203,7 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
             }
         }
     }
-    if (state != 0 || !seen[0] || !seen[1] || !seen[2]) return BN_ERROR_BAD_DATA;
+    if (!seen[0] || !seen[1] || !seen[2]) return BN_ERROR_BAD_DATA;
     if (values[2] != 1) return BN_ERROR_UNSUPPORTED;
     if (values[0] > BN_MODEL_MOST_RADIUS || values[1] < 1 || values[1] > BN_MODEL_MOST_ALIGN) {
         return BN_ERROR_BAD_DATA;
@@ -226,7 +212,7 @@ bn_result bn_onnx_model_read(const void *bytes, size_t size, bn_onnx_model *mode
     found.radius = values[0];
     found.align = values[1];
     found.sparse_spacing = values[3];
-    const bn_result result = read_graph(graph, &found);
+    result = read_graph(graph, &found);
     if (result == BN_SUCCESS) *model = found;
     return result;
 }
