@@ -27,22 +27,14 @@ static void member_run(team_member *member);
 typedef SRWLOCK lock;
 typedef CONDITION_VARIABLE condition;
 typedef HANDLE thread;
+#define LOCK_INITIALIZER SRWLOCK_INIT
+#define CONDITION_INITIALIZER CONDITION_VARIABLE_INIT
+#define lock_destroy(l) (void)(l) /* holds nothing that has to be given back */
+#define condition_destroy(c) (void)(c)
 #define lock_take AcquireSRWLockExclusive
 #define lock_leave ReleaseSRWLockExclusive
 #define condition_wait(c, l) SleepConditionVariableSRW(c, l, INFINITE, 0)
 #define condition_wake_all WakeAllConditionVariable
-
-/* Neither holds anything that has to be given back. */
-static int both_init(lock *l, condition *c) {
-    InitializeSRWLock(l);
-    InitializeConditionVariable(c);
-    return 1;
-}
-
-static void both_destroy(lock *l, condition *c) {
-    (void)l;
-    (void)c;
-}
 
 static DWORD WINAPI run(void *member) {
     member_run(member);
@@ -73,22 +65,14 @@ static long processor_count(void) {
 typedef pthread_mutex_t lock;
 typedef pthread_cond_t condition;
 typedef pthread_t thread;
+#define LOCK_INITIALIZER PTHREAD_MUTEX_INITIALIZER
+#define CONDITION_INITIALIZER PTHREAD_COND_INITIALIZER
+#define lock_destroy pthread_mutex_destroy
+#define condition_destroy pthread_cond_destroy
 #define lock_take pthread_mutex_lock
 #define lock_leave pthread_mutex_unlock
 #define condition_wait pthread_cond_wait
 #define condition_wake_all pthread_cond_broadcast
-
-static int both_init(lock *l, condition *c) {
-    if (pthread_mutex_init(l, NULL) != 0) return 0;
-    if (pthread_cond_init(c, NULL) == 0) return 1;
-    pthread_mutex_destroy(l);
-    return 0;
-}
-
-static void both_destroy(lock *l, condition *c) {
-    pthread_cond_destroy(c);
-    pthread_mutex_destroy(l);
-}
 
 static void *run(void *member) {
     member_run(member);
@@ -174,9 +158,9 @@ static void member_run(team_member *member) {
 void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
     team_member members[BN_THREADS_MOST];
     thread started[BN_THREADS_MOST];
-    bn_team team = {.work = work, .user = user};
+    bn_team team = {LOCK_INITIALIZER, CONDITION_INITIALIZER, .work = work, .user = user};
     uint32_t size = 1;
-    if (threads < 2 || !both_init(&team.own, &team.changed)) {
+    if (threads < 2) {
         team.alone = 1;
         team.size = 1;
         work(user, &team, 0, 1);
@@ -193,5 +177,6 @@ void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
     lock_leave(&team.own);
     work(user, &team, 0, size);
     for (uint32_t i = 1; i < size; ++i) thread_join(started[i]);
-    both_destroy(&team.own, &team.changed);
+    condition_destroy(&team.changed);
+    lock_destroy(&team.own);
 }
