@@ -22,8 +22,6 @@ static size_t tile_index(const bn_field *f, uint32_t tx, uint32_t ty, uint32_t z
 }
 
 static int create_tiles(bn_field *f, uint64_t seed, uint32_t noise) {
-    f->tile_extent[0] = f->extent[1] == 1 ? 64 : 8;
-    f->tile_extent[1] = f->extent[1] == 1 ? 1 : 8;
     for (int axis = 0; axis < 2; ++axis) {
         f->tiles[axis] = divide_up(f->extent[axis], f->tile_extent[axis]);
     }
@@ -98,12 +96,11 @@ static int outside(const bn_field *f, const int32_t offset[3], int32_t radius) {
 static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
     const int32_t radius = kernel_radius(sigma);
     double *profile[3] = {NULL, NULL, NULL}, sum = 1;
-    int good = 1;
-    for (int axis = 0; axis < 3 && good; ++axis) {
+    int good = 0;
+    for (int axis = 0; axis < 3; ++axis) {
         double line = 0;
         profile[axis] = create_profile(f, axis, sigma);
-        good = profile[axis] != NULL;
-        if (!good) break;
+        if (profile[axis] == NULL) goto done;
         for (int32_t d = 0; d <= f->reach[axis]; ++d) {
             line += d == 0 || f->folded[axis] ? profile[axis][d] : 2 * profile[axis][d];
         }
@@ -114,47 +111,44 @@ static int create_kernel(bn_field *f, double sigma, int32_t *centre) {
     f->kernel_stride = 2 * (f->reach[0] + margin[0]) + 1;
     f->kernel_rows = 2 * (f->reach[1] + margin[1]) + 1;
     f->kernel_step = f->tile_extent[1] == 1 ? 8 : f->kernel_stride;
-    size_t slices = 2 * (size_t)f->reach[2] + 1, rows = (size_t)f->kernel_rows;
-    if (good) {
-        f->kernel_block =
-            bn_allocate_zero(slices * rows, (size_t)f->kernel_stride * sizeof *f->kernel_block);
-        f->circle = bn_allocate((size_t)f->reach[2] + 1, sizeof *f->circle);
-        good = f->kernel_block != NULL && f->circle != NULL;
-    }
-    if (good) {
-        int32_t *origin =
-            f->kernel_block +
-            (f->reach[2] * f->kernel_rows + f->reach[1] + margin[1]) * f->kernel_stride +
-            f->reach[0] + margin[0];
-        /* Room for the noise and for rounding each value up. */
-        double scale = (BN_FIELD_SET - (1 << 20)) / sum;
-        for (int32_t z = -f->reach[2]; z <= f->reach[2]; ++z) {
-            for (int32_t y = -f->reach[1]; y <= f->reach[1]; ++y) {
-                for (int32_t x = -f->reach[0]; x <= f->reach[0]; ++x) {
-                    int32_t d[3] = {x, y, z};
-                    double g = scale;
-                    for (int axis = 0; axis < 3; ++axis) {
-                        int32_t a = d[axis];
-                        if (a < 0) a = f->folded[axis] ? a + (int32_t)f->extent[axis] : -a;
-                        g *= profile[axis][a];
-                    }
-                    if (outside(f, d, radius)) g = 0;
-                    origin[((ptrdiff_t)z * f->kernel_rows + y) * f->kernel_stride + x] = (int32_t)g;
+    const size_t slices = 2 * (size_t)f->reach[2] + 1, rows = (size_t)f->kernel_rows;
+    f->kernel_block =
+        bn_allocate_zero(slices * rows, (size_t)f->kernel_stride * sizeof *f->kernel_block);
+    f->circle = bn_allocate((size_t)f->reach[2] + 1, sizeof *f->circle);
+    if (f->kernel_block == NULL || f->circle == NULL) goto done;
+    int32_t *origin = f->kernel_block +
+                      (f->reach[2] * f->kernel_rows + f->reach[1] + margin[1]) * f->kernel_stride +
+                      f->reach[0] + margin[0];
+    /* Room for the noise and for rounding each value up. */
+    const double scale = (BN_FIELD_SET - (1 << 20)) / sum;
+    for (int32_t z = -f->reach[2]; z <= f->reach[2]; ++z) {
+        for (int32_t y = -f->reach[1]; y <= f->reach[1]; ++y) {
+            for (int32_t x = -f->reach[0]; x <= f->reach[0]; ++x) {
+                int32_t d[3] = {x, y, z};
+                double g = scale;
+                for (int axis = 0; axis < 3; ++axis) {
+                    int32_t a = d[axis];
+                    if (a < 0) a = f->folded[axis] ? a + (int32_t)f->extent[axis] : -a;
+                    g *= profile[axis][a];
                 }
+                if (outside(f, d, radius)) g = 0;
+                origin[((ptrdiff_t)z * f->kernel_rows + y) * f->kernel_stride + x] = (int32_t)g;
             }
         }
-        for (int32_t z = 0; z <= f->reach[2]; ++z) {
-            const int32_t square = radius * radius - (f->folded[2] ? 0 : z * z);
-            bn_field_circle circle = {radius, square};
-            while (circle.reach * circle.reach > square) --circle.reach;
-            /* Along a folded axis every tile is reached, at any distance. */
-            if (f->folded[0] || f->folded[1]) circle.square = INT32_MAX;
-            f->circle[z] = circle;
-        }
-        *centre = origin[0];
-        origin[0] += BN_FIELD_SET;
-        f->kernel = origin;
     }
+    for (int32_t z = 0; z <= f->reach[2]; ++z) {
+        const int32_t square = radius * radius - (f->folded[2] ? 0 : z * z);
+        bn_field_circle circle = {radius, square};
+        while (circle.reach * circle.reach > square) --circle.reach;
+        /* Along a folded axis every tile is reached, at any distance. */
+        if (f->folded[0] || f->folded[1]) circle.square = INT32_MAX;
+        f->circle[z] = circle;
+    }
+    *centre = origin[0];
+    origin[0] += BN_FIELD_SET;
+    f->kernel = origin;
+    good = 1;
+done:
     for (int axis = 0; axis < 3; ++axis) bn_free(profile[axis]);
     return good;
 }
