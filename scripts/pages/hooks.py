@@ -97,7 +97,7 @@ def on_files(files, config):
             return  # MkDocs warns about the entry
         site.append(new)
         shown.add(path)
-        for _, _, target in links.links(text):
+        for target in links.links(text):
             if not links.is_external(target):
                 linked, _ = links.resolve(path, target)
                 if not linked.endswith(".md") and (ROOT / linked).exists() and linked not in others:
@@ -126,11 +126,11 @@ def on_files(files, config):
 def on_page_markdown(markdown, page, config, files):
     """Leads links to files that have a page of their own to it."""
     path = page.file.src_uri
-    for start, end, target in reversed(links.links(markdown)):
-        linked, anchor = links.resolve(path, target)
+    for target in set(links.links(markdown)):
+        linked, _ = links.resolve(path, target)
         if not links.is_external(target) and not files.get_file_from_path(linked) and files.get_file_from_path(f"{linked}.md"):
-            address, hash_mark, _ = target.partition("#")
-            markdown = markdown[:start] + address.rstrip("/") + ".md" + hash_mark + anchor + markdown[end:]
+            address, *anchor = target.split("#")
+            markdown = markdown.replace(f"]({target})", f"]({'#'.join([address.rstrip('/') + '.md', *anchor])})")
     # A search shows first how to use libbn, then what was measured, and last what is linked to.
     rank = 0.05 if path not in pages(config.nav) else 0.2 if path.startswith("docs/report/") else 1 if "/" not in path else 5
     page.meta.setdefault("search", {"boost": rank})
