@@ -15,6 +15,13 @@ from report.renders.renderer import Request, make_reference, run_pathtracer
 SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samples", "1"))
 
 
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)
+    return tmp_path / "libbn" / "references"
+
+
 @pytest.fixture
 def runs(monkeypatch):
     """The commands that were run."""
@@ -34,52 +41,47 @@ def rendered(pathtracer, tmp_path, request):
     return tmp_path / "whole.exr"
 
 
-def reference(program, folder, request=SMALL, report=lambda fraction: None):
-    return make_reference(program, request, folder, report, "reference.exr", 4)
-
-
-@pytest.mark.parametrize("spoil", ["picture", "records", "request", "nothing"])
-def test_rendered_again_when_something_changed(pathtracer, tmp_path, runs, spoil):
-    path = reference(pathtracer, tmp_path)
+@pytest.mark.parametrize("spoil", ["picture", "request", "nothing"])
+def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
+    make_reference(pathtracer, SMALL)
     assert len(runs) == 5  # a probe, four parts
+    (path,) = cache.iterdir()
     if spoil == "picture":
         path.write_bytes(path.read_bytes()[:-1])
-    elif spoil == "records":
-        (tmp_path / "renders.json").write_text("{")
-    reference(pathtracer, tmp_path, dataclasses.replace(SMALL, seed=6) if spoil == "request" else SMALL)
+    make_reference(pathtracer, dataclasses.replace(SMALL, seed=6) if spoil == "request" else SMALL)
     assert len(runs) == (6 if spoil == "nothing" else 10)
 
 
 def test_reference_is_the_picture_of_all_its_samples(pathtracer, tmp_path):
-    whole, _ = read_exr(rendered(pathtracer, tmp_path, SMALL))
-    merged, attributes = read_exr(reference(pathtracer, tmp_path))
-    np.testing.assert_allclose(merged, whole, rtol=1e-5, atol=1e-6)
-    assert attributes["spp"] == 8 and all(attributes[f"error{i}"] > 0 for i in range(len(SIGMAS)))
-    assert not list(tmp_path.glob("*part*"))
+    merged, half, row = make_reference(pathtracer, SMALL)
+    for picture, spp in ((merged, 8), (half, 4)):
+        whole, _ = read_exr(rendered(pathtracer, tmp_path, dataclasses.replace(SMALL, spp=spp)))
+        np.testing.assert_allclose(picture, whole, rtol=1e-5, atol=1e-6)
+    assert row["seconds"] > 0 and 0 < row["mean_error"] < 0.2 * merged.mean()
 
 
-def test_interrupted_reference_goes_on(pathtracer, tmp_path, runs):
+def test_interrupted_reference_goes_on(pathtracer, cache, runs):
     def interrupt(fraction):
         if fraction == 0.5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        reference(pathtracer, tmp_path, report=interrupt)
-    assert len(runs) == 3 and not (tmp_path / "reference.exr").exists()
-    reference(pathtracer, tmp_path)
-    assert len(runs) == 6
+        make_reference(pathtracer, SMALL, interrupt)
+    assert len(runs) == 3 and len(list(cache.iterdir())) == 2
+    make_reference(pathtracer, SMALL)
+    assert len(runs) == 6 and len(list(cache.iterdir())) == 1
 
 
 def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs):
     program = tmp_path / "pathtracer"
     program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\"\n")
     program.chmod(0o755)
-    reference(program, tmp_path / "out")
+    make_reference(program, SMALL)
     program.write_text(f"#!/bin/sh\n# new\nexec {pathtracer} \"$@\"\n")
-    reference(program, tmp_path / "out")
+    make_reference(program, SMALL)
     assert len(runs) == 6
     program.write_text(f"#!/bin/sh\nexec {pathtracer} \"$@\" --seed 77\n")
-    reference(program, tmp_path / "out")
+    make_reference(program, SMALL)
     assert len(runs) == 11
 
 

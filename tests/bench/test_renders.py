@@ -110,7 +110,7 @@ def made_up(blue, seeds=8):
     labels = ("white", "sobol", "blue")
     options = types.SimpleNamespace(labels=labels, seeds={1: seeds, 16: seeds}, size=(64, 64), views="core", out=Path("o"),
                                     reference_spp=64, command="scripts/bench renders")
-    references = {view: judge.Reference(Path(), np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 1e-5, 0.0, 64, 1.0)
+    references = {view: judge.Reference(np.ones((16, 16, 3), np.float32), dict.fromkeys(MEASURES, 1e-5), 64, 1.0, mean_error=1e-5)
                   for view in chosen}
     results = {}
     for view in chosen:

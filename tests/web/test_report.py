@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The demo's page in Chromium, from disk: its steps, the divider, and what fits on a phone."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from report.pages import convergence
@@ -15,7 +13,7 @@ ERRORS = {"white": 0.4, "sobol": 0.2, "blue": 0.1}
 def address(tmp_path_factory):
     """The page with noise for pictures."""
     folder, rng = tmp_path_factory.mktemp("report"), np.random.default_rng(4)
-    reference = Reference(Path(), np.full((256, 256, 3), 0.5, np.float32), dict.fromkeys(convergence.MEASURES, 0.0), 0.0, 0.0, 64, 1.0)
+    reference = Reference(np.full((256, 256, 3), 0.5, np.float32), dict.fromkeys(convergence.MEASURES, 0.0), 64, 1.0)
     options = convergence.parse_options(["--out", str(folder)])
     pictures = {(s, n): (reference.picture + rng.normal(0, e / n, (256, 256, 1))).astype(np.float32)
                 for s, e in ERRORS.items() for n in options.counts}

@@ -31,19 +31,10 @@ def read_exr(path):
         return np.array(pixels[..., :3], np.float32), dict(file.header())
 
 
-def read_first_half(path):
-    """The mean of the first half of a reference's samples, or None if the file has no such layer."""
-    with OpenEXR.File(str(path)) as file:
-        layer = file.channels().get("firstHalf.RGB")
-        return None if layer is None else np.array(layer.pixels, np.float32)
-
-
-def write_exr(path, rgb, attributes, layers=()):
-    """Writes float32 RGB with string and number attributes, and additional RGB layers {name: array}."""
+def write_exr(path, rgb, attributes):
+    """Writes float32 RGB with string and number attributes."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
-    channels = {"RGB": rgb, **{f"{name}.RGB": layer for name, layer in dict(layers).items()}}
-    channels = {name: np.ascontiguousarray(pixels, np.float32) for name, pixels in channels.items()}
-    with written_beside(path) as beside, OpenEXR.File(header, channels) as file:
+    with written_beside(path) as beside, OpenEXR.File(header, {"RGB": np.ascontiguousarray(rgb, np.float32)}) as file:
         file.write(str(beside))
 
 

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.cache import cache_folder
 from ..base.files import write_text
-from ..renders.renderer import RenderError, cache_folder
+from ..renders.renderer import RenderError
 
 ROOT = Path(__file__).resolve().parents[3]
 INCLUDE = ROOT / "libbn" / "include" / "bn"

@@ -22,9 +22,9 @@ from ..base.files import read_exr
 from ..base.tables import md_table
 from ..measure.gains import bootstrap
 from ..renders.judge import Cells
-from ..renders.renderer import RenderError
+from ..renders.renderer import REFERENCE_SEED, RenderError
 from . import builds, other_renderer
-from .other_renderer import EXPOSED, HEADLINE, REFERENCE_SEED, Task, name_of
+from .other_renderer import EXPOSED, HEADLINE, Task, name_of
 
 # ---- Scenes, in the XML of Cycles' stand-alone program. Pictures are the middle of one that is ZOOM times as wide, as whole small
 # pictures show mostly edges.

@@ -3,7 +3,6 @@
 
 import dataclasses
 import functools
-import hashlib
 import math
 import os
 import statistics
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.cache import Store, cache_folder
 from ..base.command import command_shown, names_of
 from ..base.contact_sheet import before_and_after
 from ..base.files import read_exr, write_rows, write_text
@@ -23,8 +23,8 @@ from ..measure import gains
 from ..measure.gains import Gains
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
 from ..measure.ratios import by_scene
-from ..renders.judge import Run, Store
-from ..renders.renderer import RenderError, cache_folder
+from ..renders.judge import Reference, Run
+from ..renders.renderer import REFERENCE_SEED, RenderError
 
 COUNTS = (1, 2, 3, 4, 6, 8, 16, 32, 64)
 KINDS = {"displayed": "as displayed", "exposed": "exposed and displayed", "rmse": "raw"}
@@ -33,9 +33,6 @@ EXPOSED = 0.25  # the mean luminance of the reference of an exposed picture
 HEADLINE = ("displayed_2.1", "rmse_2.1")
 SPREAD_COUNTS = (1, 4, 16, 64)
 FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds", *MEASURES)
-# References come from a sampler that hashes pixel, dimension and seed: with seeds of their own, their errors are independent of all
-# others'.
-REFERENCE_SEED = 1_000_003
 
 
 def errors(picture, reference):
@@ -69,17 +66,6 @@ def processor_seconds(command, what, environment=None):
 
 
 @dataclasses.dataclass(frozen=True)
-class Reference:
-    picture: np.ndarray
-    own: dict  # {measure: its own error}
-    spp: int
-    seconds: float
-
-    def key(self):
-        return hashlib.sha256(self.picture.tobytes()).hexdigest()
-
-
-@dataclasses.dataclass(frozen=True)
 class Task:
     """All pictures of one view, sampler and seed; with a threshold one adaptive picture. The sampler is told the count of each picture,
     or `told`."""
@@ -102,7 +88,8 @@ class Task:
 
 
 class OtherRun(Run):
-    """Renders tasks in another renderer, or finds their results in the cache of a folder.
+    """Renders tasks in another renderer, or finds their results in the cache of a folder. References come from a sampler that hashes pixel,
+    dimension and seed: with seeds of their own, their errors are independent of all others'.
 
     A subclass has key(), render(task, spp, seed, out), which returns processor seconds, reference_key(view, spp), and `reference`, the
     sampler of references, whose seeds are REFERENCE_SEED and the next.

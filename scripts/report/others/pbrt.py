@@ -12,14 +12,15 @@ import hashlib
 import tempfile
 from pathlib import Path
 
+from ..base.cache import cache_folder
 from ..base.command import Parser
 from ..base.files import read_exr
 from ..measure import gains
 from ..measure.gains import BEST_PEER, row_of
 from ..renders.judge import Cells
-from ..renders.renderer import cache_folder
+from ..renders.renderer import REFERENCE_SEED
 from . import builds, lux_scenes, other_renderer
-from .other_renderer import EXPOSED, HEADLINE, MEASURES, REFERENCE_SEED, Task, name_of
+from .other_renderer import EXPOSED, HEADLINE, MEASURES, Task, name_of
 from .pbrt_scenes import CROP, CROPS, HEIGHT, PROBES, SCENES, WIDTH, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.

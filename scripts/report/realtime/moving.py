@@ -16,13 +16,14 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
+from ..base.cache import Store, cache_folder
 from ..base.command import CommandError, Parser
+from ..base.files import sha256_of
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, write_or_print
 from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed
 from ..renders import denoise as denoising
-from ..renders.renderer import cache_folder
 from .realtime import MovedMask, code, read_pack
 
 COMMAND = "scripts/bench moving"
@@ -64,13 +65,14 @@ def write_slices(path, stack):
 
 def references(scene):
     """{frame: picture}, kept in the cache while the program stays the same."""
-    name = f"moving-{scene}-{WIDTH}x{HEIGHT}-{PHASE}-{REFERENCE_SPP}-{PROGRAM.stat().st_mtime_ns}.npy"
-    path = cache_folder() / "references" / name
-    if not path.exists():
-        found = [frame[..., :3] for frame in frames(scene, "blue", "full", "pixel", REFERENCE_SEED, REFERENCE_SPP, FIRST, STEP)]
-        with written_beside(path) as beside:
-            np.save(beside, np.stack(found))
-    return dict(zip(range(FIRST, 3 * PHASE, STEP), np.load(path)))
+    store = Store(cache_folder() / "references")
+    key = {"moving": [scene, WIDTH, HEIGHT, PHASE, REFERENCE_SPP], "program": sha256_of(PROGRAM)}
+    found = store.load(key)
+    if not found:
+        each = frames(scene, "blue", "full", "pixel", REFERENCE_SEED, REFERENCE_SPP, FIRST, STEP)
+        found = [], {"frames": np.stack([frame[..., :3] for frame in each])}
+        store.save(key, *found)
+    return dict(zip(range(FIRST, 3 * PHASE, STEP), found[1]["frames"]))
 
 
 # ---- Accumulation

@@ -15,7 +15,7 @@ import OpenEXR
 
 from ..base import peers
 from ..base.command import Parser, package
-from ..base.files import read_first_half, write_text
+from ..base.files import write_text
 from ..base.plots import finish, plt, save
 from ..base.tables import md_table
 from ..measure import equal_quality, gains
@@ -245,7 +245,7 @@ def parse_options(arguments):
 
 def with_own_errors(reference):
     """A judge.Reference whose own errors carry the names of the denoised measures."""
-    own = own_errors(reference.picture, read_first_half(reference.path), reference.exposure)
+    own = own_errors(reference.picture, reference.first_half, reference.exposure)
     return dataclasses.replace(reference, own={f"{way}:{name}": error for way in WAYS for name, error in own.items()})
 
 

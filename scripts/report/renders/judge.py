@@ -8,19 +8,14 @@ a change to one sampler renders only that sampler again.
 
 import dataclasses
 import hashlib
-import json
-import os
-import shutil
 import sys
 import tempfile
-import time
-import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
 
-from ..base.files import read_exr, read_first_half, sha256_of, write_rows, written_beside
+from ..base.cache import Store, cache_folder
+from ..base.files import read_exr, sha256_of, write_rows
 from ..base.progress import Progress, in_parallel
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from . import variants
@@ -28,32 +23,28 @@ from .renderer import (
     REFERENCE_SEED,
     RenderError,
     Request,
-    cache_folder,
     files_beside,
     make_reference,
     progressive,
     run_pathtracer,
-    scene_label,
 )
 from .views import View
 
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
 SPECTRUM_COUNTS, SPECTRUM_SEEDS = (1, 4, 16, 64), 2
-KEPT_DAYS = 60
-FORMAT = 1  # of the cache; a new number invalidates it
 
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """The converged picture of a view, its own error by each measure, and its exposure in stops."""
+    """A converged picture, and its own error by each measure."""
 
-    path: Path
     picture: np.ndarray
     own: dict
-    mean_error: float  # standard error of the mean luminance
-    exposure: float
     spp: int
     seconds: float
+    exposure: float = 0.0  # in stops
+    mean_error: float = 0.0  # standard error of the mean luminance
+    first_half: np.ndarray | None = None  # the mean of the first half of the samples
 
     def key(self):
         return hashlib.sha256(self.picture.tobytes()).hexdigest()
@@ -73,38 +64,6 @@ class Task:
     def cost(self):
         """The number of samples to render."""
         return self.view.pixels * (sum(self.counts) if self.label in variants.DECLARED else max(self.counts))
-
-
-class Store:
-    """A cache of results, in files named by a hash of everything they depend on. Unused for KEPT_DAYS, a file is deleted."""
-
-    def __init__(self, folder):
-        self.folder = folder
-        if folder.is_dir():
-            for path in folder.iterdir():
-                if path.stat().st_mtime < time.time() - KEPT_DAYS * 86400:
-                    # Folders are left by runs that were killed.
-                    shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
-
-    def _path(self, key):
-        text = json.dumps([FORMAT, key], sort_keys=True)
-        return self.folder / (hashlib.sha256(text.encode()).hexdigest()[:32] + ".npz")
-
-    def load(self, key):
-        """(rows, {name: array}), or None."""
-        path = self._path(key)
-        try:
-            with np.load(path) as file:
-                arrays = {name: file[name] for name in file.files}
-            rows = json.loads(str(arrays.pop("rows")))
-            os.utime(path)
-            return rows, arrays
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-            return None  # missing or damaged
-
-    def save(self, key, rows, arrays):
-        with written_beside(self._path(key)) as beside:
-            np.savez(beside, rows=json.dumps(rows), **arrays)
 
 
 class Builds:
@@ -159,21 +118,12 @@ def plan(views, labels, seeds):
             for view in views for label in labels for seed in range(min(most, variants.MOST_SEEDS.get(label, most)))]
 
 
-def load_reference(path, view):
-    picture, attributes = read_exr(path)
-    return Reference(Path(path), picture, own_errors(picture, read_first_half(path), view.exposure),
-                     float(attributes["meanError"]), view.exposure, int(attributes["spp"]), float(attributes["seconds"]))
-
-
-def reference_folder(view):
-    """One folder per view, so that programs running at the same time do not share a record."""
-    return cache_folder() / "references" / f"{scene_label(view.scene)}-{view.name}"
-
-
 def render_reference(program, view, spp, report=lambda share: None):
     """The Reference of a view, from the cache or rendered now; spp is a multiple of 32."""
     request = dataclasses.replace(view, lights=()).request("sobol", spp, REFERENCE_SEED)
-    return load_reference(make_reference(program, request, reference_folder(view), report), view)
+    picture, first_half, row = make_reference(program, request, report)
+    own = own_errors(picture, first_half, view.exposure)
+    return Reference(picture, own, spp, row["seconds"], view.exposure, row["mean_error"], first_half)
 
 
 def render_references(program, views, spp):

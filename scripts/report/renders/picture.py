@@ -16,17 +16,16 @@ from PIL import Image
 from ..base import peers
 from ..base.command import Parser
 from ..base.contact_sheet import before_and_after, preview, sheet
-from ..base.files import read_exr
 from ..base.plots import save, style
 from ..base.tables import md_table
 from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed, displayed_rmse
 from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, render_references
-from .renderer import Request, make_reference, progressive
+from .renderer import REFERENCE_SEED, Request, make_reference, progressive
 
 SCENE, SIZE, SPP, SEED = "penumbra", (960, 640), 6, 0
-REFERENCE_SEED, REFERENCE_SPP = 1_000_003, 2048
+REFERENCE_SPP = 2048
 SIGMA = 2.1
 GREY, AMPLIFIED = 0.2, 8  # what stands for no error; how much errors are
 PART = (150, 408, 140, 150)  # left, top, width, height in pixels of the scene
@@ -47,8 +46,7 @@ def draw_picture(options, others):
     left, top, width, height = PART
     crop = (left - MARGIN, top - MARGIN, left + width + MARGIN, top + height + MARGIN)
     request = Request("sobol", SPP, SEED, SCENE, *SIZE, more=("--crop", ",".join(map(str, crop))))
-    reference, _ = read_exr(make_reference(options.pathtracer, dataclasses.replace(request, spp=REFERENCE_SPP, seed=REFERENCE_SEED),
-                                           "out/picture", name="reference.exr", parts=64))
+    reference, *_ = make_reference(options.pathtracer, dataclasses.replace(request, spp=REFERENCE_SPP, seed=REFERENCE_SEED))
     pictures, errors = {}, {}
     for name in (*NAMES, *others):
         own = dataclasses.replace(request, sampler=name, declared=SPP if name in variants.DECLARED else 0)

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the path tracer, and keeps references while nothing they depend on changes.
 
-References take minutes: they are rendered in parts, so that an interrupted one resumes, and remain valid while their files are
-unchanged and the path tracer gives the same bits for one sample in every pixel, so that changes to other samplers do not affect them.
+References take minutes: they are rendered in parts, so that an interrupted one resumes, and remain valid while the path tracer gives
+the same bits for one sample in every pixel, so that changes to other samplers do not affect them.
 """
 
 import dataclasses
 import hashlib
-import json
-import os
 import re
 import signal
 import subprocess
@@ -17,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.cache import Store, cache_folder
 from ..base.command import CommandError
-from ..base.files import read_exr, sha256_of, write_exr, write_text
-from ..measure.image_error import LUMINANCE, SIGMAS, rmse
+from ..base.files import read_exr
+from ..measure.image_error import LUMINANCE
 
 # Shares no sample with the pictures, whatever their seed.
 REFERENCE_SEED = 1_000_003
@@ -28,11 +27,6 @@ REFERENCE_PARTS = 32
 
 class RenderError(CommandError):
     """The path tracer failed; the message is what it printed."""
-
-
-def cache_folder():
-    """The cache of references and results, which outlives a build: $XDG_CACHE_HOME/libbn, by default ~/.cache/libbn."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "libbn"
 
 
 def run_pathtracer(program, arguments):
@@ -73,9 +67,8 @@ class Request:
                 *self.more]
 
     def key(self):
-        """Everything that determines the picture, for a record, without unused options."""
-        # A list, as records have it when they are read again.
-        key = {**dataclasses.asdict(self), "more": list(self.more)}
+        """Everything that determines the picture, for a cache, without unused options."""
+        key = dataclasses.asdict(self)
         return {name: value for name, value in key.items() if value or name not in ("declared", "more")}
 
 
@@ -98,91 +91,38 @@ def progressive(program, request, counts, threads=None, read=read_exr):
             yield spp, (total / spp).astype(np.float32), {**attributes, "seconds": seconds, "spp": spp}
 
 
-class Records:
-    """What the pictures of a folder were made from, and what they are, in its renders.json."""
-
-    def __init__(self, folder):
-        self.folder, self.path = Path(folder), Path(folder) / "renders.json"
-        try:
-            self.found = json.loads(self.path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            self.found = {}  # missing or damaged: everything is rendered again
-
-    def has(self, name, key):
-        record, path = self.found.get(name, {}), self.folder / name
-        return record.get("key") == key and path.is_file() and record.get("sha256") == sha256_of(path)
-
-    def put(self, name, key):
-        self.found[name] = {"key": key, "sha256": sha256_of(self.folder / name)}
-        write_text(self.path, json.dumps(self.found, indent=1, sort_keys=True) + "\n")
-
-    def delete(self, name):
-        self.found.pop(name, None)
-        for suffix in (".exr", ".png"):
-            (self.folder / name).with_suffix(suffix).unlink(missing_ok=True)
-
-
-def merge(paths, out):
-    """Writes the mean of pictures of consecutive samples.
-
-    Its attributes error0, error1 and so on estimate its own RMSE after each of SIGMAS, as half the difference of
-    its two halves; its layer firstHalf is the mean of the first half (read_first_half). meanError is the standard
-    error of its mean luminance, from the parts.
-    """
-    pictures, attributes = zip(*map(read_exr, paths))
-    half = len(pictures) // 2
-    first, second = (np.mean(group, axis=0, dtype=np.float64) for group in (pictures[:half], pictures[half:]))
-    means = [float(np.mean(picture @ LUMINANCE)) for picture in pictures]
-    kept = ("scene", "sampler", "seed", "firstSample", "maxDepth", "software", "version")
-    write_exr(out, (first + second) / 2, {
-        **{name: attributes[0][name] for name in kept if name in attributes[0]},
-        **{f"error{i}": rmse(first, second, sigma) / 2 for i, sigma in enumerate(SIGMAS)},
-        "meanError": float(np.std(means, ddof=1) / np.sqrt(len(means))), "spp": sum(a["spp"] for a in attributes),
-        "seconds": float(sum(a["seconds"] for a in attributes))}, {"firstHalf": first})
-
-
-def make_reference(program, request, folder, report=lambda fraction: None, name="", parts=0):
-    """The path of a reference in a cache folder: merge() of renders of consecutive samples, so that an interrupted one resumes.
-    report(fraction) is called after each."""
-    records, name, parts = Records(folder), name or reference_name(request), parts or REFERENCE_PARTS
-    if request.spp % parts or parts % 2:
-        raise ValueError(f"{request.spp} samples cannot be split into {parts} equal parts in two halves")
-    last_sample = dataclasses.replace(request, spp=1, first_sample=request.first_sample + request.spp - 1)
+def make_reference(program, request, report=lambda fraction: None):
+    """(picture, mean of the first half of its samples, {"seconds", "mean_error": standard error of the mean luminance}), from the cache
+    or as the mean of renders of consecutive samples, which are kept until all are there. report(fraction) is called after each."""
+    store, step = Store(cache_folder() / "references"), request.spp // REFERENCE_PARTS
+    last_sample = dataclasses.replace(request, spp=1, first_sample=request.spp - 1)
     (_, probe, _), = progressive(program, last_sample, [1])
-    more = {"program": hashlib.sha256(probe.tobytes()).hexdigest()}
-    key, path = {**request.key(), **more, "parts": parts}, records.folder / name
-    if records.has(name, key):
-        return path
-    path.parent.mkdir(parents=True, exist_ok=True)
-    names, step = [f"{path.stem}-part-{i:02d}.exr" for i in range(parts)], request.spp // parts
-    for i, own in enumerate(names):
-        report(i / parts)
-        part = dataclasses.replace(request, spp=step, first_sample=request.first_sample + i * step)
-        if not records.has(own, {**part.key(), **more}):
-            run_pathtracer(program, [*part.arguments(), "--quiet", "-o", records.folder / own])
-            records.put(own, {**part.key(), **more})
-    merge([records.folder / own for own in names], path)
-    records.put(name, key)
-    for own in names:
-        records.delete(own)
-    report(1.0)
-    return path
+    key = {**request.key(), "program": hashlib.sha256(probe.tobytes()).hexdigest(), "parts": REFERENCE_PARTS}
+    found = store.load(key)
+    if not found:
+        parts, keys = [], [{**key, "part": i} for i in range(REFERENCE_PARTS)]
+        for i, own in enumerate(keys):
+            report(i / REFERENCE_PARTS)
+            part = store.load(own)
+            if not part:
+                (_, picture, attributes), = progressive(program, dataclasses.replace(request, spp=step, first_sample=i * step), [step])
+                part = {"seconds": attributes["seconds"]}, {"picture": picture}
+                store.save(own, *part)
+            parts.append(part)
+        pictures = [arrays["picture"] for _, arrays in parts]
+        first, second = (np.mean(half, 0, np.float64) for half in (pictures[:len(parts) // 2], pictures[len(parts) // 2:]))
+        means = [np.mean(picture @ LUMINANCE) for picture in pictures]
+        row = {"seconds": sum(row["seconds"] for row, _ in parts), "mean_error": float(np.std(means, ddof=1) / np.sqrt(len(means)))}
+        found = row, {"picture": np.float32((first + second) / 2), "first_half": np.float32(first)}
+        store.save(key, *found)
+        for own in keys:
+            store.drop(own)
+    return found[1]["picture"], found[1]["first_half"], found[0]
 
-
-# ---- References in the cache
 
 def scene_label(scene):
     """A name for files and headings: that of a built-in scene, or the file's."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", Path(scene).stem) or "scene"
-
-
-def reference_name(request):
-    """File name of the cached reference; a hash of the path distinguishes scene files of the same name."""
-    scene = request.scene
-    where = f"-{hashlib.sha256(str(Path(scene).resolve()).encode()).hexdigest()[:8]}" if Path(scene).exists() else ""
-    more = f"-{hashlib.sha256(repr(request.more).encode()).hexdigest()[:8]}" if request.more else ""
-    return (f"{scene_label(scene)}{where}{more}-{request.width}x{request.height}-{request.sampler}"
-            f"-{request.spp}.exr")
 
 
 def files_beside(scene):
