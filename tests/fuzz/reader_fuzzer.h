@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <new>
 #include <string>
 
@@ -38,15 +38,7 @@ void operator delete(void *bytes, size_t) noexcept {
 // A folder for the files of this process, removed when it ends. In memory where there is /dev/shm.
 class FuzzFolder {
   public:
-    FuzzFolder() {
-        const std::filesystem::path shared = "/dev/shm";
-        const bool has_shared = access(shared.c_str(), W_OK) == 0;
-        std::string name =
-            ((has_shared ? shared : std::filesystem::temp_directory_path()) / "bn-fuzz-XXXXXX")
-                .string();
-        if (!mkdtemp(name.data())) std::abort();
-        path_ = name;
-    }
+    FuzzFolder() { std::filesystem::create_directory(path_); }
     FuzzFolder(const FuzzFolder &) = delete;
     FuzzFolder &operator=(const FuzzFolder &) = delete;
     ~FuzzFolder() {
@@ -57,16 +49,17 @@ class FuzzFolder {
     // Writes a file; returns its path.
     std::string write(const char *name, const void *bytes, size_t size) const {
         const std::string path = path_ / name;
-        std::FILE *file = std::fopen(path.c_str(), "wb");
-        if (!file) std::abort();
-        // No bytes may come with a null pointer, which fwrite() does not take.
-        if (size > 0 && std::fwrite(bytes, 1, size, file) != size) std::abort();
-        if (std::fclose(file) != 0) std::abort();
+        std::ofstream file(path, std::ios::binary);
+        file.write(static_cast<const char *>(bytes), static_cast<std::streamsize>(size));
+        if (!file.flush()) std::abort();
         return path;
     }
 
   private:
-    std::filesystem::path path_;
+    const std::filesystem::path path_ =
+        (access("/dev/shm", W_OK) == 0 ? std::filesystem::path("/dev/shm")
+                                       : std::filesystem::temp_directory_path()) /
+        ("bn-fuzz-" + std::to_string(getpid()));
 };
 
 inline const FuzzFolder &fuzz_folder() {
