@@ -66,59 +66,29 @@ fn samples_are_those_of_c() {
     }
 }
 
+// What the example `draws` prints, tests/install compares with C: all that rays count.
 #[test]
-fn rays_hand_out_what_the_layout_says() {
+fn paths_are_those_of_c_and_explicit_counters_those_of_the_calls() {
     for (kind, number) in KINDS {
         let (safe, c) = (Sampler::with_kind(kind, 2).unwrap(), C::new(number, 2));
         for (x, y, index) in PLACES {
             for frame in [0, 7] {
                 let parent = if frame == 0 { 0 } else { child(child(0, 0x8000_0000), frame) };
                 let path = Path::in_frame(&safe, x, y, index, frame);
-                let draw = |domain| c.draw(x, y, index, domain);
-                assert_eq!(path.time(), draw(child(parent, 3))[2..]);
-                for count in [1, 3] {
-                    assert_eq!(path.first_light(count, 0), c.draw(x, y, index * count, child(parent, 3))[..2]);
+                assert_eq!(path.time(), c.draw(x, y, index, child(parent, 3))[2..]);
+                for (count, k) in [(1, 0), (3, 2)] {
+                    assert_eq!(path.first_light(count, k), c.draw(x, y, index * count + k, child(parent, 3))[..2]);
                 }
-                for depth in [0, 2, 3, 40] {
-                    let domain = child(parent, if depth < 3 { depth } else { depth + 1 });
-                    let mut ray = path.ray(depth);
-                    assert_eq!(ray.draw(), draw(domain));
-                    assert_eq!(ray.draw_where(), draw(domain)[..2]);
-                    assert_eq!(ray.draw_light(), draw(domain)[2..]);
-                    for k in 0..9 {
-                        let explicit = path.ray(depth);
-                        let mut counted = path.ray(depth);
-                        (0..k).for_each(|_| {
-                            drop((counted.next_1d(), counted.next_2d(), counted.next_4d(), counted.next_rng()))
-                        });
-                        assert_eq!(explicit.draw_1d(k), counted.next_1d());
-                        assert_eq!(explicit.draw_2d(k), counted.next_2d());
-                        assert_eq!(explicit.draw_4d(k), counted.next_4d());
-                        assert_eq!(explicit.rng(k).next_1d(), counted.next_rng().next_1d());
-                        assert_eq!(
-                            explicit.split(k + 1, 4).path(1).ray(0).draw(),
-                            counted.next_split(4).path(1).ray(0).draw()
-                        );
-                        let singles = c.singles(x, y, index, child(domain, k & !3));
-                        assert_eq!(ray.next_1d(), singles[k as usize & 3]);
-                        let pair = k as usize % 2 * 2;
-                        assert_eq!(ray.next_2d(), draw(child(domain, k / 2 * 4 + 1))[pair..pair + 2]);
-                        assert_eq!(ray.next_4d(), draw(child(domain, k * 4 + 2)));
-                    }
-                    let split = ray.next_split(4);
-                    let branches = child(child(domain, 3), 4);
-                    for (k, branch) in (0..).zip(split.paths(4)) {
-                        assert_eq!(branch.ray(1).draw(), c.draw(x, y, index * 4 + k, child(branches, 1)));
-                    }
-                    let split = ray.next_split_from(11);
-                    let expected = c.draw(x, y, 13, child(child(child(domain, 7), 0), 0));
-                    assert_eq!(split.path(2).ray(0).draw(), expected);
-                    let numbers: Vec<f32> = ray.next_rng().take(6).collect();
-                    assert_eq!(numbers[..4], draw(child(domain, 11)));
-                    assert!(numbers[4..].iter().all(|&v| (0.0..1.0).contains(&v)) && numbers[4] != numbers[5]);
-                    let keyed = child(child(domain, 0x8000_0000), 12);
-                    assert_eq!(ray.keyed(12).draw(), draw(keyed));
-                    assert_eq!(ray.keyed(12).next_1d(), c.singles(x, y, index, child(keyed, 0))[0]);
+                let (ray, mut counted) = (path.ray(2), path.ray(2));
+                assert_eq!(ray.draw(), c.draw(x, y, index, child(parent, 2)));
+                assert_eq!([ray.draw_where(), ray.draw_light()].concat(), ray.draw());
+                for k in 0..5 {
+                    assert_eq!(ray.draw_1d(k), counted.next_1d());
+                    assert_eq!(ray.draw_2d(k), counted.next_2d());
+                    assert_eq!(ray.draw_4d(k), counted.next_4d());
+                    assert_eq!(ray.rng(2 * k).next_1d(), counted.next_rng().next_1d());
+                    let branch = counted.next_split(4).path(1);
+                    assert_eq!(ray.split(2 * k + 1, 4).path(1).ray(0).draw(), branch.ray(0).draw());
                 }
             }
         }
