@@ -5,38 +5,18 @@
 
 #define BN_SIMD_NAME "sse4.1"
 #define BN_SIMD_TABLE bn_simd_sse41
-typedef struct bn_halves {
-    __m128i a, b;
-} bn_halves, bn_i32x8, bn_i16x16;
+typedef __m128i bn_i32x4, bn_i16x8;
+#define i32x4_set _mm_set1_epi32
+#define i32x4_load(p) _mm_load_si128((const __m128i *)(const void *)(p))
+#define i32x4_load_any(p) _mm_loadu_si128((const __m128i *)(const void *)(p))
+#define i32x4_store(p, x) _mm_store_si128((__m128i *)(void *)(p), x)
+#define i16x8_set _mm_set1_epi16
+#define i16x8_load i32x4_load_any
+#define i16x8_store(p, x) _mm_storeu_si128((__m128i *)(void *)(p), x)
+#define i16x8_min _mm_min_epi16
+#define i16x8_max _mm_max_epi16
+#include "simd/vec_pairs.h"
 
-/* A function of two vectors from an instruction. */
-#define BN_BINARY(name, type, operation)                                                           \
-    static inline type name(type x, type y) {                                                      \
-        type r = {operation(x.a, y.a), operation(x.b, y.b)};                                       \
-        return r;                                                                                  \
-    }
-
-#define BN_I32_LANES 8
-typedef bn_halves bn_i32v;
-static inline bn_i32v i32_set(int32_t v) {
-    bn_i32v r = {_mm_set1_epi32(v), _mm_set1_epi32(v)};
-    return r;
-}
-static inline bn_i32v i32_load(const int32_t *p) {
-    bn_i32v r = {_mm_load_si128((const __m128i *)(const void *)(p)),
-                 _mm_load_si128((const __m128i *)(const void *)(p + 4))};
-    return r;
-}
-static inline bn_i32v i32_load_rows(const int32_t *p, ptrdiff_t step) {
-    bn_i32v r = {_mm_loadu_si128((const __m128i *)(const void *)(p)),
-                 _mm_loadu_si128((const __m128i *)(const void *)(p + 4))};
-    (void)step;
-    return r;
-}
-static inline void i32_store(int32_t *p, bn_i32v x) {
-    _mm_store_si128((__m128i *)(void *)(p), x.a);
-    _mm_store_si128((__m128i *)(void *)(p + 4), x.b);
-}
 BN_BINARY(i32_add, bn_i32v, _mm_add_epi32)
 BN_BINARY(i32_subtract, bn_i32v, _mm_sub_epi32)
 BN_BINARY(i32_and, bn_i32v, _mm_and_si128)
@@ -55,33 +35,11 @@ static inline uint32_t i32_equal_bits(bn_i32v x, bn_i32v y) {
     return low | high << 4;
 }
 
-static inline bn_i32x8 x8_zero(void) {
-    bn_i32x8 r = {_mm_setzero_si128(), _mm_setzero_si128()};
-    return r;
-}
 BN_BINARY(x8_subtract, bn_i32x8, _mm_sub_epi32)
 static inline int32_t x8_sum(bn_i32x8 x) {
     __m128i s = _mm_add_epi32(x.a, x.b);
     s = _mm_add_epi32(s, _mm_shuffle_epi32(s, 0x4e));
     return _mm_cvtsi128_si32(_mm_add_epi32(s, _mm_shuffle_epi32(s, 0xb1)));
-}
-static inline bn_i16x16 i16_set(int16_t v) {
-    bn_i16x16 r = {_mm_set1_epi16(v), _mm_set1_epi16(v)};
-    return r;
-}
-static inline bn_i16x16 i16_load(const int16_t *p) {
-    bn_i16x16 r = {_mm_loadu_si128((const __m128i *)(const void *)p),
-                   _mm_loadu_si128((const __m128i *)(const void *)(p + 8))};
-    return r;
-}
-static inline bn_i16x16 i16_clamp(bn_i16x16 x, bn_i16x16 low, bn_i16x16 high) {
-    bn_i16x16 r = {_mm_min_epi16(_mm_max_epi16(x.a, low.a), high.a),
-                   _mm_min_epi16(_mm_max_epi16(x.b, low.b), high.b)};
-    return r;
-}
-static inline void i16_store(int16_t *p, bn_i16x16 x) {
-    _mm_storeu_si128((__m128i *)(void *)p, x.a);
-    _mm_storeu_si128((__m128i *)(void *)(p + 8), x.b);
 }
 BN_BINARY(i16_add, bn_i16x16, _mm_add_epi16)
 BN_BINARY(i16_subtract_saturated, bn_i16x16, _mm_subs_epi16)
