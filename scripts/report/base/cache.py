@@ -53,5 +53,13 @@ class Store:
         with written_beside(self._path(key)) as beside:
             np.savez(beside, rows=json.dumps(rows), **arrays)
 
+    def get(self, key, make):
+        """What load() finds, or what make() returns, which is saved."""
+        found = self.load(key)
+        if not found:
+            found = make()
+            self.save(key, *found)
+        return found
+
     def drop(self, key):
         self._path(key).unlink(missing_ok=True)

@@ -13,10 +13,10 @@ import OpenEXR
 from .whole_files import write_text, written_beside
 
 
-def write_image(path, image):
+def write_image(path, image, **options):
     """Writes a Pillow image."""
     with written_beside(path) as beside:
-        image.save(beside)
+        image.save(beside, **options)
 
 
 def sha256_of(path):

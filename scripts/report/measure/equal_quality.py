@@ -63,12 +63,11 @@ def costs(program, store, views, labels, machine, builds, retime=False):
 
     key = {"costs": [view.key for view in views], "builds": [[builds.key(view, label) for label in labels] for view in views],
            "variants": [variants.key(label) for label in labels], "machine": machine, "settings": [COST_SPP, ROUNDS]}
-    found = None if retime else store.load(key)
-    if not found:
-        medians = _medians(ROUNDS, [(view, label) for view in views for label in labels], seconds)
-        found = [[view.scene, label, median] for (view, label), median in medians.items()], {}
-        store.save(key, *found)
-    return {(scene, label): cost for scene, label, cost in found[0]}
+    if retime:
+        store.drop(key)
+    rows, _ = store.get(key, lambda: ([[view.scene, label, median] for (view, label), median in _medians(
+        ROUNDS, [(view, label) for view in views for label in labels], seconds).items()], {}))
+    return {(scene, label): cost for scene, label, cost in rows}
 
 
 def sampling_shares(program, labels):

@@ -8,7 +8,6 @@ and with adaptive sampling, and measured against references. All is cached in ~/
 
 import argparse
 import dataclasses
-import hashlib
 import math
 import os
 import re
@@ -18,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.command import Parser
-from ..base.files import read_exr
+from ..base.files import read_exr, sha256_of
 from ..base.tables import md_table
 from ..measure.gains import bootstrap
 from ..renders.judge import Cells
@@ -178,7 +177,7 @@ class CyclesRun(other_renderer.OtherRun):
 
     def __init__(self, program, checkout, jobs):
         super().__init__(program, "cycles", jobs)
-        self.checkout, self.build = checkout, hashlib.sha256(Path(program).read_bytes()).hexdigest()
+        self.checkout, self.build = checkout, sha256_of(program)
 
     def key(self, task, reference):
         return {"scene": text(task.view.scene, self.checkout, integrator(task.sampler, task.told, task.seed, task.threshold)), "size": SIZE,

@@ -15,10 +15,9 @@ import numpy as np
 from ..base.cache import Store, cache_folder
 from ..base.command import command_shown, names_of
 from ..base.contact_sheet import before_and_after
-from ..base.files import read_exr, write_rows, write_text
+from ..base.files import read_exr, write_image, write_rows, write_text
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, update_table
-from ..base.whole_files import written_beside
 from ..measure import gains
 from ..measure.gains import Gains
 from ..measure.image_error import LUMINANCE, SIGMAS, blurred, displayed, displayed_rmse, rmse
@@ -116,18 +115,16 @@ class OtherRun(Run):
 
     def reference_of(self, view, spp):
         """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
-        key = self.reference_key(view, spp)
-        found = self.store.load(key)
-        if not found:
-            halves, seconds = [], 0.0
+        def halves():
+            pictures, seconds = [], 0.0
             with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
                 for half in range(2):
                     out = Path(folder) / "out.exr"
                     seconds += self.render(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half, out)
-                    halves.append(read_exr(out)[0])
-            found = [{"seconds": seconds}], {"halves": np.array(halves)}
-            self.store.save(key, *found)
-        (row,), arrays = found
+                    pictures.append(read_exr(out)[0])
+            return [{"seconds": seconds}], {"halves": np.array(pictures)}
+
+        (row,), arrays = self.store.get(self.reference_key(view, spp), halves)
         first, second = arrays["halves"]
         return Reference((first + second) / 2, {name: error / 2 for name, error in errors(first, second).items()}, spp, row["seconds"])
 
@@ -147,8 +144,7 @@ def write_picture(path, pictures, reference, part, sigma=2.1):
     errors = [displayed_rmse(picture, reference, sigma=sigma) for picture in pictures.values()]
     columns = {f"{name}\n{error / errors[-1]:.2f}": picture for (name, picture), error in zip(pictures.items(), errors)}
     figure = before_and_after({**columns, "reference\n0": reference}, part, lambda picture: blurred(displayed(picture), sigma))
-    with written_beside(path) as beside:
-        figure.save(beside, quality=95, subsampling=0)
+    write_image(path, figure, quality=95, subsampling=0)
 
 
 # ---- Options

@@ -8,16 +8,15 @@ sampler at 1 to 64 samples per pixel and several seeds, and measured against ref
 """
 
 import argparse
-import hashlib
 import tempfile
 from pathlib import Path
 
 from ..base.cache import cache_folder
 from ..base.command import Parser
-from ..base.files import read_exr
+from ..base.files import read_exr, sha256_of
 from ..measure import gains
 from ..measure.gains import BEST_PEER, row_of
-from ..renders.judge import Cells
+from ..renders.judge import Cells, pixels_key
 from ..renders.renderer import REFERENCE_SEED
 from . import builds, lux_scenes, other_renderer
 from .other_renderer import EXPOSED, HEADLINE, MEASURES, Task, name_of
@@ -60,28 +59,20 @@ class PbrtRun(other_renderer.OtherRun):
 
     def __init__(self, program, jobs):
         super().__init__(program, "pbrt", jobs)
-        self._sha256, self._builds = hashlib.sha256(Path(program).read_bytes()).hexdigest(), {}
+        self._sha256 = sha256_of(program)
 
     def build(self, label):
         """Identifies a sampler by the pixels of small pictures that it renders."""
-        if label not in self._builds:
-            key = {"probe": [label, LINES[label], [scene.text("") for scene in PROBES]], "program": self._sha256}
-            found = self.store.load(key)
-            if not found:
-                found = self._probe(label), {}
-                self.store.save(key, *found)
-            self._builds[label] = found[0]
-        return self._builds[label]
+        key = {"probe": [label, LINES[label], [scene.text("") for scene in PROBES]], "program": self._sha256}
+        return pixels_key(self.store, key, lambda: self._pictures(label))
 
-    def _probe(self, label):
-        digest = hashlib.sha256()
+    def _pictures(self, label):
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             out = Path(folder) / "probe.exr"
             for scene in PROBES:
                 for spp, bounds in ((1, (560, 720, 440, 584)), (3, (600, 640, 500, 540)), (64, (620, 640, 500, 518))):
                     render(self.program, scene, label, bounds, spp, 1, out)
-                    digest.update(read_exr(out)[0].tobytes())
-        return digest.hexdigest()
+                    yield read_exr(out)[0]
 
     def key(self, task, reference):
         return {"scene": SCENES[task.view.scene].text(SAMPLERS[task.label]), "bounds": task.view.bounds, "seed": task.seed,

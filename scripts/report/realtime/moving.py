@@ -18,10 +18,9 @@ from scipy import ndimage
 
 from ..base.cache import Store, cache_folder
 from ..base.command import CommandError, Parser
-from ..base.files import sha256_of
+from ..base.files import sha256_of, write_image
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, write_or_print
-from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed
 from ..renders import denoise as denoising
 from .realtime import MovedMask, code, read_pack
@@ -67,12 +66,9 @@ def references(scene):
     """{frame: picture}, kept in the cache while the program stays the same."""
     store = Store(cache_folder() / "references")
     key = {"moving": [scene, WIDTH, HEIGHT, PHASE, REFERENCE_SPP], "program": sha256_of(PROGRAM)}
-    found = store.load(key)
-    if not found:
-        each = frames(scene, "blue", "full", "pixel", REFERENCE_SEED, REFERENCE_SPP, FIRST, STEP)
-        found = [], {"frames": np.stack([frame[..., :3] for frame in each])}
-        store.save(key, *found)
-    return dict(zip(range(FIRST, 3 * PHASE, STEP), found[1]["frames"]))
+    _, found = store.get(key, lambda: ([], {"frames": np.stack([frame[..., :3] for frame in frames(
+        scene, "blue", "full", "pixel", REFERENCE_SEED, REFERENCE_SPP, FIRST, STEP)])}))
+    return dict(zip(range(FIRST, 3 * PHASE, STEP), found["frames"]))
 
 
 # ---- Accumulation
@@ -250,8 +246,7 @@ def animation(scene, columns, path, size=(200, 150), shown=range(8, 3 * PHASE)):
         for i, name in enumerate(columns):
             ImageDraw.Draw(image).text(((i + 0.5) * size[0], 10), name, "black", font, anchor="mm")
         pictures.append(image)
-    with written_beside(path) as beside:
-        pictures[0].save(beside, save_all=True, append_images=pictures[1:], duration=66, loop=0, quality=80, method=6)
+    write_image(path, pictures[0], save_all=True, append_images=pictures[1:], duration=66, loop=0, quality=80, method=6)
 
 
 # ---- The command

@@ -22,8 +22,7 @@ from ..measure import equal_quality, gains
 from ..measure.gains import BEST_PEER, Gains, gain_of
 from ..measure.image_error import displayed_rmse, relative_rmse, trimmed_relative_rmse
 from . import variants, views
-from .judge import Cells, Run, plan, render_references
-from .renderer import progressive
+from .judge import Cells, Run, Task, pictures_of, plan, render_references
 from .renders import REFERENCE_SPP
 
 # What the denoiser is given.
@@ -74,21 +73,20 @@ class Layers:
 
 def layers_of(program, view, sampler, seed, counts):
     """{count: Layers}."""
-    found = {}
-    for own in ([n] for n in counts) if sampler in variants.DECLARED else [counts]:
-        request = view.request(sampler, own[-1], seed)
-        seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
-        lamps = {spp: picture[..., :3] for spp, picture, _ in progressive(program, seen, own, 1, read_layers)}
-        found |= {spp: Layers(whole[..., :3], whole[..., 3:6], whole[..., 6:], lamps[spp])
-                  for spp, whole, _ in progressive(program, request, own, 1, read_layers)}
-    return found
+    seen, whole = ({spp: picture for spp, picture, _ in pictures_of(program, Task(own, sampler, seed, counts), read_layers)}
+                   for own in (primary(view), view))
+    return {spp: Layers(whole[spp][..., :3], whole[spp][..., 3:6], whole[spp][..., 6:], seen[spp][..., :3]) for spp in counts}
+
+
+def primary(view):
+    """The view without what lies behind the first surface."""
+    return dataclasses.replace(view, lights=(*view.lights, "--max-depth", "0"))
 
 
 def primary_rays(program, view, seed):
     """Layers from additional primary rays: directly visible light, albedo and normal."""
-    request = view.request(PRIMARY_SAMPLER, 1, PRIMARY_SEED + seed)
-    seen = dataclasses.replace(request, more=(*request.more, "--max-depth", "0"))
-    (_, picture, _), = progressive(program, seen, [PRIMARY_RAYS], 1, read_layers)
+    task = Task(primary(view), PRIMARY_SAMPLER, PRIMARY_SEED + seed, (PRIMARY_RAYS,))
+    (_, picture, _), = pictures_of(program, task, read_layers)
     return Layers(picture[..., :3], picture[..., 3:6], picture[..., 6:], picture[..., :3])
 
 

@@ -9,7 +9,6 @@ a change to one sampler renders only that sampler again.
 import dataclasses
 import hashlib
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -19,15 +18,7 @@ from ..base.files import read_exr, sha256_of, write_rows
 from ..base.progress import Progress, in_parallel
 from ..measure.image_error import LUMINANCE, MEASURES, all_errors, luminance_error, own_errors, radial_spectrum
 from . import variants
-from .renderer import (
-    REFERENCE_SEED,
-    RenderError,
-    Request,
-    files_beside,
-    make_reference,
-    progressive,
-    run_pathtracer,
-)
+from .renderer import REFERENCE_SEED, RenderError, Request, files_beside, make_reference, progressive
 from .views import View
 
 COUNTS, SEEDS = (1, 2, 3, 4, 6, 8, 16, 32, 64), 12
@@ -66,6 +57,17 @@ class Task:
         return self.view.pixels * (sum(self.counts) if self.label in variants.DECLARED else max(self.counts))
 
 
+def pixels_key(store, key, pictures):
+    """Identifies a build by the pixels of pictures(), once for each key."""
+    def digest():
+        found = hashlib.sha256()
+        for picture in pictures():
+            found.update(picture.tobytes())
+        return found.hexdigest(), {}
+
+    return store.get(key, digest)[0]
+
+
 class Builds:
     """Identifies the build of a sampler by the pixels of two small probe renders of a scene.
 
@@ -74,36 +76,21 @@ class Builds:
 
     def __init__(self, program, most_spp, store):
         self.program, self.most_spp, self.store = program, most_spp, store
-        self._found = {}
         try:
             self._program_sha256 = sha256_of(program)
         except OSError as error:
             raise RenderError(f"cannot read the path tracer {program} ({error.strerror}); build it with scripts/setup") from None
 
     def key(self, view, label):
-        at = (view.scene, label)
-        if at not in self._found:
-            key = {"probe": [view.scene, variants.key(label), self.most_spp], "program": self._program_sha256,
-                   "files": files_beside(view.scene)}
-            found = self.store.load(key)
-            if not found:
-                found = self._probe(view, label), {}
-                self.store.save(key, *found)
-            self._found[at] = found[0]["pixels"]
-        return self._found[at]
+        return pixels_key(self.store, {"pixels": [view.scene, variants.key(label), self.most_spp], "program": self._program_sha256,
+                                       "files": files_beside(view.scene)}, lambda: self._pictures(view, label))
 
-    def _probe(self, view, label):
+    def _pictures(self, view, label):
         counts = [n for n in COUNTS if n <= self.most_spp]
-        declared = counts if label in variants.DECLARED else [0]
-        requests = [Request(label, spp, 1, view.scene, *size, declared=n)
-                    for n in declared for spp, size in ((1, (160, 144)), (n or counts[-1], (20, 18)))]
-        digest = hashlib.sha256()
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            path = Path(folder) / "probe.exr"
-            for request in requests:
-                run_pathtracer(self.program, [*request.arguments(), "--quiet", "-o", path])
-                digest.update(read_exr(path)[0].tobytes())
-        return {"pixels": digest.hexdigest()}
+        for n in counts if label in variants.DECLARED else [0]:
+            for spp, size in (1, (160, 144)), (n or counts[-1], (20, 18)):
+                (_, picture, _), = progressive(self.program, Request(label, spp, 1, view.scene, *size, declared=n), [spp])
+                yield picture
 
 
 def seeds_up_to(most_spp, seeds=SEEDS):
@@ -138,10 +125,10 @@ def render_references(program, views, spp):
     return result
 
 
-def pictures_of(program, task):
+def pictures_of(program, task, read=read_exr):
     """Yields (spp, picture, attributes) for each sample count of a task."""
     for counts in ([n] for n in task.counts) if task.label in variants.DECLARED else [task.counts]:
-        yield from progressive(program, task.view.request(task.label, counts[-1], task.seed), counts, 1)
+        yield from progressive(program, task.view.request(task.label, counts[-1], task.seed), counts, 1, read)
 
 
 def measure(program, task, reference):

@@ -16,9 +16,9 @@ from PIL import Image
 from ..base import peers
 from ..base.command import Parser
 from ..base.contact_sheet import before_and_after, preview, sheet
+from ..base.files import write_image
 from ..base.plots import save, style
 from ..base.tables import md_table
-from ..base.whole_files import written_beside
 from ..measure.image_error import blurred, displayed, displayed_rmse
 from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, render_references
@@ -59,8 +59,7 @@ def draw_picture(options, others):
     figure = before_and_after({**columns, "reference\n0": reference}, (MARGIN, MARGIN, width, height),
                               lambda picture: blurred(displayed(picture), SIGMA),
                               lambda picture: GREY + AMPLIFIED * (blurred(displayed(picture), SIGMA) - soft))
-    with written_beside(options.out / "picture.png") as beside:
-        figure.save(beside, format="PNG", optimize=True)
+    write_image(options.out / "picture.png", figure, optimize=True)
     return relative
 
 
@@ -110,8 +109,7 @@ def draw_worst(options):
 
     places = {"median": WORST_OF // 2, "worst": -1}
     figure = sheet([[images(pairs[at][1]) for at in places.values()] for pairs in found.values()], list(found), list(places))
-    with written_beside(options.out / "report" / "worst.png") as beside:
-        figure.save(beside, format="PNG", optimize=True)
+    write_image(options.out / "report" / "worst.png", figure, optimize=True)
     return {label: [error for error, _ in pairs] for label, pairs in found.items()}
 
 

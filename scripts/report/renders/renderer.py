@@ -6,6 +6,7 @@ the same bits for one sample in every pixel, so that changes to other samplers d
 """
 
 import dataclasses
+import functools
 import hashlib
 import re
 import signal
@@ -98,26 +99,25 @@ def make_reference(program, request, report=lambda fraction: None):
     last_sample = dataclasses.replace(request, spp=1, first_sample=request.spp - 1)
     (_, probe, _), = progressive(program, last_sample, [1])
     key = {**request.key(), "program": hashlib.sha256(probe.tobytes()).hexdigest(), "parts": REFERENCE_PARTS}
-    found = store.load(key)
-    if not found:
-        parts, keys = [], [{**key, "part": i} for i in range(REFERENCE_PARTS)]
-        for i, own in enumerate(keys):
-            report(i / REFERENCE_PARTS)
-            part = store.load(own)
-            if not part:
-                (_, picture, attributes), = progressive(program, dataclasses.replace(request, spp=step, first_sample=i * step), [step])
-                part = {"seconds": attributes["seconds"]}, {"picture": picture}
-                store.save(own, *part)
-            parts.append(part)
-        pictures = [arrays["picture"] for _, arrays in parts]
-        first, second = (np.mean(half, 0, np.float64) for half in (pictures[:len(parts) // 2], pictures[len(parts) // 2:]))
-        means = [np.mean(picture @ LUMINANCE) for picture in pictures]
-        row = {"seconds": sum(row["seconds"] for row, _ in parts), "mean_error": float(np.std(means, ddof=1) / np.sqrt(len(means)))}
-        found = row, {"picture": np.float32((first + second) / 2), "first_half": np.float32(first)}
-        store.save(key, *found)
-        for own in keys:
-            store.drop(own)
-    return found[1]["picture"], found[1]["first_half"], found[0]
+    keys = [{**key, "part": i} for i in range(REFERENCE_PARTS)]
+
+    def part(i):
+        report(i / REFERENCE_PARTS)
+        (_, picture, attributes), = progressive(program, dataclasses.replace(request, spp=step, first_sample=i * step), [step])
+        return {"seconds": attributes["seconds"]}, {"picture": picture}
+
+    def whole():
+        rows, arrays = zip(*(store.get(own, functools.partial(part, i)) for i, own in enumerate(keys)))
+        pictures = [own["picture"] for own in arrays]
+        first, second = (np.mean(half, 0, np.float64) for half in (pictures[:len(keys) // 2], pictures[len(keys) // 2:]))
+        error = np.std([np.mean(picture @ LUMINANCE) for picture in pictures], ddof=1) / np.sqrt(len(keys))
+        return ({"seconds": sum(row["seconds"] for row in rows), "mean_error": float(error)},
+                {"picture": np.float32((first + second) / 2), "first_half": np.float32(first)})
+
+    row, arrays = store.get(key, whole)
+    for own in keys:
+        store.drop(own)
+    return arrays["picture"], arrays["first_half"], row
 
 
 def scene_label(scene):
