@@ -72,30 +72,14 @@ def test_merge_refuses_gaps(pathtracer):
     pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, *OUT, said=["samples 0 to 0 of pixel 20,0"])
 
 
-def test_a_damaged_part_is_refused_or_merged(pathtracer):
-    """Whatever bit of its header or its pixels has turned over: one line, or a picture."""
-    begun, rest = (pathtracer.render("--size", "8x8", "--spp", 1, "--first-sample", n) for n in (0, 1))
+def test_numbers_that_are_not_finite_or_negative(pathtracer):
+    begun = pathtracer.render("--size", "8x8", "--spp", 1)
     whole = begun.read_bytes()
-    rng = np.random.default_rng(2)
-    refused = 0
-    for i in range(60):
-        damaged = bytearray(whole)
-        damaged[rng.integers(8, 1800 if i % 3 else len(whole))] ^= 1 << rng.integers(8)
-        begun.write_bytes(damaged)
-        done = pathtracer.run(*(["--merge", begun, rest] if i % 2 else ["--resume", begun, "--spp", 2]), *OUT)
-        assert done.returncode in (0, 1), done.stderr
-        if done.returncode == 1:
-            refused += 1
-            assert done.stderr.startswith("pathtracer: ") and done.stderr.count("\n") == 1
-            assert not (pathtracer.folder / "out.exr").exists()
-        (pathtracer.folder / "out.exr").unlink(missing_ok=True)
-    assert refused > 20
-    for name in ("seconds", "samplingShare", "exposure"):
-        for value in (np.nan, np.inf, -1):
+    for name, *values in (("seconds", np.nan, np.inf, -1), ("samplingShare", np.nan, np.inf, -1), ("exposure", np.nan, np.inf)):
+        for value in values:
             at = whole.index(f"{name}\0float\0".encode()) + len(name) + 11
             begun.write_bytes(whole[:at] + np.float32(value).tobytes() + whole[at + 4:])
-            if (name, value) != ("exposure", -1):
-                pathtracer.failure("--merge", begun, *OUT, said=[name, begun.name])
+            pathtracer.failure("--merge", begun, *OUT, said=[name, begun.name])
 
 
 # Attributes in which parts of one picture may differ, and displayWindow, which is the size. Others are settings.

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import scene_files as files
 from PIL import Image
-from scene_files import DOWN, FOUR, LARGE_FOUR, QUAD, SIX, SMALL, SQUARE, Gltf, ball, encoded, floor, picture, textured_floor
+from scene_files import DOWN, FOUR, QUAD, SIX, SMALL, SQUARE, Gltf, ball, encoded, floor, picture, textured_floor
 
 BOUND = 0.75  # GiB of --max-memory; a run takes 0.03 without any of this
 OUT = [*SMALL, "--spp", 1, "-o", "out.exr"]
@@ -148,6 +148,24 @@ def many_buffers(folder):
     return [(["--scene", put(folder / "wrong.glb", g.glb())], "wrong.glb")]
 
 
+def buffer_apart(data=None):
+    """A floor whose buffer is a file of these bytes, or of none."""
+
+    def write(folder):
+        if data is not None:
+            put(folder / "apart.bin", data)
+        return [(["--scene", put(folder / "wrong.gltf", json.dumps(floor().document(uri="apart.bin")))], "wrong.gltf")]
+
+    return write
+
+
+def glb_lengths(file, first_chunk):
+    """What its header says of the whole and of its first chunk."""
+    data = bytearray(floor().glb())
+    data[8:16] = struct.pack("<II", len(data) + 1 if file is None else file, first_chunk)
+    return scene(bytes(data), "wrong.glb")
+
+
 def chunk(kind, body):
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
@@ -223,6 +241,8 @@ CASES = {
     "a cycle of nodes": (gltf(cycle), "twice"),
     "nodes with two parents": (gltf(two_parents), "twice"),
     "no triangles": (gltf(lambda g: g.json["scenes"][0].update(nodes=[])), "no triangles"),
+    "a missing buffer": (buffer_apart(), "apart.bin: there is no such file"),
+    "a buffer cut short": (buffer_apart(b"0"), "apart.bin"),
     "another version": (gltf(lambda g: g.json["asset"].update(version="1.0")), "version 2"),
     "an extension it requires": (
         gltf(lambda g: g.json.update(extensionsRequired=["KHR_draco_mesh_compression"])), "KHR_draco_mesh_compression"),
@@ -233,6 +253,11 @@ CASES = {
     "many materials": (scene('{"asset": {"version": "2.0"}, "materials": [' + "{}," * 300000 + "{}]}"), ""),
     "many values": (scene('{"asset": {"version": "2.0"}, "extras": [' + "0," * 2**22 + "0]}"), ""),
     # No glTF
+    "a missing file": (lambda folder: [(["--scene", "none.glb"], "none.glb")], "none.glb: there is no such file"),
+    **{f"a GLB of {file or 'more'} and {first} bytes": (glb_lengths(file, first), "cut short")
+       for file in (0, 12, 19, None) for first in (2**32 - 1, 2**31, 1000)},
+    "a GLB cut short": (scene(textured_floor(files.LARGE_FOUR).glb()[:900], "wrong.glb"), "cut short"),
+    "a glTF cut short": (scene(floor().gltf()[:300]), "not valid glTF"),
     "an empty file": (scene("", "wrong.glb"), ""),
     "text": (scene("no glTF"), ""),
     "a list": (scene("[1, 2]"), ""),
@@ -293,27 +318,6 @@ def test_a_wrong_file_is_refused_with_one_line(pathtracer, what, monkeypatch):
         refused(pathtracer, *arguments, words=words, name=name)
 
 
-def test_a_missing_buffer_and_files_that_are_none(pathtracer):
-    g = floor()
-    path = put(pathtracer.folder / "apart.gltf", json.dumps(g.document(uri="apart.bin")))
-    refused(pathtracer, "--scene", path, words="apart.bin")
-    put(pathtracer.folder / "apart.bin", bytes(g.bytes)[:-1])
-    refused(pathtracer, "--scene", path, words="apart.bin")
-    refused(pathtracer, "--scene", "none.glb", words="none.glb: there is no such file")
-
-
-def test_a_file_cut_short_anywhere_is_refused(pathtracer):
-    g = textured_floor(LARGE_FOUR)
-    for name, whole, count in (("short.glb", g.glb(), 15), ("short.gltf", g.gltf(), 8)):
-        for length in np.linspace(0, len(whole) - 1, count, dtype=int):
-            refused(pathtracer, "--scene", put(pathtracer.folder / name, whole[:length]), name=name)
-    whole = bytearray(floor().glb())
-    for length in (0, 12, 19, len(whole) + 1):
-        for size in (2**32 - 1, 2**31, 1000):  # of the first chunk
-            whole[8:12], whole[12:16] = struct.pack("<I", length), struct.pack("<I", size)
-            refused(pathtracer, "--scene", put(pathtracer.folder / "short.glb", bytes(whole)), words="cut short")
-
-
 # ---- What is read still
 
 
@@ -330,20 +334,15 @@ def test_a_long_chain_of_nodes_is_no_trouble(pathtracer):
     np.testing.assert_allclose(picture(pathtracer, g, "--spp", 1, "--max-depth", 1), 0.5, rtol=1e-3)
 
 
-def with_picture(pathtracer, data):
-    g = textured_floor()
-    g.json["images"][0]["bufferView"] = g.view(data)
-    return g.save(pathtracer.folder / "a.glb")
-
-
 @pytest.mark.parametrize("progressive", [False, True])
 def test_jpeg_that_is_cut_short(pathtracer, progressive):
     """What is there is shown, and a line says so, unless the cut makes it no JPEG at all."""
     pixels = np.random.default_rng(1).integers(256, size=(64, 64, 3), dtype=np.uint8)
     whole = jpeg(pixels, quality=95, progressive=progressive)
-    assert run(pathtracer, "--scene", with_picture(pathtracer, whole), code=0)[1] == ""
+    scene_of = lambda data: texture(data)(pathtracer.folder)[0][0]
+    assert run(pathtracer, *scene_of(whole), code=0)[1] == ""
     for size in range(len(whole) // 2, len(whole), len(whole) // 9):
-        done = pathtracer.run("--scene", with_picture(pathtracer, whole[:size]), *OUT)
+        done = pathtracer.run(*scene_of(whole[:size]), *OUT)
         said = "image 0 is cut short" if done.returncode == 0 else "image 0: is damaged"
         assert done.stderr.count("\n") == 1 and said in done.stderr, done.stderr
     put(pathtracer.folder / "half.jpg", whole[:-100])

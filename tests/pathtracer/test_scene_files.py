@@ -8,7 +8,7 @@ fixed; the false-alarm rate of the statistical tests, had seeds been drawn anew,
 import numpy as np
 import pytest
 from pathtracer_driver import assert_equal_means, part_means
-from scene_files import DOWN, QUAD, SIX, SMALL, Gltf, ball, cornell, floor, over_floor, picture
+from scene_files import COMPONENT_TYPES, DOWN, QUAD, SIX, SMALL, Gltf, ball, cornell, floor, over_floor, picture
 
 # ---- The same scene said in other ways
 
@@ -90,6 +90,8 @@ def test_ways_to_store_a_mesh(pathtracer, way):
     def scene(way):
         g = Gltf()
         material = g.material((0.25, 0.5, 0.75))  # the back is not seen
+        # Rows of so many numbers, the place of the first of them, what they are multiplied by
+        rows = {"strided": (np.float32, 5, 1, 1), "quantised": (np.int8, 4, 0, 1), "normalized": (np.int16, 4, 0, 32767)}
         positions, indices, mode = QUAD, SIX, None
         if way in ("uint8", "uint32"):
             indices = SIX.astype(way)
@@ -103,23 +105,16 @@ def test_ways_to_store_a_mesh(pathtracer, way):
             g.accessor(QUAD * np.float32([1, 1, 0]))
             positions = g.accessor(np.zeros((4, 3), np.float32))
             del g.json["accessors"][positions]["bufferView"]
-            indices_view = g.view(np.arange(4, dtype=np.uint8).tobytes())
-            g.json["accessors"][positions]["sparse"] = {
-                "count": 4,
-                "indices": {"bufferView": indices_view, "componentType": 5121},
-                "values": {"bufferView": g.view(QUAD.tobytes())},
-            }
-        elif way == "strided":
-            rows = np.full((4, 5), 99, np.float32)
-            rows[:, 1:4] = QUAD
-            view = g.view(rows.tobytes(), byteStride=20)
-            positions = g.add("accessors", bufferView=view, byteOffset=4, componentType=5126, count=4, type="VEC3")
-        elif way in ("quantised", "normalized"):
-            padded = np.zeros((4, 4), np.int8 if way == "quantised" else np.int16)
-            padded[:, :3] = QUAD * (1 if way == "quantised" else 32767)
-            kind = {"componentType": 5120} if way == "quantised" else {"componentType": 5122, "normalized": True}
-            view = g.view(padded.tobytes(), byteStride=4 * padded.itemsize)
-            positions = g.add("accessors", bufferView=view, count=4, type="VEC3", **kind)
+            changed = {"bufferView": g.view(bytes(range(4))), "componentType": 5121}
+            values = {"bufferView": g.view(QUAD.tobytes())}
+            g.json["accessors"][positions]["sparse"] = {"count": 4, "indices": changed, "values": values}
+        elif way in rows:
+            kind, width, first, scale = rows[way]
+            stored = np.full((4, width), 99, kind)
+            stored[:, first:first + 3] = QUAD * scale
+            positions = g.add("accessors", bufferView=g.view(stored.tobytes(), byteStride=stored.strides[0]), count=4, type="VEC3",
+                              byteOffset=first * stored.itemsize, componentType=COMPONENT_TYPES[stored.dtype.name],
+                              normalized=way == "normalized")
         g.node(mesh=g.mesh(positions, indices, material, mode))
         g.light("directional", 2, rotation=DOWN)
         return over_floor(g, 4, 0.9)

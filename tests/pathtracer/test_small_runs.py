@@ -10,14 +10,10 @@ from scene_files import DOWN, FOUR, SQUARE, ball, textured_floor, write_environm
 TINY = ["--size", "20x18", "--spp", 2, "--threads", 3]
 
 
-@pytest.mark.parametrize("scene", SCENES)
-def test_built_in_scenes(pathtracer, scene):
-    pathtracer.render(*TINY, "--scene", scene, "--light-samples", 2)
-
-
-@pytest.mark.parametrize("sampler", SAMPLERS)
-def test_samplers(pathtracer, sampler):
-    pathtracer.render(*TINY, "--sampler", sampler)
+@pytest.mark.parametrize("options", [*(["--scene", name, "--light-samples", 2] for name in SCENES),
+                                     *(["--sampler", name] for name in SAMPLERS)])
+def test_scenes_and_samplers(pathtracer, options):
+    pathtracer.render(*TINY, *options)
 
 
 def everything_of_gltf():
