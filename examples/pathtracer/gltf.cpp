@@ -99,20 +99,18 @@ tinygltf::Model load(const std::vector<unsigned char> &bytes, SceneFolder &scene
                            nullptr, &access});
     const std::string folder; // empty: names get no prefix
     std::string error, warning;
+    const auto size = static_cast<unsigned>(bytes.size());
+    const char *const text = reinterpret_cast<const char *>(bytes.data());
+    const bool binary = size >= 4 && std::memcmp(text, "glTF", 4) == 0;
+    if (binary)
+        check_chunks(bytes);
+    else
+        check_nesting(text, size);
     bool good = false;
     try {
-        const auto size = static_cast<unsigned>(bytes.size());
-        if (size >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0) {
-            check_chunks(bytes);
-            good =
-                reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, folder);
-        } else {
-            const char *text = reinterpret_cast<const char *>(bytes.data());
-            check_nesting(text, bytes.size());
-            good = reader.LoadASCIIFromString(&model, &error, &warning, text, size, folder);
-        }
-    } catch (const Error &) {
-        throw;
+        good = binary ? reader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size,
+                                                    folder)
+                      : reader.LoadASCIIFromString(&model, &error, &warning, text, size, folder);
     } catch (const std::bad_alloc &) {
         throw;
     } catch (const std::exception &problem) {

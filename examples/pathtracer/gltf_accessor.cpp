@@ -28,10 +28,6 @@ auto with_number_type(int type, const Visit &visit) {
     }
 }
 
-size_t component_size(int type) {
-    return with_number_type(type, [](auto number) { return sizeof number; });
-}
-
 float component_at(const unsigned char *data, int type, bool normalized) {
     return with_number_type(type, [&](auto number) {
         using Number = decltype(number);
@@ -73,7 +69,9 @@ const tinygltf::Accessor &checked(const tinygltf::Model &model, int index, const
 
 std::vector<uint32_t> indices_at(const tinygltf::Model &model, int view, size_t offset,
                                  size_t count, int type, size_t limit, const char *what) {
-    const GltfBytes bytes = elements(model, view, offset, count, component_size(type), what);
+    const GltfBytes bytes =
+        elements(model, view, offset, count,
+                 tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(type)), what);
     std::vector<uint32_t> values(count);
     for (size_t i = 0; i < count; ++i) {
         values[i] = with_number_type(type, [&](auto number) {
@@ -108,7 +106,8 @@ std::vector<float> gltf_floats(const tinygltf::Model &model, int index, int comp
     if (gltf_components(model, index) != components)
         throw Error(what, " have the wrong number of components");
     const auto width = static_cast<size_t>(components);
-    const size_t size = component_size(accessor.componentType);
+    const auto type = static_cast<uint32_t>(accessor.componentType);
+    const size_t size = tinygltf::GetComponentSizeInBytes(type);
     std::vector<float> values;
     const auto read = [&](int view, size_t offset, size_t count, const auto &place) {
         const GltfBytes from = elements(model, view, offset, count, width * size, what);

@@ -123,31 +123,22 @@ fs::path SceneFolder::resolve(const std::string &name) const {
     return path;
 }
 
-fs::path SceneFolder::listed(const fs::path &path) const {
-    return scene_.parent_path() / path.lexically_relative(folder_);
-}
-
-std::vector<unsigned char> SceneFolder::read_scene() {
-    std::vector<unsigned char> bytes = read_file(scene_);
-    if (record_) record_->add(scene_, bytes);
-    return bytes;
-}
-
 std::optional<std::vector<unsigned char>> SceneFolder::find(const std::string &name) {
     const fs::path path = resolve(name);
     std::error_code error;
     if (!fs::exists(path, error)) return {};
-    return load(path);
+    return load(path, listed(path));
 }
 
-std::vector<unsigned char> SceneFolder::load(const fs::path &path) {
+std::vector<unsigned char> SceneFolder::load(const fs::path &path, const fs::path &name) {
     std::vector<unsigned char> bytes = read_file(path);
-    if (record_) record_->add(listed(path), bytes);
+    if (record_) record_->add(name, bytes);
     return bytes;
 }
 
 std::vector<unsigned char> SceneFolder::read(const std::string &name) {
-    return load(resolve(name));
+    const fs::path path = resolve(name);
+    return load(path, listed(path));
 }
 
 void InputRecord::add(const fs::path &path, const std::vector<unsigned char> &bytes) {

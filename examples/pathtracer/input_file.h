@@ -56,7 +56,7 @@ class SceneFolder {
                 InputRecord *record = nullptr);
 
     // The bytes of the scene file. Throws Error.
-    std::vector<unsigned char> read_scene();
+    std::vector<unsigned char> read_scene() { return load(scene_, scene_); }
 
     // The path a name leads to, all links followed, whether or not a file is there. Throws Error if
     // it is outside the folder.
@@ -67,9 +67,13 @@ class SceneFolder {
     std::vector<unsigned char> read(const std::string &name);
 
   private:
-    std::vector<unsigned char> load(const std::filesystem::path &path);
-    // The name of a file in the record: as the scene's own path is written.
-    std::filesystem::path listed(const std::filesystem::path &path) const;
+    // Reads a file, which has this name in the record.
+    std::vector<unsigned char> load(const std::filesystem::path &path,
+                                    const std::filesystem::path &name);
+    // As the scene's own path is written.
+    std::filesystem::path listed(const std::filesystem::path &path) const {
+        return scene_.parent_path() / path.lexically_relative(folder_);
+    }
 
     std::filesystem::path scene_, folder_;
     bool allow_outside_;

@@ -42,23 +42,13 @@ constexpr unsigned SEES_FRONTS = 1;
 // traces one ray at a time, so N is 1.
 void pass_through(const RTCFilterFunctionNArguments *query) {
     const auto &scene = *static_cast<const Scene *>(query->geometryUserPtr);
-    const uint32_t triangle = RTCHitN_primID(query->hit, query->N, 0);
-    if (RTCRayN_id(query->ray, query->N, 0) == SEES_FRONTS &&
-        material_of(scene, triangle).single_sided) {
-        const Vec3 normal = {RTCHitN_Ng_x(query->hit, query->N, 0),
-                             RTCHitN_Ng_y(query->hit, query->N, 0),
-                             RTCHitN_Ng_z(query->hit, query->N, 0)};
-        const Vec3 direction = {RTCRayN_dir_x(query->ray, query->N, 0),
-                                RTCRayN_dir_y(query->ray, query->N, 0),
-                                RTCRayN_dir_z(query->ray, query->N, 0)};
-        if (dot(normal, direction) > 0) {
-            query->valid[0] = 0;
-            return;
-        }
-    }
-    if (!scene.has_cut_outs) return;
-    const float u = RTCHitN_u(query->hit, query->N, 0), v = RTCHitN_v(query->hit, query->N, 0);
-    if (query->valid[0] != 0 && is_cut_out(scene, {triangle, u, v})) query->valid[0] = 0;
+    const RTCHit hit = rtcGetHitFromHitN(query->hit, query->N, 0);
+    const RTCRay ray = rtcGetRayFromRayN(query->ray, query->N, 0);
+    const Vec3 normal = {hit.Ng_x, hit.Ng_y, hit.Ng_z};
+    const bool unseen = ray.id == SEES_FRONTS && material_of(scene, hit.primID).single_sided &&
+                        dot(normal, {ray.dir_x, ray.dir_y, ray.dir_z}) > 0;
+    if (unseen || (scene.has_cut_outs && is_cut_out(scene, {hit.primID, hit.u, hit.v})))
+        query->valid[0] = 0;
 }
 
 RTCRay make_ray(Vec3 from, Vec3 by, float far, float time) {

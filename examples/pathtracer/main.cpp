@@ -89,15 +89,11 @@ void record_others(const Options &options, InputRecord &record) {
 
 // The options that affect the scene. Reads the environment.
 SceneOptions scene_options(const Options &options, InputRecord *record = nullptr) {
-    SceneOptions result;
-    result.record = record;
-    result.camera = options.camera;
+    std::shared_ptr<const Environment> environment;
     if (!options.environment.empty())
-        result.environment = std::make_shared<Environment>(environment_read(options.environment));
-    result.single_scatter = options.single_scatter;
-    result.photometric = options.photometric;
-    result.allow_outside = options.allow_outside;
-    return result;
+        environment = std::make_shared<Environment>(environment_read(options.environment));
+    return {options.camera,        environment,         options.single_scatter,
+            options.allow_outside, options.photometric, record};
 }
 
 Scene load_scene(const Options &options, InputRecord &record) {
@@ -310,10 +306,6 @@ void print_entries(const char *what, const std::vector<Entry> &entries) {
         std::printf("  %-*s %s\n", static_cast<int>(width), entry.name, entry.summary);
 }
 
-void print_cameras(const Options &options) {
-    std::fputs(camera_list(scene_build(options.scene, scene_options(options))).c_str(), stdout);
-}
-
 } // namespace
 
 int main(int argc, char **argv) {
@@ -332,7 +324,8 @@ int main(int argc, char **argv) {
             print_entries("scenes", scene_entries());
             print_entries("samplers", sampler_entries());
         } else if (options.list_cameras) {
-            print_cameras(options);
+            const Scene scene = scene_build(options.scene, scene_options(options));
+            std::fputs(camera_list(scene).c_str(), stdout);
         } else if (options.list_inputs) {
             std::fputs(input_list(options).c_str(), stdout);
         } else if (!options.merge.empty()) {

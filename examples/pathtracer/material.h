@@ -70,10 +70,10 @@ inline bool material_is_smooth(const Material &m) {
 }
 
 struct MaterialSample {
-    Vec3 wi;
-    Vec3 weight; // eval / pdf
-    float pdf;   // 0: no direction found; the path ends
-    bool smooth; // pdf is a probability; no other technique finds this direction
+    Vec3 wi = {0, 0, 1};
+    Vec3 weight = {0, 0, 0}; // eval / pdf
+    float pdf = 0;           // 0: no direction found; the path ends
+    bool smooth = false;     // pdf is a probability; no other technique finds this direction
 };
 
 // The BSDF times the cosine of `wi`, and the density with which material_sample chooses `wi`.

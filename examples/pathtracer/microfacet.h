@@ -119,9 +119,3 @@ struct ConductorRow {
     }
     float mean(const EnergyTable &of) const { return glm::mix(of[row], of[row + 1], t); }
 };
-
-// ---- mixture.cpp: the metallic-roughness material of glTF. Directions are as in material.h, above the
-// surface.
-
-MaterialValue mixture_value(const Material &material, Vec3 wo, Vec3 wi);
-MaterialSample mixture_sample(const Material &material, Vec3 wo, Vec2 u);

@@ -314,14 +314,6 @@ DraftVertex vertex_of(const tinyobj::attrib_t &a, const tinyobj::index_t &index)
     return v;
 }
 
-// The material of faces without one: grey.
-tinyobj::material_t standard_material() {
-    tinyobj::material_t material{};
-    for (double &c : material.diffuse) c = 0.6;
-    material.dissolve = 1;
-    return material;
-}
-
 // Calls material(number in the file, or -1) for each face, and vertex(index) for each of its corners.
 template <typename MaterialOf, typename VertexOf>
 void add_faces(const tinyobj::mesh_t &mesh, MaterialOf material_of, VertexOf vertex,
@@ -363,10 +355,16 @@ SceneDraft obj_read(SceneFolder &folder) {
     std::vector<uint32_t> materials;
     for (const tinyobj::material_t &source : file.materials)
         materials.push_back(reader.material(source));
-    std::optional<uint32_t> standard; // made on first use
+    std::optional<uint32_t> standard; // of faces without one: grey, made on first use
     const auto material_of = [&](int number) {
         if (number >= 0) return materials[checked(number, materials.size(), "material")];
-        if (!standard) standard = reader.material(standard_material());
+        if (!standard) {
+            Material grey;
+            grey.albedo = Vec3(0.6f);
+            SurfaceMaps maps;
+            maps.vertex_colours = reader.vertex_colours;
+            standard = draft_add_material(draft, grey, {}, maps);
+        }
         return *standard;
     };
     // Corners with the same indices become one vertex.

@@ -16,12 +16,11 @@ uint32_t add_material(Scene &scene, Material::Kind kind, Vec3 albedo, float roug
     return static_cast<uint32_t>(scene.materials.size() - 1);
 }
 
-uint32_t add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
+void add_vertex(Scene &scene, Vec3 position, Vec3 normal) {
     // Zero marks earlier vertices as having no normal.
     scene.normals.resize(scene.vertices.size(), {0, 0, 0});
     scene.vertices.push_back(position);
     scene.normals.push_back(normal);
-    return static_cast<uint32_t>(scene.vertices.size() - 1);
 }
 
 void add_triangle(Scene &scene, Surface surface, uint32_t a, uint32_t b, uint32_t c) {
@@ -95,16 +94,15 @@ void add_box(Scene &scene, uint32_t material, Vec3 middle, Vec3 half) {
 
 void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int around) {
     const int rings = around / 2;
-    const auto at = [&](int ring, int column) {
-        const float theta = PI * static_cast<float>(ring) / static_cast<float>(rings);
-        const float phi = 2 * PI * static_cast<float>(column) / static_cast<float>(around);
-        const Vec3 n = {std::sin(theta) * std::cos(phi), std::cos(theta),
-                        std::sin(theta) * std::sin(phi)};
-        return add_vertex(scene, middle + radius * n, n);
-    };
     const auto top = static_cast<uint32_t>(scene.vertices.size());
     for (int ring = 0; ring <= rings; ++ring)
-        for (int column = 0; column < around; ++column) at(ring, column);
+        for (int column = 0; column < around; ++column) {
+            const float theta = PI * static_cast<float>(ring) / static_cast<float>(rings);
+            const float phi = 2 * PI * static_cast<float>(column) / static_cast<float>(around);
+            const Vec3 n = {std::sin(theta) * std::cos(phi), std::cos(theta),
+                            std::sin(theta) * std::sin(phi)};
+            add_vertex(scene, middle + radius * n, n);
+        }
     const auto index = [&](int ring, int column) {
         return top + static_cast<uint32_t>(ring * around + column % around);
     };

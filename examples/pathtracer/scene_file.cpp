@@ -63,8 +63,6 @@ bool make_area_lights(SceneDraft &draft) {
 // centre of their bounds is subtracted first, so float keeps the digits that matter. Returns the
 // centre; subtract it from cameras and lights too.
 Point3d recentre(const std::vector<Point3d> &points, std::vector<Vec3> &vertices) {
-    vertices.clear();
-    if (points.empty()) return {0, 0, 0};
     Point3d low = points[0], high = points[0];
     for (const Point3d p : points) {
         low = min(low, p);
