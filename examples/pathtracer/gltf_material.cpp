@@ -150,23 +150,20 @@ struct MaterialReader {
         TextureUse use;
         if (info.index < 0) return use;
         const tinygltf::ExtensionMap &extensions = info.extensions;
-        int set = info.texCoord;
         const char *const transform = "KHR_texture_transform";
-        if (extensions.count(transform) > 0) {
-            const auto pair = [&](const char *name, int i, double otherwise) {
-                const tinygltf::Value *v = member(extensions, transform, name);
-                if (!v || !v->IsArray() || v->ArrayLen() != 2 || !v->Get(i).IsNumber())
-                    return otherwise;
-                return v->Get(i).GetNumberAsDouble();
-            };
-            const double turn = gltf_number(extensions, transform, "rotation", 0);
-            const double sine = std::sin(turn), cosine = std::cos(turn);
-            const double sx = pair("scale", 0, 1), sy = pair("scale", 1, 1);
-            use.transform = glm::mat3x2(cosine * sx, -sine * sx, sine * sy, cosine * sy,
-                                        pair("offset", 0, 0), pair("offset", 1, 0));
-            set = static_cast<int>(gltf_number(extensions, transform, "texCoord", set));
-        }
-        if (set < 0 || set > 1) {
+        const auto pair = [&](const char *name, int i, double otherwise) {
+            const tinygltf::Value *v = member(extensions, transform, name);
+            if (!v || !v->IsArray() || v->ArrayLen() != 2 || !v->Get(i).IsNumber())
+                return otherwise;
+            return v->Get(i).GetNumberAsDouble();
+        };
+        const double turn = gltf_number(extensions, transform, "rotation", 0);
+        const double sine = std::sin(turn), cosine = std::cos(turn);
+        const double sx = pair("scale", 0, 1), sy = pair("scale", 1, 1);
+        use.transform = glm::mat3x2(cosine * sx, -sine * sx, sine * sy, cosine * sy,
+                                    pair("offset", 0, 0), pair("offset", 1, 0));
+        const double set = gltf_number(extensions, transform, "texCoord", info.texCoord);
+        if (!(set >= 0 && set <= 1)) {
             draft.ignored.insert("textures on a third set of coordinates");
             return use;
         }

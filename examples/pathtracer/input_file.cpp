@@ -55,10 +55,9 @@ std::string escaped(const std::string &name) {
     std::string result;
     for (size_t i = 0; i < name.size(); ++i) {
         char code[8];
-        if (name[i] == '\\') {
-            result += "\\\\";
-        } else if (name[i] == '\n' || name[i] == '\r') {
-            result += name[i] == '\n' ? "\\n" : "\\r";
+        const size_t known = std::string_view("\\\n\r").find(name[i]);
+        if (known != std::string::npos) {
+            result += {'\\', "\\nr"[known]};
         } else if (clean[i] != name[i] || (!plain && (name[i] & 0x80) != 0)) {
             std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(name[i]));
             result += code;

@@ -14,6 +14,7 @@ from PIL import Image
 COMPONENT_TYPES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
 QUAD = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], np.float32)  # faces up
 QUAD_COORDINATES = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)  # seen from above the picture is upright
+SIX = np.array([0, 1, 2, 0, 2, 3], np.uint16)  # its two triangles
 DOWN = [-np.sqrt(0.5), 0, 0, np.sqrt(0.5)]  # the rotation of a node that makes cameras and lights look down
 
 
@@ -42,14 +43,11 @@ class Gltf:
         self.bytes += data
         return self.add("bufferViews", buffer=0, byteOffset=offset, byteLength=len(data), **properties)
 
-    def accessor(self, values, **properties):
+    def accessor(self, values):
         values = np.ascontiguousarray(values)
         kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
-        view = self.view(values.tobytes())
-        return self.add(
-            "accessors",
-            **{"bufferView": view, "componentType": COMPONENT_TYPES[str(values.dtype)], "count": len(values), "type": kind, **properties},
-        )
+        return self.add("accessors", bufferView=self.view(values.tobytes()), componentType=COMPONENT_TYPES[values.dtype.name],
+                        count=len(values), type=kind)
 
     def material(self, colour=(0.5, 0.5, 0.5), **properties):
         """A diffuse material, but for what is given."""
@@ -58,18 +56,18 @@ class Gltf:
         extensions = {"KHR_materials_specular": {"specularFactor": 0}, **properties.pop("extensions", {})}
         return self.add("materials", pbrMetallicRoughness=pbr, extensions=extensions, **properties)
 
+    def glow(self, radiance, strength):
+        """Properties of a material that emits, by a factor of at most 1 and a strength."""
+        self.use("KHR_materials_emissive_strength")
+        extensions = {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}
+        return {"emissiveFactor": [float(c) / strength for c in radiance], "extensions": extensions}
+
     def mesh(self, positions, indices=None, material=None, mode=None, **attributes):
         """Attributes are arrays; positions and indices arrays or numbers of accessors."""
-        number = lambda a: a if isinstance(a, int) else self.accessor(a)
-        primitive = {"attributes": {"POSITION": number(positions)}}
-        primitive["attributes"].update({name: number(values) for name, values in attributes.items()})
-        if indices is not None:
-            primitive["indices"] = number(indices)
-        if material is not None:
-            primitive["material"] = material
-        if mode is not None:
-            primitive["mode"] = mode
-        return self.add("meshes", primitives=[primitive])
+        number = lambda a: self.accessor(a) if isinstance(a, np.ndarray) else a
+        attributes = {name: number(values) for name, values in {"POSITION": positions, **attributes}.items()}
+        primitive = {"attributes": attributes, "indices": number(indices), "material": material, "mode": mode}
+        return self.add("meshes", primitives=[{name: value for name, value in primitive.items() if value is not None}])
 
     def node(self, root=True, **properties):
         number = self.add("nodes", **properties)
@@ -80,9 +78,8 @@ class Gltf:
     def quads(self, quads, material, **node):
         """Quadrilaterals of four corners each, as one mesh of one node."""
         corners = np.asarray(quads, np.float32).reshape(-1, 3)
-        first = 4 * np.arange(len(corners) // 4, dtype=np.uint16)[:, None]
-        indices = (first + np.array([0, 1, 2, 0, 2, 3], np.uint16)).ravel()
-        return self.node(mesh=self.mesh(corners, indices, material), **node)
+        indices = 4 * np.arange(len(corners) // 4, dtype=np.uint16)[:, None] + SIX
+        return self.node(mesh=self.mesh(corners, indices.ravel(), material), **node)
 
     def camera(self, yfov=0.6, **node):
         camera = self.add("cameras", type="perspective", perspective={"yfov": yfov, "znear": 0.01})
@@ -153,20 +150,13 @@ def block(height, corners):
 
 
 CORNELL = {  # name: (colour, emission, quadrilaterals)
-    "white": (
-        (0.725, 0.71, 0.68),
-        None,
-        [
-            ceiling(0, 556, 0, 227),
-            ceiling(0, 556, 332, BACK),
-            ceiling(0, 213, 227, 332),
-            ceiling(343, 556, 227, 332),
-            [[552.8, 0, 0], [0, 0, 0], [0, 0, BACK], [549.6, 0, BACK]],
-            [[549.6, 0, BACK], [0, 0, BACK], [0, TOP, BACK], [556, TOP, BACK]],
-            *block(165, [[130, 65], [82, 225], [240, 272], [290, 114]]),
-            *block(330, [[423, 247], [265, 296], [314, 456], [472, 406]]),
-        ],
-    ),
+    "white": ((0.725, 0.71, 0.68), None, [
+        ceiling(0, 556, 0, 227), ceiling(0, 556, 332, BACK), ceiling(0, 213, 227, 332), ceiling(343, 556, 227, 332),
+        [[552.8, 0, 0], [0, 0, 0], [0, 0, BACK], [549.6, 0, BACK]],
+        [[549.6, 0, BACK], [0, 0, BACK], [0, TOP, BACK], [556, TOP, BACK]],
+        *block(165, [[130, 65], [82, 225], [240, 272], [290, 114]]),
+        *block(330, [[423, 247], [265, 296], [314, 456], [472, 406]]),
+    ]),
     "red": ((0.63, 0.065, 0.05), None, [[[552.8, 0, 0], [549.6, 0, BACK], [556, TOP, BACK], [556, TOP, 0]]]),
     "green": ((0.14, 0.45, 0.091), None, [[[0, 0, BACK], [0, 0, 0], [0, TOP, 0], [0, TOP, BACK]]]),
     "lamp": ((0.78, 0.78, 0.78), (17, 12, 4), [ceiling(213, 343, 227, 332)]),
@@ -175,27 +165,18 @@ CORNELL_CAMERA = {"translation": [278, 273, -800], "rotation": [0, 1, 0, 0]}
 CORNELL_ANGLE = 2 * np.arctan(0.5 * 0.025 / 0.035)
 
 
-def cornell(scale=1.0, shift=(0.0, 0.0, 0.0), camera=True):
-    """The box as a glTF; its root is scaled, by one factor or three, then moved."""
+def cornell(scale=1.0, shift=(0.0, 0.0, 0.0)):
+    """The box as a glTF; its root is scaled, then moved."""
     g = Gltf()
-    g.use("KHR_materials_emissive_strength")
     for colour, emission, quads in CORNELL.values():
-        glow = {}
-        if emission:
-            strength = {"KHR_materials_emissive_strength": {"emissiveStrength": max(emission)}}
-            glow = {"emissiveFactor": [e / max(emission) for e in emission], "extensions": strength}
-        g.quads(quads, g.material(colour, **glow))
-    if camera:
-        g.camera(CORNELL_ANGLE, **CORNELL_CAMERA)
-    children = g.json["scenes"][0]["nodes"]
-    place = {"scale": [float(s) for s in np.broadcast_to(scale, 3)], "translation": [float(s) for s in shift]}
-    root = g.node(root=False, children=children, **place)
-    g.json["scenes"][0]["nodes"] = [root]
+        g.quads(quads, g.material(colour, **(g.glow(emission, max(emission)) if emission else {})))
+    g.camera(CORNELL_ANGLE, **CORNELL_CAMERA)
+    whole = g.json["scenes"][0]
+    whole["nodes"] = [g.node(root=False, children=whole["nodes"], scale=[scale] * 3, translation=[*map(float, shift)])]
     return g
 
 
 SMALL = ["--size", "24x24", "--threads", 1]
-SIX = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 
 
 def write_exr(path, compression="ZIP", **channels):

@@ -47,11 +47,8 @@ def test_built_in_scenes_keep_their_brightness(pathtracer):
     assert read_exr(pathtracer.render(*common))[1]["exposure"] == 0
     auto = read_exr(pathtracer.render(*common, "--exposure", "auto"))[1]["exposure"]
     # Samplers differ in noise, and not in brightness.
-    others = [
-        read_exr(pathtracer.render(*common, "--exposure", "auto", "--sampler", s, "--spp", n))[1]["exposure"]
-        for s in ("white", "sobol")
-        for n in (1, 64)
-    ]
+    others = [read_exr(pathtracer.render(*common, "--exposure", "auto", "--sampler", sampler, "--spp", spp))[1]["exposure"]
+              for sampler in ("white", "sobol") for spp in (1, 64)]
     assert np.ptp([auto, *others]) <= 0.25 and auto != 0
     path = over_floor(floor()).save(pathtracer.folder / "scene.glb")
     given = pathtracer.render("--scene", path, *SMALL, "--exposure", -1.5)
@@ -61,16 +58,14 @@ def test_built_in_scenes_keep_their_brightness(pathtracer):
 def test_nothing_is_visible(pathtracer, even_sky):
     """One line says so, with --quiet too: where nothing is hit, and where no light is."""
     away = ["--eye", "0,5,0", "--target", "0,9,0", "--env", even_sky]
-    _, said = render(pathtracer, floor(), *away, "--quiet")
-    assert said.count("\n") == 1 and "NOTHING IS VISIBLE" in said and "--eye" in said
-    assert "from -1,0,-1 to 1,0,1" in said
-    _, said = render(pathtracer, over_floor(floor()), "--env", "none", "--quiet")
-    assert said.count("\n") == 1 and "BLACK" in said and "--env sky" in said
-    # Parts of a picture may be empty.
-    _, said = render(pathtracer, floor(), *away, "--crop", "0,0,8,8")
-    assert said == ""
-    _, said = render(pathtracer, over_floor(floor()), "--env", even_sky)
-    assert said == ""
+    for scene, options, words in [
+        (floor(), [*away, "--quiet"], ["NOTHING IS VISIBLE", "--eye", "from -1,0,-1 to 1,0,1"]),
+        (over_floor(floor()), ["--env", "none", "--quiet"], ["BLACK", "--env sky"]),
+        (floor(), [*away, "--crop", "0,0,8,8"], []),  # parts of a picture may be empty
+        (over_floor(floor()), ["--env", even_sky], []),
+    ]:
+        _, said = render(pathtracer, scene, *options)
+        assert said.count("\n") == bool(words) and all(word in said for word in words), said
 
 
 def test_merged_parts_have_their_own(pathtracer, even_sky):

@@ -147,10 +147,7 @@ def test_a_lamp_takes_the_sky_away_and_a_glow_does_not(pathtracer):
 
     def scene(radiance):
         g = floor()
-        g.use("KHR_materials_emissive_strength")
-        extensions = {"KHR_materials_emissive_strength": {"emissiveStrength": radiance}}
-        glow = g.material((0, 0, 0), emissiveFactor=[1.0, 0.5, 0.0], extensions=extensions)
-        g.quads([0.01 * QUAD + np.float32([0, 9, 0])], glow)
+        g.quads([0.01 * QUAD + np.float32([0, 9, 0])], g.material((0, 0, 0), **g.glow((radiance, 0.5, 0), radiance)))
         return over_floor(g)
 
     glow, lamp = scene(1), scene(1.01)
