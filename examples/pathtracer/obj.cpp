@@ -278,16 +278,14 @@ std::vector<std::array<size_t, 3>> polygon_triangles(const std::vector<Point3d> 
         return true;
     };
     while (left.size() > 3) {
-        size_t ear = left.size(), flattest = 0;
-        double least = std::numeric_limits<double>::infinity();
-        for (size_t i = 0; i < left.size() && ear == left.size(); ++i) {
-            const std::array<size_t, 3> t = neighbours(i);
-            if (is_ear(t)) ear = i;
-            const double area = std::abs(turn(points[t[0]], points[t[1]], points[t[2]]));
-            if (area < least) least = area, flattest = i;
-        }
         // Only an invalid polygon has no ear: cutting off the smallest triangle does least harm.
-        if (ear == left.size()) ear = flattest;
+        size_t ear = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (size_t i = 0; i < left.size() && least >= 0; ++i) {
+            const std::array<size_t, 3> t = neighbours(i);
+            const double area = std::abs(turn(points[t[0]], points[t[1]], points[t[2]]));
+            if (const double rank = is_ear(t) ? -1 : area; rank < least) least = rank, ear = i;
+        }
         triangles.push_back(neighbours(ear));
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
     }

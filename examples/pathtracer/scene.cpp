@@ -123,8 +123,6 @@ Bounds scene_bounds(const Scene &scene) {
 }
 
 void scene_finish(Scene &scene) {
-    for (const Vec3 v : scene.vertices)
-        if (!is_finite(v)) throw Error("the scene has a vertex that is not a finite number");
     if (!scene.normals.empty()) scene.normals.resize(scene.vertices.size(), {0, 0, 0});
     if (!scene.motions.empty()) scene.motions.resize(scene.vertices.size(), {0, 0, 0});
     drop_triangles_without_area(scene);

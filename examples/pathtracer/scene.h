@@ -75,8 +75,7 @@ struct Bounds {
 Bounds scene_bounds(const Scene &scene);
 
 // Prepares any scene for rendering: drops triangles without area and lights without power, turns
-// the environment into a light, and prepares lights and materials. Throws Error if a vertex is not
-// finite.
+// the environment into a light, and prepares lights and materials. All vertices must be finite.
 void scene_finish(Scene &scene);
 
 // The shading normal of a hit, on the side of `wo`: the interpolated vertex normal, bent by a

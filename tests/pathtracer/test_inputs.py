@@ -9,7 +9,7 @@ import subprocess
 import numpy as np
 import pytest
 from pathtracer_driver import read_exr
-from scene_files import QUAD, QUAD_COORDINATES, SIX, SMALL, Gltf, encoded, floor, write_environment
+from scene_files import SMALL, Gltf, add_floor, encoded, floor, write_environment
 
 OUT = ["-o", "out.exr"]
 
@@ -32,8 +32,7 @@ def write_obj(folder, first_line, **material_files):
 def gltf_with_escapes(folder):
     g = Gltf()
     for uri in ("jpg/base.png", "\u00e9.png", "a%20b.png", "per%25cent.png"):
-        material = g.material(pbr={"baseColorTexture": {"index": g.add("textures", source=g.add("images", uri=uri))}})
-        g.node(mesh=g.mesh(QUAD, SIX, material, TEXCOORD_0=QUAD_COORDINATES))
+        add_floor(g, pbr={"baseColorTexture": {"index": g.add("textures", source=g.add("images", uri=uri))}})
     text = json.dumps(g.document(uri="my mesh.bin"))
     (folder / "scene.gltf").write_text(text.replace("jpg/base", "jpg\\/base").replace("my mesh", "my\\u0020mesh"))
     (folder / "my mesh.bin").write_bytes(g.bytes)
