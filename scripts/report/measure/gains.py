@@ -115,10 +115,11 @@ class Gains:
         return math.sqrt(np.mean(np.square(errors))) >= REFERENCE_MARGIN * own
 
     def best_peer(self, spp, measure):
-        """The peer with the smallest geometric-mean error, of those that were measured in every view; None if there is none."""
-        found = {peer: [self.cells.get(view, peer, spp, measure) for view in self.views] for peer in self.peers}
+        """The peer with the smallest geometric-mean error, of those that were measured in every view that counts; None if there is none."""
+        views = [view for view in self.views if self.is_judged(view, "blue", spp, measure)]
+        found = {peer: [self.cells.get(view, peer, spp, measure) for view in views] for peer in self.peers}
         found = {peer: errors for peer, errors in found.items() if all(errors)}
-        whole = [i for i in range(len(self.views)) if all(min(errors[i]) > 0 for errors in found.values())]
+        whole = [i for i in range(len(views)) if all(min(errors[i]) > 0 for errors in found.values())]
         means = {peer: mean_of([np.log(errors[i]) for i in whole]) for peer, errors in found.items() if whole}
         return min(means, key=means.get) if means else None
 

@@ -122,7 +122,7 @@ is apart. A path has four random wavelengths, which `blue` spreads evenly. Where
 LuxCoreRender's crops are shown once more with the same wavelengths in all samples (pbrt's option `disablewavelengthjitter`).
 
 `zsobol` rounds counts down to powers of two: at 3 and 6 it takes 2 and 4 samples. `sobol` is one sequence over the whole picture. *Best
-of pbrt's* is the best of those here over all crops, also those that are left out, chosen at each count afterwards.
+of pbrt's* is the best of those here over the crops that count, chosen at each count afterwards.
 """
     METHOD = f"""pbrt-v4 is at commit `{builds.PBRT_COMMIT[:8]}`. Its film has its neutral sensor (`cie1931`) and a box filter one pixel wide, the integrator
 is `volpath`. `--spp` and `--seed` set counts and seeds, other options of samplers are pbrt's defaults. `sobol` keeps the positions in the
