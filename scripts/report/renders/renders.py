@@ -202,7 +202,7 @@ class Report:
             return "This run does not include OpenQMC's samplers; `--openqmc DIR` adds them from a checkout."
         best = {measure: ", ".join(f"{self.gains.best_peer(spp, measure)} at {spp}" for spp in self.counts)
                 for measure in HEADLINE_MEASURES}
-        return (f"*{BEST_PEER}* is the one of its three samplers with the smallest geometric-mean error over all views at that sample "
+        return (f"*{BEST_PEER}* is the one of its three samplers with the smallest geometric-mean error over the views that count at that sample "
                 f"count: as displayed, {best['displayed_2.1']} samples per pixel; by RMSE, {best['rmse_2.1']}. OpenQMC's commit is "
                 f"{peers.commit(self.options.openqmc)}.")
 
