@@ -171,35 +171,30 @@ def _parser() -> argparse.ArgumentParser:
     parser.set_defaults(run=lambda options: parser.exit(2, f"{parser.format_usage()}\n{_EXAMPLES}\nsee bluenoise --help\n"))
     commands = parser.add_subparsers(metavar="COMMAND")
 
-    command = commands.add_parser(
-        "mask",
-        help="make a mask",
-        description="Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
+    def add(run: Callable[[argparse.Namespace], None], name: str, text: str, description: str) -> argparse.ArgumentParser:
+        command: argparse.ArgumentParser = commands.add_parser(name, help=text, description=description)
+        command.set_defaults(run=run)
+        return command
+
+    command = add(
+        _mask, "mask", "make a mask",
+        "Makes a mask: .npy with ranks, .png with 8- or 16-bit values, or .exr with float values (needs OpenEXR).",
     )
     command.add_argument("--size", required=True, type=_size, metavar="N, WxH or WxHxD", help="size in texels; N is NxN")
     _add_method(command, METHODS, "void-and-cluster", "; auto chooses by size and channels", _MASK_OPTIONS)
     command.add_argument("--bits", type=int, choices=(8, 16), default=16, help="bits per channel of a .png (default 16)")
-    command.add_argument("--json", action="store_true", help="describe the mask as JSON on standard output")
-    command.add_argument("--quiet", action="store_true", help="do not show progress")
+    _add_report(command, "describe the mask as JSON on standard output")
     _add_output(command, _files.MASK_SUFFIXES, "npy")
-    command.set_defaults(run=_mask)
 
-    command = commands.add_parser(
-        "measure",
-        help="measure a mask",
-        description="Measures a mask; lower is better. E_s is the error of dithering after a Gaussian blur of s texels, the "
+    command = add(
+        _measure, "measure", "measure a mask",
+        "Measures a mask; lower is better. E_s is the error of dithering after a Gaussian blur of s texels, the "
         "low-frequency power that of the mask thresholded at a grey level. help(bluenoise.measure) in Python defines each.",
     )
     _add_mask_input(command)
-    command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.add_argument("--quiet", action="store_true", help="do not show progress")
-    command.set_defaults(run=_measure)
+    _add_report(command, "print one JSON object")
 
-    command = commands.add_parser(
-        "dither",
-        help="dither a picture",
-        description="Dithers a picture to a few levels; see bluenoise.dither. Needs Pillow.",
-    )
+    command = add(_dither, "dither", "dither a picture", "Dithers a picture to a few levels; see bluenoise.dither. Needs Pillow.")
     command.add_argument("input", type=Path, help="a picture in any format that Pillow reads, or -")
     command.add_argument("output", type=Path, help="the picture to write, in a lossless format, or - for PNG")
     command.add_argument("--levels", default=2, type=_integer, help="number of levels, 2 to 256 (default 2)")
@@ -208,37 +203,30 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--rank", action="store_true", help="take a mask in which values occur more than once, such as an 8-bit "
                          "texture, and order equal ones at random")
     command.add_argument("--srgb", action="store_true", help="preserve means in linear light")
-    command.set_defaults(run=_dither)
 
-    command = commands.add_parser(
-        "spectrum",
-        help="compute the power spectrum of a mask",
-        description="Writes the power spectrum of a mask: as a plot (.png, .svg, .pdf; needs Matplotlib), its radial average "
-        "(.csv), or as an array (.npy).",
+    command = add(
+        _spectrum, "spectrum", "compute the power spectrum of a mask",
+        "Writes the power spectrum of a mask: as a plot (.png, .svg, .pdf; needs Matplotlib), its radial average (.csv), or as an "
+        "array (.npy).",
     )
     _add_mask_input(command)
-    command.add_argument("--json", action="store_true", help="print the radial average as JSON")
+    _add_report(command, "print the radial average as JSON", quiet=False)
     _add_output(command, _SPECTRUM_SUFFIXES, "csv", required=False)
-    command.set_defaults(run=_spectrum)
 
-    command = commands.add_parser(
-        "points",
-        help="make points in the unit square",
-        description="Makes blue-noise points in the unit square: .csv with x and y, or .npy; see bluenoise.points. Needs SciPy, "
-        "except for --method mask.",
+    command = add(
+        _points, "points", "make points in the unit square",
+        "Makes blue-noise points in the unit square: .csv with x and y, or .npy; see bluenoise.points. Needs SciPy, except for "
+        "--method mask.",
     )
     command.add_argument("--count", required=True, type=_integer, metavar="N", help="number of points")
     _add_method(command, POINTS_METHODS, "best-candidate", "", _POINTS_OPTIONS)
-    command.add_argument("--json", action="store_true", help="describe the points as JSON on standard output")
-    command.add_argument("--quiet", action="store_true", help="do not show progress")
+    _add_report(command, "describe the points as JSON on standard output")
     _add_output(command, _POINTS_SUFFIXES, "csv")
-    command.set_defaults(run=_points)
 
-    command = commands.add_parser(
-        "textures",
-        help="write a folder of textures for engines",
-        description="Writes masks of 1, 2 and 4 channels in 8 and 16 bits as PNG, KTX2 and EXR, the table of the draws as a texture "
-        "with shaders that read it, a contact sheet, a README and the licence (CC0). Needs Pillow, and OpenEXR for EXR.",
+    command = add(
+        _write_textures, "textures", "write a folder of textures for engines",
+        "Writes masks of 1, 2 and 4 channels in 8 and 16 bits as PNG, KTX2 and EXR, the table of the draws as a texture with shaders "
+        "that read it, a contact sheet, a README and the licence (CC0). Needs Pillow, and OpenEXR for EXR.",
     )
     command.add_argument("folder", type=Path, metavar="FOLDER", help="a new or empty folder")
     command.add_argument("--sizes", type=_list(_textures.SIZES), default=_textures.SIZES, metavar="N,N...",
@@ -248,10 +236,14 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--sweeps", type=_positive, default=_textures.SWEEPS, help="of annealing 2 and 4 channels: trial swaps per texel "
                          f"(default {_textures.SWEEPS})")
     _add_seed(command, 1)
-    command.add_argument("--json", action="store_true", help="print the contents of pack.json")
-    command.add_argument("--quiet", action="store_true", help="do not show progress")
-    command.set_defaults(run=_write_textures)
+    _add_report(command, "print the contents of pack.json")
     return parser
+
+
+def _add_report(command: argparse.ArgumentParser, text: str, quiet: bool = True) -> None:
+    command.add_argument("--json", action="store_true", help=text)
+    if quiet:
+        command.add_argument("--quiet", action="store_true", help="do not show progress")
 
 
 def _list(known: Sequence[Any]) -> Callable[[str], tuple[Any, ...]]:
