@@ -30,23 +30,29 @@ static inline bn_sampler make_sampler(int32_t kind, uint32_t samples_per_pixel, 
 
 enum { MOST_POINTS = 4096 };
 
-/* Whether 4^m points, at most 4096, are a (0,m,4)-net to base 4: one in each box whose sides are
- * powers of 1/4 and whose volume is 4^-m. */
-static inline int are_net_in_four(uint32_t points[][4], int m) {
+/* Whether 2^m points, at most 4096, have one in each box of so many binary digits along each axis, m
+ * in all. */
+static inline int one_in_each_box(uint32_t points[][4], const int digits[4], int m) {
     static unsigned char seen[MOST_POINTS];
+    memset(seen, 0, (size_t)1 << m);
+    for (uint32_t i = 0; i < 1u << m; ++i) {
+        uint32_t box = 0;
+        for (int d = 0; d < 4; ++d) {
+            box = box << digits[d] | (uint32_t)((uint64_t)points[i][d] >> (32 - digits[d]));
+        }
+        if (seen[box]++) return 0;
+    }
+    return 1;
+}
+
+/* Whether 4^m points are a (0,m,4)-net to base 4: one in each box whose sides are powers of 1/4 and
+ * whose volume is 4^-m. */
+static inline int are_net_in_four(uint32_t points[][4], int m) {
     for (int a = 0; a <= m; ++a) {
         for (int b = 0; a + b <= m; ++b) {
             for (int c = 0; a + b + c <= m; ++c) {
-                const int sides[4] = {a, b, c, m - a - b - c};
-                memset(seen, 0, (size_t)1 << 2 * m);
-                for (uint32_t i = 0; i < 1u << 2 * m; ++i) {
-                    uint32_t box = 0;
-                    for (int d = 0; d < 4; ++d) {
-                        box = box << 2 * sides[d] |
-                              (uint32_t)((uint64_t)points[i][d] >> (32 - 2 * sides[d]));
-                    }
-                    if (seen[box]++) return 0;
-                }
+                const int digits[4] = {2 * a, 2 * b, 2 * c, 2 * (m - a - b - c)};
+                if (!one_in_each_box(points, digits, 2 * m)) return 0;
             }
         }
     }
