@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The screen-space error of a sampler, from what tests/bench/bench_samplers.c draws with it.
+"""The screen-space error of a sampler.
 
 An integrand has the same form in every pixel of a picture. The image of per-pixel errors at n samples is blurred with a Gaussian, and
 its RMSE taken inside a margin that the blur does not reach over; with sigma inf it is the error of the whole picture's mean. One run of
@@ -15,11 +15,13 @@ import sys
 import numpy as np
 from scipy.special import erf
 
+import bluenoise
+
 SIZE, DOMAINS, INTEGRANDS, MARGIN = 128, 16, 48, 8
-PLACES, MEMBERS, SINGLE, OTHER_FAMILY = 6, 4, 4, 5  # of bench_samplers
+PLACES, MEMBERS, SINGLE, OTHER_FAMILY = 6, 4, 4, 5
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256)
 SIGMAS = (2.1, 1.0, 0.0, math.inf)
-DECLARED = ("zorder",)
+OWN, DECLARED = ("white", "sobol", "zorder", "mask", "blue"), ("zorder",)
 SIBLINGS = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
 K = np.arange(INTEGRANDS)
 
@@ -27,15 +29,29 @@ K = np.arange(INTEGRANDS)
 # ---- Samples
 
 def draws(program, name, spp, domains=DOMAINS):
-    """Yields float32 (pairs, 2, SIZE, SIZE, spp) of each domain: what the sampler draws, two pairs of numbers at each of PLACES. The array
-    is always the same."""
+    """Yields float32 (pairs, 2, SIZE, SIZE, spp) of each domain: what the sampler draws, two pairs of numbers at each of PLACES: the members
+    of the domain's family, single numbers of the first, and a member of another family of the same parent."""
+    if name not in OWN:
+        yield from others_draws(program, name, spp, domains)
+        return
+    y, x, index = np.ogrid[:SIZE, :SIZE, :spp]
+    for domain in range(domains):
+        sampler = bluenoise.Sampler(name, seed=domain + 1, samples_per_pixel=spp if name in DECLARED else 0)
+        first, *others = (bluenoise.domain(domain + 1, 4 * domain + key) for key in (0, 1, 2, 3, domain % MEMBERS + 4 * DOMAINS))
+        singles = np.concatenate([sampler.sample(x, y, index, first, pair=pair) for pair in (2, 3)], -1)
+        *family, other = (sampler.block(0, 0, SIZE, SIZE, 0, spp, each) for each in (first, *others))
+        yield np.concatenate([np.moveaxis(numbers, -1, 0).reshape(2, 2, SIZE, SIZE, spp) for numbers in (*family, singles, other)])
+
+
+def others_draws(program, name, spp, domains):
+    """The same of a sampler that libbn does not have, by the program bench_samplers."""
     try:
         process = subprocess.Popen([program, name, str(spp), str(domains)], stdout=subprocess.PIPE)
     except OSError as error:
         sys.exit(f"bench: cannot run {program} ({error.strerror}); build it with scripts/setup")
-    samples = np.empty((2 * PLACES, 2, SIZE, SIZE, spp), np.float32)
     with process:
         for _ in range(domains):
+            samples = np.empty((2 * PLACES, 2, SIZE, SIZE, spp), np.float32)
             for row in range(SIZE):
                 data = process.stdout.read(4 * PLACES * SIZE * spp * 4)
                 if len(data) < 4 * PLACES * SIZE * spp * 4:
