@@ -102,40 +102,22 @@ static void test_masks(void) {
     }
 }
 
-/* Numbers outside a range, and what is no number. */
-static void test_numbers(void) {
-    static const double bad[] = {NAN, -NAN, INFINITY, -INFINITY, -1, -DBL_MIN};
-    double error = -7;
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-        const double v = bad[i];
-        fill_white(ranks, MOST, 5);
-        CHECK(bn_mask_error(ranks, 8, 8, MOST, v, &error, NULL, NULL) == BN_ERROR_INVALID_ARGUMENT);
-        for (int which = 0; which < 2; ++which) {
-            bn_void_and_cluster_options o = bn_void_and_cluster_options_default();
-            *(which == 0 ? &o.sigma : &o.initial_fraction) = v;
-            CHECK(bn_void_and_cluster(&o, 8, 8, 1, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
-        }
-        for (int which = 0; which < 6; ++which) {
-            bn_anneal_options o = bn_anneal_options_default();
-            double *const numbers[] = {&o.sigma,       &o.far_sigma,         &o.far_weight,
-                                       &o.value_sigma, &o.start_temperature, &o.end_temperature};
-            *numbers[which] = v;
-            CHECK(bn_anneal(&o, 8, 8, 1, ranks, MOST) == BN_ERROR_INVALID_ARGUMENT);
-        }
-        values[3] = (float)v;
-        if (i < 2) CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_ERROR_BAD_DATA);
-        values[3] = 0;
-    }
-    CHECK(error == -7);
-    values[3] = INFINITY; /* counts as the nearer of 0 and 1 */
-    CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_SUCCESS && outputs[3] == 1);
-    values[3] = 0;
+/* An option of void-and-cluster or annealing that is a number. */
+static bn_result call_with(int function, size_t option, double number) {
+    bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
+    bn_anneal_options a = bn_anneal_options_default();
+    char *const options = function == ANNEAL ? (char *)&a : (char *)&v;
+    memcpy(options + option, &number, sizeof number);
+    return function == ANNEAL ? bn_anneal(&a, 8, 8, 1, ranks, MOST)
+                              : bn_void_and_cluster(&v, 8, 8, 1, ranks, MOST);
 }
 
-/* Numbers beyond the ends of their ranges, which tests of each generator take to be good. */
-static void test_ranges(void) {
+/* Numbers beyond the ends of their ranges, which tests of each generator take to be good, and what is
+ * no number. */
+static void test_numbers(void) {
+    static const double bad[] = {NAN, -NAN, INFINITY, -INFINITY, -1, -DBL_MIN};
     static const struct {
-        int function; /* VOID_AND_CLUSTER or ANNEAL */
+        int function;
         size_t option;
         double below, above;
     } cases[] = {
@@ -143,21 +125,35 @@ static void test_ranges(void) {
         {VOID_AND_CLUSTER, offsetof(bn_void_and_cluster_options, initial_fraction), 0, 0.6},
         {ANNEAL, offsetof(bn_anneal_options, sigma), 0.1, 5},
         {ANNEAL, offsetof(bn_anneal_options, far_sigma), 0.1, 5},
+        {ANNEAL, offsetof(bn_anneal_options, far_weight), -1, -1},
+        {ANNEAL, offsetof(bn_anneal_options, value_sigma), 0, 101},
         {ANNEAL, offsetof(bn_anneal_options, start_temperature), 0, 5},
+        {ANNEAL, offsetof(bn_anneal_options, end_temperature), 0, 5},
     };
+    double error = -7;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
-        for (int above = 0; above < 2; ++above) {
-            bn_void_and_cluster_options v = bn_void_and_cluster_options_default();
-            bn_anneal_options a = bn_anneal_options_default();
-            void *const options = cases[i].function == ANNEAL ? (void *)&a : (void *)&v;
-            memcpy((char *)options + cases[i].option, above ? &cases[i].above : &cases[i].below,
-                   sizeof(double));
-            const bn_result found = cases[i].function == ANNEAL
-                                        ? bn_anneal(&a, 8, 8, 1, ranks, MOST)
-                                        : bn_void_and_cluster(&v, 8, 8, 1, ranks, MOST);
-            CHECK(found == BN_ERROR_INVALID_ARGUMENT);
+        const int function = cases[i].function;
+        const bn_result invalid = BN_ERROR_INVALID_ARGUMENT;
+        CHECK(call_with(function, cases[i].option, cases[i].below) == invalid);
+        CHECK(call_with(function, cases[i].option, cases[i].above) == invalid);
+        for (size_t k = 0; k < sizeof bad / sizeof *bad; ++k) {
+            CHECK(call_with(function, cases[i].option, bad[k]) == invalid);
         }
     }
+    fill_white(ranks, MOST, 5);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        CHECK(bn_mask_error(ranks, 8, 8, MOST, bad[i], &error, NULL, NULL) ==
+              BN_ERROR_INVALID_ARGUMENT);
+        values[3] = (float)bad[i];
+        if (i < 2) CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_ERROR_BAD_DATA);
+    }
+    CHECK(error == -7);
+    values[3] = INFINITY; /* counts as the nearer of 0 and 1 */
+    CHECK(bn_dither(NULL, values, 8, 8, 1, outputs, MOST) == BN_SUCCESS && outputs[3] == 1);
+    values[3] = 0;
+}
+
+static void test_channels(void) {
     bn_anneal_options from = bn_anneal_options_default();
     CHECK(bn_void_and_cluster(NULL, 8, 8, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
     CHECK(bn_anneal(&from, 4, 4, 0, ranks, 0) == BN_ERROR_INVALID_ARGUMENT);
@@ -304,7 +300,7 @@ int main(void) {
     test_extents();
     test_masks();
     test_numbers();
-    test_ranges();
+    test_channels();
     test_strings();
     test_progress();
     test_struct_sizes();

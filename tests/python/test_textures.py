@@ -219,26 +219,17 @@ def test_what_appears_meanwhile_is_left_alone(tmp_path, monkeypatch, name):
     assert (folder / name / "work.txt" if name == "draws" else folder / name).read_text() == "mine"
 
 
-def textures_process(folder, sweeps):
-    return subprocess.Popen([sys.executable, "-m", "bluenoise", "textures", str(folder), "--sizes", "128", "--formats", "png",
-                             "--sweeps", str(sweeps)], stderr=subprocess.PIPE, text=True)
-
-
-def started(folder):
-    for _ in range(600):
-        if folder.is_dir() and any(folder.iterdir()):
-            return
-        time.sleep(0.05)
-    raise AssertionError("it did not start")
-
-
 @pytest.mark.parametrize("there", [False, True])
 def test_sigterm_leaves_nothing(tmp_path, there):
     folder = tmp_path / "pack"
     if there:
         folder.mkdir()
-    run = textures_process(folder, 100000)
-    started(folder)
+    run = subprocess.Popen([sys.executable, "-m", "bluenoise", "textures", str(folder), "--sizes", "128", "--formats", "png",
+                            "--sweeps", "100000"], stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 30
+    while not (folder.is_dir() and any(folder.iterdir())):
+        assert time.monotonic() < until, "it did not start"
+        time.sleep(0.05)
     time.sleep(0.3)  # in the work, not while the temporary folder is made
     run.terminate()
     assert "terminated" in run.communicate()[1] and run.returncode == 143
