@@ -514,22 +514,18 @@ def _spectrum(options: argparse.Namespace) -> None:
     output = None if options.output is None else _output(options, _SPECTRUM_SUFFIXES, options.mask)
     values = _files.load_mask(options.mask, options.channel)
     if output is not None:
-        _write_spectrum(*output, values)
+        path, suffix = output
+        with _files.replacing(path, suffix) as beside:
+            if suffix == ".npy":
+                _files.save_array(beside, power_spectrum(values))
+            elif suffix == ".csv":
+                rows = "".join(f"{f:.6f},{p:.6f}\n" for f, p in zip(*radial_power(values)))
+                beside.write_text("frequency,power\n" + rows, encoding="ascii")
+            else:
+                plot_spectrum(values, beside)
     if options.json:
         frequency, power = radial_power(values)
         _print(json.dumps({"frequency": frequency.tolist(), "power": power.tolist()}))
-
-
-def _write_spectrum(path: Path, suffix: str, values: Any) -> None:
-    with _files.replacing(path, suffix) as beside:
-        if suffix == ".npy":
-            _files.save_array(beside, power_spectrum(values))
-        elif suffix == ".csv":
-            frequency, power = radial_power(values)
-            rows = "".join(f"{f:.6f},{p:.6f}\n" for f, p in zip(frequency, power))
-            beside.write_text("frequency,power\n" + rows, encoding="ascii")
-        else:
-            plot_spectrum(values, beside)
 
 
 def _without_nan(value: Any) -> Any:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 import math
 import os
@@ -35,22 +36,20 @@ _EXR_CHANNELS = {1: "Y", 2: "RG", 3: "RGB", 4: "RGBA"}
 _NPY_MAGIC, _PNG_MAGIC, _EXR_MAGIC = b"\x93NUMPY", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
 
 
-def pillow() -> Any:
-    """The module PIL.Image."""
+def needed(module: str, words: str, extra: str) -> Any:
+    """A module that only some functions need."""
     try:
-        from PIL import Image
+        return importlib.import_module(module)
     except ImportError:
-        raise ImportError("pictures need Pillow; run pip install 'libbn[image]'") from None
-    return Image
+        raise ImportError(f"{words}; run pip install 'libbn[{extra}]'") from None
+
+
+def pillow() -> Any:
+    return needed("PIL.Image", "pictures need Pillow", "image")
 
 
 def openexr() -> Any:
-    """The module OpenEXR."""
-    try:
-        import OpenEXR
-    except ImportError:
-        raise ImportError("EXR files need OpenEXR; run pip install 'libbn[exr]'") from None
-    return OpenEXR
+    return needed("OpenEXR", "EXR files need OpenEXR", "exr")
 
 
 def standard(name: str) -> BinaryIO:

@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ._files import needed
 from ._measure import power_spectrum, radial_power
 
 
 def plot_spectrum(mask: npt.ArrayLike, path: Path) -> None:
     """Writes a plot of the power spectrum, frequency 0 in the middle, and of its radial average."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ImportError("plots need Matplotlib; run pip install 'libbn[plot]'") from None
+    Figure = needed("matplotlib.figure", "plots need Matplotlib", "plot").Figure
     power = np.fft.fftshift(power_spectrum(mask))
     frequency, radial = radial_power(mask)
     figure = Figure(figsize=(9, 4), dpi=150, layout="constrained")

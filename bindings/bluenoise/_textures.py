@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import shutil
 import struct
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Iterator, Optional, Sequence
 
@@ -58,7 +57,10 @@ def write(folder: Path, formats: Sequence[str], sizes: Sequence[int], seed: int,
             def share(fraction: float) -> Any:
                 return progress is not None and progress((before + fraction * cost) / total * 0.99)
 
-            ranks = _ranks(size, channels, seed, sweeps, share)
+            if channels == 1:
+                ranks = mask((size, size), method="builtin", progress=share)
+            else:
+                ranks = mask((size, size), method="anneal", seed=seed, channels=channels, sweeps=sweeps, progress=share)
             sheet[size, channels] = ranks
             made = f"annealed, seed {seed}, {sweeps} sweeps" if channels > 1 else "built-in"
             facts = {"size": size, "channels": channels, "made": made,
@@ -102,7 +104,7 @@ def _filled(folder: Path) -> Iterator[Path]:
                 path.rename(folder / path.name)
     except BaseException:
         if not there:
-            with contextlib.suppress(OSError):  # not empty: others have put something there
+            with suppress(OSError):  # not empty: others have put something there
                 folder.rmdir()
         raise
 
@@ -115,12 +117,6 @@ def _refuse_others(folder: Path) -> None:
 
 
 # ---- Masks
-
-
-def _ranks(size: int, channels: int, seed: int, sweeps: int, progress: Progress) -> arguments.Ranks:
-    if channels == 1:
-        return mask((size, size), method="builtin", progress=progress)
-    return mask((size, size), method="anneal", seed=seed, channels=channels, sweeps=sweeps, progress=progress)
 
 
 def _write_mask(folder: Path, ranks: arguments.Ranks, formats: Sequence[str], description: str) -> Iterator[tuple[str, int]]:

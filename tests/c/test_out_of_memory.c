@@ -133,8 +133,7 @@ static bn_result call(int function) {
 
 /* A computation that is cancelled, whenever it asks, frees what it had. */
 static void test_cancelling(void) {
-    static const int functions[] = {0, 1, 2, 3};
-    for (int f = 0; f < 4; ++f) {
+    for (int function = 0; function < 4; ++function) {
         int at = 0;
         bn_result result;
         fail_at = 0;
@@ -142,7 +141,7 @@ static void test_cancelling(void) {
             cancel_at = ++at;
             living = 0;
             counting = 1;
-            result = call(functions[f]);
+            result = call(function);
             counting = 0;
             CHECK(living == 0);
         } while (result == BN_ERROR_CANCELLED);
@@ -169,8 +168,7 @@ int main(void) {
             if (result == BN_SUCCESS) break;
             ++failures;
             CHECK(result == BN_ERROR_OUT_OF_MEMORY && error == -7);
-            size_t touched = 0;
-            for (size_t i = 0; i < MANY; ++i) touched += ranks[i] != 0x5a5a5a5au;
+            size_t touched = count_touched(ranks, MANY);
             for (size_t i = 0; i < TEXELS; ++i) touched += memcmp(&power[i], &ranks[i], 4) != 0;
             CHECK(touched == 0);
         }

@@ -452,13 +452,9 @@ bn_result bn_neural_mask(const bn_neural *n, uint32_t width, uint32_t height, ui
     uint32_t *made = bn_allocate(count, sizeof *made);
     result = BN_ERROR_OUT_OF_MEMORY;
     if (values != NULL && made != NULL) {
-        image m = {.neural = n,
-                   .seed = seed,
-                   .width = width,
-                   .height = height,
-                   .period_x = width,
-                   .period_y = height,
-                   .values = values};
+        image m = {.neural = n, .seed = seed, .width = width, .height = height, .values = values};
+        m.period_x = width;
+        m.period_y = height;
         result = fill_image(&m);
     }
     for (uint32_t c = 0; c < channels && result == BN_SUCCESS; ++c) {
@@ -480,13 +476,9 @@ bn_result bn_neural_window(const bn_neural *n, int64_t x0, int64_t y0, uint32_t 
     }
     const bn_result result = bn_check_extents(width, height, 1, n->model.channels, count);
     if (result != BN_SUCCESS) return result;
-    image m = {.neural = n,
-               .seed = seed,
-               .x0 = x0,
-               .y0 = y0,
-               .width = width,
-               .height = height,
-               .window = 1,
-               .values = values};
+    image m = {.neural = n, .seed = seed, .width = width, .height = height, .values = values};
+    m.x0 = x0;
+    m.y0 = y0;
+    m.window = 1;
     return fill_image(&m);
 }
