@@ -98,7 +98,6 @@ static long processor_count(void) {
 struct bn_team {
     lock own;
     condition changed;
-    int alone;     /* one member, which needs no lock */
     uint32_t size; /* 0 until all threads have been started */
     uint32_t waiting, generation, next;
     int stopped;
@@ -106,21 +105,12 @@ struct bn_team {
     void *user;
 };
 
-static void team_lock(bn_team *team) {
-    if (!team->alone) lock_take(&team->own);
-}
-
-static void team_unlock(bn_team *team) {
-    if (!team->alone) lock_leave(&team->own);
-}
-
 uint32_t bn_thread_count(void) {
     long count = processor_count();
     return count < 1 ? 1 : count > BN_THREADS_MOST ? BN_THREADS_MOST : (uint32_t)count;
 }
 
 void bn_team_wait(bn_team *team) {
-    if (team->alone) return;
     lock_take(&team->own);
     const uint32_t generation = team->generation;
     if (++team->waiting == team->size) {
@@ -134,16 +124,16 @@ void bn_team_wait(bn_team *team) {
 }
 
 uint32_t bn_team_next(bn_team *team) {
-    team_lock(team);
+    lock_take(&team->own);
     const uint32_t next = team->stopped ? UINT32_MAX : team->next++;
-    team_unlock(team);
+    lock_leave(&team->own);
     return next;
 }
 
 void bn_team_stop(bn_team *team) {
-    team_lock(team);
+    lock_take(&team->own);
     team->stopped = 1;
-    team_unlock(team);
+    lock_leave(&team->own);
 }
 
 static void member_run(team_member *member) {
@@ -160,12 +150,6 @@ void bn_team_run(uint32_t threads, bn_team_work work, void *user) {
     thread started[BN_THREADS_MOST];
     bn_team team = {LOCK_INITIALIZER, CONDITION_INITIALIZER, .work = work, .user = user};
     uint32_t size = 1;
-    if (threads < 2) {
-        team.alone = 1;
-        team.size = 1;
-        work(user, &team, 0, 1);
-        return;
-    }
     for (; size < threads && size < BN_THREADS_MOST; ++size) {
         members[size].team = &team;
         members[size].index = size;
