@@ -20,12 +20,12 @@ def program(pathtracer):
 
 def test_every_figure_is_measured(program):
     rows = samplers.measure_all(program, ("sobol", "zorder", "blue"), (1, 2), 2)
-    assert {row["figure"] for row in rows} == set(samplers.FIGURES) and {row["spp"] for row in rows} == {"1", "2"}
+    assert {row["figure"] for row in rows} == set(samplers.FIGURES) and {row["spp"] for row in rows} == {1, 2}
     for figure in samplers.FIGURES:
         # In the pixel blue is about as good as sobol, or a little better.
-        assert 0.9 < samplers.ratios(rows, "blue", figure, "0.0")[2] < 1.03
+        assert 0.9 < samplers.ratios(rows, "blue", figure, 0.0)[2] < 1.03
         for name, most in (("blue", 0.8), ("zorder", 0.95)):
-            blurred = samplers.ratios(rows, name, figure, "2.1")
+            blurred = samplers.ratios(rows, name, figure, 2.1)
             assert all(0.1 < ratio < most for ratio in blurred.values()), (figure, name)
 
 

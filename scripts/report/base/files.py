@@ -38,12 +38,6 @@ def write_exr(path, rgb, attributes):
         file.write(str(beside))
 
 
-def read_rows(path):
-    """A CSV as dicts of texts."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
 def read_numbers(path):
     """A CSV as dicts, with numbers where the texts are."""
     def number(text):
@@ -52,7 +46,8 @@ def read_numbers(path):
                 return kind(text)
         return text
 
-    return [{name: number(text) for name, text in row.items()} for row in read_rows(path)]
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{name: number(text) for name, text in row.items()} for row in csv.DictReader(file)]
 
 
 def write_rows(path, fields, rows):
@@ -62,3 +57,11 @@ def write_rows(path, fields, rows):
     writer.writeheader()
     writer.writerows(rows)
     write_text(path, out.getvalue())
+
+
+def kept(path, again, make):
+    """The rows that make() gives, kept in a CSV, as read_numbers() reads them; with `again` those that are there."""
+    if not again:
+        rows = list(make())
+        write_rows(path, list(rows[0]), rows)
+    return read_numbers(path)

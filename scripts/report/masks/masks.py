@@ -22,7 +22,7 @@ import bluenoise
 
 from ..base.command import Parser
 from ..base.contact_sheet import enlarged_part, grey, sheet
-from ..base.files import read_numbers, write_image, write_rows, write_text
+from ..base.files import kept, write_image, write_text
 from ..base.plots import plt, save
 from ..base.tables import md_table
 from . import vectors
@@ -277,14 +277,6 @@ def report_text(rows, threads, command, sections):
     for title, lines in sections.items():
         parts += [f"## {title}", "", *lines, ""]
     return "\n".join(parts)
-
-
-def kept(path, again, make):
-    """The rows that make() gives, kept in a CSV; with `again` those that are there."""
-    if not again:
-        rows = list(make())
-        write_rows(path, list(rows[0]), rows)
-    return read_numbers(path)
 
 
 def run(arguments):

@@ -6,6 +6,7 @@ with plots of errors and of spectra of error images, to docs/report.
 """
 
 import csv
+import math
 import subprocess
 import sys
 import textwrap
@@ -15,7 +16,7 @@ import numpy as np
 
 from ..base import peers
 from ..base.command import Parser
-from ..base.files import read_rows, write_rows, write_text
+from ..base.files import kept, write_text
 from ..base.plots import finish, plt, save, style
 from ..base.progress import in_parallel
 from ..base.tables import md_table
@@ -47,8 +48,8 @@ WHAT = {
              "the sides of the picture.",
 }
 PLOTTED = ("half-planes-01", "discs", "smooth", "products", "siblings", "smooth-products")
-BLURS = ("2.1", "1.0", "0.0")
-MEAN = "inf"  # the blur that leaves the mean of the picture
+BLURS = (2.1, 1.0, 0.0)
+MEAN = math.inf  # the blur that leaves the mean of the picture
 SPECTRA_COUNTS = (1, 4, 16)
 # Centres and radii of the discs for the spectra; the first is shown.
 DISCS = ((0.4, 0.45, 0.35), (0.63, 0.37, 0.27), (0.29, 0.71, 0.23))
@@ -67,7 +68,7 @@ def time_draws(program):
 def measure_all(program, samplers, counts=COUNTS, domains=DOMAINS):
     """Rows of errors of all samplers, two at a time, slowest first."""
     def run(name):
-        rows = [{"sampler": name, "figure": figure, "spp": str(spp), "sigma": f"{sigma:.1f}", "rmse": f"{error:.6g}"}
+        rows = [{"sampler": name, "figure": figure, "spp": spp, "sigma": sigma, "rmse": float(f"{error:.6g}")}
                 for (figure, spp, sigma), error in measure(program, name, counts, domains).items()]
         print(f"bench: measured {name}", file=sys.stderr)
         return rows
@@ -78,7 +79,7 @@ def measure_all(program, samplers, counts=COUNTS, domains=DOMAINS):
 
 def ratios(rows, sampler, figure, sigma, base=BASE):
     """{spp: RMSE relative to that of `base`}"""
-    own, base = ({int(row["spp"]): float(row["rmse"]) for row in rows if (row["sampler"], row["figure"], row["sigma"]) == (name, figure, sigma)}
+    own, base = ({row["spp"]: row["rmse"] for row in rows if (row["sampler"], row["figure"], row["sigma"]) == (name, figure, sigma)}
                  for name in (sampler, base))
     return {spp: error / base[spp] for spp, error in own.items()}
 
@@ -98,7 +99,7 @@ def table(rows, figure, sigma, base=BASE):
 
 def best_peer(rows, figure):
     """{spp: the least ratio of OpenQMC's samplers}, empty without them."""
-    found = [ratios(rows, name, figure, "2.1") for name in names_in(rows) if name in peers.PEERS]
+    found = [ratios(rows, name, figure, 2.1) for name in names_in(rows) if name in peers.PEERS]
     return {spp: min(one[spp] for one in found) for spp in found[0]} if found else {}
 
 
@@ -106,10 +107,10 @@ def summary_table(rows):
     """blue, and the best of OpenQMC's samplers at each count."""
     lines = []
     for figure, name in FIGURES.items():
-        lines.append(ratio_row(f"{name}: blue", ratios(rows, "blue", figure, "2.1")))
+        lines.append(ratio_row(f"{name}: blue", ratios(rows, "blue", figure, 2.1)))
         if best := best_peer(rows, figure):
             lines.append(ratio_row("best of OpenQMC", best))
-    return md_table(["", *map(str, ratios(rows, BASE, next(iter(FIGURES)), "2.1"))], lines)
+    return md_table(["", *map(str, ratios(rows, BASE, next(iter(FIGURES)), 2.1))], lines)
 
 
 def plot_spp(rows, path):
@@ -118,7 +119,7 @@ def plot_spp(rows, path):
     names = names_in(rows)
     for axis, what in zip(axes.flat, PLOTTED):
         for name in names:
-            found = ratios(rows, name, what, "2.1")
+            found = ratios(rows, name, what, 2.1)
             axis.loglog(list(found), list(found.values()), **style(name, names))
         finish(axis, textwrap.fill(FIGURES[what], 36), "samples per pixel")
     figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(names))
@@ -127,7 +128,7 @@ def plot_spp(rows, path):
 
 def times_table(times):
     forms = ("inline", "single", "block", "peer")
-    found, rows = {(row["sampler"], row["form"]): float(row["nanoseconds"]) for row in times}, []
+    found, rows = {(row["sampler"], row["form"]): row["nanoseconds"] for row in times}, []
     for name in dict.fromkeys(row["sampler"] for row in times):
         cells = [f"{found[name, form]:.1f}" if (name, form) in found else "" for form in forms]
         ratio = f"{found[name, 'peer'] / found['blue', 'inline']:.2f}" if (name, "peer") in found else ""
@@ -184,11 +185,11 @@ def answer(rows):
                          "families": "over domains of two families"}.items():
         others = {"best of OpenQMC": best_peer(rows, figure)}
         if "zorder" in names_in(rows):
-            others["Z-order at powers of two"] = {n: value for n, value in ratios(rows, "zorder", figure, "2.1").items() if n & (n - 1) == 0}
+            others["Z-order at powers of two"] = {n: value for n, value in ratios(rows, "zorder", figure, 2.1).items() if n & (n - 1) == 0}
         said = ", ".join(f"{name} {ends(found)}" for name, found in others.items() if found)
-        parts.append(f"{what} {ends(ratios(rows, 'blue', figure, '2.1'))}" + f" ({said})" * bool(said))
+        parts.append(f"{what} {ends(ratios(rows, 'blue', figure, 2.1))}" + f" ({said})" * bool(said))
     return (f"After a blur of 2.1 pixels `blue` has this share of padded Sobol's error, the least and the most over the counts: "
-            f"{'; '.join(parts)}. Without a blur it has {ends(ratios(rows, 'blue', 'half-planes-01', '0.0'))} of it in half-planes: what it changes is "
+            f"{'; '.join(parts)}. Without a blur it has {ends(ratios(rows, 'blue', 'half-planes-01', 0.0))} of it in half-planes: what it changes is "
             "where the error lies.")
 
 
@@ -244,14 +245,11 @@ def run(arguments):
                         help="folder for the CSV files (default out/samplers)")
     options = parser.parse_args(arguments)
 
-    files = options.pages / "samplers.csv", options.pages / "samplers_draws.csv"
-    if not options.again:
-        others = peers.chosen(options.openqmc, options.pathtracer)
-        times = [row for row in time_draws(options.draws) if row["form"] != "peer" or row["sampler"] in others]
-        rows = measure_all(options.program, (*(QUICK if options.quick else SAMPLERS), *others))
-        for path, found in zip(files, (rows, times)):
-            write_rows(path, list(found[0]), found)
-    rows, times = map(read_rows, files)
+    others = () if options.again else peers.chosen(options.openqmc, options.pathtracer)
+    times = kept(options.pages / "samplers_draws.csv", options.again, lambda: [
+        row for row in time_draws(options.draws) if row["form"] != "peer" or row["sampler"] in others])
+    rows = kept(options.pages / "samplers.csv", options.again, lambda: measure_all(
+        options.program, (*(QUICK if options.quick else SAMPLERS), *others)))
     names = names_in(rows)
     plot_spp(rows, options.out / "samplers_spp.png")
     plot_spectra(options.program, names, options.out / "samplers_spectra.png")
