@@ -24,10 +24,8 @@ def test_crops_stay_where_they_are():
 def checkout(tmp_path):
     """A folder that looks like Cycles."""
     folder = tmp_path / "cycles"
-    for name in ("src/kernel/sample", "examples"):
-        (folder / name).mkdir(parents=True)
+    (folder / "src/kernel/sample").mkdir(parents=True)
     (folder / "src/kernel/sample/pattern.h").write_text("first\n")
-    (folder / "examples/scene_monkey.xml").write_text('<cycles>\n<camera type="perspective" fov="0.5"/>\n</cycles>\n')
     git = ("git", "-C", folder, "-c", "user.name=a", "-c", "user.email=a@b")
     for command in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
         subprocess.run([*git, *command], check=True)

@@ -20,10 +20,10 @@ def package(name, install):
         raise CommandError(f"the package {name.replace('_', '-')} is missing; run {install}") from None
 
 
-def run_or_say_why(run, arguments=None, program="bench"):
+def run_or_say_why(run, arguments, program):
     """Runs a command; errors end the program with one line."""
     try:
-        return run(sys.argv[1:] if arguments is None else list(arguments))
+        return run(list(arguments))
     except (CommandError, OSError) as error:
         sys.exit(f"{program}: {error}")
     except KeyboardInterrupt:

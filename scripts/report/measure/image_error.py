@@ -107,10 +107,10 @@ def all_errors(image, reference, exposure=0.0):
     return {f"{kind}_{sigma}" if sigma else kind: _rms(error, sigma) for kind, error in errors.items() for sigma in SIGMAS}
 
 
-def own_errors(reference, first_half, exposure=0.0):
+def own_errors(reference, first_half, exposure=0.0, errors=all_errors):
     """{measure: error} of a reference itself: half the difference between the means of its two halves."""
     second_half = 2 * np.asarray(reference, np.float64) - first_half
-    return {name: error / 2 for name, error in all_errors(first_half, second_half, exposure).items()}
+    return {name: error / 2 for name, error in errors(first_half, second_half, exposure).items()}
 
 
 def luminance_error(image, reference):

@@ -13,8 +13,7 @@ import numpy as np
 from ..base.command import CommandError, Parser, package
 from ..base.progress import Progress
 from ..base.tables import md_table, write_or_print
-from ..measure.image_error import displayed_rmse, rmse
-from .other_renderer import write_picture
+from .other_renderer import shown_and_raw, write_picture
 
 COMMAND = "scripts/bench mitsuba"
 INSTALL = ".venv/bin/python -m pip install mitsuba"
@@ -22,7 +21,6 @@ OWN = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
 SAMPLERS = (*OWN, "bluenoise")
 BASE = "independent"
 COUNTS = (1, 4, 16)
-SIGMA = 2.1
 REFERENCE_SPP, REFERENCE_PART = 2048, 512
 # What the page begins with.
 PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/mitsuba.jpg", "Cornell box, direct light", 4
@@ -149,9 +147,7 @@ def measure(mitsuba, size, seeds, reference_spp, progress):
                 done += spp * seeds
                 if taken != spp:
                     continue
-                pictures = (picture(mitsuba, loaded, seed, spp) for seed in range(seeds))
-                errors = [(displayed_rmse(image, reference, sigma=SIGMA), rmse(image, reference, SIGMA)) for image in pictures]
-                row[sampler] = tuple(np.sqrt(np.mean(np.square(errors), 0)))
+                row[sampler] = shown_and_raw((picture(mitsuba, loaded, seed, spp) for seed in range(seeds)), reference)
     return result
 
 
@@ -167,8 +163,7 @@ def table(result):
     def text(row, sampler):
         if sampler not in row:
             return ""
-        times = [ours / theirs for ours, theirs in zip(row[BASE], row[sampler])]
-        return f"{times[0]:.2f} ({times[1]:.2f})"
+        return "{:.2f} ({:.2f})".format(*row[BASE] / row[sampler])
 
     return md_table(["scene", "spp", *(f"`{sampler}`" for sampler in SAMPLERS[1:])],
                     [[name, str(spp), *(text(row, sampler) for sampler in SAMPLERS[1:])] for (name, spp), row in result.items()])

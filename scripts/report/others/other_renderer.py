@@ -6,6 +6,7 @@ import functools
 import math
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -42,6 +43,12 @@ def errors(picture, reference):
     return {f"{kind}_{sigma}": rmse(*pictures[kind], sigma) for kind in KINDS for sigma in SIGMAS}
 
 
+def shown_and_raw(pictures, reference, sigma=2.1):
+    """(error as displayed, raw error) after the blur, root mean squares over pictures."""
+    found = [(displayed_rmse(picture, reference, sigma=sigma), rmse(picture, reference, sigma)) for picture in pictures]
+    return np.sqrt(np.mean(np.square(found), 0))
+
+
 def name_of(measure):
     kind, _, sigma = measure.partition("_")
     return KINDS[kind] + (f", after sigma {sigma}" if float(sigma) else ", unblurred")
@@ -51,13 +58,11 @@ def processor_seconds(command, what, environment=None):
     """Runs a program and returns its processor seconds; RenderError has the last line that it wrote."""
     with tempfile.TemporaryFile() as log:
         try:
-            process = os.posix_spawn(command[0], command, environment or os.environ, file_actions=[
-                (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0), (os.POSIX_SPAWN_DUP2, log.fileno(), 1),
-                (os.POSIX_SPAWN_DUP2, log.fileno(), 2)])
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
         except OSError as error:
             raise RenderError(f"cannot run {command[0]} ({error.strerror})") from None
-        _, status, used = os.wait4(process, 0)
-        if status:
+        _, process.returncode, used = os.wait4(process.pid, 0)
+        if status := process.returncode:
             log.seek(0)
             said = log.read().decode(errors="replace").strip().splitlines()
             raise RenderError(f"{what}: {said[-1] if said else f'status {status}'}")

@@ -16,14 +16,12 @@ from ..base.browser import Browser, chromium
 from ..base.command import CommandError, Parser
 from ..base.progress import Progress
 from ..base.tables import md_table, write_or_print
-from ..measure.image_error import displayed_rmse, rmse
-from .other_renderer import write_picture
+from .other_renderer import shown_and_raw, write_picture
 
 COMMAND = "scripts/bench web"
 PAGE = Path(__file__).resolve().parents[3] / "examples" / "web" / "index.html"
 SAMPLERS = {"white": "white noise", "sobol": "padded Sobol'", "blue": "blue"}
 COUNTS = (1, 2, 3, 4, 6, 8, 16)
-SIGMA = 2.1
 REFERENCE_RUN = 1_000_000  # no run of a picture's
 PICTURE, PICTURE_SPP, PICTURE_PART = "docs/web.jpg", 3, (20, 30, 200, 190)
 # The sums of a sampler so far, four floats a pixel, as text: JSON would take longer than the samples.
@@ -73,18 +71,16 @@ def reference_of(tracer, spp, progress):
 
 def measure(tracer, seeds, reference_spp, progress):
     """{(sampler, count): (error as displayed, raw error)}, root mean squares over seeds, and the picture's pictures and reference."""
-    reference, found, shown = reference_of(tracer, reference_spp, progress), {}, {}
+    reference, found = reference_of(tracer, reference_spp, progress), {}
     for seed in range(seeds):
         tracer.restart(seed)
         for count in COUNTS:
             tracer.sample(count)
             for kind in SAMPLERS:
-                image = tracer.picture(kind)
-                found.setdefault((kind, count), []).append((displayed_rmse(image, reference, sigma=SIGMA), rmse(image, reference, SIGMA)))
-                if (seed, count) == (0, PICTURE_SPP):
-                    shown[SAMPLERS[kind]] = image
+                found.setdefault((kind, count), []).append(tracer.picture(kind))
         progress(f"seed {seed + 1}", reference_spp + (seed + 1) * COUNTS[-1])
-    return {key: np.sqrt(np.mean(np.square(errors), 0)) for key, errors in found.items()}, shown, reference
+    shown = {name: found[kind, PICTURE_SPP][0] for kind, name in SAMPLERS.items()}
+    return {key: shown_and_raw(pictures, reference) for key, pictures in found.items()}, shown, reference
 
 
 def table(errors):

@@ -23,7 +23,7 @@ from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, write_or_print
 from ..measure.image_error import blurred, displayed
 from ..renders import denoise as denoising
-from .realtime import MovedMask, code, read_pack
+from .realtime import MovedMask, add_packs, code, packs_of
 
 COMMAND = "scripts/bench moving"
 PROGRAM = Path(__file__).resolve().parents[3] / "build/tests/bench/bench_frames"
@@ -255,8 +255,7 @@ def run(arguments):
     parser = Parser("moving", __doc__)
     parser.number("--seeds", 2, "seeds of each sampler")
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES), help="default: all")
-    parser.add_argument("--stbn", type=Path, metavar="FOLDER", help="as for scripts/bench realtime")
-    parser.add_argument("--fast", type=Path, metavar="FOLDER", help="as for scripts/bench realtime")
+    add_packs(parser, ("STBN", "FAST"))
     parser.number("--jobs", 2, "runs at a time")
     parser.hidden("--picture", "docs/realtime.webp")
     parser.table("docs/report/realtime.md")
@@ -269,7 +268,7 @@ def run(arguments):
     with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
         ways = dict(WAYS)
         stacks = {"mask + R2": np.stack([MovedMask().frame(t, 2, 0, 64) for t in range(3 * PHASE)]),
-                  **{name: read_pack(name, path).stack_for(2) for name, path in (("STBN", options.stbn), ("FAST", options.fast)) if path}}
+                  **{name: pack.stack_for(2) for name, pack in packs_of(options).items()}}
         for name, stack in stacks.items():
             if stack.shape[-1] < 2:
                 raise CommandError(f"--{name.lower()}: the pack has no two-vectors")

@@ -22,6 +22,7 @@ from ..base.plots import plt, save, style
 from ..base.tables import md_table, write_or_print
 from ..measure.image_error import blurred
 from ..renders.variants import ALWAYS
+from ..renders.views import golden_powers
 from ..samplers.paths import half_planes, inside
 
 
@@ -59,15 +60,6 @@ class Slices:
         return np.stack(numbers[:dimensions], -1)
 
 
-def steps(dimensions):
-    """What each number moves by in a frame: the golden ratio for one, R2 for two (M. Roberts, "The Unreasonable Effectiveness
-    of Quasirandom Sequences", 2018), and its like for more."""
-    base = 2.0
-    for _ in range(40):
-        base = (1 + base) ** (1 / (dimensions + 1))
-    return base ** -np.arange(1.0, dimensions + 1)
-
-
 class MovedMask:
     """The built-in mask of 64x64, with an offset for each number, to which every frame adds a constant."""
 
@@ -75,7 +67,7 @@ class MovedMask:
         self.still = Slices(bluenoise.to_float(bluenoise.mask((64, 64), method="builtin"))[None, ..., None])
 
     def frame(self, frame, dimensions, seed, size):
-        moved = self.still.frame(0, dimensions, seed, size) + frame * steps(dimensions)
+        moved = self.still.frame(0, dimensions, seed, size) + frame * np.array(golden_powers(dimensions))
         return (moved % 1).astype(np.float32)
 
 
@@ -85,6 +77,9 @@ class MovedMask:
 # FAST's (Donnelly et al., 2024).
 PACKS = {"STBN": {r"stbn_(?:scalar|vec1)_.*": 1, r"stbn_vec2_.*": 2},
          "FAST": {r"real_uniform_.*": 1, r"vector2_uniform_.*": 2}, "slices": {".*": 0}}
+PACK_HELP = {"STBN": "PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...",
+             "FAST": "PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...",
+             "slices": "any other stack of numbered PNG files"}
 
 
 def read_set(folder, pattern, channels):
@@ -111,6 +106,16 @@ def read_pack(pack, folder):
     if not stacks:
         raise CommandError(f"{folder} has no PNG files named like {' or '.join(PACKS[pack])}, with a number at the end")
     return Slices(*stacks)
+
+
+def add_packs(parser, names):
+    for name in names:
+        parser.add_argument(f"--{name.lower()}", type=Path, metavar="FOLDER", help=PACK_HELP[name])
+
+
+def packs_of(options):
+    """{name: Slices} of those that were given."""
+    return {name: read_pack(name, folder) for name in PACKS if (folder := getattr(options, name.lower(), None))}
 
 
 # ---- The measure
@@ -336,17 +341,11 @@ def run(arguments):
     parser = Parser("realtime", __doc__)
     parser.number("--seeds", 2, "seeds of each sampler")
     parser.number("--integrands", 12, "integrands of each kind")
-    parser.add_argument("--stbn", type=Path, metavar="FOLDER", help="PNG files of the public STBN pack: stbn_scalar_..., stbn_vec2_...")
-    parser.add_argument("--fast", type=Path, metavar="FOLDER",
-                        help="PNG files of FAST for one pair of filters: real_uniform_..., vector2_uniform_...")
-    parser.add_argument("--slices", type=Path, metavar="FOLDER", help="any other stack of numbered PNG files")
+    add_packs(parser, PACKS)
     parser.out()
     parser.table("docs/report/realtime.md")
     options = parser.parse_args(arguments)
-    ways = dict(WAYS)
-    for option, name in (("stbn", "STBN"), ("fast", "FAST"), ("slices", "slices")):
-        if folder := getattr(options, option):
-            ways[name] = read_pack(name, folder)
+    ways = {**WAYS, **packs_of(options)}
     result = measure(ways, options.seeds, options.integrands)
     if not options.print:
         draw_plot(result, ways, options.out / "realtime.png")

@@ -20,7 +20,7 @@ from ..base.plots import finish, plt, save
 from ..base.tables import md_table
 from ..measure import equal_quality, gains
 from ..measure.gains import BEST_PEER, Gains, gain_of
-from ..measure.image_error import displayed_rmse, relative_rmse, trimmed_relative_rmse
+from ..measure.image_error import displayed_rmse, own_errors, relative_rmse, trimmed_relative_rmse
 from . import variants, views
 from .judge import Cells, Run, Task, pictures_of, plan, render_references
 from .renders import REFERENCE_SPP
@@ -102,15 +102,10 @@ def denoised(denoise, way, picture, rays):
 
 def errors(image, reference, exposure):
     """{measure: error} for all MEASURES."""
+    reference = np.maximum(reference, 0)
     return {"relative": relative_rmse(image, reference), "trimmed": trimmed_relative_rmse(image, reference),
             **{f"displayed_{sigma}" if sigma else "displayed": displayed_rmse(image, reference, exposure, sigma)
                for sigma in (0.0, 2.1)}}
-
-
-def own_errors(reference, first_half, exposure):
-    """{measure: error} of the reference itself: half the difference between the means of its two halves."""
-    second_half = 2 * np.asarray(reference, np.float64) - first_half
-    return {name: error / 2 for name, error in errors(first_half, np.maximum(second_half, 0), exposure).items()}
 
 
 class DenoisedRun(Run):
@@ -243,7 +238,7 @@ def parse_options(arguments):
 
 def with_own_errors(reference):
     """A judge.Reference whose own errors carry the names of the denoised measures."""
-    own = own_errors(reference.picture, reference.first_half, reference.exposure)
+    own = own_errors(reference.picture, reference.first_half, reference.exposure, errors)
     return dataclasses.replace(reference, own={f"{way}:{name}": error for way in WAYS for name, error in own.items()})
 
 

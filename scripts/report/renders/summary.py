@@ -6,11 +6,10 @@ that of blue, in crops of large pictures that nothing was tuned on. If the first
 how long each sampler takes to an error.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
-from ..base.command import CommandError
+from ..base.command import CommandError, Parser
 from ..base.tables import md_table, update_table
 from ..measure.gains import BEST_PEER, read_rows
 
@@ -96,10 +95,10 @@ def read_parts(folder):
 
 
 def run(arguments):
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0])
+    parser = Parser("summary", __doc__)
     parser.add_argument("--report", type=Path, default=Path("docs/report"), metavar="FOLDER",
                         help="folder with the results of the commands (default docs/report)")
-    parser.add_argument("--readme", type=Path, default=Path("README.md"), help=argparse.SUPPRESS)
+    parser.hidden("--readme", "README.md")
     parser.add_argument("--print", action="store_true", help="print the table without changing files")
     options = parser.parse_args(arguments)
     parts, missing = read_parts(options.report)

@@ -88,18 +88,19 @@ class View:
                        declared=spp if sampler in variants.DECLARED else 0)
 
 
-def _spread(index, count):
-    """A low-discrepancy sequence in [-1, 1]: multiples of powers of the generalised golden ratio."""
+def golden_powers(count):
+    """What a low-discrepancy sequence of so many numbers moves by: the golden ratio for one, R2 for two (M. Roberts, "The Unreasonable
+    Effectiveness of Quasirandom Sequences", 2018), and its like for more."""
     root = 2.0
     for _ in range(40):
         root = (1 + root) ** (1 / (count + 1))
-    return [2 * ((0.5 + (index + 1) * root ** -(i + 1)) % 1) - 1 for i in range(count)]
+    return [root ** -(i + 1) for i in range(count)]
 
 
 def _camera(scene, index):
     """Options for the scene's camera, rotated, shifted and zoomed."""
     (eye, target, fov) = CAMERAS[scene]
-    yaw, pitch, side, up, zoom = _spread(index, 5)
+    yaw, pitch, side, up, zoom = (2 * ((0.5 + (index + 1) * step) % 1) - 1 for step in golden_powers(5))
     forward = [b - a for a, b in zip(eye, target)]
     distance = math.hypot(*forward)
     level = math.hypot(forward[0], forward[2])
