@@ -61,6 +61,7 @@ def test_a_key_that_comes_twice():
 
 WEIGHTS = tensor("weights", (1, 1, 3, 3), bytes(36))
 CONV = node("Conv", "noise,weights", "mask") + WEIGHTS
+NODE = _field(1, "noise") + _field(1, "weights") + _field(2, "mask") + _field(4, "Conv")
 
 
 @pytest.mark.parametrize(("bytes_", "expected"), [
@@ -84,9 +85,12 @@ CONV = node("Conv", "noise,weights", "mask") + WEIGHTS
     (model(node("Conv", "noise,weights", "mask") + tensor("weights", (1, 1, 3, 3), bytes(36), _field(13, ""))), UNSUPPORTED),
     (model(node("Conv", "noise,weights", "mask", "com.example") + WEIGHTS), UNSUPPORTED),
     (model(node("Conv", "noise,weights", "mask", "ai.onnx.ml") + WEIGHTS), UNSUPPORTED),
-    (model(_field(1, _field(2, "mask") + _field(4, "Loop") + _field(5, _field(1, "body") + _field(6, _field(2, "inner"))))), UNSUPPORTED),
+    (model(CONV + _field(15, "")), UNSUPPORTED),
     (model(CONV, more=_field(20, "")), UNSUPPORTED),
     (model(CONV, more=_field(25, "")), UNSUPPORTED),
+    # In an attribute a tensor, which may be there, or a graph, graphs, a sparse tensor, sparse tensors.
+    *((model(WEIGHTS + _field(1, NODE + _field(5, _field(1, "any") + _field(number, "")))), GOOD if number == 5 else UNSUPPORTED)
+      for number in (5, 6, 11, 22, 23)),
 ])
 def test_graphs(bytes_, expected, capfd):
     assert verdict(bytes_) == expected
