@@ -134,10 +134,10 @@ inline void add_emission(const Scene &scene, Path &path, const Hit &hit) {
 
 struct Vertex {
     Vec3 point;
-    float distance; // from the ray's origin
-    bool front;     // whether the ray came from the triangle's front
-    Vec3 normal;    // geometric, on the side the ray came from
-    Frame frame;    // around the shading normal
+    float distance;  // from the ray's origin
+    bool front;      // whether the ray came from the triangle's front
+    Vec3 normal;     // geometric, on the side the ray came from
+    glm::mat3 frame; // around the shading normal
     Vec3 shading_normal;
     Vec3 wo; // back along the ray, in the frame
 
@@ -162,7 +162,7 @@ inline Vertex vertex_at(const Scene &scene, const Ray &ray, const Hit &hit) {
     v.point = ray.origin + hit.distance * ray.direction;
     v.distance = hit.distance;
     v.frame = frame_around(v.shading_normal);
-    v.wo = to_local(v.frame, to_origin);
+    v.wo = to_origin * v.frame;
     return v;
 }
 
@@ -214,7 +214,7 @@ void add_light_sample(const Integrator &integrator, Path &path, const Vertex &v,
     const Light &light = choose_light(scene, u);
     const LightSample sample = light_sample(light, v.point, u);
     if (!(sample.pdf > 0)) return;
-    const Vec3 wi = to_local(v.frame, sample.direction);
+    const Vec3 wi = sample.direction * v.frame;
     const auto [scattered, own_pdf] = material_value(material, v.front, v.wo, wi);
     if (!(max_component(scattered) > 0) || !v.same_side(wi, sample.direction)) return;
     ++path.counters->rays;
@@ -276,11 +276,11 @@ MaterialSample sample_either(const Scene &scene, const Vertex &v, const Material
         const LightSample sample = light_sample(light, v.point, u);
         if (!(sample.pdf > 0)) return result;
         direction = sample.direction;
-        result.wi = to_local(v.frame, direction);
+        result.wi = direction * v.frame;
     } else {
         result = material_sample(material, v.front, v.wo, u, lobe);
         if (!(result.pdf > 0)) return result;
-        direction = to_world(v.frame, result.wi);
+        direction = v.frame * result.wi;
     }
     const auto [scattered, own_pdf] = material_value(material, v.front, v.wo, result.wi);
     result.pdf = 0.5f * own_pdf;
@@ -322,7 +322,7 @@ bool scatter(const Integrator &integrator, Path &path, const Vertex &v, const Ma
         sample = sample_either(scene, v, material, to_light, u, lobe, kept);
     }
     if (!(sample.pdf > 0)) return false;
-    const Vec3 direction = to_world(v.frame, sample.wi);
+    const Vec3 direction = v.frame * sample.wi;
     if (!v.same_side(sample.wi, direction)) return false;
     path.throughput *= sample.weight;
     if (roulette) {

@@ -12,6 +12,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -48,24 +49,13 @@ inline Vec3 normalize_or(Vec3 v, Vec3 fallback) {
     return normalize(v / largest);
 }
 
-// An orthonormal frame around a unit normal.
-struct Frame {
-    Vec3 tangent, bitangent, normal;
-};
-
-inline Frame frame_around(Vec3 n) {
+// An orthonormal frame around a unit normal: tangent, bitangent and normal are its columns, so
+// `frame * v` leads to the world, and `v * frame` back.
+inline glm::mat3 frame_around(Vec3 n) {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1 / (sign + n.z);
     const float b = n.x * n.y * a;
     return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
-}
-
-inline Vec3 to_world(const Frame &f, Vec3 v) {
-    return v.x * f.tangent + v.y * f.bitangent + v.z * f.normal;
-}
-
-inline Vec3 to_local(const Frame &f, Vec3 v) {
-    return {dot(f.tangent, v), dot(f.bitangent, v), dot(f.normal, v)};
 }
 
 // Sine and cosine of an angle in [-pi/4, pi/4], by the first terms of their series: accurate there

@@ -18,7 +18,7 @@
 
 #include "error.h"
 #include "film.h"
-#include "png_image.h"
+#include "image.h"
 #include "scene_file.h"
 
 namespace fs = std::filesystem;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // PNG through libpng: previews out, masks and textures in.
-#include "png_image.h"
+#include "image.h"
 
 #include <bn/bn.h>
 #include <png.h>

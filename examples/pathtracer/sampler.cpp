@@ -3,7 +3,7 @@
 #include "sampler.h"
 
 #include "error.h"
-#include "png_image.h"
+#include "image.h"
 
 #ifndef BN_NO_NEURAL
 #include <bn/neural.h>

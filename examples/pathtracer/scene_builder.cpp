@@ -116,11 +116,11 @@ void add_sphere(Scene &scene, uint32_t material, Vec3 middle, float radius, int 
 }
 
 void add_bar(Scene &scene, uint32_t material, Vec3 a, Vec3 b, float radius, int around) {
-    const Frame frame = frame_around(normalize(b - a));
+    const glm::mat3 frame = frame_around(normalize(b - a));
     const auto first = static_cast<uint32_t>(scene.vertices.size());
     for (int i = 0; i < around; ++i) {
         const float phi = 2 * PI * static_cast<float>(i) / static_cast<float>(around);
-        const Vec3 n = std::cos(phi) * frame.tangent + std::sin(phi) * frame.bitangent;
+        const Vec3 n = std::cos(phi) * frame[0] + std::sin(phi) * frame[1];
         add_vertex(scene, a + radius * n, n);
         add_vertex(scene, b + radius * n, n);
     }

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Looks up textures and vertex colours at a point on a surface.
-#include "surface_maps.h"
-
 #include "scene.h"
 
 namespace {

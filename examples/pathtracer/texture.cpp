@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "error.h"
-#include "png_image.h"
+#include "image.h"
 
 namespace {
 

@@ -115,8 +115,7 @@ struct Tracer {
     Vec3 radiance(const Surface &first, const Numbers &numbers) const {
         if (!(first.distance > 0)) return {0, 0, 0};
         Vec3 light = direct(first.start, first.normal, numbers(LIGHT));
-        const Vec3 away =
-            to_world(frame_around(first.normal), square_to_cosine_hemisphere(numbers(BOUNCE)));
+        const Vec3 away = frame_around(first.normal) * square_to_cosine_hemisphere(numbers(BOUNCE));
         const Surface next = meet({first.start, normalize(away)}, false);
         if (next.distance > 0)
             light += next.albedo * direct(next.start, next.normal, numbers(BOUNCE_LIGHT));

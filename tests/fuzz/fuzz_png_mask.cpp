@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // PNG files given as masks.
-#include "png_image.h"
+#include "image.h"
 #include "reader_fuzzer.h"
 
 bool fuzz_input_was_read;

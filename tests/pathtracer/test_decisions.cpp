@@ -188,16 +188,16 @@ double walked(const Scene &scene, const Geometry &geometry, Ray ray, Random &ran
     while (intersect(geometry, ray, false, hit)) {
         const bool front = dot(hit.normal, ray.direction) < 0;
         const Vec3 normal = front ? hit.normal : -hit.normal;
-        const Frame frame = frame_around(normal);
+        const glm::mat3 frame = frame_around(normal);
         const Vec2 u = {random(), random()};
         const MaterialSample sample =
             material_sample(scene.materials[scene.surfaces[hit.triangle].material], front,
-                            to_local(frame, -ray.direction), u, random());
+                            -ray.direction * frame, u, random());
         if (!(sample.pdf > 0)) return 0;
         throughput *= sample.weight;
         const Vec3 point = ray.origin + hit.distance * ray.direction;
         ray = {offset_point(point, sample.wi.z > 0 ? normal : -normal, hit.distance),
-               to_world(frame, sample.wi)};
+               frame * sample.wi};
     }
     return throughput.x;
 }
