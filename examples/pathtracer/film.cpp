@@ -35,15 +35,6 @@ Film film_create(int full_width, int full_height, const Crop &crop) {
     return {full_width, full_height, crop, std::vector<FilmPixel>(pixel_count(crop))};
 }
 
-FilmPixel &film_pixel(Film &film, int x, int y) {
-    const size_t row = y - film.crop.y0;
-    return film.pixels[row * width(film.crop) + x - film.crop.x0];
-}
-
-const FilmPixel &film_pixel(const Film &film, int x, int y) {
-    return film_pixel(const_cast<Film &>(film), x, y);
-}
-
 Film film_with_crop(const Film &film, const Crop &crop) {
     Film result = film_create(film.full_width, film.full_height, crop);
     for (int y = std::max(crop.y0, film.crop.y0); y < std::min(crop.y1, film.crop.y1); ++y)

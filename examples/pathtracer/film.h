@@ -30,8 +30,11 @@ struct Film {
 Film film_create(int full_width, int full_height, const Crop &crop);
 
 // The pixel (x, y) of the whole picture, which must be inside the film's crop.
-FilmPixel &film_pixel(Film &film, int x, int y);
-const FilmPixel &film_pixel(const Film &film, int x, int y);
+template <typename FilmOrConst>
+auto &film_pixel(FilmOrConst &film, int x, int y) {
+    const size_t row = y - film.crop.y0;
+    return film.pixels[row * width(film.crop) + x - film.crop.x0];
+}
 
 // The film of another crop: pixels of both keep their samples, others have none.
 Film film_with_crop(const Film &film, const Crop &crop);

@@ -18,12 +18,10 @@ namespace {
 
 // Extensions that the reader supports, or reports itself where a material uses them.
 bool is_known(const std::string &extension) {
-    const char *const known[] = {
+    static const std::set<std::string> known = {
         "KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp",
         "EXT_texture_avif",    "KHR_texture_basisu",    "MSFT_texture_dds"};
-    for (const char *name : known)
-        if (extension == name) return true;
-    return extension.compare(0, 14, "KHR_materials_") == 0;
+    return known.count(extension) > 0 || extension.compare(0, 14, "KHR_materials_") == 0;
 }
 
 // Keeps the bytes of an image, to be decoded when a material first uses it. Images in buffer views
