@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Nanoseconds per draw on one core, as CSV on standard output:
  *
- *     sampler,form,nanoseconds,instances
+ *     sampler,form,nanoseconds
  *
  * All draw as a path does: six domains, the children of the root by the keys 0 to 5, for each of 16
  * indices, pixel after pixel. Forms: `single` calls bn_sample_4d() of the library; `inline` does the same
@@ -14,8 +14,8 @@
  * `many-shuffled` have the lanes in random order, as after a sort by material. BN_SIMD chooses the
  * instruction set.
  *
- * A time is the shortest of many short ones, taken in turn, so that what else the machine does
- * falls out; `instances` is the number of turns. In each a form runs twice, and the first run fills caches. */
+ * A time is the shortest of ROUNDS short ones, taken in turn, so that what else the machine does
+ * falls out. In each round a form runs twice, and the first run fills caches. */
 #include <bn/bn.h>
 
 /* The call of the library, before bn_path.h puts an inline function in its place. */
@@ -27,16 +27,12 @@ static inline void call_4d(const bn_sampler *sampler, int32_t x, int32_t y, uint
 #include <bn/bn_path.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 #include "bench_openqmc.h"
 
 enum { WIDTH = 64, HEIGHT = 4, INDICES = 16, DOMAINS = 6, KINDS = 5 };
-enum { DRAWS = WIDTH * HEIGHT * INDICES * DOMAINS };
-
-static const char usage[] =
-    "usage: bench_draws [--rounds N]   (times each form is measured: 400)\n";
+enum { DRAWS = WIDTH * HEIGHT * INDICES * DOMAINS, ROUNDS = 400 };
 
 static const char *const kind_names[KINDS] = {"blue", "sobol", "white", "zorder", "mask"};
 static volatile float sink;
@@ -157,7 +153,7 @@ static void measure(row *r, unsigned round, float *block) {
     if (elapsed < r->best) r->best = elapsed;
 }
 
-int main(int argc, char **argv) {
+int main(void) {
     static const struct {
         const char *name;
         form *draw;
@@ -173,16 +169,11 @@ int main(int argc, char **argv) {
     enum { FORMS = sizeof forms / sizeof *forms, CALLS = FORMS - 2 };
     static row rows[FORMS * KINDS + BENCH_PEERS];
     bn_sampler samplers[KINDS];
-    unsigned rounds = 400;
     int count = 0;
-    float *block = malloc(4 * DRAWS * sizeof *block);
+    static float block[4 * DRAWS];
     fill_wavefronts();
     for (int32_t kind = 0; kind < KINDS; ++kind) {
         samplers[kind] = bn_sampler_make(kind, 0);
-        if (block == NULL) {
-            fprintf(stderr, "bench_draws: out of memory\n");
-            return 1;
-        }
         for (int i = 0; i < (kind <= BN_SAMPLER_WHITE ? FORMS : CALLS); ++i) {
             rows[count++] = (row){.sampler = kind_names[kind],
                                   .form_name = forms[i].name,
@@ -195,21 +186,11 @@ int main(int argc, char **argv) {
         rows[count++] = (row){bench_peers[i].name, "peer", NULL, NULL, &bench_peers[i], 1e30};
         sink = bench_peers[i].draw(0, 1, 1, 1, 1); /* fills its tables */
     }
-    if (argc > 1) {
-        char *end = argc == 3 && strcmp(argv[1], "--rounds") == 0 ? argv[2] : NULL;
-        if (end != NULL) rounds = (unsigned)strtoul(argv[2], &end, 10);
-        if (end == NULL || end == argv[2] || *end != '\0' || rounds == 0) {
-            fputs(usage, stderr);
-            return 2;
-        }
-    }
-    for (unsigned round = 0; round < rounds; ++round) {
+    for (unsigned round = 0; round < ROUNDS; ++round) {
         for (int i = 0; i < 2 * count; ++i) measure(&rows[i / 2], round, block);
     }
-    printf("sampler,form,nanoseconds,instances\n");
-    for (int i = 0; i < count; ++i) {
-        printf("%s,%s,%.2f,%u\n", rows[i].sampler, rows[i].form_name, rows[i].best, rounds);
-    }
-    free(block);
+    printf("sampler,form,nanoseconds\n");
+    for (int i = 0; i < count; ++i)
+        printf("%s,%s,%.2f\n", rows[i].sampler, rows[i].form_name, rows[i].best);
     return 0;
 }

@@ -194,10 +194,8 @@ int main(int argc, char **argv) try {
     const int places[7] = {2, 3, 4, 5, 9, 10, 11};
     bool good = argc == 12;
     for (int i = 0; good && i < 7; ++i) {
-        char *end = nullptr;
-        values[i] = std::strtol(argv[places[i]], &end, 10);
-        good = *argv[places[i]] != 0 && *end == 0 && values[i] >= (i == 3 || i == 5 ? 0 : 1) &&
-               values[i] <= 1 << 20;
+        values[i] = std::atol(argv[places[i]]);
+        good = values[i] >= (i == 3 || i == 5 ? 0 : 1) && values[i] <= 1 << 20;
     }
     const auto part = static_cast<Part>(good ? index_of(argv[7], part_names, PARTS) : PARTS);
     const auto given = static_cast<Given>(good ? index_of(argv[8], given_names, GIVENS) : GIVENS);
