@@ -12,6 +12,12 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "libbn"
+
+
 @pytest.fixture(scope="session")
 def pathtracer() -> Path:
     program = Path(os.environ.get("BN_PATHTRACER", ROOT / "build" / "examples" / "pathtracer" / "pathtracer"))

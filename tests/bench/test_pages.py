@@ -16,11 +16,6 @@ from report.renders.views import View
 TRIANGLE = "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv -1 0.5 0\nv 1 0.5 0\nv 0 1.5 0\nf 1 2 3\nf 4 5 6\n"
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
 def run(pathtracer, folder, *arguments):
     bench(["convergence", *map(str, arguments), "--size", "16x16", "--spp", "4", "--reference-spp", "32", "--seeds", "1",
            "--out", str(folder), "--pathtracer", str(pathtracer)])

@@ -16,10 +16,8 @@ SMALL = Request("sobol", spp=8, seed=5, width=24, height=16, more=("--light-samp
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+def few_parts(monkeypatch):
     monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)
-    return tmp_path / "libbn" / "references"
 
 
 @pytest.fixture
@@ -45,7 +43,7 @@ def rendered(pathtracer, tmp_path, request):
 def test_rendered_again_when_something_changed(pathtracer, cache, runs, spoil):
     make_reference(pathtracer, SMALL)
     assert len(runs) == 5  # a probe, four parts
-    (path,) = cache.iterdir()
+    (path,) = (cache / "references").iterdir()
     if spoil == "picture":
         path.write_bytes(path.read_bytes()[:-1])
     make_reference(pathtracer, dataclasses.replace(SMALL, seed=6) if spoil == "request" else SMALL)
@@ -67,9 +65,9 @@ def test_interrupted_reference_goes_on(pathtracer, cache, runs):
 
     with pytest.raises(KeyboardInterrupt):
         make_reference(pathtracer, SMALL, interrupt)
-    assert len(runs) == 3 and len(list(cache.iterdir())) == 2
+    assert len(runs) == 3 and len(list((cache / "references").iterdir())) == 2
     make_reference(pathtracer, SMALL)
-    assert len(runs) == 6 and len(list(cache.iterdir())) == 1
+    assert len(runs) == 6 and len(list((cache / "references").iterdir())) == 1
 
 
 def test_reference_is_kept_while_the_path_tracer_draws_the_same(pathtracer, tmp_path, runs):

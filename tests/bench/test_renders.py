@@ -18,8 +18,7 @@ from report.renders.renderer import run_pathtracer
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+def few_parts(monkeypatch):
     monkeypatch.setattr(renderer, "REFERENCE_PARTS", 4)  # each part is a start of the path tracer
 
 
@@ -29,7 +28,7 @@ def arguments(pathtracer, out, *more):
             "--pathtracer", str(pathtracer), "--no-times", *more]
 
 
-def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_path, monkeypatch, capsys):
+def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, cache, tmp_path, monkeypatch, capsys):
     out, made = tmp_path / "report", []
     real = judge.measure
 
@@ -72,7 +71,7 @@ def test_interrupted_run_goes_on_and_writes_the_whole_report(pathtracer, tmp_pat
     monkeypatch.setattr(renders.Report, "plot", lambda *_: None)
     bench(["renders", *arguments(pathtracer, out)])
     assert made == [] and (out / "renders.md").read_text(encoding="utf-8") == text
-    assert sorted(path.name for path in (tmp_path / "cache/libbn").iterdir()) == ["references", "renders"]
+    assert sorted(path.name for path in cache.iterdir()) == ["references", "renders"]
 
 
 def test_a_change_of_one_sampler_renders_that_sampler_again(pathtracer, tmp_path, monkeypatch):

@@ -39,19 +39,17 @@ def style(name, names):
             "linewidth": 2.2 if name == "blue" else 1.3}
 
 
-def plain_numbers(*axes):
+def plain_numbers(*axes, minor="3"):
     """Labels at decades and their middles only; the other lines of a logarithmic axis have no room."""
     for axis in axes:
         axis.set_major_formatter(lambda value, _: f"{value:g}")
-        axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == "3" else "")
+        axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] == minor else "")
 
 
 def finish(axis, title, label):
     axis.set(title=title, xlabel=label, xscale="log", yscale="log")
     axis.set_xscale("log", base=2)
-    for which in (axis.xaxis, axis.yaxis):
-        which.set_major_formatter(lambda value, _: f"{value:g}")
-        which.set_minor_formatter(lambda value, _: "")
+    plain_numbers(axis.xaxis, axis.yaxis, minor="")
     low, high = axis.get_ylim()
     axis.set_yticks([tick for tick in TICKS if low <= tick <= high])
     axis.grid(True, which="major", alpha=.25)

@@ -16,7 +16,7 @@ import numpy as np
 from ..base.cache import Store, cache_folder
 from ..base.command import command_shown, names_of
 from ..base.contact_sheet import before_and_after
-from ..base.files import read_exr, write_image, write_rows, write_text
+from ..base.files import read_exr, write_image, write_text
 from ..base.progress import Progress, in_parallel
 from ..base.tables import md_table, update_table
 from ..measure import gains
@@ -32,7 +32,6 @@ MEASURES = tuple(f"{kind}_{sigma}" for kind in KINDS for sigma in reversed(SIGMA
 EXPOSED = 0.25  # the mean luminance of the reference of an exposed picture
 HEADLINE = ("displayed_2.1", "rmse_2.1")
 SPREAD_COUNTS = (1, 4, 16, 64)
-FIELDS = ("scene", "view", "sampler", "spp", "seeds", "seconds", *MEASURES)
 
 
 def errors(picture, reference):
@@ -287,10 +286,7 @@ class OtherReport:
 
     def write(self, name, guide):
         """Writes NAME.md and the CSV of all figures, and prints the report. In docs/report the guide's table changes, too; returns whether."""
-        write_rows(self.options.pages / f"{name}.csv", FIELDS, [
-            {"scene": view.scene, "view": view.name, "sampler": label, "spp": spp, "seeds": len(cell["seconds"]),
-             "seconds": f"{np.median(cell['seconds']):.4g}", **{one: f"{np.sqrt(np.mean(np.square(cell[one]))):.6g}" for one in MEASURES if one in cell}}
-            for (view, label, spp), cell in self.cells.values.items()])
+        self.cells.write_csv(self.options.pages / f"{name}.csv", MEASURES)
         text = self.text()
         write_text(self.options.out / f"{name}.md", text)
         whole = self.options.out.resolve() == Path("docs/report").resolve()

@@ -200,9 +200,10 @@ class Cells:
     def get(self, view, label, spp, measure):
         return self.values.get((view, label, spp), {}).get(measure)
 
-    def write_csv(self, path):
-        """One row per cell: root mean squares over seeds."""
-        write_rows(path, ["scene", "view", "width", "height", "sampler", "spp", "seeds", *MEASURES], [
-            {"scene": Path(view.scene).stem, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
-             "seeds": len(cell["rmse"]), **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in MEASURES}}
-            for (view, label, spp), cell in self.values.items()])
+    def write_csv(self, path, measures=MEASURES):
+        """One row per cell: root mean squares over seeds, and the median of seconds if they were measured."""
+        rows = [{"scene": Path(view.scene).stem, "view": view.name, "width": view.size[0], "height": view.size[1], "sampler": label, "spp": spp,
+                 "seeds": len(cell[measures[0]]), **({"seconds": f"{np.median(cell['seconds']):.4g}"} if "seconds" in cell else {}),
+                 **{name: f"{np.sqrt(np.mean(np.square(cell[name]))):.6g}" for name in measures}}
+                for (view, label, spp), cell in self.values.items()]
+        write_rows(path, list(rows[0]), rows)
