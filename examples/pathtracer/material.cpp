@@ -204,10 +204,6 @@ float facet_share(const Mixture &x, Vec3 wo, Left &left) {
     return rest > 0 ? std::clamp(facets / (facets + rest), 0.1f, 0.99f) : 1;
 }
 
-float mixture_facet_pdf(const Mixture &x, Vec3 wo, Vec3 h) {
-    return 0.25f * ggx_masking(x.alpha, wo) * ggx_density(x.alpha, h);
-}
-
 MaterialValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
     const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
     Left near;
@@ -219,11 +215,8 @@ MaterialValue value_of(const Mixture &x, Vec3 wo, Vec3 wi) {
     return {(facets * (1 - edge)) * x.reflectance + facets * edge +
                 (flat * near.by_coat * far.by_coat) * x.ground +
                 (flat * near.by_facets * far.by_facets) * x.multiple,
-            share * mixture_facet_pdf(x, wo, h) + (1 - share) * flat};
-}
-
-MaterialValue mixture_value(const Material &m, Vec3 wo, Vec3 wi) {
-    return value_of(mixture(m), wo, wi);
+            share * (0.25f * ggx_masking(x.alpha, wo) * ggx_density(x.alpha, h)) +
+                (1 - share) * flat};
 }
 
 MaterialSample mixture_sample(const Material &m, Vec3 wo, Vec2 u) {
@@ -291,7 +284,8 @@ MaterialValue specular_value(const Material &m, bool front, Vec3 wo, Vec3 wi) {
     }
     if (m.kind == Material::DIELECTRIC) return dielectric_value(m, front, wo, wi);
     if (!(wi.z > 0)) return {{0, 0, 0}, 0};
-    return m.kind == Material::CONDUCTOR ? conductor_value(m, wo, wi) : mixture_value(m, wo, wi);
+    return m.kind == Material::CONDUCTOR ? conductor_value(m, wo, wi)
+                                         : value_of(mixture(m), wo, wi);
 }
 
 MaterialSample specular_sample(const Material &m, bool front, Vec3 wo, Vec2 u, float lobe) {

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <iomanip>
-#include <numeric>
+#include <map>
 #include <sstream>
 
 #include "error.h"
@@ -140,12 +140,9 @@ MergedPicture merge_pictures(const std::vector<std::string> &paths, bool allow_c
 
     merged.film = film_create(heads[0].full_width, heads[0].full_height, crop);
     // In sample order, so that each pixel fills up without gaps.
-    std::vector<size_t> order(paths.size());
-    std::iota(order.begin(), order.end(), size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-        return heads[a].attributes.first_sample < heads[b].attributes.first_sample;
-    });
-    for (const size_t i : order) {
+    std::multimap<uint64_t, size_t> order;
+    for (size_t i = 0; i < paths.size(); ++i) order.emplace(heads[i].attributes.first_sample, i);
+    for (const auto &[first, i] : order) {
         const Film part = exr_read_film(paths[i]);
         for (int y = part.crop.y0; y < part.crop.y1; ++y)
             for (int x = part.crop.x0; x < part.crop.x1; ++x)

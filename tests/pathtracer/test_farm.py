@@ -166,7 +166,6 @@ def test_mistakes_are_one_line_before_a_cluster_starts(pathtracer, even_sky):
         (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1", "-o", "a.exr"], "--workers"),
         # These the path tracer says.
         (["--sampler", "none", "-o", "a.exr"], "none"),
-        (["--scene", "missing.glb", "-o", "a.exr"], "missing.glb"),
         (["--first-sample", "4294967290", "-o", "a.exr"], "--first-sample"),
     ]:
         assert message in refused(pathtracer, *arguments)

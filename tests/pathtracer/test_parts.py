@@ -72,7 +72,7 @@ def test_merge_refuses_gaps(pathtracer):
     pathtracer.failure("--merge", part(0, 2, "--crop", "0,0,20,37"), right, *OUT, said=["samples 0 to 0 of pixel 20,0"])
 
 
-def test_numbers_that_are_not_finite_or_negative(pathtracer):
+def test_numbers_that_cannot_be(pathtracer):
     begun = pathtracer.render("--size", "8x8", "--spp", 1)
     whole = begun.read_bytes()
     for name, *values in (("seconds", np.nan, np.inf, -1), ("samplingShare", np.nan, np.inf, -1), ("exposure", np.nan, np.inf)):
@@ -80,6 +80,9 @@ def test_numbers_that_are_not_finite_or_negative(pathtracer):
             at = whole.index(f"{name}\0float\0".encode()) + len(name) + 11
             begun.write_bytes(whole[:at] + np.float32(value).tobytes() + whole[at + 4:])
             pathtracer.failure("--merge", begun, *OUT, said=[name, begun.name])
+    at = whole.index(b"endSample\0string\0") + 21  # "1"
+    begun.write_bytes(whole[:at] + b"0" + whole[at + 1:])
+    pathtracer.failure("--merge", begun, *OUT, said=["more samples than its attributes say"])
 
 
 # Attributes in which parts of one picture may differ, and displayWindow, which is the size. Others are settings.

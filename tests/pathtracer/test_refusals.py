@@ -90,6 +90,10 @@ def exr(data):
     return write
 
 
+def environment(**channels):
+    return lambda folder: [(["--env", put(folder / "a.exr", exr_of(**channels))], "a.exr")]
+
+
 def texture_on_floor(g, **image):
     number = g.add("textures", source=g.add("images", **image))
     g.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {"index": number}
@@ -197,19 +201,15 @@ def large_jpeg(width, height):
 EXR_START = struct.pack("<II", 20000630, 2)
 
 
+def exr_of(**channels):
+    with tempfile.TemporaryDirectory() as folder:
+        return files.write_exr(pathlib.Path(folder) / "a.exr", **channels).read_bytes()
+
+
 def exr_window(width, height):
     """A picture of 8 x 8 that claims to be so large."""
-    with tempfile.TemporaryDirectory() as folder:
-        data = files.write_exr(pathlib.Path(folder) / "a.exr", RGB=np.zeros((8, 8, 3), np.float32)).read_bytes()
+    data = exr_of(RGB=np.zeros((8, 8, 3), np.float32))
     return data.replace(struct.pack("<iiii", 0, 0, 7, 7), struct.pack("<iiii", 0, 0, width - 1, height - 1))
-
-
-def channels_exr(**channels):
-    def write(folder):
-        files.write_exr(folder / "a.exr", **channels)
-        return [(["--env", "a.exr"], "a.exr")]
-
-    return write
 
 
 CASES = {
@@ -302,8 +302,8 @@ CASES = {
     "a picture that is not there": (exr(exr_window(16384, 8192)), ""),
     "a wide row": (exr(exr_window(2**24, 1)), ""),
     "many rows": (exr(exr_window(1, 2**24)), ""),
-    "an environment of grey": (channels_exr(Y=np.ones((4, 8), np.float32)), "it has no channel R"),
-    "an environment that is not finite": (channels_exr(RGB=np.full((4, 8, 3), np.nan, np.float32)), "not finite"),
+    "an environment of grey": (environment(Y=np.ones((4, 8), np.float32)), "it has no channel R"),
+    "an environment that is not finite": (environment(RGB=np.full((4, 8, 3), np.nan, np.float32)), "not finite"),
 }
 
 
