@@ -26,6 +26,7 @@ static inline fake_state *fake_reset(void) {
     const int living = state->living;
     memset(state, 0, sizeof *state);
     state->living = living;
+    state->spinning = 1; /* as threads of ONNX Runtime do */
     return state;
 }
 
