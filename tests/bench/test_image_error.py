@@ -12,15 +12,6 @@ def noise(shape, seed=1):
     return np.random.default_rng(seed).standard_normal(shape)
 
 
-def test_rmse_is_the_root_mean_square_over_pixels_and_channels():
-    reference = noise((5, 4, 3))
-    image = reference.copy()
-    image[2, 1, 0] += 3
-    image[0, 3, 2] -= 4
-    assert rmse(image, reference) == pytest.approx(5 / math.sqrt(60))
-    assert rmse(reference, reference, 2.1) == 0
-
-
 def test_spectrum_of_white_noise_is_its_variance():
     frequency, power = radial_spectrum(3 * noise((256, 256)))
     assert np.all(np.diff(frequency) > 0) and 0 < frequency[0] and frequency[-1] < 0.5

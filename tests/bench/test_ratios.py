@@ -57,10 +57,10 @@ def test_a_bias_of_the_stated_size_is_found(direction):
 def test_a_loss_of_the_stated_size_is_found():
     cell, before = ("lens", 4, "rmse_2.1"), losses()
     assert len(before[0]) == 3 * len(COUNTS) * len(MEASURES)
-    assert sum(bool(worse_cells(found, ratios.FALSE_ALARMS)[0]) for found in before) <= 9
+    assert sum(bool(worse_cells(found)[0]) for found in before) <= 9
     smallest = statistics.median(ratios.smallest_loss(found[cell], len(found)) for found in before)
     assert 0.03 < smallest < 0.12
     after = losses(planted=1 + smallest, spp=4)
-    assert 160 <= sum(cell in worse_cells(found, ratios.FALSE_ALARMS)[0] for found in after) < TRIALS
+    assert 160 <= sum(cell in worse_cells(found)[0] for found in after) < TRIALS
     # Where blue is better by as much, nothing is worse.
-    assert sum(bool(worse_cells(found, ratios.FALSE_ALARMS)[0]) for found in losses(planted=1 / (1 + smallest))) <= 9
+    assert sum(bool(worse_cells(found)[0]) for found in losses(planted=1 / (1 + smallest))) <= 9

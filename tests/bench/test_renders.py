@@ -136,17 +136,6 @@ def test_the_answer_comes_first_and_says_losses_and_biases():
     assert f"Of {len(report.losses)} tests for a loss to `sobol` {certain} found one, 2 of them in single pixels, without a blur; of {len(report.biases)} for a bias 1 did." in report.short()
 
 
-def test_results_that_are_not_whole_are_measured_again(tmp_path):
-    store = judge.Store(tmp_path)
-    store.save({"a": 1}, [{"spp": 1}], {"1": np.ones(3)})
-    rows, arrays = store.load({"a": 1})
-    assert rows == [{"spp": 1}] and arrays["1"].tolist() == [1, 1, 1]
-    assert store.load({"a": 2}) is None
-    (path,) = tmp_path.iterdir()
-    path.write_bytes(path.read_bytes()[:-40])
-    assert store.load({"a": 1}) is None
-
-
 # ---- Views
 
 @pytest.mark.parametrize("scene", views.SCENES)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A page in Chromium without a window, on its software renderer, driven through the DevTools protocol over a pipe."""
 
-import base64
 import json
 import os
 import selectors
@@ -111,6 +110,3 @@ class Browser:
         for kind in ("rawKeyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key,
                       windowsVirtualKeyCode={"Tab": 9, "ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35}[key])
-
-    def picture(self, path):
-        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)["data"]))

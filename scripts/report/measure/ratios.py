@@ -78,17 +78,17 @@ def geometric_mean(ratios):
     return Ratio(sum(r.log_mean for r in ratios) / len(ratios), math.sqrt(total) / len(ratios), freedom)
 
 
-def worse_cells(cells, false_alarms=0.01):
+def worse_cells(cells):
     """(certain, suspected) names of a {name: Ratio}, most certain first.
 
     Certain ones are below 1 after Holm's correction for the number of cells: if no true ratio is below 1, the probability
-    that any is named is at most `false_alarms`. Suspected ones have a 95 % interval below 1, as 2.5 % of all cells would
+    that any is named is at most FALSE_ALARMS. Suspected ones have a 95 % interval below 1, as 2.5 % of all cells would
     by chance.
     """
     chances = sorted((cell.chance_below_one(), str(name), name) for name, cell in cells.items())
     certain = []
     for i, (chance, _, name) in enumerate(chances):
-        if chance > false_alarms / (len(chances) - i):
+        if chance > FALSE_ALARMS / (len(chances) - i):
             break
         certain.append(name)
     suspected = [name for chance, _, name in chances[len(certain):] if chance < (1 - LEVEL) / 2]

@@ -96,7 +96,7 @@ class Report:
             parts.append(f"Over `sobol` at {max(self.counts)} samples it gains most in `{order[-1]}` ({least[order[-1]]:.2f}) and least in "
                          f"`{order[0]}` ({least[order[0]]:.2f}).")
         if self.losses and self.biases:
-            certain, _ = worse_cells(self.losses, ratios.FALSE_ALARMS)
+            certain, _ = worse_cells(self.losses)
             biased = ratios.biased(self.biases)
             unblurred = sum(measure == "rmse" for *_, measure in certain)
             where = f", {unblurred} of them in single pixels, without a blur" if certain else ""
@@ -117,12 +117,12 @@ class Report:
         return ratios.biases(self.cells, self.references, self.labels, max(self.counts))
 
     def worse_text(self):
-        cells, false_alarms = self.losses, ratios.FALSE_ALARMS
-        certain, suspected = worse_cells(cells, false_alarms)
+        cells = self.losses
+        certain, suspected = worse_cells(cells)
         smallest = {at: ratios.smallest_loss(cell, len(cells)) for at, cell in cells.items()}
         parts = [f"A cell is the RMSE of `blue` against `sobol` in all crops and seeds of one scene, or of all scenes, at one sample count and blur: "
                  f"{len(cells)} cells. A cell is *worse* if a one-sided t-test with Holm's correction finds its ratio below 1; the "
-                 f"probability of any false alarm is {100 * false_alarms:g} %. It is *suspected* if only its own 95 % interval lies "
+                 f"probability of any false alarm is {100 * ratios.FALSE_ALARMS:g} %. It is *suspected* if only its own 95 % interval lies "
                  f"below 1; about {len(cells) * 0.025:.0f} would be by chance.", "",
                  f"{len(certain) or 'No'} cell{'s are' if len(certain) > 1 else ' is'} worse, {len(suspected)} suspected"
                  + (f"; the first {MOST_LISTED} are listed." if len(certain) + len(suspected) > MOST_LISTED else "."), ""]
