@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 from pathtracer_driver import assert_same, read_layers
 
@@ -101,8 +102,12 @@ def test_parts_that_are_not_what_was_asked_for_are_noticed(pathtracer, even_sky,
     whole = rendered()
     folder.add(part, whole)
     assert folder.remove_damaged([part]) == [] and folder.has(part)
+    with OpenEXR.File(str(folder.path / part.file_name), separate_channels=True) as file:
+        file.channels()["count"].pixels[3, 7] -= 1
+        file.write(str(tmp_path / "stopped.exr"))
     for wrong, message in [
         (rendered(y1=3), "shows the pixels 0,0,8,3"), (rendered(count=1), "has other samples"), (rendered(first=2), "has other samples"),
+        ((tmp_path / "stopped.exr").read_bytes(), "has other samples"),
         (rendered("--env", even_sky), "was rendered from other files"), (whole[:-100], "is damaged"), (b"", "is damaged"),
     ]:
         with pytest.raises(FarmError, match=message):
