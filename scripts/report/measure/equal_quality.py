@@ -14,11 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.files import read_exr
 from ..base.progress import Progress
 from ..others.other_renderer import processor_seconds
 from ..renders import variants
-from ..renders.renderer import run_pathtracer
+from ..renders.renderer import progressive
 from ..renders.views import View
 from .gains import gain_of, row_of
 from .ratios import seconds_to_error
@@ -41,12 +40,12 @@ def machine():
 
 
 def _medians(rounds, cells, measure):
-    """{(view, label): median of measure(view, label, path of a picture)}, of interleaved runs."""
+    """{(view, label): median of measure(view, label)}, of interleaved runs."""
     found = {cell: [] for cell in cells}
-    with Progress(rounds * len(cells), "runs") as progress, tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+    with Progress(rounds * len(cells), "runs") as progress:
         for done, (view, label) in enumerate(rounds * list(cells)):
             progress(f"timing {label} in {view.scene}", done)
-            found[view, label].append(measure(view, label, Path(folder) / "timed.exr"))
+            found[view, label].append(measure(view, label))
     return {cell: statistics.median(values) for cell, values in found.items()}
 
 
@@ -56,9 +55,10 @@ def costs(program, store, views, labels, machine, builds, retime=False):
     views: one of each scene. Start-up is left out, as the difference between runs of 1 and of 1 + COST_SPP samples; runs are
     interleaved, and medians taken over ROUNDS.
     """
-    def seconds(view, label, path):
-        one, more = (processor_seconds([str(word) for word in (
-            program, *view.request(label, spp).arguments(), "--threads", 1, "--quiet", "-o", path)], program) for spp in (1, 1 + COST_SPP))
+    def seconds(view, label):
+        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
+            one, more = (processor_seconds([str(program), *view.request(label, spp).arguments(), "--threads", "1", "--quiet",
+                                            "-o", f"{folder}/timed.exr"], program) for spp in (1, 1 + COST_SPP))
         return max(more - one, 1e-6) / (COST_SPP * view.pixels * 1e-6)
 
     key = {"costs": [view.key for view in views], "builds": [[builds.key(view, label) for label in labels] for view in views],
@@ -72,9 +72,9 @@ def costs(program, store, views, labels, machine, builds, retime=False):
 
 def sampling_shares(program, labels):
     """{label: share of cornell's render time spent sampling}, medians of interleaved runs of one thread, as the path tracer reports it."""
-    def share(view, label, path):
-        run_pathtracer(program, [*view.request(label, SHARE_SPP).arguments(), "--threads", 1, "--quiet", "-o", path])
-        return float(read_exr(path)[1]["samplingShare"])
+    def share(view, label):
+        (_, _, attributes), = progressive(program, view.request(label, SHARE_SPP), [SHARE_SPP], 1)
+        return float(attributes["samplingShare"])
 
     found = _medians(SHARE_ROUNDS, [(View("cornell", "", 192, 192), label) for label in labels], share)
     return {label: median for (_, label), median in found.items()}

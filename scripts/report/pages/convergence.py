@@ -38,7 +38,7 @@ from ..measure.image_error import (
 )
 from ..measure.ratios import ratio
 from ..renders.judge import Cells, Run, Task, pictures_of, render_references
-from ..renders.renderer import REFERENCE_PARTS, run_pathtracer, scene_label
+from ..renders.renderer import REFERENCE_PARTS, progressive, scene_label
 from ..renders.variants import OWN
 from ..renders.views import View
 
@@ -256,12 +256,9 @@ def parse_options(arguments):
 def run(arguments):
     options = parse_options(arguments)
     view = View(options.scene, "", *options.size, options.more, options.exposure)
-    options.out.mkdir(parents=True, exist_ok=True)
     # Try names and options with one sample before spending hours on a reference.
     for label in options.samplers:
-        run_pathtracer(options.pathtracer, [*view.request(label, 1).arguments(), "--quiet", "-o", options.out / ".probe.exr"])
-    for suffix in (".exr", ".png"):
-        (options.out / f".probe{suffix}").unlink(missing_ok=True)
+        list(progressive(options.pathtracer, view.request(label, 1), [1]))
     references = render_references(options.pathtracer, (view,), options.reference_spp)
     tasks = [Task(view, label, seed, options.counts, seed == 0) for seed in range(options.seeds) for label in options.samplers]
     work = Pictures(options.pathtracer, "convergence", options.counts[-1], options.jobs)
