@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.command import Parser
-from ..base.files import read_exr, sha256_of
+from ..base.files import sha256_of
 from ..base.tables import md_table
 from ..measure.gains import bootstrap
 from ..renders.judge import Cells
@@ -153,16 +153,15 @@ def integrator(sampler, spp, seed, threshold=None):
             "adaptive_threshold": threshold or 0}
 
 
-def render(program, checkout, scene, settings, out, spp=0, counts=False):
-    """Renders `spp` samples (default: as the settings tell the pattern) into `out`, with `counts` their number in each pixel; returns the
-    processor seconds."""
+def render(program, checkout, scene, settings, out, spp, counts=False):
+    """Renders `spp` samples into `out`, with `counts` their number in each pixel; returns the processor seconds."""
     with tempfile.TemporaryDirectory(prefix="libbn-cycles-") as folder:
         path = Path(folder) / "scene.xml"
         path.write_text(text(scene, checkout, settings), encoding="utf-8")
         (Path(folder) / "examples").symlink_to(Path(checkout).resolve() / "examples")
         # Cycles finds included files from the folder of a relative path alone.
         command = ["/usr/bin/env", f"--chdir={folder}", str(Path(program).resolve()), "--quiet", "--threads", "1", "--samples",
-                   str(spp or settings["aa_samples"]), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
+                   str(spp), "--width", str(SIZE[0]), "--height", str(SIZE[1]), "--output", str(out), path.name]
         environment = {**os.environ, "BN_TOLD": str(settings["aa_samples"]), **({"BN_COUNTS": "1"} if counts else {})}
         seconds = other_renderer.processor_seconds(command, f"Cycles failed on {scene}", environment)
         if not Path(out).is_file():
@@ -187,25 +186,18 @@ class CyclesRun(other_renderer.OtherRun):
         return render(self.program, self.checkout, task.view.scene, integrator(task.sampler, task.told or spp, seed, task.threshold), out, spp,
                       counts)
 
-    def more(self, task, spp, out):
+    def more(self, task, spp):
         if not task.threshold:
             return {}
-        out.unlink()
-        self.render(task, spp, task.seed, out, counts=True)
         # Cycles gives the share of the greatest count.
-        return {"samples": float(np.mean(read_exr(out)[0][..., 0])) * spp}
+        return {"samples": float(np.mean(self.rendered(task, spp, task.seed, counts=True)[1][..., 0])) * spp}
 
     def reference_key(self, view, spp):
         return {"reference": text(view.scene, self.checkout, integrator(REFERENCE_SAMPLER, spp, 0)), "size": SIZE, "seed": REFERENCE_SEED}
 
     def picture(self, path, reference):
         """Writes PICTURE_SCENE as the patterns of PICTURE render it."""
-        pictures = {}
-        with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-            for sampler, name in PICTURE.items():
-                out = Path(folder) / "out.exr"
-                render(self.program, self.checkout, PICTURE_SCENE, integrator(sampler, PICTURE_SPP, 1), out)
-                pictures[name] = read_exr(out)[0]
+        pictures = {name: self.rendered(Task(View(PICTURE_SCENE), sampler, 1, ()), PICTURE_SPP, 1)[1] for sampler, name in PICTURE.items()}
         other_renderer.write_picture(path, pictures, reference.picture, PICTURE_PART)
 
 

@@ -102,31 +102,29 @@ class OtherRun(Run):
         self.program, self.jobs = program, jobs
         self.store = Store(cache_folder() / folder / "results")
 
-    def more(self, task, spp, out):
+    def more(self, task, spp):
         """Further figures of a task, for its row."""
         return {}
 
-    def measure(self, task, reference):
-        rows = []
+    def rendered(self, task, spp, seed, **more):
+        """(processor seconds, picture)."""
         with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
             out = Path(folder) / "out.exr"
-            for spp in task.counts:
-                seconds = self.render(task, spp, task.seed, out)
-                picture = read_exr(out)[0]
-                rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)),
-                             **errors(picture, reference.picture), **self.more(task, spp, out)})
+            return self.render(task, spp, seed, out, **more), read_exr(out)[0]
+
+    def measure(self, task, reference):
+        rows = []
+        for spp in task.counts:
+            seconds, picture = self.rendered(task, spp, task.seed)
+            rows.append({"spp": spp, "seconds": seconds, "mean": float(np.mean(picture @ LUMINANCE)),
+                         **errors(picture, reference.picture), **self.more(task, spp)})
         return rows, {}
 
     def reference_of(self, view, spp):
         """The mean of two pictures of spp / 2 samples; half their difference is its own error."""
         def halves():
-            pictures, seconds = [], 0.0
-            with tempfile.TemporaryDirectory(prefix="libbn-") as folder:
-                for half in range(2):
-                    out = Path(folder) / "out.exr"
-                    seconds += self.render(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half, out)
-                    pictures.append(read_exr(out)[0])
-            return [{"seconds": seconds}], {"halves": np.array(pictures)}
+            both = [self.rendered(Task(view, self.reference, 0, ()), spp // 2, REFERENCE_SEED + half) for half in range(2)]
+            return [{"seconds": sum(seconds for seconds, _ in both)}], {"halves": np.array([picture for _, picture in both])}
 
         (row,), arrays = self.store.get(self.reference_key(view, spp), halves)
         first, second = arrays["halves"]

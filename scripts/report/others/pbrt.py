@@ -20,7 +20,7 @@ from ..renders.judge import Cells, pixels_key
 from ..renders.renderer import REFERENCE_SEED
 from . import builds, lux_scenes, other_renderer
 from .other_renderer import EXPOSED, HEADLINE, MEASURES, Task, name_of
-from .pbrt_scenes import CROP, CROPS, HEIGHT, PROBES, SCENES, WIDTH, crops, write_files
+from .pbrt_scenes import CROP, CROPS, HEIGHT, PROBES, SCENES, WIDTH, View, crops, write_files
 
 # pbrt's samplers, then libbn's. Lines of a scene file; sample counts and seeds are options of pbrt.
 SAMPLERS = {name: f'Sampler "{name}"' for name in ("independent", "sobol", "zsobol", "pmj02bn", "blue")}
@@ -31,8 +31,8 @@ MINUTES = 15  # of processor time, for two crops and seeds and up to 16 samples
 # zsobol rounds sample counts down to powers of two.
 ROUNDED = {("zsobol", 3): 2, ("zsobol", 6): 4}
 # What --picture shows: a part of a scene's middle, its samplers, and where in it the part begins.
-PICTURE, PICTURE_SCENE, PICTURE_SPP = "docs/pbrt.jpg", "penumbra", 6
-PICTURE_BOUNDS, PICTURE_PART = (512, 728, 302, 508), (8, 8, 200, 190)
+PICTURE, PICTURE_SPP = "docs/pbrt.jpg", 6
+PICTURE_VIEW, PICTURE_PART = View("penumbra", "picture", 512, 302, (216, 206)), (8, 8, 200, 190)
 PICTURE_SAMPLERS = ("independent", "zsobol", "blue")
 SPECTRAL = "hair"
 SETS = {"Scenes from LuxCoreRender": tuple(lux_scenes.SCENES),
@@ -92,15 +92,13 @@ class PbrtCells(Cells):
         return super().get(view, label, ROUNDED.get((label, spp), spp), measure)
 
 
-def make_picture(program, path, reference_spp):
-    with tempfile.TemporaryDirectory(prefix="libbn-pbrt-") as folder:
-        def picture(name, spp, seed):
-            out = Path(folder) / "out.exr"
-            render(program, SCENES[PICTURE_SCENE], name, PICTURE_BOUNDS, spp, seed, out)
-            return read_exr(out)[0]
+def make_picture(work, path):
+    def picture(name, spp, seed):
+        return work.rendered(Task(PICTURE_VIEW, name, seed, ()), spp, seed)[1]
 
-        pictures = {name: picture(name, PICTURE_SPP, 1) for name in PICTURE_SAMPLERS}
-        other_renderer.write_picture(path, pictures, picture(PbrtRun.reference, reference_spp, REFERENCE_SEED), PICTURE_PART)
+    pictures = {name: picture(name, PICTURE_SPP, 1) for name in PICTURE_SAMPLERS}
+    reference = picture(work.reference, SCENES[PICTURE_VIEW.scene].reference_spp // 16, REFERENCE_SEED)
+    other_renderer.write_picture(path, pictures, reference, PICTURE_PART)
 
 
 # ---- The report
@@ -185,9 +183,9 @@ that was interrupted resumes, and a change of libbn renders only `blue` again.""
 def run(arguments):
     options = parse_options(arguments)
     program, remarks = (options.program, ()) if options.program else builds.pbrt(options.pbrt, options.jobs)
-    if options.picture:
-        return make_picture(program, options.picture, SCENES[PICTURE_SCENE].reference_spp // 16)
     work = PbrtRun(program, options.jobs)
+    if options.picture:
+        return make_picture(work, options.picture)
     if options.luxcore:
         SCENES.update(lux_scenes.scenes(options.luxcore, cache_folder() / "pbrt"))
     views = [view for name in options.scenes for view in crops(name, "fresh")[:options.crops]]

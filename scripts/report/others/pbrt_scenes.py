@@ -230,7 +230,7 @@ class View:
     @property
     def bounds(self):
         """As pbrt wants them."""
-        return self.x0, self.x0 + CROP[0], self.y0, self.y0 + CROP[1]
+        return self.x0, self.x0 + self.size[0], self.y0, self.y0 + self.size[1]
 
     @property
     def label(self):
