@@ -157,9 +157,9 @@ void test_single_scatter() {
           all.mean());
 }
 
-// Thin fog before a small lamp, seen across its beam: the integral of single scattering.
+// Fog before a small lamp, seen across its beam: the integral of single scattering.
 void test_beam_of_a_lamp() {
-    const float density = 0.02f, side = 0.02f, radiance = 1e5f;
+    const float density = 0.5f, side = 0.02f, radiance = 1e5f;
     Medium medium = medium_create({-1, -1, -1}, {3, 1, 1}, {8, 8, 8}, {1, 1, 1}, 0,
                                   [=](Vec3) { return density; });
     Scene scene = fog_alone(std::move(medium), 0);
