@@ -10,7 +10,6 @@ import struct
 import subprocess
 import sys
 import tempfile
-import zlib
 
 import numpy as np
 import pytest
@@ -136,7 +135,7 @@ def many_times(g):
 
 def many_textures(g):
     """Textures that share a picture are decoded one by one."""
-    source = g.add("images", bufferView=g.view(png(4096, 4096, data=zlib.compress(bytes((4 * 4096 + 1) * 4096), 9))))
+    source = g.add("images", bufferView=g.view(encoded(np.zeros((4096, 4096)))))
     primitives = g.json["meshes"][0]["primitives"]
     for _ in range(12):
         pbr = {"baseColorTexture": {"index": g.add("textures", source=source)}}
@@ -171,32 +170,27 @@ def glb_lengths(file, first_chunk):
     return scene(FLOOR[:8] + struct.pack("<II", file, first_chunk) + FLOOR[16:], "wrong.glb")
 
 
-def chunk(kind, body):
-    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+def claiming(data, at, layout, *size):
+    """A picture whose header claims something else."""
+    changed = bytearray(data)
+    struct.pack_into(layout, changed, at, *size)
+    return bytes(changed)
 
 
-def png(width, height, depth=8, colour=6, data=b""):
-    header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+def png(*claims):
+    """Width and height; depth and colours, if given."""
+    return claiming(encoded(FOUR), 16, ">IIBB"[:1 + len(claims)], *claims)
 
 
-def long_chunk(kind, size=2**30):
+def long_chunk(kind):
     """A chunk that claims more than there is."""
-    return png(1, 1, data=zlib.compress(bytes(5)))[:33] + struct.pack(">I", size) + kind + bytes(90)
+    return encoded(FOUR)[:33] + struct.pack(">I", 2**30) + kind + bytes(90)
 
 
 def jpeg(pixels=FOUR, mode="RGB", **options):
     stream = io.BytesIO()
     Image.fromarray(np.asarray(pixels, np.uint8)).convert(mode).save(stream, "JPEG", **options)
     return stream.getvalue()
-
-
-def large_jpeg(width, height):
-    """One that claims to be so large."""
-    data = bytearray(jpeg())
-    at = data.index(b"\xff\xc0") + 5
-    data[at:at + 4] = struct.pack(">HH", height, width)
-    return bytes(data)
 
 
 EXR_START = struct.pack("<II", 20000630, 2)
@@ -276,8 +270,9 @@ CASES = {
         gltf(lambda g: texture_on_floor(g, bufferView=g.add("bufferViews", buffer=0, byteOffset=10**6, byteLength=99))),
         "past the end"),
     **{f"a large {name}": (texture(data), "") for name, data in {
-        "PNG": png(30000, 16000), "PNG of bits": png(30000, 16000, 1, 0), "JPEG": large_jpeg(30000, 16000),
-        "BMP": b"BM" + bytes(16) + struct.pack("<ii", 30000, 16000) + bytes(60),
+        "PNG": png(30000, 16000), "PNG of bits": png(30000, 16000, 1, 0),
+        "JPEG": claiming(jpeg(), jpeg().index(b"\xff\xc0") + 5, ">HH", 16000, 30000),
+        "BMP": claiming(encoded(FOUR, "BMP"), 18, "<ii", 30000, 16000),
         "TGA": bytes([0, 0, 10]) + bytes(9) + struct.pack("<HHBB", 30000, 16000, 32, 0) + bytes(60)}.items()},
     **{f"a long {kind.decode()}": (texture(long_chunk(kind)), "damaged") for kind in (b"IDAT", b"PLTE", b"iCCP", b"aaaa")},
     "a mask with a long chunk": (mask(long_chunk(b"iTXt")), ""),
