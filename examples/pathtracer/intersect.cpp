@@ -20,13 +20,12 @@
 struct Geometry {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
-};
 
-void GeometryDelete::operator()(Geometry *geometry) const {
-    if (geometry->scene) rtcReleaseScene(geometry->scene);
-    if (geometry->device) rtcReleaseDevice(geometry->device);
-    delete geometry;
-}
+    ~Geometry() {
+        if (scene) rtcReleaseScene(scene);
+        if (device) rtcReleaseDevice(device);
+    }
+};
 
 namespace {
 
@@ -71,7 +70,7 @@ void ask(Function function, const Geometry &geometry, Query &query) {
 
 GeometryPointer geometry_build(const Scene &scene) {
     std::string error;
-    GeometryPointer geometry(new Geometry);
+    const auto geometry = std::make_shared<Geometry>();
     geometry->device = rtcNewDevice(nullptr);
     if (!geometry->device)
         throw Error("Embree cannot start on this machine, or not with so little --max-memory");

@@ -17,10 +17,7 @@ struct Hit {
 
 // A scene's acceleration structure. The scene must outlive it and must not move.
 struct Geometry;
-struct GeometryDelete {
-    void operator()(Geometry *geometry) const;
-};
-using GeometryPointer = std::unique_ptr<Geometry, GeometryDelete>;
+using GeometryPointer = std::shared_ptr<const Geometry>;
 
 // Throws Error.
 GeometryPointer geometry_build(const Scene &scene);
