@@ -16,12 +16,6 @@ bool shows_surface(const FilmPixel &p) {
     return p.hits > 0 && 2 * uint64_t{p.hits} >= p.count;
 }
 
-// Whether to judge a picture only by the pixels that show a surface: not if there are hardly any.
-bool has_surfaces(const Film &film) {
-    const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
-    return static_cast<size_t>(hits) * 1000 > film.pixels.size();
-}
-
 // Keeps black from needing endless samples: a fiftieth of white.
 constexpr double DARKEST = 0.02;
 
@@ -97,7 +91,9 @@ glm::dvec3 film_variance(const FilmPixel &pixel) {
 // ---- Exposure
 
 float auto_exposure(const Film &film) {
-    const bool surfaces_only = has_surfaces(film);
+    // Judges the picture only by the pixels that show a surface, but not if there are hardly any.
+    const auto hits = std::count_if(film.pixels.begin(), film.pixels.end(), shows_surface);
+    const bool surfaces_only = static_cast<size_t>(hits) * 1000 > film.pixels.size();
     const int columns = width(film.crop), rows = height(film.crop);
     double sum = 0, weight = 0; // of logarithms
     for (int top = 0; top < rows; top += LARGE_BLOCK)

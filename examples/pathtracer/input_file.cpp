@@ -171,12 +171,12 @@ std::vector<NamedFile> InputRecord::files(const std::string &role) const {
 
 std::string inputs_difference(const std::string &one, const std::string &other) {
     const auto a = parsed(one), b = parsed(other);
-    for (const auto &[name, contents] : a) {
-        const auto found = b.find(name);
-        if (found == b.end()) return printable(name) + ", which only one of them reads";
-        if (found->second != contents) return "the contents of " + printable(name);
+    auto all = a;
+    all.insert(b.begin(), b.end());
+    for (const auto &[name, contents] : all) {
+        if (a.count(name) != b.count(name))
+            return printable(name) + ", which only one of them reads";
+        if (a.at(name) != b.at(name)) return "the contents of " + printable(name);
     }
-    for (const auto &[name, contents] : b)
-        if (a.count(name) == 0) return printable(name) + ", which only one of them reads";
     return one == other ? "" : "the list of their files";
 }

@@ -149,16 +149,13 @@ class SobolGlobal final : public PeerSampler {
 // OpenQMC derives how far its tables are shifted on the screen. The shift is the same for all
 // pixels, which keeps their blue noise intact. Here the frame number is a hash of the seed.
 
-// 30 bits, because OpenQMC adds the high half of the index to its frame number, an int.
-int frame_of(uint64_t seed) {
-    return static_cast<int>(sobol4d_mix(seed + 0x9e3779b97f4a7c15u) >> 34);
-}
-
 template <typename Native>
 class OpenQmcSampler final : public PeerSampler {
   public:
     explicit OpenQmcSampler(uint64_t own_seed)
-        : PeerSampler(own_seed), frame_(frame_of(own_seed)), cache_(Native::cacheSize) {
+        : PeerSampler(own_seed),
+          frame_(static_cast<int>(sobol4d_mix(own_seed + 0x9e3779b97f4a7c15u) >> 34)),
+          cache_(Native::cacheSize) {
         Native::initialiseCache(cache_.data());
     }
 
@@ -182,7 +179,7 @@ class OpenQmcSampler final : public PeerSampler {
         return Native(x, y, frame_, static_cast<int>(index), cache_.data());
     }
 
-    int frame_;
+    int frame_; // of 30 bits, because OpenQMC adds the high half of the index to it
     std::vector<char> cache_;
 };
 
