@@ -38,12 +38,6 @@ void test_distribution_is_exact() {
     }
 }
 
-Vec3 even_direction(Random &random) {
-    const float z = 2 * random() - 1, phi = 2 * PI * random();
-    const float sine = std::sqrt(std::max(0.0f, 1 - z * z));
-    return {sine * std::cos(phi), z, sine * std::sin(phi)};
-}
-
 // Directions go to texels as often as the pdf says, which adds up to 1, and bring the texel's light.
 void check_environment(const Environment &e, const char *name) {
     constexpr int COUNT = 400000;
@@ -124,7 +118,8 @@ void test_area_lights() {
             for (const float pdf : {light_pdf(light, distance, -dot(light.normal, s.direction)),
                                     light_pdf_towards(light, point, s.direction)})
                 CHECK(std::abs(pdf / s.pdf - 1) < 1e-3f || pdf == 0, "%g and %g", pdf, s.pdf);
-            const bool hit = light_pdf_towards(light, point, even_direction(random)) > 0;
+            const Vec3 anywhere = phase_sample(0, {random(), random()});
+            const bool hit = light_pdf_towards(light, point, anywhere) > 0;
             met.add(hit ? 4 * double{PI} : 0);
         }
         CHECK(std::abs(by_light.mean() - met.mean()) <

@@ -79,15 +79,9 @@ void test_rays_that_miss() {
     CHECK(numbers.next_1d() == fresh.next_1d(), "numbers were drawn");
 }
 
-Scene fog_scene() {
-    for (const SceneEntry &entry : scene_entries())
-        if (Scene scene = entry.build(); scene.medium) return scene;
-    CHECK(false, "no scene has a medium");
-}
-
 // No density is outside the range of its block: that would be light from nothing.
 void test_ranges() {
-    const Scene fog = fog_scene();
+    const Scene fog = scene_fog();
     const Medium &m = *fog.medium;
     Random random{3};
     Mean loose, mean;
@@ -181,7 +175,7 @@ void test_beam_of_a_lamp() {
 
 // Layers for denoisers show what is behind fog, as if there were none.
 void test_layers() {
-    Scene scene = fog_scene();
+    Scene scene = scene_fog();
     scene_finish(scene);
     const Picture foggy = picture(scene, {2, 3, "blue"});
     scene.medium = nullptr;

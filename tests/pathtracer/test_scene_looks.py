@@ -66,32 +66,25 @@ def test_emission_from_one_side_or_both(pathtracer):
 
 
 def test_emission_by_a_texture(pathtracer):
-    """A panel of four colours lights a floor as four panels of one colour do: Welch's t-tests of the picture's means
+    """A panel of four colours lights a floor alike by light samples and by scattered rays: Welch's t-tests of the picture's means
     over 12 seeds, false-alarm rate one in ten thousand; seen straight, the panel shows its colours."""
     colours = np.array([[[255, 40, 40], [0, 0, 0]], [[30, 200, 60], [90, 90, 255]]], np.uint8)
 
-    def scene(textured):
+    def scene():
         g = floor()
         panel = np.float32([[-1, 0, 1], [-1, 0, -1], [1, 0, -1], [1, 0, 1]]) * 0.5 + np.float32([0, 0.8, 0])
-        glow = lambda colour, **more: g.material((0, 0, 0), **g.glow(3 * np.array(colour), 3), **more)
-        if textured:
-            material = glow((1, 1, 1), emissiveTexture={"index": g.texture(colours, magFilter=9728)})
-            g.node(mesh=g.mesh(panel, files.SIX, material, TEXCOORD_0=np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])))
-        else:
-            for row, column in np.ndindex(2, 2):
-                part = panel * np.float32([0.5, 1, 0.5]) + np.float32([column - 0.5, 0, row - 0.5]) * 0.5
-                g.quads([part], glow(files.linear(colours[row, column])))
+        glow = g.material((0, 0, 0), **g.glow((3, 3, 3), 3), emissiveTexture={"index": g.texture(colours, magFilter=9728)})
+        g.node(mesh=g.mesh(panel, files.SIX, glow, TEXCOORD_0=np.float32([[0, 1], [0, 0], [1, 0], [1, 1]])))
         return g
 
-    means = []
-    for textured in (True, False):
-        path = over_floor(scene(textured), 0.7, 1.5).save(pathtracer.folder / "panel.glb")
-        # The sky that a file gets whose only lights are pictures is not wanted here.
-        arguments = ["--scene", path, "--env", "none", *SMALL, "--spp", 16, "--sampler", "sobol"]
-        means.append([pathtracer.image(*arguments, "--seed", 50 * textured + i).mean(axis=(0, 1)) for i in range(12)])
+    # The sky that a file gets whose only lights are pictures is not wanted here.
+    common = ["--scene", over_floor(scene(), 0.7, 1.5).save(pathtracer.folder / "panel.glb"), "--env", "none", *SMALL, "--sampler", "sobol"]
+    means = np.array([[pathtracer.image(*common, *more, "--seed", seed + i).mean(axis=(0, 1)) for i in range(12)]
+                      for seed, more in ((0, ["--spp", 16]), (50, ["--spp", 64, "--lights", "coin"]))])
     assert_equal_means(*means, 1e-4)
-    assert np.mean(means) > 0.05
-    g = scene(True)
+    # The test has teeth: a bias of three percent would be seen.
+    assert (6 * np.hypot(*means.std(axis=1, ddof=1)) / np.sqrt(12) < 0.03 * means.mean(axis=(0, 1))).all() and means.mean() > 0.05
+    g = scene()
     g.camera(2 * np.arctan(0.5 / 0.4), translation=[0, 0.4, 0], rotation=[np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
     seen = picture(pathtracer, g, "--spp", 1, "--env", "none", "--max-depth", 0)
     # Looking up, the picture's top is +z: the panel's last row is on top.

@@ -16,7 +16,7 @@ void check_near(const Picture &seen, double expected, double relative, const cha
 
 // Broken faces change nothing: they are dropped, or too thin to be seen.
 void test_broken_faces() {
-    Scene clean = scene_entries()[0].build(); // cornell
+    Scene clean = scene_cornell();
     Scene broken = clean;
     const auto triangle = [&](Vec3 a, Vec3 b, Vec3 c) {
         const auto first = static_cast<uint32_t>(broken.vertices.size());
