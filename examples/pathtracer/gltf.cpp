@@ -4,6 +4,7 @@
 // precision. The walk is iterative; a node reached twice is an error: such nodes form no tree.
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <set>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -221,18 +222,14 @@ void read_primitive(Reader &r, const tinygltf::Primitive &primitive, const Trans
     }
 
     const uint32_t material = r.material(primitive.material, !colours.empty());
-    std::vector<uint32_t> indices;
+    std::vector<uint32_t> indices(count);
+    std::iota(indices.begin(), indices.end(), 0u);
     if (primitive.indices >= 0) indices = gltf_indices(r.model, primitive.indices, count);
-    const auto vertex = [&](size_t corner) {
-        const uint32_t index =
-            primitive.indices >= 0 ? indices[corner] : static_cast<uint32_t>(corner);
-        return first + index;
-    };
-    for_each_triangle(primitive.mode, primitive.indices >= 0 ? indices.size() : count,
-                      [&](size_t a, size_t b, size_t c) {
-                          if (mirrored) std::swap(b, c);
-                          draft_add_triangle(draft, material, vertex(a), vertex(b), vertex(c));
-                      });
+    for_each_triangle(primitive.mode, indices.size(), [&](size_t a, size_t b, size_t c) {
+        if (mirrored) std::swap(b, c);
+        draft_add_triangle(draft, material, first + indices[a], first + indices[b],
+                           first + indices[c]);
+    });
 }
 
 // ---- Cameras and lights: both point along their node's -z

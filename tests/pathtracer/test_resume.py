@@ -8,8 +8,7 @@ import time
 import numpy as np
 import pytest
 from pathtracer_driver import assert_near, read_exr, read_layers
-from PIL import Image
-from scene_files import DOWN, SMALL, cornell, floor
+from scene_files import DOWN, SMALL, cornell, encoded, floor
 
 SIZE = ["--size", "45x37"]
 OUT = ["-o", "out.exr"]
@@ -101,11 +100,7 @@ def test_a_camera_of_a_file_is_kept(pathtracer):
 
 
 def test_pictures_of_changed_files_are_refused_or_mixed(pathtracer):
-    path = pathtracer.folder / "mask.png"
-
-    def mask(seed):
-        Image.fromarray(np.random.default_rng(seed).permutation(64).astype(np.uint8).reshape(8, 8)).save(path)
-
+    mask = lambda seed: (pathtracer.folder / "mask.png").write_bytes(encoded(np.random.default_rng(seed).permutation(64).reshape(8, 8)))
     mask(1)
     common = [*SIZE, "--sampler", "mask", "--mask", "mask.png", "--spp", 1]
     before = pathtracer.render(*common)
