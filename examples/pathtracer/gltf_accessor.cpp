@@ -12,20 +12,12 @@ namespace {
 // What visit(0 of that type) returns for a type of glTF's numbers; floats for all others.
 template <typename Visit>
 auto with_number_type(int type, const Visit &visit) {
-    switch (type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return visit(int8_t{0});
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return visit(uint8_t{0});
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return visit(int16_t{0});
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return visit(uint16_t{0});
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return visit(uint32_t{0});
-    default:
-        return visit(0.0f);
-    }
+    if (type == TINYGLTF_COMPONENT_TYPE_BYTE) return visit(int8_t{0});
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return visit(uint8_t{0});
+    if (type == TINYGLTF_COMPONENT_TYPE_SHORT) return visit(int16_t{0});
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return visit(uint16_t{0});
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) return visit(uint32_t{0});
+    return visit(0.0f);
 }
 
 float component_at(const unsigned char *data, int type, bool normalized) {

@@ -7,6 +7,7 @@ import subprocess
 
 import numpy as np
 import OpenEXR
+import pytest
 from scipy import stats
 
 SCENES = ("cornell", "penumbra", "glossy", "lens", "motion", "glass", "interior", "fog", "furnace")
@@ -55,6 +56,11 @@ class PathTracer:
                 signal.signal(number, signal.SIG_DFL)
 
         return subprocess.Popen([self.binary, *map(str, arguments)], cwd=self.folder, preexec_fn=heed, **streams)
+
+    def needs(self, sampler):
+        """Skips the test if the path tracer is built without a sampler that may be left out."""
+        if sampler in ("sobol-global", *OPENQMC) and sampler not in self.run("--list").stdout.split():
+            pytest.skip(f"the path tracer is built without {sampler}")
 
     def render(self, *arguments):
         """Renders to a new file; returns its path."""

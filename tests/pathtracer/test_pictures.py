@@ -14,8 +14,7 @@ from scene_files import SMALL, floor, over_floor, write_environment
 @pytest.mark.parametrize(("scene", "sampler"), [*((scene, "blue") for scene in SCENES[1:]),
                                                 *(("cornell", sampler) for sampler in (*SAMPLERS, *PEERS))])
 def test_threads_crops_and_ranges_do_not_change_a_picture(pathtracer, scene, sampler):
-    if sampler in PEERS and sampler not in pathtracer.run("--list").stdout.split():
-        pytest.skip(f"the path tracer is built without {sampler}")
+    pathtracer.needs(sampler)
     common = ["--scene", scene, "--sampler", sampler, "--size", "29x21", "--light-samples", 3]
     path = pathtracer.render(*common, "--spp", 4, "--threads", 1)
     whole = read_exr(path)[0]

@@ -15,6 +15,7 @@ from scipy import stats
 from scipy.ndimage import gaussian_filter
 
 SEEDS = 12
+REFERENCES = {}  # of scenes: so many seeds of sobol with 64 samples per pixel
 SIZE = ["--size", "24x24", "--threads", 1]
 
 
@@ -25,18 +26,12 @@ def means_over_seeds(pathtracer, first_seed, count, *arguments):
     return np.array([part_means(image) for image in images])
 
 
-@pytest.fixture(scope="module")
-def references():
-    """Of scenes: 12 seeds of sobol with 64 samples per pixel."""
-    return {}
-
-
-def assert_the_mean_is_the_reference(pathtracer, references, scene, *arguments, least=0.2):
+def assert_the_mean_is_the_reference(pathtracer, scene, *arguments, least=0.2):
     """Welch's t-tests of the means of the picture and its quarters over 12 seeds. The smallest of the 15 p-values is allowed a
     chance of one in ten thousand; a bias of `least` would be seen."""
-    if scene not in references:
-        references[scene] = means_over_seeds(pathtracer, 5000, SEEDS, "--scene", scene, "--sampler", "sobol", "--spp", 64)
-    expected = references[scene]
+    if scene not in REFERENCES:
+        REFERENCES[scene] = means_over_seeds(pathtracer, 5000, SEEDS, "--scene", scene, "--sampler", "sobol", "--spp", 64)
+    expected = REFERENCES[scene]
     means = means_over_seeds(pathtracer, 0, SEEDS, "--scene", scene, *arguments)
     assert_equal_means(means, expected, 1e-4)
     deviation = np.hypot(means[:, 1].std(ddof=1), expected[:, 1].std(ddof=1)) / np.sqrt(SEEDS)
@@ -57,23 +52,23 @@ def test_furnace(pathtracer, depth):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_mean_is_the_reference(pathtracer, references, scene):
-    assert_the_mean_is_the_reference(pathtracer, references, scene, "--spp", 4)
+def test_the_mean_is_the_reference(pathtracer, scene):
+    assert_the_mean_is_the_reference(pathtracer, scene, "--spp", 4)
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS[1:])
 @pytest.mark.parametrize("scene", ["lens", "motion", "fog"])
-def test_the_mean_of_other_samplers(pathtracer, references, scene, sampler):
-    assert_the_mean_is_the_reference(pathtracer, references, scene, "--sampler", sampler, "--spp", 4)
+def test_the_mean_of_other_samplers(pathtracer, scene, sampler):
+    assert_the_mean_is_the_reference(pathtracer, scene, "--sampler", sampler, "--spp", 4)
 
 
 @pytest.mark.parametrize(("option", "value", "scene"), [
     *(("--lights", "coin", scene) for scene in ("cornell", "glossy", "lens", "glass", "fog")),
     *(("--light-samples", 4, scene) for scene in ("cornell", "lens", "motion", "fog"))])
-def test_light_samples_leave_the_mean(pathtracer, references, option, value, scene):
+def test_light_samples_leave_the_mean(pathtracer, option, value, scene):
     """None, but one direction off each surface; and many."""
     spp = 64 if option == "--lights" else 16
-    assert_the_mean_is_the_reference(pathtracer, references, scene, "--sampler", "sobol", "--spp", spp, option, value, least=0.1)
+    assert_the_mean_is_the_reference(pathtracer, scene, "--sampler", "sobol", "--spp", spp, option, value, least=0.1)
 
 
 def test_a_coin_and_lights_that_no_ray_can_hit(pathtracer):
@@ -115,12 +110,6 @@ def test_what_is_cut_off_is_reported(pathtracer):
 PENUMBRA = ("--scene", "penumbra", "--size", "64x64", "--max-depth", 1)
 
 
-def needs(pathtracer, name):
-    """Skips the test if the path tracer is built without a sampler that may be left out."""
-    if name not in ("pcg", "sobol4d") and name not in pathtracer.run("--list").stdout.split():
-        pytest.skip(f"the path tracer is built without {name}")
-
-
 def error_images(pathtracer, expected, sampler, *options):
     """Differences from `expected` in the mean of the channels, one picture for each of six seeds."""
     pictures = [pathtracer.image(*PENUMBRA, "--sampler", sampler, "--seed", seed, *options) for seed in range(6)]
@@ -144,7 +133,7 @@ def test_without_openqmc_the_samplers_there_are_get_named(pathtracer):
     *itertools.product(OPENQMC, [(), ("--light-samples", 3)])])
 def test_the_means_are_right(pathtracer, name, more):
     """Against sobol: Welch's t-test of the image mean over seeds, false-alarm rate 0.1 % for each."""
-    needs(pathtracer, name)
+    pathtracer.needs(name)
     means = [[pathtracer.image("--size", "24x24", "--spp", 8, *more, "--sampler", sampler, "--seed", seed).mean(
         dtype=np.float64) for seed in range(12)] for sampler in (name, "sobol")]
     assert_equal_means(*means, 0.001)
@@ -160,7 +149,7 @@ def test_noise_of_pcg_is_that_of_white(pathtracer, penumbra):
 
 @pytest.mark.parametrize("name", OPENQMC)
 def test_noise_of_openqmc_is_blue_and_seeds_and_splits_are_spread(pathtracer, name, penumbra):
-    needs(pathtracer, name)
+    pathtracer.needs(name)
     peers, white = (error_images(pathtracer, penumbra, sampler, "--spp", 1) for sampler in (name, "white"))
     # The error of white noise after the blur, against theirs: 1 where noise has no colour, 1.4 to 1.6 here.
     blurred = [np.sqrt(np.mean([gaussian_filter(error, 2.1) ** 2 for error in errors])) for errors in (white, peers)]
