@@ -34,6 +34,12 @@ void operator delete(void *bytes) noexcept {
 void operator delete(void *bytes, size_t) noexcept {
     std::free(bytes);
 }
+void operator delete[](void *bytes) noexcept {
+    std::free(bytes);
+}
+void operator delete[](void *bytes, size_t) noexcept {
+    std::free(bytes);
+}
 
 // A folder for the files of this process, removed when it ends. In memory where there is /dev/shm.
 class FuzzFolder {

@@ -15,6 +15,12 @@
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 extern bool fuzz_input_was_read;
 
+// For the leak sanitizer: libstb loses the memory of some pictures that it refuses.
+extern "C" const char *__lsan_default_suppressions();
+extern "C" const char *__lsan_default_suppressions() {
+    return "leak:libstb";
+}
+
 namespace {
 
 using Bytes = std::vector<uint8_t>;
