@@ -70,11 +70,7 @@ static void orthonormalise(float *z, int count, int width) {
         float *a = t + (size_t)k * padded;
         for (int turn = 0; turn < 2 * k; ++turn) {
             const float *b = t + (size_t)(turn % k) * padded;
-            float lane[LANES] = {0}, sum = 0;
-            for (int i = 0; i < padded; i += LANES) {
-                for (int j = 0; j < LANES; ++j) lane[j] += a[i + j] * b[i + j];
-            }
-            for (int j = 0; j < LANES; ++j) sum += lane[j];
+            const float sum = bake_inner_product(a, b, padded);
             for (int i = 0; i < padded; ++i) a[i] -= sum * b[i];
         }
         float scale = (float)(1 / sqrt(bake_mean_square(a, padded) * padded + 1e-30));
@@ -117,19 +113,12 @@ typedef struct {
     int stride, used;
 } error_matrix;
 
-static int bit_count(uint64_t v) {
-    v = v - ((v >> 1) & 0x5555555555555555u);
-    v = (v & 0x3333333333333333u) + ((v >> 2) & 0x3333333333333333u);
-    v = (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0fu;
-    return (int)(v * 0x0101010101010101u >> 56);
-}
-
 /* At powers of two, then at `partials` counts between them. */
 static void put_errors(float *out, const uint64_t *bits, int levels, int partials,
                        const bake_sample_order *order, double mean) {
     bake_prefix_errors(bits, levels, mean, out, 1);
     for (int c = 0; c < partials; ++c) {
-        int inside = bit_count(bits[0] & order->mask[c]);
+        int inside = __builtin_popcountll(bits[0] & order->mask[c]);
         out[levels + c] = (float)(inside / (double)bake_partial_count[c] - mean);
     }
 }

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES = 16, REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 4, PROPOSALS = 240 };
+enum { REACH = BAKE_REACH, TAPS = BAKE_TAPS, MOST_GROUPS = 4, PROPOSALS = 240 };
 
 /* Features of one kind: of labels, or with `other` of two members' labels. */
 typedef struct {
@@ -87,23 +87,14 @@ static const float *features_at(const feature_set *s, int pixel, uint32_t label)
     return s->f.rows + row * s->f.width;
 }
 
-static float inner_product(const float *a, const float *b, int width) {
-    float lane[LANES] = {0}, sum = 0;
-    for (int i = 0; i < width; i += LANES) {
-        for (int k = 0; k < LANES; ++k) lane[k] += a[i + k] * b[i + k];
-    }
-    for (int k = 0; k < LANES; ++k) sum += lane[k];
-    return sum;
-}
-
 static void gram_of_block(feature_group *g, const arrangement *t, int block) {
     uint32_t upper = t->label[bake_pixel_of(block, 0)] & ~15u;
     float own[16][16];
     const feature_set *first = &g->set[0];
     for (uint32_t i = 0; i < 16; ++i) {
         for (uint32_t j = 0; j <= i; ++j) {
-            own[i][j] = own[j][i] = inner_product(features_at(first, 0, upper | i),
-                                                  features_at(first, 0, upper | j), first->f.width);
+            own[i][j] = own[j][i] = bake_inner_product(
+                features_at(first, 0, upper | i), features_at(first, 0, upper | j), first->f.width);
         }
     }
     if (!g->crossed) {
@@ -116,7 +107,7 @@ static void gram_of_block(feature_group *g, const arrangement *t, int block) {
             float sum = own[i & 15][j & 15];
             for (int s = 1; s < g->sets; ++s) {
                 const feature_set *set = &g->set[s];
-                sum += inner_product(
+                sum += bake_inner_product(
                     features_at(set, bake_pixel_of(block, (int)i >> 4), upper | (i & 15)),
                     features_at(set, bake_pixel_of(block, (int)j >> 4), upper | (j & 15)),
                     set->f.width);
@@ -187,7 +178,7 @@ static void enter_block(const arrangement *t, int block, block_state *b) {
                 const float *field = set->field + (size_t)p * set->f.width;
                 for (uint32_t l = 0; l < 16; ++l) {
                     b->product[place][l] +=
-                        inner_product(field, features_at(set, p, upper | l), set->f.width);
+                        bake_inner_product(field, features_at(set, p, upper | l), set->f.width);
                 }
             }
         }

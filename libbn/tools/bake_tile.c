@@ -4,7 +4,6 @@
  * sums. Random numbers are counters hashed by splitmix64 (Steele, Lea and Flood, "Fast Splittable
  * Pseudorandom Number Generators", 2014). */
 #include "bake_tile.h"
-#include <bn/bn_draw.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -328,39 +327,31 @@ double bake_blur_gain(int axes) {
     return (axes & 3) == 3 ? sum * sum : sum;
 }
 
+/* Along rows or along columns. */
+static void blur_along(const float *in, float *out, int side, const float *kernel, int rows) {
+    float line[SIDE + 2 * RADIUS], sum[SIDE];
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; rows && x < side + 2 * RADIUS; ++x) {
+            line[x] = in[y * side + ((x - RADIUS) & (side - 1))];
+        }
+        memset(sum, 0, sizeof sum);
+        for (int d = 0; d <= 2 * RADIUS; ++d) {
+            const float *from = rows ? line + d : in + ((y + d - RADIUS) & (side - 1)) * side;
+            float w = kernel[d];
+            for (int x = 0; x < side; ++x) sum[x] += w * from[x];
+        }
+        memcpy(out + y * side, sum, (size_t)side * sizeof *sum);
+    }
+}
+
 void bake_blur(const float *in, float *out, int side, int axes) {
     static float kernels[2][2 * RADIUS + 1];
     const int narrow = (axes & BAKE_NARROW) != 0;
     float *const kernel = kernels[narrow];
-    float rows[PIXELS], line[SIDE + 2 * RADIUS], sum[SIDE];
+    float rows[PIXELS];
     if (kernel[0] == 0.0f) kernel_fill(kernel, narrow ? 1.0 : SIGMA);
-    for (int y = 0; y < side; ++y) {
-        const float *row = in + y * side;
-        if ((axes & 1) == 0) {
-            memcpy(rows + y * side, row, (size_t)side * sizeof *row);
-            continue;
-        }
-        for (int x = 0; x < side + 2 * RADIUS; ++x) line[x] = row[(x - RADIUS) & (side - 1)];
-        memset(sum, 0, sizeof sum);
-        for (int d = 0; d <= 2 * RADIUS; ++d) {
-            float w = kernel[d];
-            for (int x = 0; x < side; ++x) sum[x] += w * line[x + d];
-        }
-        memcpy(rows + y * side, sum, (size_t)side * sizeof *sum);
-    }
-    for (int y = 0; y < side; ++y) {
-        if ((axes & 2) == 0) {
-            memcpy(out + y * side, rows + y * side, (size_t)side * sizeof *out);
-            continue;
-        }
-        memset(sum, 0, sizeof sum);
-        for (int d = 0; d <= 2 * RADIUS; ++d) {
-            const float *row = rows + ((y + d - RADIUS) & (side - 1)) * side;
-            float w = kernel[d];
-            for (int x = 0; x < side; ++x) sum[x] += w * row[x];
-        }
-        memcpy(out + y * side, sum, (size_t)side * sizeof *sum);
-    }
+    if ((axes & 1) != 0) blur_along(in, (axes & 2) != 0 ? rows : out, side, kernel, 1);
+    if ((axes & 2) != 0) blur_along((axes & 1) != 0 ? rows : in, out, side, kernel, 0);
 }
 
 double bake_mean_square(const float *image, int count) {
@@ -371,4 +362,13 @@ double bake_mean_square(const float *image, int count) {
     double sum = 0;
     for (int k = 0; k < 16; ++k) sum += lane[k];
     return sum / count;
+}
+
+float bake_inner_product(const float *a, const float *b, int count) {
+    float lane[16] = {0}, sum = 0;
+    for (int i = 0; i < count; i += 16) {
+        for (int k = 0; k < 16; ++k) lane[k] += a[i + k] * b[i + k];
+    }
+    for (int k = 0; k < 16; ++k) sum += lane[k];
+    return sum;
 }

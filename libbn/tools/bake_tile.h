@@ -134,7 +134,9 @@ enum { BAKE_NARROW = 4 };
 void bake_blur(const float *in, float *out, int side, int axes);
 /* By how much it lowers the mean square of white noise. */
 double bake_blur_gain(int axes);
+/* Of `count` numbers, a multiple of 16. */
 double bake_mean_square(const float *image, int count);
+float bake_inner_product(const float *a, const float *b, int count);
 
 /* What errors of two pixels add to the energy, by their distance: the autocorrelation of the blur
  * along rows (1), columns (2) or both (3), scaled to 1 for the same pixel, with a share of a narrow
